@@ -1,0 +1,1 @@
+"""What the brake is: sheets, film, enclosure, mount, rope, and where each number comes from."""

@@ -1,0 +1,90 @@
+"""The brake: numbers only, so that it can be traced, batched and differentiated."""
+
+from __future__ import annotations
+
+from layerjam.device.enclosure import Enclosure
+from layerjam.device.mount import Mount, Rope, Site
+from layerjam.device.sheets import Film, Sheets
+from layerjam.errors import QuantityError
+from layerjam.units import check, nested, quantity, record, show
+
+
+@record
+class Brake:
+    """A layer-jamming brake (paper, section II). Every field is in SI units."""
+
+    sheets: Sheets = nested(Sheets)
+    film: Film = nested(Film)
+    enclosure: Enclosure = nested(Enclosure)
+    mount: Mount = nested(Mount)
+    fittings_mass: float = quantity("kg", "mass of caps, screws, ties and tube fittings", hi=100)
+    weighed_mass: float | None = quantity(
+        "kg", "mass of the whole brake from a balance", lo=1e-6, hi=1000, default=None
+    )
+    scale_factor: float = quantity(
+        "1", "calibration factor on the sheets' friction", lo=1e-3, hi=100, symbol="a", default=1.0
+    )
+    stiffness_measured: float | None = quantity(
+        "N/m", "measured stiffness of brake and rig", lo=100, hi=1e9, symbol="k", default=None
+    )
+    pressure_exponent: float | None = quantity(
+        "1", "exponent of the friction's dependence on pressure", lo=-0.9, hi=2, symbol="m",
+        default=None,
+    )  # fmt: skip
+    test_pressure: float | None = quantity(
+        "Pa", "contact pressure of the friction test", lo=1, hi=1e7, symbol="P_test", default=None
+    )
+    rope: Rope | None = nested(Rope, default=None)
+    site: Site = nested(Site, default=Site())
+
+
+def validate(brake: Brake) -> None:
+    """Raise QuantityError for a value out of bounds or values that contradict each other."""
+    check(brake)
+    sheets, mount = brake.sheets, brake.mount
+    if sheets.usable_travel > sheets.overlap:
+        raise QuantityError(
+            f"sheets.usable_travel: {show(sheets.usable_travel, 'm')} is more than the overlap of "
+            f"{show(sheets.overlap, 'm')}"
+        )
+    needed = sheets.overlap + max(sheets.free_left, sheets.free_right) + mount.clamped_length
+    if needed > sheets.length * (1 + 1e-9):
+        raise QuantityError(
+            f"sheets.length: {show(sheets.length, 'm')} is shorter than free length, overlap and "
+            f"clamped part together, {show(needed, 'm')}"
+        )
+    if mount.screw_hole >= sheets.width:
+        raise QuantityError(
+            f"mount.screw_hole: {show(mount.screw_hole, 'm')} leaves nothing of sheets "
+            f"{show(sheets.width, 'm')} wide"
+        )
+    if brake.film.kinetic > brake.film.static:
+        raise QuantityError(
+            f"film.kinetic: {brake.film.kinetic} is more than film.static, {brake.film.static}; "
+            "kinetic friction is at most the static one"
+        )
+    if (brake.pressure_exponent is None) != (brake.test_pressure is None):
+        raise QuantityError(
+            "pressure_exponent: give it together with test_pressure, or neither of them"
+        )
+
+
+def sheet_mass(brake: Brake) -> float:
+    """Mass of one sheet [kg], clamped part included."""
+    sheets = brake.sheets
+    return sheets.length * sheets.width * sheets.thickness * brake.film.density
+
+
+def sleeve_mass(brake: Brake) -> float:
+    """Mass of the sleeve [kg]: a rectangular tube close around the stack, from cap to cap."""
+    sheets, wall = brake.sheets, brake.enclosure.wall
+    section = 2 * wall * (sheets.width + sheets.count * sheets.thickness) + 4 * wall**2
+    length = sheets.free_left + sheets.overlap + sheets.free_right
+    return section * length * brake.enclosure.density
+
+
+def mass(brake: Brake) -> float:
+    """Mass of the brake [kg]: as weighed, otherwise sheets, sleeve and fittings."""
+    if brake.weighed_mass is not None:
+        return brake.weighed_mass
+    return brake.sheets.count * sheet_mass(brake) + sleeve_mass(brake) + brake.fittings_mass

@@ -1,0 +1,48 @@
+"""The interleaved sheets and the film they are cut from."""
+
+from __future__ import annotations
+
+from layerjam.units import quantity, record
+
+
+@record
+class Sheets:
+    """Geometry of the stack (paper, section II-A)."""
+
+    count: int = quantity(
+        "1", "number of interleaved sheets, both sides", lo=2, hi=10000, symbol="n", whole=True
+    )
+    width: float = quantity("m", "sheet width", lo=1e-3, hi=0.5, symbol="W")
+    thickness: float = quantity("m", "thickness of one sheet", lo=1e-6, hi=0.01, symbol="t")
+    length: float = quantity("m", "full length of one sheet, clamped part included", lo=1e-3, hi=5)
+    overlap: float = quantity("m", "overlap at rest", lo=1e-3, hi=5, symbol="L2")
+    free_left: float = quantity(
+        "m", "length of the left sheets between cap and overlap", lo=1e-4, hi=5, symbol="L1"
+    )
+    free_right: float = quantity(
+        "m", "length of the right sheets between cap and overlap", lo=1e-4, hi=5, symbol="L3"
+    )
+    usable_travel: float = quantity("m", "slip the brake may be used to", lo=1e-4, hi=5)
+
+
+@record
+class Film:
+    """The sheets' material and its friction against itself and against the sleeve."""
+
+    modulus: float = quantity("Pa", "tensile modulus of the film", lo=1e6, hi=1e12, symbol="E")
+    density: float = quantity("kg/m^3", "density of the film", lo=100, hi=25000, symbol="rho")
+    static: float = quantity(
+        "1", "static friction of the film on itself", lo=0, hi=5, symbol="mu_s", open_lo=True
+    )
+    kinetic: float = quantity(
+        "1", "kinetic friction of the film on itself", lo=0, hi=5, symbol="mu_k", open_lo=True
+    )
+    friction_on_silicone: float = quantity(
+        "1", "friction of the film on the sleeve", lo=0, hi=5, symbol="mu_e", open_lo=True
+    )
+    strength: float | None = quantity(
+        "Pa", "stress the film bears without lasting stretch", lo=1e5, hi=1e11, default=None
+    )
+    specific_heat: float | None = quantity(
+        "J/(kg K)", "specific heat of the film", lo=50, hi=10000, default=None
+    )

@@ -1,0 +1,66 @@
+"""Every error a user can cause, under one base class.
+
+A message is one plain sentence that names the quantity, its value, its unit and what is allowed.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class LayerjamError(Exception):
+    """Base of all errors of this package; the command line answers it with exit code 2."""
+
+
+class QuantityError(LayerjamError, ValueError):
+    """A value without unit, of the wrong dimension, not a number, or outside its bounds."""
+
+
+class FileError(LayerjamError):
+    """A file that cannot be read or written; names the file and, where known, the line."""
+
+    def __init__(self, path: object, reason: str, line: int | None = None) -> None:
+        where = f"{path}, line {line}" if line else f"{path}"
+        super().__init__(f"{where}: {reason}")
+        self.path = str(path)
+        self.reason = reason
+        self.line = line
+
+
+class UnknownNameError(LayerjamError, KeyError):
+    """A name that no catalogue holds; offers the nearest ones."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        known = sorted(known)
+        near = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.3) or known
+        self.message = f"unknown {kind} '{name[:80]}'; did you mean {' or '.join(near[:4])}?"
+        super().__init__(self.message)
+
+    def __str__(self) -> str:
+        return self.message
+
+
+class PrecisionError(LayerjamError):
+    """A law was called while JAX works in single precision."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "layerjam's laws need double precision: call "
+            'jax.config.update("jax_enable_x64", True) first, or set JAX_ENABLE_X64=1'
+        )
+
+
+class ProcedureError(LayerjamError, ValueError):
+    """A test procedure that cannot be read or contradicts itself."""
+
+
+class FitError(LayerjamError, ValueError):
+    """Measurements from which the quantity asked for cannot be had."""
+
+
+class MissingExtraError(LayerjamError, ImportError):
+    """An optional part that is not installed."""
+
+    def __init__(self, what: str, extra: str) -> None:
+        super().__init__(f"{what} needs an optional part: pip install 'layerjam[{extra}]'")

@@ -1,0 +1,121 @@
+"""The sleeve: elastic strips pulled over the stack (paper, eq. 5, with x inside the root).
+
+Two faces carry. Pulling stretches a strip of stiffness EA against the friction q = mu_e W P per
+length; the part that moves grows from both ends until it meets in the middle (saturation).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.law import law, safe_sqrt, within
+
+
+class Sleeve(NamedTuple):
+    """One face of the sleeve at a vacuum: what its force law needs."""
+
+    stiffness: Any
+    """EA = E_e W w_e [N]."""
+    friction: Any
+    """q = mu_e W P [N/m]."""
+    reach: Any
+    """Half the free length l = (L1 + L2 + L3)/2 [m]."""
+    root: Any
+    """e = 2 sqrt(EA q) of both faces [N/sqrt(m)]."""
+    saturation: Any
+    """x* = q l^2/EA [m], the slip at which the whole face moves."""
+
+
+def sleeve_at(vacuum: Any, brake: Brake) -> Sleeve:
+    """The sleeve's constants at a vacuum [Pa]."""
+    sheets = brake.sheets
+    stiffness = brake.enclosure.modulus * sheets.width * brake.enclosure.wall
+    friction = brake.film.friction_on_silicone * sheets.width * vacuum
+    reach = (sheets.free_left + sheets.overlap + sheets.free_right) / 2
+    return Sleeve(
+        stiffness,
+        friction,
+        reach,
+        2 * safe_sqrt(stiffness * friction),
+        friction * reach**2 / stiffness,
+    )
+
+
+def backbone(slip: Any, sleeve: Sleeve) -> Any:
+    """f(x) [N], both faces, first loading: 2 sqrt(EA q x), then EA x/l + q l."""
+    spread = sleeve.root * safe_sqrt(jnp.minimum(slip, sleeve.saturation))
+    whole = sleeve.stiffness * slip / sleeve.reach + sleeve.friction * sleeve.reach
+    return jnp.where(slip < sleeve.saturation, spread, jnp.where(slip > 0, whole, 0.0))
+
+
+def backbone_work(slip: Any, sleeve: Sleeve) -> Any:
+    """Integral of `backbone` from 0 to slip [J]."""
+    start = jnp.minimum(slip, sleeve.saturation)
+    spread = sleeve.root * start * safe_sqrt(start) * (2 / 3)
+    beyond = slip - start
+    whole = sleeve.stiffness * (slip + start) / (2 * sleeve.reach)
+    whole = (whole + sleeve.friction * sleeve.reach) * beyond
+    return spread + whole
+
+
+def backbone_stored(slip: Any, sleeve: Sleeve) -> Any:
+    """Elastic energy in both faces after first loading to slip [J].
+
+    A third of f x while part of the face rests, i.e. half of the work; beyond saturation from the
+    tension F - q s along the half length, s from 0 to l.
+    """
+    start = jnp.minimum(slip, sleeve.saturation)
+    spread = sleeve.root * start * safe_sqrt(start) / 3
+    face = backbone(jnp.maximum(slip, start), sleeve) / 2
+    q, reach = sleeve.friction, sleeve.reach
+    whole = 2 * reach * (face**2 - face * q * reach + (q * reach) ** 2 / 3) / sleeve.stiffness
+    return jnp.where(slip < sleeve.saturation, spread, jnp.where(slip > 0, whole, 0.0))
+
+
+def backbone_dissipated(slip: Any, sleeve: Sleeve) -> Any:
+    """Friction heat of both faces in first loading to slip [J], integrated, not by difference.
+
+    Half of the work while part of the face rests; past saturation every point slips on with the
+    cap, which adds q l dx a face end, i.e. q l (x - x*) in all.
+    """
+    start = jnp.minimum(slip, sleeve.saturation)
+    spread = sleeve.root * start * safe_sqrt(start) / 3
+    return spread + sleeve.friction * sleeve.reach * (slip - start)
+
+
+def inverse_backbone(force: Any, sleeve: Sleeve) -> Any:
+    """The slip at which first loading carries `force` [N]."""
+    at_saturation = 2 * sleeve.friction * sleeve.reach
+    whole = (force - sleeve.friction * sleeve.reach) * sleeve.reach / sleeve.stiffness
+    square = jnp.where(sleeve.root > 0, sleeve.root, 1.0) ** 2
+    return jnp.where(force < at_saturation, force**2 / square, whole)
+
+
+@law
+def enclosure_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
+    """Force of the sleeve in first loading [N] (eq. 5 corrected); slip [m], vacuum [Pa].
+
+    2 sqrt(E A P mu W x) up to `saturation_slip`, linear beyond ("assumed closure", ours). Its
+    slope at zero slip is infinite; the gradient there is taken as zero. NaN for a negative slip
+    or vacuum.
+    """
+    return within((slip >= 0) & (vacuum >= 0), backbone(slip, sleeve_at(vacuum, brake)))
+
+
+@law
+def saturation_slip(vacuum: Any, brake: Brake) -> Any:
+    """Slip [m] from which the whole sleeve moves; vacuum [Pa]."""
+    return within(vacuum >= 0, sleeve_at(vacuum, brake).saturation)
+
+
+@law
+def sleeve_stretch(slip: Any, vacuum: Any, brake: Brake) -> Any:
+    """Local stretch [-] at the sleeve's end, F/(EA) a face; slip [m], vacuum [Pa].
+
+    5.5 at 40 mm and full vacuum, while the modulus is quoted at 1: the law is used far outside.
+    """
+    sleeve = sleeve_at(vacuum, brake)
+    return within((slip >= 0) & (vacuum >= 0), backbone(slip, sleeve) / 2 / sleeve.stiffness)

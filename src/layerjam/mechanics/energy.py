@@ -1,0 +1,49 @@
+"""Work and energy of a pull at constant vacuum (paper, eq. 10)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.enclosure import backbone_dissipated, backbone_work, sleeve_at
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.law import law, within
+from layerjam.mechanics.pull import slip_at_elongation
+from layerjam.mechanics.stiffness import working_stiffness
+
+
+def sheet_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
+    """Work of the sheets' friction over a slip [J], all of it heat."""
+    overlap = brake.sheets.overlap
+    rubbed = jnp.minimum(slip, overlap)
+    return friction_per_contact(vacuum, brake) * rubbed * (overlap - rubbed / 2)
+
+
+@law
+def slip_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
+    """E(d, P) [J]: external work to slip the brake by d [m] at a vacuum [Pa] (eq. 10, exact)."""
+    work = sheet_work(slip, vacuum, brake) + backbone_work(slip, sleeve_at(vacuum, brake))
+    return within((slip >= 0) & (vacuum >= 0), work)
+
+
+@law
+def slip_heat(slip: Any, vacuum: Any, brake: Brake) -> Any:
+    """Part of `slip_work` turned into heat [J]; the rest is stored in the sleeve."""
+    heat = sheet_work(slip, vacuum, brake) + backbone_dissipated(slip, sleeve_at(vacuum, brake))
+    return within((slip >= 0) & (vacuum >= 0), heat)
+
+
+@law
+def pull_work(elongation: Any, vacuum: Any, brake: Brake) -> Any:
+    """External work [J] of a pull from rest to an elongation [m], elastic part F^2/2k included."""
+    slip = slip_at_elongation(elongation, vacuum, brake)
+    k = working_stiffness(brake)
+    return slip_work(slip, vacuum, brake) + k * (elongation - slip) ** 2 / 2
+
+
+@law
+def energy_capacity(brake: Brake) -> Any:
+    """E over the usable travel at the site's full vacuum [J]."""
+    return slip_work(brake.sheets.usable_travel, brake.site.atmosphere, brake)

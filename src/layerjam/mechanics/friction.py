@@ -1,0 +1,47 @@
+"""Friction of the jammed sheets (paper, eq. 4 and 7)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.law import law, within
+
+
+def friction_per_contact(vacuum: Any, brake: Brake) -> Any:
+    """c [N/m]: what one metre of overlap resists with, all interfaces together.
+
+    The calibration factor multiplies the friction; with a fitted `pressure_exponent` m the factor
+    (P/P_test)^m comes in.
+    """
+    c = brake.scale_factor * brake.film.kinetic * (brake.sheets.count - 1)
+    c = c * brake.sheets.width * vacuum
+    if brake.pressure_exponent is None:
+        return c
+    jammed = vacuum > 0
+    ratio = jnp.where(jammed, vacuum, 1.0) / brake.test_pressure
+    return jnp.where(jammed, c * ratio**brake.pressure_exponent, 0.0)
+
+
+@law
+def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
+    """Kinetic friction of the jammed sheets [N] (eq. 4, 7); slip [m] and vacuum [Pa] broadcast.
+
+    Zero once the overlap is used up; NaN for a negative slip or vacuum.
+    """
+    contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
+    force = friction_per_contact(vacuum, brake) * contact
+    return within((slip >= 0) & (vacuum >= 0), force)
+
+
+@law
+def holding_force(vacuum: Any, brake: Brake) -> Any:
+    """Static friction of the sheets at rest [N]: what a slow load must exceed; vacuum [Pa].
+
+    The scale factor multiplies static friction as it does the kinetic one (ours).
+    """
+    static = brake.film.static / brake.film.kinetic
+    force = friction_per_contact(vacuum, brake) * brake.sheets.overlap * static
+    return within(vacuum >= 0, force)

@@ -1,0 +1,180 @@
+"""The brake under a moving crosshead: sheets that stick and slide, the sleeve with its memory.
+
+Tension only: in compression the sheets buckle, the brake carries nothing, and its slip stays where
+it is while friction holds the sleeve; otherwise the sleeve closes the brake until it does.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.enclosure import Sleeve, sleeve_at
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.law import law
+from layerjam.mechanics.memory import DEPTH, Memory, at_rest, at_vacuum, facing, load_to, unload_to
+from layerjam.mechanics.pull import rising_root
+from layerjam.mechanics.stiffness import working_stiffness
+
+
+class Cycle(NamedTuple):
+    """What happened along an elongation history; every field has the history's shape (N,)."""
+
+    force: Any
+    """[N], never negative."""
+    slip: Any
+    """[m]"""
+    sleeve_force: Any
+    """[N]"""
+    work: Any
+    """External work done on the brake so far [J]."""
+    heat: Any
+    """Energy dissipated so far [J], summed on its own."""
+    stored: Any
+    """Elastic energy held now in sleeve, sheets and mount [J]."""
+    slack: Any
+    """True where the crosshead has come closer than the brake is long."""
+    closed: Any
+    """True once the sleeve has pulled the brake back by itself."""
+    separated: Any
+    """True once the overlap is used up; nothing after that point counts."""
+    overflow: Any
+    """True once the sleeve's memory of turning points was exceeded."""
+
+
+class State(NamedTuple):
+    """The brake between two moves."""
+
+    sleeve: Memory
+    elongation: Any
+    force: Any
+    work: Any
+    heat: Any
+    vacuum: Any
+    closed: Any
+
+
+class _Setting(NamedTuple):
+    """Constants of a move at one vacuum."""
+
+    c: Any
+    k: Any
+    overlap: Any
+    sleeve: Sleeve
+
+
+def _setting(vacuum: Any, brake: Brake) -> _Setting:
+    return _Setting(
+        friction_per_contact(vacuum, brake),
+        jnp.asarray(working_stiffness(brake), jnp.float64),
+        brake.sheets.overlap,
+        sleeve_at(vacuum, brake),
+    )
+
+
+def _slide_out(memory: Memory, elongation: Any, at: _Setting) -> Any:
+    """Slip where k (u - x) = F_e(x) + F_f(x): the farthest root over all loading branches."""
+
+    def root(start: Any, held: Any, scale: float) -> Any:
+        drive = at.k * (elongation - start) - held - at.c * (at.overlap - start)
+        return start + scale * rising_root(drive, at.k - at.c, scale, at.sleeve)
+
+    branches = root(memory.lows.slip, memory.lows.force, 2.0)
+    branches = jnp.where(jnp.arange(DEPTH) < memory.lows.count, branches, -jnp.inf)
+    return jnp.maximum(jnp.maximum(root(memory.origin, 0.0, 1.0), branches.max()), memory.slip)
+
+
+def _slide_back(memory: Memory, elongation: Any, at: _Setting) -> Any:
+    """Slip where k (u - x) = F_e(x) - F_f(x), or F_e = F_f once the brake is slack."""
+    highs = memory.highs
+
+    def root(spring: Any, pull: Any) -> Any:
+        drive = highs.force - at.c * (at.overlap - highs.slip) - pull
+        slip = highs.slip - 2 * rising_root(drive, spring + at.c, 2.0, at.sleeve)
+        slip = jnp.where(jnp.arange(DEPTH) < highs.count, slip, jnp.inf).min()
+        return jnp.clip(slip, 0.0, memory.slip)
+
+    taut = root(at.k, at.k * (elongation - highs.slip))
+    return jnp.where(elongation >= taut, taut, root(0.0, 0.0))
+
+
+def move(state: State, elongation: Any, at: _Setting) -> State:
+    """Move the crosshead at constant vacuum; work and heat are exact."""
+    memory = state.sleeve
+    trial = at.k * (elongation - memory.slip)
+    hold = at.c * jnp.maximum(at.overlap - memory.slip, 0.0)
+    out = trial > memory.force + hold
+    back = jnp.maximum(trial, 0.0) < memory.force - hold
+    opening, closing = facing(memory, True), facing(memory, False)
+    far = jnp.where(out, _slide_out(opening, elongation, at), memory.slip)
+    near = jnp.where(back, _slide_back(closing, elongation, at), memory.slip)
+    slip = jnp.where(out, far, near)
+    new = jax.tree.map(
+        lambda a, b, c: jnp.where(out, a, jnp.where(back, b, c)),
+        load_to(opening, far, at.sleeve),
+        unload_to(closing, near, at.sleeve),
+        memory,
+    )
+    force = jnp.maximum(at.k * (elongation - slip), 0.0)
+    rubbed = jnp.abs(slip - memory.slip) * at.c
+    rubbed = rubbed * (at.overlap - (slip + memory.slip) / 2)
+    heat = rubbed + new.heat - memory.heat
+    elastic = (force**2 - state.force**2) / (2 * at.k)
+    return State(
+        sleeve=new,
+        elongation=elongation,
+        force=force,
+        work=state.work + heat + (new.stored - memory.stored) + elastic,
+        heat=state.heat + heat,
+        vacuum=state.vacuum,
+        closed=state.closed | (slip < memory.slip),
+    )
+
+
+def change_vacuum(state: State, vacuum: Any, before: _Setting, after: _Setting) -> State:
+    """Another vacuum at a fixed crosshead: no work is done, what is released becomes heat."""
+    held = at_vacuum(state.sleeve, before.sleeve, after.sleeve)
+    moved = move(state._replace(sleeve=held), state.elongation, after)
+    spring = (state.force**2 - moved.force**2) / (2 * after.k)
+    released = state.sleeve.stored - moved.sleeve.stored + spring
+    return moved._replace(work=state.work, heat=state.heat + released, vacuum=vacuum)
+
+
+@law
+def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
+    """The brake along an elongation history [m], shape (N,), from rest at zero elongation.
+
+    `vacuum` [Pa] is one number or a history of the same shape, taken over before each move.
+    Sheets stick at k and slide at F_f; the sleeve follows Masing's rule. k must exceed c
+    (`least_stiffness`), otherwise the brake would snap and every force is NaN.
+    """
+    elongation = jnp.atleast_1d(elongation)
+    vacuum = jnp.broadcast_to(vacuum, elongation.shape)
+
+    def step(state: State, point: tuple[Any, Any]) -> tuple[State, Cycle]:
+        target, pressure = point
+        before, after = _setting(state.vacuum, brake), _setting(pressure, brake)
+        state = change_vacuum(state, pressure, before, after)
+        state = move(state, target, after)
+        sleeve = state.sleeve
+        fine = (after.k > after.c) & (target >= 0) & (pressure >= 0) & ~sleeve.overflow
+        force = jnp.where(fine, state.force, jnp.nan)
+        return state, Cycle(
+            force=force,
+            slip=sleeve.slip,
+            sleeve_force=sleeve.force,
+            work=state.work,
+            heat=state.heat,
+            stored=sleeve.stored + state.force**2 / (2 * after.k),
+            slack=(state.force <= 0) & (target < sleeve.slip),
+            closed=state.closed,
+            separated=sleeve.slip >= brake.sheets.overlap,
+            overflow=sleeve.overflow,
+        )
+
+    zero = jnp.array(0.0)
+    start = State(at_rest(), zero, zero, zero, zero, vacuum[0], jnp.array(False))
+    return jax.lax.scan(step, start, (elongation, vacuum))[1]

@@ -1,0 +1,62 @@
+"""What every law shares: double precision, broadcasting, compilation."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import jax
+import jax.numpy as jnp
+
+from layerjam.errors import PrecisionError
+from layerjam.units import RECORDS
+
+F = TypeVar("F", bound=Callable[..., Any])
+_registered: set[type] = set()
+
+
+def register_records() -> None:
+    """Make every record class a JAX pytree, so that brakes can be traced, batched and stacked."""
+    for cls in RECORDS:
+        if cls not in _registered:
+            names = list(cls.__dataclass_fields__)  # type: ignore[attr-defined]
+            jax.tree_util.register_dataclass(cls, data_fields=names, meta_fields=[])
+            _registered.add(cls)
+
+
+def law(function: F) -> F:
+    """A pure array function of SI quantities and records.
+
+    Arrays, scalars and mixed shapes broadcast and are taken as float64; the function is compiled
+    once per shape and can be traced, batched and differentiated. Called while JAX works in single
+    precision it raises PrecisionError instead of answering in float32.
+    """
+    register_records()
+    compiled = jax.jit(function)
+
+    @functools.wraps(function)
+    def wrapper(*args: Any) -> Any:
+        if not jax.config.jax_enable_x64:
+            raise PrecisionError
+        return compiled(*(_as_float64(a) for a in args))
+
+    return wrapper  # type: ignore[return-value]
+
+
+def _as_float64(argument: Any) -> Any:
+    if type(argument) in _registered or argument is None:
+        return argument
+    return jnp.asarray(argument, dtype=jnp.float64)
+
+
+def safe_sqrt(value: Any) -> Any:
+    """Square root whose derivative at zero is taken as 0 instead of infinite; NaN below zero."""
+    positive = value > 0
+    root = jnp.sqrt(jnp.where(positive, value, 1.0))
+    return jnp.where(positive, root, jnp.where(value == 0, 0.0, jnp.nan))
+
+
+def within(domain: Any, value: Any) -> Any:
+    """`value` where `domain` holds, NaN outside: a traced law cannot raise, and never clips."""
+    return jnp.where(domain, value, jnp.nan)

@@ -1,0 +1,75 @@
+"""What a brake must not be asked: compression, stress, travel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.enclosure import sleeve_at
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.stiffness import sheet_section
+
+
+@law
+def buckling_force(slip: Any, brake: Brake) -> Any:
+    """Compression [N] at which one sheet buckles over its free length: Euler, fixed-free.
+
+    pi^2 E I/(4 L^2) with L the longer free length grown by slip [m].
+    """
+    sheets = brake.sheets
+    inertia = sheets.width * sheets.thickness**3 / 12
+    length = jnp.maximum(sheets.free_left, sheets.free_right) + slip
+    return jnp.pi**2 * brake.film.modulus * inertia / (4 * length**2)
+
+
+@law
+def sheet_stress(force: Any, brake: Brake) -> Any:
+    """Tensile stress [Pa] in the free part of the side with fewer sheets; force [N]."""
+    return force / (jnp.floor(brake.sheets.count / 2) * sheet_section(brake))
+
+
+@law
+def clamp_stress(force: Any, brake: Brake) -> Any:
+    """Tensile stress [Pa] in the net section at the screw hole, same side; force [N]."""
+    net = (brake.sheets.width - brake.mount.screw_hole) * brake.sheets.thickness
+    return force / (jnp.floor(brake.sheets.count / 2) * net)
+
+
+@law
+def travel_left(slip: Any, brake: Brake) -> Any:
+    """Slip [m] left before the sheets separate; negative once they have."""
+    return brake.sheets.overlap - slip
+
+
+@law
+def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
+    """Vacuum [Pa] below which the stretched sleeve closes an unloaded brake at a slip [m].
+
+    Where F_e = F_f: P = (e_1/c_1)^2 x/(L2 - x)^2 unsaturated, else linear in P. Infinite where
+    friction can never hold the sleeve.
+    """
+    unit = sleeve_at(1.0, brake)
+    contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
+    if brake.pressure_exponent is not None:
+        return _closing_with_exponent(slip, contact, brake)
+    c1 = friction_per_contact(1.0, brake) * contact
+    spread = (unit.root * safe_sqrt(slip) / jnp.where(contact > 0, c1, 1.0)) ** 2
+    held = c1 - unit.friction * unit.reach
+    whole = unit.stiffness * slip / unit.reach / jnp.where(held > 0, held, 1.0)
+    unsaturated = (contact > 0) & (slip < spread * unit.saturation)
+    closing = jnp.where(unsaturated, spread, jnp.where(held > 0, whole, jnp.inf))
+    return within(slip >= 0, closing)
+
+
+def _closing_with_exponent(slip: Any, contact: Any, brake: Brake) -> Any:
+    """Least vacuum from which friction holds the sleeve, on a fine logarithmic grid."""
+    from layerjam.mechanics.enclosure import backbone
+
+    grid = jnp.logspace(-8, 0, 4001) * brake.site.atmosphere
+    grid = grid.reshape((-1,) + (1,) * jnp.ndim(slip))
+    held = friction_per_contact(grid, brake) * contact >= backbone(slip, sleeve_at(grid, brake))
+    first = jnp.argmax(held, axis=0)
+    return jnp.where(held.any(axis=0), grid.reshape(-1)[first], jnp.inf)

@@ -1,0 +1,177 @@
+"""The brake pulled: total force, peak, elongation, and the vacuum for a force.
+
+With c the sheets' friction a metre of overlap and e the sleeve's root coefficient,
+F(x) = c (L2 - x) + e sqrt(x) until the sleeve saturates.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.enclosure import Sleeve, backbone, sleeve_at
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.stiffness import working_stiffness
+
+
+@law
+def brake_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
+    """Force of the sliding brake [N] (eq. 3); slip [m] and vacuum [Pa] broadcast.
+
+    At zero slip the gradient is that of the sheets alone: the sleeve's infinite slope counts as
+    zero there. NaN for a negative slip or vacuum.
+    """
+    contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
+    force = friction_per_contact(vacuum, brake) * contact
+    force = force + backbone(slip, sleeve_at(vacuum, brake))
+    return within((slip >= 0) & (vacuum >= 0), force)
+
+
+class Peak(NamedTuple):
+    """The greatest force of a slow pull."""
+
+    force: Any
+    """[N]"""
+    slip: Any
+    """[m]"""
+    elongation: Any
+    """What the test machine's crosshead shows, x + F/k [m]."""
+    inside: Any
+    """True where the force falls again within the travel; else it rises to the end."""
+
+
+@law
+def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
+    """Peak of a pull over a slip `travel` [m] at a vacuum [Pa].
+
+    x_p = (e/2c)^2 and c L2 + e^2/4c where that lies before saturation and within travel; below
+    that vacuum the force rises to the end, which is then reported with inside = False.
+    """
+    c, sleeve = friction_per_contact(vacuum, brake), sleeve_at(vacuum, brake)
+    falls = c > sleeve.stiffness / sleeve.reach
+    ratio = sleeve.root / (2 * jnp.where(falls, c, 1.0))
+    inside = falls & (ratio**2 < travel)
+    slip = jnp.where(inside, ratio**2, travel)
+    end = c * jnp.maximum(brake.sheets.overlap - travel, 0.0) + backbone(travel, sleeve)
+    at_onset = c * brake.sheets.overlap
+    force = jnp.where(inside, at_onset + sleeve.root * ratio / 2, jnp.maximum(end, at_onset))
+    slip = jnp.where(~inside & (at_onset > end), 0.0, slip)
+    elongation = slip + force / working_stiffness(brake)
+    return Peak(force, slip, elongation, inside)
+
+
+def rising_root(drive: Any, spring: Any, scale: Any, sleeve: Sleeve) -> Any:
+    """y >= 0 with scale spring y + scale f(y) = drive, f the sleeve's backbone; 0 for drive <= 0.
+
+    Every segment of a pull, whichever branch the sleeve is on, is this equation.
+    """
+    push = jnp.maximum(drive, 0.0)
+    half = scale * sleeve.root
+    below = half + safe_sqrt(half**2 + 4 * scale * spring * push)
+    root = 2 * push / jnp.where(below > 0, below, 1.0)
+    linear = push - scale * sleeve.friction * sleeve.reach
+    linear = linear / (scale * (spring + sleeve.stiffness / sleeve.reach))
+    return jnp.where(root**2 < sleeve.saturation, root**2, jnp.maximum(linear, 0.0))
+
+
+@law
+def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
+    """Slip [m] of a brake pulled from rest to an elongation [m] at a constant vacuum [Pa].
+
+    Solves k (u - x) = F(x) in closed form; zero while the load is below c L2. Valid while k > c
+    (`least_stiffness`), NaN otherwise.
+    """
+    k = working_stiffness(brake)
+    c, sleeve = friction_per_contact(vacuum, brake), sleeve_at(vacuum, brake)
+    drive = k * elongation - c * brake.sheets.overlap
+    slip = rising_root(drive, k - c, 1.0, sleeve)
+    past = slip > brake.sheets.overlap
+    alone = rising_root(k * elongation, k, 1.0, sleeve)
+    slip = jnp.where(past, jnp.maximum(alone, brake.sheets.overlap), slip)
+    return within((elongation >= 0) & (vacuum >= 0) & (k > c), slip)
+
+
+@law
+def least_stiffness(vacuum: Any, brake: Brake) -> Any:
+    """Stiffness of rig or rope [N/m] above which no part of a pull can snap: c (vacuum [Pa])."""
+    return friction_per_contact(vacuum, brake)
+
+
+@law
+def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
+    """Vacuum [Pa] at which the sliding brake resists with `force` [N] at `slip` [m].
+
+    The closed inverse of `brake_force`. NaN where nothing reaches the force: below what the sleeve
+    alone carries, or above the force at the site's full vacuum.
+    """
+    sheets, atmosphere = brake.sheets, brake.site.atmosphere
+    unit = sleeve_at(1.0, brake)
+    sleeve_alone = unit.stiffness * slip / unit.reach
+    contact = jnp.maximum(sheets.overlap - slip, 0.0)
+    most = friction_per_contact(atmosphere, brake) * contact
+    most = most + backbone(slip, sleeve_at(atmosphere, brake))
+    if brake.pressure_exponent is None:
+        c1 = friction_per_contact(1.0, brake) * contact
+        c2 = unit.root * safe_sqrt(slip)
+        below = c2 + safe_sqrt(c2**2 + 4 * c1 * jnp.maximum(force, 0.0))
+        spread = (2 * jnp.maximum(force, 0.0) / jnp.where(below > 0, below, 1.0)) ** 2
+        whole = (force - sleeve_alone) / (c1 + unit.friction * unit.reach)
+        saturated = whole * unit.saturation <= slip
+        vacuum = jnp.where(saturated & (slip > 0), whole, spread)
+        vacuum = jnp.minimum(vacuum, atmosphere)
+    else:
+        vacuum = _vacuum_by_bisection(force, slip, brake)
+    reachable = (force >= sleeve_alone) & (force <= most) & (slip >= 0)
+    return within(reachable & ((contact > 0) | (slip > 0)), vacuum)
+
+
+def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
+    """With a pressure exponent there is no closed inverse: 60 halvings, then one Newton step.
+
+    The Newton step carries the gradient (implicit function theorem).
+    """
+
+    def resist(vacuum: Any) -> Any:
+        contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
+        return friction_per_contact(vacuum, brake) * contact + backbone(
+            slip, sleeve_at(vacuum, brake)
+        )
+
+    def halve(_: int, bounds: tuple[Any, Any]) -> tuple[Any, Any]:
+        low, high = bounds
+        middle = (low + high) / 2
+        weak = resist(middle) < force
+        return jnp.where(weak, middle, low), jnp.where(weak, high, middle)
+
+    zero = jnp.zeros(jnp.broadcast_shapes(jnp.shape(force), jnp.shape(slip)))
+    start = (zero, zero + brake.site.atmosphere)
+    guess = jax.lax.stop_gradient(jax.lax.fori_loop(0, 60, halve, start)[1])
+    value, slope = jax.jvp(resist, (guess,), (jnp.ones_like(guess),))
+    return guess + (force - value) / jax.lax.stop_gradient(slope)
+
+
+@law
+def force_limits(slip: Any, brake: Brake) -> tuple[Any, Any]:
+    """Least and greatest force [N] that any vacuum of the site gives at a slip [m]."""
+    low = backbone(slip, sleeve_at(0.0, brake))
+    contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
+    high = friction_per_contact(brake.site.atmosphere, brake) * contact
+    return low, high + backbone(slip, sleeve_at(brake.site.atmosphere, brake))
+
+
+@law
+def peak_vacuum(brake: Brake) -> Any:
+    """Vacuum [Pa] below which a pull has no peak: E_e A_e/(a mu_k (n-1) W l).
+
+    With a pressure exponent m the friction grows as P^(1+m), and so does this bound.
+    """
+    unit = sleeve_at(1.0, brake)
+    bound = unit.stiffness / unit.reach
+    if brake.pressure_exponent is None:
+        return bound / friction_per_contact(1.0, brake)
+    at_test = friction_per_contact(brake.test_pressure, brake)
+    return brake.test_pressure * (bound / at_test) ** (1 / (1 + brake.pressure_exponent))

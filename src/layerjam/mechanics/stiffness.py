@@ -1,0 +1,59 @@
+"""How stiff the brake is before and while it slides (paper, eq. 1, 2, 6)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.law import law
+
+
+def _sides(brake: Brake) -> tuple[Any, Any]:
+    count = jnp.asarray(brake.sheets.count, jnp.float64)
+    return jnp.ceil(count / 2), jnp.floor(count / 2)
+
+
+def sheet_section(brake: Brake) -> Any:
+    """Cross-section of one sheet, W t [m^2]."""
+    return brake.sheets.width * brake.sheets.thickness
+
+
+@law
+def stiffness_before_slip(brake: Brake) -> Any:
+    """Sheets alone, stuck [N/m]: three springs in series (eq. 1, 2), A1 = ceil(n/2) W t."""
+    sheets, one = brake.sheets, brake.film.modulus * sheet_section(brake)
+    left, right = _sides(brake)
+    flexibility = sheets.free_left / left + sheets.overlap / sheets.count
+    return one / (flexibility + sheets.free_right / right)
+
+
+@law
+def stiffness_sliding(slip: Any, brake: Brake) -> Any:
+    """Sheets alone, sliding [N/m] (eq. 6): (1/k1 + 1/k3)^-1 with free lengths grown by slip [m].
+
+    The paper takes the lengths at rest: slip = 0.
+    """
+    sheets, one = brake.sheets, brake.film.modulus * sheet_section(brake)
+    left, right = _sides(brake)
+    return one / ((sheets.free_left + slip) / left + (sheets.free_right + slip) / right)
+
+
+def working_stiffness(brake: Brake) -> Any:
+    """k in u = x + F/k [N/m]: as measured, where it was; otherwise the stuck sheets'."""
+    if brake.stiffness_measured is not None:
+        return brake.stiffness_measured
+    return stiffness_before_slip(brake)
+
+
+@law
+def mount_stiffness(brake: Brake) -> Any:
+    """What caps and rig add [N/m], from 1/k = 1/k_before_slip + 1/k_mount; already inside k.
+
+    Infinite where no stiffness was measured; negative where the measured one exceeds the sheets'
+    own, which says that the film's modulus is too low.
+    """
+    if brake.stiffness_measured is None:
+        return jnp.inf
+    return 1 / (1 / brake.stiffness_measured - 1 / stiffness_before_slip(brake))

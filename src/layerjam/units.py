@@ -1,0 +1,295 @@
+"""Text <-> SI at the border, and the `quantity` field: unit, meaning and bounds, stored once.
+
+Inside the package every number is an SI float. Text such as ``"0.254 mm"`` or ``"94.5kPa"`` is
+read here and nowhere else; pint knows the units, a plain pattern reads the number (so that no
+expression of a user's file is ever evaluated).
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from fractions import Fraction
+from typing import Any, TypeVar, dataclass_transform
+
+from layerjam.errors import QuantityError
+
+T = TypeVar("T")
+
+_NUMBER = r"[+-]?(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][+-]?\d{1,3})?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*([^\d\s+.-].{{0,40}}?)?\s*", re.DOTALL)
+_UNIT = re.compile(r"[A-Za-zµμ°%\"'/*^·²³⁻¹\s()0-9-]{1,40}")
+
+# What to offer when a unit is missing, and how a value is best shown; first the usual one.
+_FRIENDLY: dict[str, tuple[str, ...]] = {
+    "m": ("mm", "m", "µm"),
+    "Pa": ("kPa", "Pa", "MPa", "GPa"),
+    "N": ("N", "mN", "kN"),
+    "N/m": ("kN/m", "N/m"),
+    "N/kg": ("kN/kg", "N/kg"),
+    "kg": ("g", "kg"),
+    "kg/m^3": ("kg/m^3", "g/cm^3"),
+    "m/s": ("mm/s", "m/s"),
+    "s": ("s", "ms", "min"),
+    "J": ("J", "mJ"),
+    "J/(kg K)": ("J/(kg K)",),
+    "N s/m": ("N s/m",),
+    "m/s^2": ("m/s^2",),
+    "V": ("V", "mV"),
+}
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint
+
+    try:
+        return pint.UnitRegistry(cache_folder=":auto:")
+    except OSError:  # no writable cache folder: a third of a second slower, nothing else
+        return pint.UnitRegistry()
+
+
+@functools.lru_cache(maxsize=512)
+def unit_factor(unit: str, si: str) -> Fraction | None:
+    """Factor from `unit` to the SI unit `si`, or None where dimensions differ or nobody knows it.
+
+    The factor is the decimal that pint prints, so "mm" is exactly 1/1000.
+    """
+    if unit == si:
+        return Fraction(1)
+    text = unit.strip().replace("−", "-").replace("gf", "gram_force").replace("μ", "µ")
+    text = text.replace("kgram_force", "kilogram_force").replace('"', "inch")
+    if not text or not _UNIT.fullmatch(text) or re.search(r"\d{2}|\*\*|\^\s*\(", text):
+        return None
+    if si == "1":
+        return {"%": Fraction(1, 100), "percent": Fraction(1, 100)}.get(text)
+    if re.fullmatch(r"[A-Za-zµ°]+ [A-Za-zµ°]+", text):
+        text = text.replace(" ", "*")
+    try:
+        registry = _registry()
+        factor = registry.Quantity(1, registry.parse_units(text)).to(_pint_name(si)).magnitude
+    except Exception:  # pint raises a dozen kinds (and any parser error) for unknown text
+        return None
+    if not isinstance(factor, int | float) or not math.isfinite(factor) or factor <= 0:
+        return None
+    return Fraction(repr(factor)) if isinstance(factor, float) else Fraction(factor)
+
+
+def _pint_name(si: str) -> str:
+    return si.replace("(kg K)", "(kg*K)").replace("N s/m", "N*s/m")
+
+
+def examples(si: str, number: str = "") -> str:
+    """Units that would do for the SI unit `si`, as a phrase for an error message."""
+    units = _FRIENDLY.get(si, (si,))[:3]
+    return " or ".join(f"'{number} {u}'".replace("' ", "'") for u in units)
+
+
+def parse(text: object, si: str, name: str) -> float:
+    """The SI value of a text such as ``"94.5 kPa"``.
+
+    `si` is the SI unit due ("1" for a pure number, which takes no unit or %); `name` is what the
+    error calls the quantity. Raises QuantityError without unit, with the wrong dimension, or when
+    the text is no finite number.
+    """
+    if si == "1" and isinstance(text, int | float) and not isinstance(text, bool):
+        return _finite(float(text) if abs(text) < 1e300 else math.inf, text, name)
+    if isinstance(text, bool) or not isinstance(text, str):
+        if isinstance(text, int | float):
+            raise QuantityError(
+                f"{name}: {_short(text)} has no unit; write {examples(si, _short(text))}"
+            )
+        raise QuantityError(f"{name}: {_short(text)} is not a quantity such as {examples(si, '1')}")
+    match = _QUANTITY.fullmatch(text)
+    if not match:
+        raise QuantityError(f"{name}: '{_short(text)}' is not a number with a unit")
+    number, unit = match.group(1), (match.group(2) or "").strip()
+    if not unit and si != "1":
+        raise QuantityError(f"{name}: '{number}' has no unit; write {examples(si, number)}")
+    factor = unit_factor(unit, si) if unit else Fraction(1)
+    if factor is None:
+        allowed = "no unit or %" if si == "1" else f"a unit such as {examples(si)}"
+        raise QuantityError(f"{name}: '{_short(text)}' is not in {_dimension(si)}; give {allowed}")
+    try:
+        return _finite(float(Fraction(number) * factor), text, name)
+    except OverflowError:
+        return _finite(math.inf, text, name)
+
+
+def _finite(value: float, text: object, name: str) -> float:
+    if not math.isfinite(value):
+        raise QuantityError(f"{name}: {_short(text)} is not a finite number")
+    return value
+
+
+def _short(value: object) -> str:
+    text = repr(value) if not isinstance(value, str) else value.replace("\n", " ")
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _dimension(si: str) -> str:
+    names = {"m": "units of length", "Pa": "units of pressure", "N": "units of force"}
+    names |= {"kg": "units of mass", "s": "units of time", "1": "a pure number"}
+    return names.get(si, f"units of {si}")
+
+
+def show(value: float | None, si: str, digits: int = 4) -> str:
+    """A value as people like to read it, e.g. ``show(0.013, "m") == "13 mm"``."""
+    if value is None:
+        return "not known"
+    if not math.isfinite(value):
+        return str(value)
+    if si == "1":
+        return f"{value:.{digits}g}"
+    units = _FRIENDLY.get(si, (si,))
+    best = min(units, key=lambda unit: _awkwardness(abs(value) / float(unit_factor(unit, si) or 1)))
+    scaled = value / float(unit_factor(best, si) or 1)
+    text = f"{scaled:.{digits}g}" if not 10**digits <= abs(scaled) < 1e7 else f"{scaled:.0f}"
+    return f"{text} {best}"
+
+
+def _awkwardness(scaled: float) -> float:
+    """How far a number lies from 0.1 ... 1000, in decades."""
+    if scaled == 0 or 0.1 <= scaled < 1000:
+        return 0.0
+    return abs(math.log10(scaled / (0.1 if scaled < 0.1 else 1000))) + 0.1
+
+
+def exact_text(value: float, si: str) -> str:
+    """The shortest text that `parse` turns back into exactly this float."""
+    if si == "1":
+        return repr(value)
+    for unit in (show(value, si).split(" ", 1)[1], si):
+        factor = unit_factor(unit, si) or Fraction(1)
+        scaled = Fraction(value) / factor
+        for digits in range(1, 18):
+            text = f"{float(scaled):.{digits}g}"
+            if float(Fraction(text) * factor) == value:
+                plain = f"{float(text):.12f}".rstrip("0").rstrip(".")
+                same = Fraction(plain) == Fraction(text)
+                return f"{plain if same else text} {unit}"
+    return f"{value!r} {si}"
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What is known of one quantity: SI unit, meaning, bounds (inclusive) and symbol."""
+
+    unit: str
+    text: str
+    lo: float = 0.0
+    hi: float = math.inf
+    symbol: str = ""
+    whole: bool = False
+    open_lo: bool = False
+
+    def allowed(self) -> str:
+        """The bounds as a phrase."""
+        low = f"{'more than' if self.open_lo else 'at least'} {show(self.lo, self.unit)}"
+        if self.lo == 0:
+            low = "more than zero" if self.open_lo else "zero or more"
+        if math.isinf(self.hi):
+            return low
+        return f"{low} and at most {show(self.hi, self.unit)}"
+
+    def check(self, value: float, name: str) -> float:
+        """`value` if it lies within the bounds; raises QuantityError if not."""
+        low_ok = value > self.lo if self.open_lo else value >= self.lo
+        if not (math.isfinite(value) and low_ok and value <= self.hi):
+            raise QuantityError(
+                f"{name}: {show(value, self.unit)} is not allowed; {self.text} is {self.allowed()}"
+            )
+        if self.whole and value != int(value):
+            raise QuantityError(f"{name}: {value} is not allowed; {self.text} is a whole number")
+        return value
+
+    def read(self, text: object, name: str) -> float:
+        """Parse and check in one go."""
+        value = self.check(parse(text, self.unit, name), name)
+        return int(value) if self.whole else value
+
+
+def quantity(
+    unit: str,
+    text: str,
+    *,
+    lo: float = 0.0,
+    hi: float = math.inf,
+    symbol: str = "",
+    whole: bool = False,
+    open_lo: bool = False,
+    default: Any = MISSING,
+) -> Any:
+    """A dataclass field that carries its unit, meaning, bounds and symbol; None = unknown."""
+    meaning = Meaning(unit, text, lo, hi, symbol, whole, open_lo)
+    return field(default=default, metadata={"quantity": meaning})
+
+
+RECORDS: list[type] = []
+"""Every class made by `record`; the mechanics registers them with JAX, which is heavy."""
+
+
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(quantity, field))
+def record(cls: type[T]) -> type[T]:
+    """A frozen, keyword-only dataclass of quantities (SI floats) and nested records."""
+    made = dataclass(frozen=True, kw_only=True)(cls)
+    RECORDS.append(made)
+    return made
+
+
+def meaning_of(cls: type, name: str) -> Meaning:
+    """The Meaning behind a field of a record class."""
+    return next(f.metadata["quantity"] for f in fields(cls) if f.name == name)  # type: ignore[arg-type]
+
+
+def quantities(cls: type, prefix: str = "") -> Iterator[tuple[str, Meaning, bool]]:
+    """(dotted path, Meaning, required) of every quantity of a record class, nested ones too."""
+    for f in fields(cls):  # type: ignore[arg-type]
+        if "quantity" in f.metadata:
+            yield prefix + f.name, f.metadata["quantity"], f.default is MISSING
+        elif "record" in f.metadata:
+            yield from quantities(f.metadata["record"], f"{prefix}{f.name}.")
+
+
+def nested(cls: type, *, default: Any = MISSING) -> Any:
+    """A field that holds another record."""
+    return field(default=default, metadata={"record": cls})
+
+
+def get(rec: Any, path: str) -> Any:
+    """The value at a dotted path; None where the path ends in an absent record."""
+    for name in path.split("."):
+        rec = None if rec is None else getattr(rec, name)
+    return rec
+
+
+def build(cls: type[T], values: Mapping[str, Any]) -> T:
+    """A record from {dotted path: SI value}; nested records without any value become None."""
+    made: dict[str, Any] = {}
+    for f in fields(cls):  # type: ignore[arg-type]
+        if "record" in f.metadata:
+            inner = {
+                k.split(".", 1)[1]: v for k, v in values.items() if k.startswith(f.name + ".")
+            }
+            if inner or f.default is MISSING:
+                made[f.name] = build(f.metadata["record"], inner)
+        elif f.name in values:
+            made[f.name] = values[f.name]
+        elif f.default is MISSING:
+            raise QuantityError(f"{f.name} is missing: {f.metadata['quantity'].text}")
+    return cls(**made)
+
+
+def check(rec: Any, prefix: str = "") -> None:
+    """Raise QuantityError for the first field of a record that lies outside its bounds."""
+    for f in fields(rec):
+        value = getattr(rec, f.name)
+        if value is None:
+            continue
+        if is_dataclass(value):
+            check(value, f"{prefix}{f.name}.")
+        elif "quantity" in f.metadata:
+            f.metadata["quantity"].check(value, prefix + f.name)
