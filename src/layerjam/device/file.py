@@ -236,8 +236,16 @@ def line_of(text: str, path: str) -> int | None:
     return table_line
 
 
-def updated_text(file: BrakeFile, name: str, changes: Mapping[str, tuple[float, Source]]) -> str:
-    """The file's text with a new name and some values changed, comments and the rest kept."""
+def updated_text(
+    file: BrakeFile,
+    name: str,
+    changes: Mapping[str, tuple[float, Source]],
+    made_by: Mapping[str, Any] | None = None,
+) -> str:
+    """The file's text with a new name and some values changed, comments and the rest kept.
+
+    `made_by` becomes the [made_by] table, which describes and does not count.
+    """
     import tomlkit
 
     document = tomlkit.parse(file.text)
@@ -265,6 +273,9 @@ def updated_text(file: BrakeFile, name: str, changes: Mapping[str, tuple[float, 
             full = tomlkit.table()
             full.update(item)
             place.append(key, full)
+    document.pop("made_by", None)
+    if made_by:
+        document["made_by"] = dict(made_by)
     return tomlkit.dumps(document)
 
 

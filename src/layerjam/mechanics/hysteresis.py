@@ -43,6 +43,8 @@ class Cycle(NamedTuple):
     """True once the overlap is used up; nothing after that point counts."""
     overflow: Any
     """True once the sleeve's memory of turning points was exceeded."""
+    snapped: Any
+    """True once the brake began to slide on a spring softer than `least_stiffness`."""
 
 
 class State(NamedTuple):
@@ -55,6 +57,7 @@ class State(NamedTuple):
     heat: Any
     vacuum: Any
     closed: Any
+    snapped: Any
 
 
 class _Setting(NamedTuple):
@@ -131,6 +134,7 @@ def move(state: State, elongation: Any, at: _Setting) -> State:
         heat=state.heat + heat,
         vacuum=state.vacuum,
         closed=state.closed | (slip < memory.slip),
+        snapped=state.snapped | (out & (at.k <= at.c)),
     )
 
 
@@ -148,8 +152,8 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
     """The brake along an elongation history [m], shape (N,), from rest at zero elongation.
 
     `vacuum` [Pa] is one number or a history of the same shape, taken over before each move.
-    Sheets stick at k and slide at F_f; the sleeve follows Masing's rule. k must exceed c
-    (`least_stiffness`), otherwise the brake would snap and every force is NaN.
+    Sheets stick at k and slide at F_f; the sleeve follows Masing's rule. Once the brake starts to
+    slide on a k that is not above c (`least_stiffness`) it snaps, and forces from there are NaN.
     """
     elongation = jnp.atleast_1d(elongation)
     vacuum = jnp.broadcast_to(vacuum, elongation.shape)
@@ -160,7 +164,7 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
         state = change_vacuum(state, pressure, before, after)
         state = move(state, target, after)
         sleeve = state.sleeve
-        fine = (after.k > after.c) & (target >= 0) & (pressure >= 0) & ~sleeve.overflow
+        fine = (target >= 0) & (pressure >= 0) & ~(sleeve.overflow | state.snapped)
         force = jnp.where(fine, state.force, jnp.nan)
         return state, Cycle(
             force=force,
@@ -173,8 +177,9 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
             closed=state.closed,
             separated=sleeve.slip >= brake.sheets.overlap,
             overflow=sleeve.overflow,
+            snapped=state.snapped,
         )
 
-    zero = jnp.array(0.0)
-    start = State(at_rest(), zero, zero, zero, zero, vacuum[0], jnp.array(False))
+    zero, no = jnp.array(0.0), jnp.array(False)
+    start = State(at_rest(), zero, zero, zero, zero, vacuum[0], no, no)
     return jax.lax.scan(step, start, (elongation, vacuum))[1]

@@ -7,7 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import sleeve_at
+from layerjam.mechanics.enclosure import backbone, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law, safe_sqrt, within
 from layerjam.mechanics.stiffness import sheet_section
@@ -65,11 +65,13 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
 
 
 def _closing_with_exponent(slip: Any, contact: Any, brake: Brake) -> Any:
-    """Least vacuum from which friction holds the sleeve, on a fine logarithmic grid."""
-    from layerjam.mechanics.enclosure import backbone
+    """With a pressure exponent: where friction starts to hold the sleeve, by halving log P."""
 
-    grid = jnp.logspace(-8, 0, 4001) * brake.site.atmosphere
-    grid = grid.reshape((-1,) + (1,) * jnp.ndim(slip))
-    held = friction_per_contact(grid, brake) * contact >= backbone(slip, sleeve_at(grid, brake))
-    first = jnp.argmax(held, axis=0)
-    return jnp.where(held.any(axis=0), grid.reshape(-1)[first], jnp.inf)
+    def holds(log_vacuum: Any) -> Any:
+        vacuum = jnp.exp(log_vacuum)
+        held = friction_per_contact(vacuum, brake) * contact
+        return held - backbone(slip, sleeve_at(vacuum, brake))
+
+    top = jnp.log(brake.site.atmosphere) + jnp.zeros(jnp.shape(slip))
+    vacuum = jnp.exp(rising_zero(lambda v: jnp.sign(holds(v)), top - 30.0, top))
+    return jnp.where(holds(top) >= 0, vacuum, jnp.inf)

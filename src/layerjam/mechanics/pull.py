@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import Sleeve, backbone, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
-from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.stiffness import working_stiffness
 
 
@@ -96,9 +96,37 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
 
 
 @law
+def force_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
+    """Force [N] of a pull from rest at an elongation [m] and constant vacuum [Pa], k (u - x)."""
+    slip = slip_at_elongation(elongation, vacuum, brake)
+    return working_stiffness(brake) * (elongation - slip)
+
+
+@law
 def least_stiffness(vacuum: Any, brake: Brake) -> Any:
     """Stiffness of rig or rope [N/m] above which no part of a pull can snap: c (vacuum [Pa])."""
     return friction_per_contact(vacuum, brake)
+
+
+@law
+def scale_factor_of_peak(force: Any, vacuum: Any, brake: Brake) -> Any:
+    """The scale factor a [-] with which a pull at `vacuum` [Pa] peaks at `force` [N].
+
+    The exact inverse of `peak`: (F + sqrt(F^2 - e^2 L2))/(2 c_1 L2), c_1 the friction per contact
+    at a = 1. NaN for F^2 < e^2 L2: no pull peaks that low.
+    """
+    root, overlap = sleeve_at(vacuum, brake).root, brake.sheets.overlap
+    one = friction_per_contact(vacuum, brake) / brake.scale_factor
+    square = force**2 - root**2 * overlap
+    return (force + safe_sqrt(square)) / (2 * one * overlap)
+
+
+@law
+def scale_factor_eq8(force: Any, displacement: Any, vacuum: Any, brake: Brake) -> Any:
+    """The paper's a (eq. 8), with the crosshead's displacement [m] where slip belongs."""
+    one = friction_per_contact(vacuum, brake) / brake.scale_factor
+    sleeve = backbone(displacement, sleeve_at(vacuum, brake))
+    return (force - sleeve) / (one * (brake.sheets.overlap - displacement))
 
 
 @law
@@ -130,7 +158,7 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
 
 
 def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
-    """With a pressure exponent there is no closed inverse: 60 halvings, then one Newton step.
+    """With a pressure exponent there is no closed inverse: halvings, then one Newton step.
 
     The Newton step carries the gradient (implicit function theorem).
     """
@@ -141,15 +169,8 @@ def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
             slip, sleeve_at(vacuum, brake)
         )
 
-    def halve(_: int, bounds: tuple[Any, Any]) -> tuple[Any, Any]:
-        low, high = bounds
-        middle = (low + high) / 2
-        weak = resist(middle) < force
-        return jnp.where(weak, middle, low), jnp.where(weak, high, middle)
-
     zero = jnp.zeros(jnp.broadcast_shapes(jnp.shape(force), jnp.shape(slip)))
-    start = (zero, zero + brake.site.atmosphere)
-    guess = jax.lax.stop_gradient(jax.lax.fori_loop(0, 60, halve, start)[1])
+    guess = rising_zero(lambda p: resist(p) - force, zero, zero + brake.site.atmosphere)
     value, slope = jax.jvp(resist, (guess,), (jnp.ones_like(guess),))
     return guess + (force - value) / jax.lax.stop_gradient(slope)
 

@@ -1,0 +1,80 @@
+"""Entry point: every command, and one plain sentence for every error."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+from typer.exceptions import Abort, Exit, TyperException
+
+from layerjam._version import __version__
+from layerjam.cli import brakes, laboratory, paper, predict
+from layerjam.errors import LayerjamError
+
+app = typer.Typer(
+    name="layerjam",
+    help="Soft layer-jamming brakes: design, predict, read tests, calibrate, invert.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for group in (brakes, predict, laboratory, paper):
+    group.register(app)
+
+
+def _show_version(value: bool) -> None:
+    if value:
+        print(f"layerjam {__version__}")
+        raise Exit(0)
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns its exit code: 0 answered, 1 cannot, 2 bad input, 3 partly."""
+    try:
+        code = app(args=arguments, standalone_mode=False)
+        sys.stdout.flush()
+        return int(code or 0)
+    except Exit as stop:
+        return stop.exit_code
+    except Abort:
+        return _say("stopped", 130)
+    except KeyboardInterrupt:
+        return _say("stopped; nothing was written", 130)
+    except TyperException as error:
+        # a bare `layerjam` shows its help, which is no error message
+        message = " ".join(error.format_message().split())
+        return _say(message or "say what to do: layerjam --help", 2)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except LayerjamError as error:
+        return _say(" ".join(str(error).split()), 2)
+    except (MemoryError, RecursionError):
+        return _say("the input is too large for this machine's memory", 2)
+
+
+def _say(sentence: str, code: int) -> int:
+    print(f"layerjam: {sentence}", file=sys.stderr)
+    return code
+
+
+def run() -> None:
+    """Console script."""
+    sys.exit(main())
+
+
+if __name__ == "__main__":
+    run()

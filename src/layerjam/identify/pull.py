@@ -1,0 +1,141 @@
+"""What one measured pull shows: stiffness before onset, peak, and where loading ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from layerjam.errors import FileError
+from layerjam.identify.trace import Trace
+from layerjam.units import show
+
+LINEAR = (0.2, 0.8)
+"""Part of the greatest force over which the slope before onset is taken."""
+FALL = 0.10
+"""The peak is fitted from onset until the force has fallen by this part."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PullFeatures:
+    """Features of one pull, SI units.
+
+    `elongation` and `force` are the loading branch, with zero elongation where the straight line
+    before onset meets zero force. Standard errors rest on the scatter about the two fits.
+    """
+
+    stiffness: float
+    stiffness_se: float
+    peak_force: float
+    peak_force_se: float
+    peak_elongation: float
+    has_peak: bool
+    noise: float
+    origin: float
+    elongation: np.ndarray
+    force: np.ndarray
+    path: str
+
+
+def loading_branch(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
+    """Elongation [m] and force [N] up to the greatest elongation."""
+    end = int(np.argmax(trace.elongation)) + 1
+    return trace.elongation[:end], trace.force[:end]
+
+
+def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
+    """Slope, its standard error and intercept of a straight line."""
+    mean = x.mean()
+    spread = float(((x - mean) ** 2).sum())
+    slope = float(((x - mean) * y).sum() / spread)
+    intercept = float(y.mean() - slope * mean)
+    rest = y - slope * x - intercept
+    variance = float((rest**2).sum()) / (len(x) - 2)
+    return slope, float(np.sqrt(variance / spread)), intercept
+
+
+def _running_mean(force: np.ndarray, most: int) -> np.ndarray:
+    """Centred running mean over a hundredth of the record, at most `most` samples; same length."""
+    half = min(len(force) // 200, most // 2)
+    padded = np.pad(force, half, mode="edge")
+    return np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")
+
+
+def pull_features(trace: Trace) -> PullFeatures:
+    """Stiffness, peak and loading branch of one pull.
+
+    The slope before onset is a straight line through 20 to 80 % of the greatest force. The peak is
+    the top of A - c x + e sqrt(x), the brake's own shape, fitted by least squares over the slip
+    x = u - F/k from onset until the force has fallen by 10 %: the raw maximum of a noisy record
+    lies too high. Raises FileError where the record shows no rise to measure a slope on.
+    """
+    elongation, force = loading_branch(trace)
+    # one spike of noise is no peak
+    smooth = _running_mean(force, 9)
+    top = int(np.argmax(smooth))
+    height = float(smooth[top])
+    rise = slice(0, top + 1)
+    # the last passage through each level, so that slack and wiggles before the rise do not count
+    low, high = (int(np.flatnonzero(force[rise] <= part * height)[-1])
+                 if (force[rise] <= part * height).any() else 0 for part in LINEAR)  # fmt: skip
+    if high - low < 5:
+        raise FileError(
+            trace.path,
+            f"has {max(high - low, 0)} samples between {LINEAR[0]:.0%} and {LINEAR[1]:.0%} of its "
+            f"greatest force, {show(height, 'N')}; at least 5 are needed to find the stiffness",
+        )
+    x, y = elongation[low : high + 1], force[low : high + 1]
+    if np.ptp(x) <= 0:
+        raise FileError(trace.path, "the crosshead does not move while the force rises")
+    stiffness, stiffness_se, intercept = _line(x, y)
+    if stiffness <= 0:
+        raise FileError(trace.path, "the force does not rise with elongation before the peak")
+    origin = -intercept / stiffness
+    u = elongation - origin
+    peak = _fit_peak(u, force, stiffness, top, height)
+    return PullFeatures(
+        stiffness=stiffness,
+        stiffness_se=stiffness_se,
+        peak_force=peak[0],
+        peak_force_se=peak[1],
+        peak_elongation=peak[2],
+        has_peak=peak[4],
+        noise=peak[3],
+        origin=origin,
+        elongation=u,
+        force=force,
+        path=trace.path,
+    )
+
+
+def _fit_peak(
+    u: np.ndarray, force: np.ndarray, stiffness: float, top: int, height: float
+) -> tuple[float, float, float, float, bool]:
+    """Peak force, its standard error, its elongation, the noise, and whether it is a peak."""
+    slip = u - force / stiffness
+    smooth = _running_mean(force, 51)
+    fallen = np.flatnonzero(smooth[top:] < (1 - FALL) * height)
+    end = top + int(fallen[0]) if len(fallen) else len(force)
+    before = np.flatnonzero(smooth[: top + 1] <= 0.97 * height)
+    onset = int(before[-1]) if len(before) else 0
+    rise_noise = float(np.std(np.diff(force[max(0, top - 20) : top + 20]))) / np.sqrt(2)
+    least = 3 * rise_noise / stiffness + 1e-9
+    index = np.arange(onset, end)
+    index = index[slip[index] > least]
+    falls = bool(force[max(top, len(force) - max(3, len(force) // 100)) :].mean() < 0.995 * height)
+    if len(index) < 10 or not falls:
+        return height, rise_noise, float(u[top]), rise_noise, falls and len(index) >= 10
+    x = slip[index]
+    scale = float(x.max())
+    basis = np.column_stack([np.ones_like(x), -x / scale, np.sqrt(x / scale)])
+    weights, _, _, _ = np.linalg.lstsq(basis, force[index], rcond=None)
+    rest = force[index] - basis @ weights
+    variance = float((rest**2).sum()) / max(len(index) - 3, 1)
+    level, fall, root = (float(w) for w in weights)
+    at = (root / (2 * fall)) ** 2 if fall > 0 and root > 0 else 0.0
+    at = min(at, 1.0)
+    here = np.array([1.0, -at, np.sqrt(at)])
+    peak = float(here @ weights)
+    covariance = variance * np.linalg.pinv(basis.T @ basis)
+    error = float(np.sqrt(here @ covariance @ here))
+    return peak, error, at * scale + peak / stiffness, float(np.sqrt(variance)), True

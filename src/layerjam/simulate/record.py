@@ -1,0 +1,153 @@
+"""Results: arrays with units, a named outcome, and everything needed to run them again."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from layerjam._version import __version__
+from layerjam.device.file import BrakeFile, read_brake, render
+from layerjam.device.load import write_whole
+from layerjam.errors import FileError, MissingExtraError
+from layerjam.units import Meaning
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+
+class Outcome(StrEnum):
+    """How a simulation ended."""
+
+    FINISHED = "FINISHED"
+    SEPARATED = "SEPARATED"
+    CLOSED_BY_SLEEVE = "CLOSED_BY_SLEEVE"
+    SNAPS = "SNAPS"
+
+
+def column(unit: str, text: str) -> Any:
+    """A field that holds one array, shape (N,)."""
+    return field(metadata={"quantity": Meaning(unit, text)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class TensileRecord:
+    """A simulated pull; arrays have shape (N,), SI units.
+
+    `outcome` says how it ended; `brake`, `procedure` (its text) and `model` run it again.
+    """
+
+    time: np.ndarray = column("s", "time from the start of the procedure")
+    elongation: np.ndarray = column("m", "crosshead elongation")
+    force: np.ndarray = column("N", "force at the crosshead")
+    slip: np.ndarray = column("m", "slip of the sheets")
+    sleeve_force: np.ndarray = column("N", "part of the force the sleeve carries while sliding")
+    vacuum: np.ndarray = column("Pa", "vacuum inside the sleeve")
+    work: np.ndarray = column("J", "work done on the brake")
+    dissipated_energy: np.ndarray = column("J", "energy turned into heat")
+    stored_energy: np.ndarray = column("J", "elastic energy held in sleeve, sheets and mount")
+    outcome: Outcome
+    procedure: str
+    brake: BrakeFile
+    model: str = "lumped"
+    warnings: tuple[str, ...] = ()
+
+    def columns(self) -> Iterator[tuple[str, np.ndarray, Meaning]]:
+        """(name, array, Meaning) of every column."""
+        for f in fields(self):
+            if "quantity" in f.metadata:
+                yield f.name, getattr(self, f.name), f.metadata["quantity"]
+
+    def to_frame(self) -> pandas.DataFrame:
+        """A data frame, one column per quantity in SI; units in `frame.attrs["units"]`."""
+        import pandas
+
+        frame = pandas.DataFrame({name: values for name, values, _ in self.columns()})
+        frame.attrs["units"] = {name: m.unit for name, _, m in self.columns()}
+        frame.attrs["outcome"] = str(self.outcome)
+        return frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A Dataset along `time`, with units, meanings and everything to run it again."""
+        try:
+            import xarray
+        except ImportError:
+            raise MissingExtraError("a labelled result (xarray)", "labelled") from None
+        coordinate = ("sample", self.time, {"units": "s"})
+        data = {
+            name: ("sample", values, {"units": m.unit, "long_name": m.text})
+            for name, values, m in self.columns()
+            if name != "time"
+        }
+        return xarray.Dataset(data, coords={"time": coordinate}, attrs=self.header())
+
+    def header(self) -> dict[str, str]:
+        """What stands above the columns."""
+        return {
+            "made_by": f"layerjam {__version__} tensile",
+            "data": "synthetic: computed from a model, not measured",
+            "model": self.model,
+            "procedure": self.procedure,
+            "outcome": str(self.outcome),
+            "warnings": " | ".join(self.warnings),
+            "brake": render(self.brake, self.brake.name),
+        }
+
+    def to_csv(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write CSV: '#' header with the procedure and the whole brake, then columns with units."""
+        head = self.header()
+        lines = [f"# {head.pop('made_by')}"]
+        brake = head.pop("brake")
+        lines += [f"# {key}: {value}" for key, value in head.items()]
+        lines += ["# brake:"] + [f"#   {line}" for line in brake.splitlines()]
+        lines.append(",".join(f"{name} [{m.unit}]" for name, _, m in self.columns()))
+        text = io.StringIO()
+        text.write("\n".join(lines) + "\n")
+        table = np.column_stack([values for _, values, _ in self.columns()])
+        np.savetxt(text, table, fmt="%.17g", delimiter=",")
+        return write_whole(path, lambda p: _write(p, text.getvalue()), force)
+
+    def to_netcdf(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write NetCDF 3 through xarray and scipy."""
+        dataset = self.to_xarray()
+        return write_whole(path, lambda p: dataset.to_netcdf(p, engine="scipy"), force)
+
+    def save(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write .csv or .nc, by the path's ending; raises FileError for any other."""
+        suffix = Path(path).suffix.lower()
+        if suffix == ".csv":
+            return self.to_csv(path, force=force)
+        if suffix == ".nc":
+            return self.to_netcdf(path, force=force)
+        raise FileError(path, f"the ending '{suffix}' is not known; use .csv or .nc")
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")
+
+
+def read_header(path: str | Path) -> tuple[BrakeFile, str]:
+    """(brake, procedure text) out of the header of a CSV that `to_csv` wrote."""
+    brake_lines: list[str] = []
+    procedure, inside = "", False
+    try:
+        with Path(path).open(encoding="utf-8") as handle:
+            for line in handle:
+                if not line.startswith("#"):
+                    break
+                if inside:
+                    brake_lines.append(line[4:])
+                elif line.startswith("# procedure: "):
+                    procedure = line.removeprefix("# procedure: ").strip()
+                inside = inside or line.strip() == "# brake:"
+    except (OSError, UnicodeDecodeError) as err:
+        raise FileError(path, f"cannot be read: {err}") from None
+    if not (procedure and brake_lines):
+        raise FileError(path, "has no header that tells brake and procedure")
+    return read_brake("".join(brake_lines), path), procedure
