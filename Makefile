@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
-	$(BIN)/python -m layerjam.report.demo out/demo
+	$(BIN)/python -m layerjam.cli.demo out/demo
 
 test: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m "not slow" tests

@@ -55,7 +55,9 @@ def _each(files: Sequence[Path], use: Callable[[Trace], T]) -> tuple[list[T], di
 
 
 def _refusals(refused: dict[str, str]) -> list[str]:
-    return ["", "refused:"] + [f"  {path}: {why}" for path, why in refused.items()] * bool(refused)
+    if not refused:
+        return []
+    return ["", "refused:"] + [f"  {path}: {why}" for path, why in refused.items()]
 
 
 def _vacuum(trace: Trace, given: str | None, brake: Brake) -> float:
@@ -210,8 +212,6 @@ def calibrate(
     result = fit([(pull, pressure) for _, pull, pressure in used], file.brake)
     traces = [trace for trace, _, _ in used]
     warnings = file.warnings() + [w for t in traces for w in t.warnings]
-    if any(t.facts.synthetic for t in traces):
-        warnings.append("synthetic data: made by the virtual test machine, not measured")
     written = None
     if out is not None:
         text = calibrated_text(file, result, out.stem)
@@ -254,6 +254,10 @@ def calibrate(
     return 3 if refused else 0
 
 
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2%}"
+
+
 def _error(value: float | None, unit: str) -> str:
     return "not known" if value is None else show(value, unit, 2)
 
@@ -286,8 +290,6 @@ def validate(
     used, refused = _each(files, use)
     result = validate_pulls([(pull, pressure) for _, pull, pressure in used], file.brake)
     warnings = file.warnings() + [w for t, _, _ in used for w in t.warnings]
-    if any(t.facts.synthetic for t, _, _ in used):
-        warnings.append("synthetic data: made by the virtual test machine, not measured")
     same = calibrated_on(file, [t.path for t, _, _ in used])
     if same:
         warnings.append(
@@ -313,6 +315,7 @@ def validate(
             "mape": result.mape, "mape_sd": result.mape_sd, "rmse": result.rmse, "files": rows,
             "refused": refused,
         },  # fmt: skip
+        shown={"mape": _percent(result.mape), "mape_sd": _percent(result.mape_sd)},
         units={"mape": "1", "mape_sd": "1", "rmse": "N"},
         warnings=warnings,
         lines=lines + _refusals(refused),

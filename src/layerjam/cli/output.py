@@ -17,7 +17,8 @@ from layerjam.units import show
 class Answer:
     """One command's answer: keys as in the contract, SI values, units, warnings.
 
-    `lines` are further lines for people only; keys in `hidden` are left out of the table.
+    `lines` are further lines for people only; keys in `hidden` are left out of the table, those in
+    `shown` stand there as the text given.
     """
 
     values: dict[str, Any]
@@ -25,6 +26,7 @@ class Answer:
     warnings: Sequence[str] = ()
     lines: Sequence[str] = ()
     hidden: Sequence[str] = ()
+    shown: Mapping[str, str] = field(default_factory=dict)
 
     def print(self, as_json: bool) -> None:
         """Print it the way that was asked for."""
@@ -38,11 +40,11 @@ class Answer:
 
     def table(self, width: int) -> list[str]:
         """The lines of the table, no longer than `width`."""
-        shown = {k: v for k, v in self.values.items() if k not in self.hidden}
-        wide = max((len(k) for k in shown), default=0)
+        rows = {k: v for k, v in self.values.items() if k not in self.hidden}
+        wide = max((len(k) for k in rows), default=0)
         out = []
-        for key, value in shown.items():
-            text = _text(value, self.units.get(key, ""))
+        for key, value in rows.items():
+            text = self.shown.get(key) or _text(value, self.units.get(key, ""))
             out += _wrapped(text, f"{key.replace('_', ' '):<{wide}}  ", width)
         for line in self.lines:
             out += _wrapped(line, "", width) if line else [""]

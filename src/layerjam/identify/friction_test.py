@@ -118,8 +118,6 @@ def reduce_friction(
                 f"{r.path}: the greatest force lies at {show(r.static_at, 'm')} of travel, inside "
                 "the kinetic window; it may not be the static peak"
             )
-    if any(t.facts.synthetic for t in traces):
-        warnings.append("synthetic data: made by the virtual test machine, not measured")
     return FrictionResult(
         static=float(static.mean()),
         kinetic=float(kinetic.mean()),

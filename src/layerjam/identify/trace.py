@@ -141,17 +141,17 @@ def _check_stuck(trace: Trace) -> None:
     top = float(force.max())
     if float(force.min()) == top:
         raise FileError(
-            trace.path, f"the force is {show(top, 'N')} in every row: the load cell measured nothing"
+            trace.path,
+            f"the force is {show(top, 'N')} in every row: the load cell measured nothing",
         )
     least = int(min(20, max(8, rows // 10)))
     at_top = force >= top - 1e-9 * abs(top)
-    if top <= 0 or at_top.sum() < least:
+    stuck = int(at_top.sum())
+    if top <= 0 or stuck < least:
         return
-    moved = np.diff(trace.elongation, prepend=trace.elongation[:1] - 1.0) != 0
-    # A coarse displacement repeats its number between two steps: only long standstills are holds.
-    if np.unique(trace.elongation[at_top]).size < 5:
+    if np.ptp(trace.elongation[at_top]) < 0.005 * np.ptp(trace.elongation):
         return
-    stuck, stuck_run = int((at_top & (moved | at_top)).sum()), _longest_run(at_top, force)
+    stuck_run = _longest_run(at_top, force)
     upper = (force > top / 2) & ~at_top
     _, counts = np.unique(force[upper], return_counts=True)
     often = int(counts.max()) if counts.size else 1

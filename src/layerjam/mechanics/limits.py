@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
-from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.stiffness import sheet_section
 
 

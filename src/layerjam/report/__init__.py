@@ -1,0 +1,1 @@
+"""All drawing, and the reproduction of the paper."""
