@@ -1,3 +1,62 @@
-"""layerjam: soft layer-jamming brakes."""
+"""layerjam: design, predict, test, calibrate and drive soft layer-jamming brakes.
+
+Everything public can be had from here and is imported when first used, so that
+``import layerjam`` costs nothing. Laws need JAX in double precision:
+``jax.config.update("jax_enable_x64", True)``.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
 from layerjam._version import __version__
-__all__ = ["__version__"]
+
+_PUBLIC = {
+    "layerjam.device.brake": "Brake mass sheet_mass sleeve_mass validate_brake:validate",
+    "layerjam.device.enclosure": "Enclosure",
+    "layerjam.device.file": "BrakeFile",
+    "layerjam.device.load": "catalogue load",
+    "layerjam.device.mount": "Mount Rope Site",
+    "layerjam.device.sheets": "Film Sheets",
+    "layerjam.device.source": "Source",
+    "layerjam.errors": "LayerjamError",
+    "layerjam.identify.readers": "read_trace",
+    "layerjam.identify.trace": "Trace",
+    "layerjam.mechanics.enclosure": "enclosure_force saturation_slip sleeve_stretch",
+    "layerjam.mechanics.energy": "energy_capacity pull_work slip_heat slip_work",
+    "layerjam.mechanics.friction": "holding_force sheet_friction",
+    "layerjam.mechanics.hysteresis": "brake_cycle",
+    "layerjam.mechanics.limits": "buckling_force clamp_stress self_closing_vacuum sheet_stress "
+    "travel_left",
+    "layerjam.mechanics.memory": "enclosure_cycle",
+    "layerjam.mechanics.pull": "brake_force force_at_elongation force_limits least_stiffness peak "
+    "peak_vacuum scale_factor_of_peak slip_at_elongation vacuum_for_force",
+    "layerjam.mechanics.stiffness": "mount_stiffness stiffness_before_slip stiffness_sliding",
+    "layerjam.report.reproduce": "reproduce",
+    "layerjam.simulate.procedure": "Procedure parse_procedure",
+    "layerjam.simulate.record": "Outcome TensileRecord",
+    "layerjam.verbs.answer": "Answer",
+    "layerjam.verbs.laboratory": "calibrate friction validate",
+    "layerjam.verbs.predict": "force new show tensile vacuum",
+}
+_WHERE = {
+    name.split(":")[0]: (module, name.split(":")[-1])
+    for module, names in _PUBLIC.items()
+    for name in names.split()
+}
+
+__all__ = ["__version__", *sorted(_WHERE)]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _WHERE:
+        raise AttributeError(f"module 'layerjam' has no attribute '{name}'")
+    module, inside = _WHERE[name]
+    value = getattr(importlib.import_module(module), inside)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -7,50 +7,62 @@ import math
 import shutil
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 from layerjam.units import show
+from layerjam.verbs.answer import Answer
 
 
-@dataclass(kw_only=True)
-class Answer:
-    """One command's answer: keys as in the contract, SI values, units, warnings.
+def say(
+    answer: Answer,
+    as_json: bool,
+    *,
+    lines: Sequence[str] = (),
+    hidden: Sequence[str] = (),
+    shown: Mapping[str, str] | None = None,
+) -> int:
+    """Print an answer the way that was asked for; gives the exit code.
 
-    `lines` are further lines for people only; keys in `hidden` are left out of the table, those in
-    `shown` stand there as the text given.
+    For people: keys in `hidden` are left out, those in `shown` stand as the text given, `lines`
+    follow. 1 where the answer is "cannot", 3 where some of several files were refused, else 0.
     """
-
-    values: dict[str, Any]
-    units: dict[str, str]
-    warnings: Sequence[str] = ()
-    lines: Sequence[str] = ()
-    hidden: Sequence[str] = ()
-    shown: Mapping[str, str] = field(default_factory=dict)
-
-    def print(self, as_json: bool) -> None:
-        """Print it the way that was asked for."""
-        if as_json:
-            whole = {**self.values, "units": self.units, "warnings": list(self.warnings)}
-            print(json.dumps(_plain(whole), indent=2, allow_nan=False))
-            return
+    if as_json:
+        whole = {
+            **answer.values, "units": answer.units, "warnings": list(dict.fromkeys(answer.warnings))
+        }  # fmt: skip
+        print(json.dumps(_plain(whole), indent=2, allow_nan=False))
+    else:
         width = min(shutil.get_terminal_size((80, 24)).columns, 100)
-        for line in self.table(width):
+        for line in table(answer, width, lines, hidden, shown or {}):
             print(line)
+    if answer.values.get("feasible") is False:
+        return 1
+    return 3 if answer.refused else 0
 
-    def table(self, width: int) -> list[str]:
-        """The lines of the table, no longer than `width`."""
-        rows = {k: v for k, v in self.values.items() if k not in self.hidden}
-        wide = max((len(k) for k in rows), default=0)
-        out = []
-        for key, value in rows.items():
-            text = self.shown.get(key) or _text(value, self.units.get(key, ""))
-            out += _wrapped(text, f"{key.replace('_', ' '):<{wide}}  ", width)
-        for line in self.lines:
-            out += _wrapped(line, "", width) if line else [""]
-        for warning in dict.fromkeys(self.warnings):
-            out += _wrapped(warning, "note: ", width)
-        return out
+
+def table(
+    answer: Answer,
+    width: int,
+    lines: Sequence[str],
+    hidden: Sequence[str],
+    shown: Mapping[str, str],
+) -> list[str]:
+    """The lines of the table, no longer than `width`."""
+    rows = {k: v for k, v in answer.values.items() if k not in hidden}
+    wide = max((len(k) for k in rows), default=0)
+    out = []
+    for key, value in rows.items():
+        text = shown.get(key) or _text(value, answer.units.get(key, ""))
+        out += _wrapped(text, f"{key.replace('_', ' '):<{wide}}  ", width)
+    for line in lines:
+        out += _wrapped(line, "", width) if line else [""]
+    if answer.refused:
+        out += ["", "refused:"]
+        for path, why in answer.refused.items():
+            out += _wrapped(f"  {path}: {why}", "", width)
+    for warning in dict.fromkeys(answer.warnings):
+        out += _wrapped(warning, "note: ", width)
+    return out
 
 
 def _wrapped(text: str, head: str, width: int) -> list[str]:

@@ -1,4 +1,4 @@
-"""`reproduce`: every number of the paper beside ours."""
+"""`reproduce` on the command line."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from layerjam.cli import options as opt
-from layerjam.cli.output import Answer
 
 
 def register(app: typer.Typer) -> None:
@@ -20,13 +19,13 @@ def reproduce(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the report.")],
     as_json: opt.AsJson = False,
     force: opt.Force = False,
-) -> None:
-    """Recompute the paper: report.html, results.json and figures."""
+) -> int:
+    """Recompute the paper: report.html, results.json and figures, every claim beside ours."""
     opt.engine()
+    from layerjam.cli.output import say
     from layerjam.report.reproduce import reproduce as run
+    from layerjam.verbs.answer import Answer
 
     result = run(out, force=force, say=None if as_json else print)
-    Answer(
-        values={"report": str(result.report), "results": str(result.results), **result.counts},
-        units={},
-    ).print(as_json)
+    values = {"report": str(result.report), "results": str(result.results), **result.counts}
+    return say(Answer(values=values, units={}), as_json)

@@ -1,4 +1,4 @@
-"""`force`, `vacuum` and `tensile`: what a brake will do."""
+"""`new`, `show`, `force`, `vacuum` and `tensile` on the command line."""
 
 from __future__ import annotations
 
@@ -8,16 +8,40 @@ from typing import Annotated
 import typer
 
 from layerjam.cli import options as opt
-from layerjam.cli.output import Answer
-from layerjam.errors import ProcedureError, QuantityError
-from layerjam.units import show
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this file."""
-    app.command("force")(force)
-    app.command("vacuum")(vacuum)
-    app.command("tensile")(tensile)
+    for command in (new, show, force, vacuum, tensile):
+        app.command(command.__name__)(command)
+
+
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new brake.")],
+    start: Annotated[str, typer.Option("--from", metavar="BRAKE", help="Brake to start from.")],
+    out: Annotated[Path, typer.Option(metavar="FILE.toml", help="File to write.")],
+    as_json: opt.AsJson = False,
+    replace: opt.Force = False,
+) -> int:
+    """Write a commented brake file to edit, starting from another brake."""
+    opt.check_target(out, replace, (".toml",))
+    from layerjam.cli.output import say
+    from layerjam.verbs import predict
+
+    answer = predict.new(name, start, out, force=replace)
+    return say(answer, as_json, lines=["", f"Edit it, then: layerjam show {out}"])
+
+
+def show(brake: opt.BrakeName, atmosphere: opt.Atmosphere = None, as_json: opt.AsJson = False) -> int:
+    """What a brake weighs, holds, stores and bears, and where its numbers come from."""
+    opt.engine()
+    from layerjam.cli.output import say
+    from layerjam.verbs import predict
+
+    answer = predict.show(brake, atmosphere=atmosphere)
+    lines = ["", "where the numbers come from"]
+    lines += [f"  {path}: {text}" for path, text in answer.sources.items()]
+    return say(answer, as_json, lines=lines, hidden=("sources",))
 
 
 def force(
@@ -28,28 +52,19 @@ def force(
     figure: opt.Figure = None,
     as_json: opt.AsJson = False,
     replace: opt.Force = False,
-) -> None:
+) -> int:
     """Force of the sliding brake at a slip and a vacuum."""
     opt.check_figure(figure, replace)
-    file = opt.brake_at(brake, atmosphere)
-    pressure = opt.read_vacuum(vacuum, file.brake)
-    x, warnings = opt.read_slip(slip, file.brake)
     opt.engine()
-    from layerjam.mechanics.enclosure import enclosure_force
-    from layerjam.mechanics.friction import sheet_friction
+    from layerjam.cli.output import say
+    from layerjam.verbs import predict
 
-    sheets = float(sheet_friction(x, pressure, file.brake))
-    sleeve = float(enclosure_force(x, pressure, file.brake))
+    answer = predict.force(brake, slip=slip, vacuum=vacuum, atmosphere=atmosphere)
     if figure:
         from layerjam.report import figures
 
-        figures.save(figures.force_over_slip(file, pressure, x), figure, replace)
-    keys = ("sheet_friction", "enclosure_force", "force")
-    Answer(
-        values=dict(zip(keys, (sheets, sleeve, sheets + sleeve), strict=True)),
-        units=dict.fromkeys(keys, "N"),
-        warnings=file.warnings() + warnings,
-    ).print(as_json)
+        figures.save(figures.force_over_slip(*answer.record), figure, replace)
+    return say(answer, as_json)
 
 
 def vacuum(
@@ -63,44 +78,16 @@ def vacuum(
 ) -> int:
     """Vacuum that makes the sliding brake resist with a force at a slip."""
     opt.check_figure(figure, replace)
-    file = opt.brake_at(brake, atmosphere)
-    x, warnings = opt.read_slip(slip, file.brake)
-    wanted = opt.FORCE.read(force, "--force")
     opt.engine()
-    import math
+    from layerjam.cli.output import say
+    from layerjam.verbs import predict
 
-    from layerjam.mechanics.pull import force_limits, vacuum_for_force
-
-    pressure = float(vacuum_for_force(wanted, x, file.brake))
-    low, high = (float(f) for f in force_limits(x, file.brake))
-    feasible = math.isfinite(pressure)
-    reason = None
-    if not feasible and wanted < low:
-        reason = (
-            f"at {show(x, 'm')} the sleeve alone resists with {show(low, 'N')}; no vacuum makes "
-            f"it less"
-        )
-    elif not feasible:
-        reason = (
-            f"at {show(x, 'm')} this brake reaches {show(high, 'N')} at most, at the site's full "
-            f"vacuum of {show(file.brake.site.atmosphere, 'Pa', 6)}"
-        )
+    answer = predict.vacuum(brake, slip=slip, force=force, atmosphere=atmosphere)
     if figure:
         from layerjam.report import figures
 
-        figures.save(figures.force_over_vacuum(file, x, wanted, pressure), figure, replace)
-    Answer(
-        values={
-            "vacuum": pressure if feasible else None,
-            "feasible": feasible,
-            "reason": reason,
-            "least_force": low,
-            "greatest_force": high,
-        },
-        units={"vacuum": "Pa", "least_force": "N", "greatest_force": "N"},
-        warnings=file.warnings() + warnings,
-    ).print(as_json)
-    return 0 if feasible else 1
+        figures.save(figures.force_over_vacuum(*answer.record), figure, replace)
+    return say(answer, as_json, hidden=() if answer.reason else ("reason",))
 
 
 def tensile(
@@ -120,61 +107,23 @@ def tensile(
     atmosphere: opt.Atmosphere = None,
     figure: opt.Figure = None,
     as_json: opt.AsJson = False,
-    force: opt.Force = False,
-) -> None:
+    replace: opt.Force = False,
+) -> int:
     """Pull the brake in a simulated test machine."""
-    from layerjam.simulate import procedure as proc
-
-    opt.check_figure(figure, force)
-    opt.check_target(out, force)
-    if out is not None and out.suffix.lower() not in (".csv", ".nc"):
-        raise QuantityError(f"--out: the ending '{out.suffix}' is not known; use .csv or .nc")
-    if model != "lumped":
-        known = "is not part of this version yet" if model == "stack" else "is not known"
-        raise QuantityError(f"--model: '{model}' {known}; lumped is")
-    file = opt.brake_at(brake, atmosphere)
-    given = {"--vacuum": vacuum, "--speed": speed, "--travel": travel}
-    if procedure is not None:
-        both = [name for name, value in given.items() if value is not None]
-        if both:
-            raise ProcedureError(f"give --procedure or {', '.join(both)}, not both")
-        steps = proc.parse_procedure(procedure)
-    else:
-        if vacuum is None or speed is None or travel is None:
-            missing = [name for name, value in given.items() if value is None]
-            raise ProcedureError(f"{', '.join(missing)} missing (or give --procedure)")
-        steps = proc.simple_pull(
-            opt.read_vacuum(vacuum, file.brake),
-            opt.SPEED.read(speed, "--speed"),
-            opt.TRAVEL.read(travel, "--travel"),
-        )
+    opt.check_figure(figure, replace)
+    opt.check_target(out, replace, (".csv", ".nc"))
     opt.engine()
-    import numpy as np
+    from layerjam.cli.output import say
+    from layerjam.verbs import predict
 
-    from layerjam.simulate.tensile import tensile as run
-
-    record = run(file, steps)
-    top = int(np.argmax(record.force))
+    answer = predict.tensile(
+        brake, vacuum=vacuum, speed=speed, travel=travel, procedure=procedure, model=model,
+        atmosphere=atmosphere,
+    )  # fmt: skip
     if out is not None:
-        record.save(out, force=force)
+        answer.record.save(out, force=replace)
     if figure:
         from layerjam.report import figures
 
-        figures.save(figures.tensile(record), figure, force)
-    Answer(
-        values={
-            "peak_force": float(record.force[top]),
-            "peak_elongation": float(record.elongation[top]),
-            "force_at_end": float(record.force[-1]),
-            "work": float(record.work[-1]),
-            "dissipated_energy": float(record.dissipated_energy[-1]),
-            "outcome": str(record.outcome),
-            "procedure": record.procedure,
-            "file": str(out) if out else None,
-        },
-        units={
-            "peak_force": "N", "peak_elongation": "m", "force_at_end": "N", "work": "J",
-            "dissipated_energy": "J",
-        },  # fmt: skip
-        warnings=record.warnings,
-    ).print(as_json)
+        figures.save(figures.tensile(answer.record), figure, replace)
+    return say(answer, as_json)

@@ -43,7 +43,7 @@ def read_columns(
     for style in styles:
         columns = _parse(grid, indices, style)
         if columns is not None:
-            _check_last(grid, indices, style[0])
+            _check_last(grid, style[0])
             return columns
     raise _bad_cell(grid, indices, names, styles[0] if styles else (decimal or ".", ""))
 
@@ -165,27 +165,43 @@ def _bad_cell(
     return FileError(grid.path, "holds numbers that cannot be read")
 
 
-def _check_last(grid: Grid, indices: Sequence[int], decimal: str) -> None:
-    """Refuse a last line without line end whose last number is shorter than all before it.
+def _check_last(grid: Grid, decimal: str) -> None:
+    """Refuse a last line without line end whose last number seems to be cut.
 
-    Many programs leave out the last line end, so that alone is no damage; a file cut off in the
-    middle of its last number shows by fewer digits than any of the numbers (about 200) above.
+    Many programs leave out the last line end, so that alone is no damage. A file cut off within
+    its last number shows by fewer decimals than all rows above have; where their count varies, by
+    fewer digits than any number above, or by fewer digits and a jump.
     """
     if grid.ended:
         return
     cells = [row[grid.columns - 1].strip() for row in grid.tail()]
     if len(cells) < 3:
         return
+    last = cells[-1]
     digits = [len(re.sub(r"[eE].*|\D", "", c).lstrip("0")) for c in cells]
     decimals = [len(c.partition(decimal)[2]) for c in cells]
-    fixed = len(set(decimals[:-1])) == 1 and not any("e" in c.lower() for c in cells)
-    last = cells[-1]
-    cut = decimals[-1] < decimals[0] if fixed else digits[-1] < min(digits[:-1])
-    if not fixed and last.strip("+-0.,") == "":
-        cut = last[-1:] in ("+", "-", ".", ",")
-    if cut or not last:
+    if last[-1:] in ("", "+", "-", ".", ",", "e", "E"):
+        cut = True
+    elif len(set(decimals[:-1])) == 1 and not any("e" in c.lower() for c in cells):
+        cut = decimals[-1] < decimals[0]
+    elif not last.strip("+-0.,"):
+        cut = False  # a plain zero
+    else:
+        cut = digits[-1] < min(digits[:-1]) or (
+            digits[-1] < digits[-2] and _jumps([c.replace(decimal, ".") for c in cells[-20:]])
+        )
+    if cut:
         raise FileError(
             grid.path,
             f"the last line is cut off within its last number '{last[:40]}'; the file is not whole",
             grid.line(len(grid.lines) - 1),
         )
+
+
+def _jumps(cells: list[str]) -> bool:
+    """Whether the last number lies further from the one before than three of the largest steps."""
+    try:
+        step = np.abs(np.diff([float(c) for c in cells]))
+    except ValueError:  # a column nobody reads may hold words
+        return False
+    return bool(step[-1] > 3 * step[:-1].max(initial=0.0))

@@ -1,0 +1,255 @@
+"""`friction`, `calibrate` and `validate`: what the lab says of a brake."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from layerjam.device.brake import Brake
+from layerjam.device.file import read_brake
+from layerjam.device.load import materials, write_whole
+from layerjam.errors import FileError, FitError, LayerjamError, QuantityError
+from layerjam.identify.fit import calibrate as fit
+from layerjam.identify.fit import calibrated_text, fit_pull
+from layerjam.identify.friction_test import (
+    WINDOW,
+    reduce_friction,
+    reduce_repeat,
+    with_friction,
+)
+from layerjam.identify.metrics import compare, validate_pulls
+from layerjam.identify.provenance import calibrated_on
+from layerjam.identify.pull import PullFeatures, pull_features
+from layerjam.identify.readers import read_trace
+from layerjam.identify.trace import Trace
+from layerjam.units import show
+from layerjam.verbs.answer import (
+    NORMAL_FORCE,
+    SLIP,
+    TRAVEL,
+    Answer,
+    AnyBrake,
+    Quantity,
+    brake_at,
+    si,
+    vacuum_of,
+)
+
+T = TypeVar("T")
+Paths = Sequence[str | Path]
+
+
+def _each(files: Paths, use: Callable[[Trace], T]) -> tuple[list[T], dict[str, str]]:
+    """`use` of every file that can be used, and {file: why} of those that cannot.
+
+    Where none can be used, the first one's reason is an error.
+    """
+    done: list[T] = []
+    refused: dict[str, str] = {}
+    for path in files:
+        try:
+            done.append(use(read_trace(path)))
+        except LayerjamError as error:
+            refused[str(path)] = str(error).removeprefix(f"{path}: ")
+    if not done:
+        if not refused:
+            raise FitError("no file was given")
+        path, why = next(iter(refused.items()))
+        more = f" ({len(refused) - 1} more files were refused too)" if len(refused) > 1 else ""
+        raise FileError(path, why + more)
+    return done, refused
+
+
+def _vacuum(trace: Trace, given: Quantity | None, brake: Brake) -> float:
+    if trace.facts.vacuum is not None:
+        return vacuum_of(trace.facts.vacuum, brake, "vacuum in its sidecar")
+    if given is None:
+        raise FitError(
+            f"nothing says at which vacuum it was pulled; give --vacuum, or write "
+            f'{Path(trace.path).name}.toml beside it with a line such as vacuum = "94.5 kPa"'
+        )
+    return vacuum_of(given, brake)
+
+
+def _write_brake(
+    out: str | Path | None, text: Callable[[str], str], force: bool, refused: bool, partial: bool
+) -> tuple[str | None, list[str]]:
+    """Write a brake's file unless refused files forbid it; its path and what to say."""
+    if out is None:
+        return None, []
+    if refused and not partial:
+        return None, [f"{out} was not written because files were refused; --partial writes it"]
+    content = text(Path(out).stem)
+    read_brake(content, out, materials())
+    write_whole(out, lambda p: _fill(p, content), force)
+    return str(out), []
+
+
+def _fill(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")
+
+
+def friction(
+    files: Paths,
+    *,
+    normal_force: Quantity | None = None,
+    window: tuple[Quantity, Quantity] = WINDOW,
+    brake: AnyBrake | None = None,
+    out: str | Path | None = None,
+    partial: bool = False,
+    force: bool = False,
+) -> Answer:
+    """Static and kinetic friction from friction tests, as the paper reduces them.
+
+    `normal_force` may come from the files' sidecars; `window` is the travel of the kinetic mean.
+    With `brake` and `out` the result is written into a copy of the brake's file. `record` is the
+    (traces, FrictionResult).
+    """
+    if (brake is None) != (out is None):
+        raise QuantityError("brake and out: give both to write a brake, or neither")
+    target = brake_at(brake, None) if brake is not None else None
+    span = si(window[0], SLIP, "from"), si(window[1], TRAVEL, "to")
+    if span[0] >= span[1]:
+        raise QuantityError(f"from: {show(span[0], 'm')} is not below to, {show(span[1], 'm')}")
+    given = None if normal_force is None else si(normal_force, NORMAL_FORCE, "normal force")
+
+    def use(trace: Trace) -> tuple[Trace, float]:
+        pressed = given if given is not None else trace.facts.normal_force
+        if pressed is None:
+            raise FitError("nothing says how hard the films were pressed; give --normal-force")
+        reduce_repeat(trace, pressed, span)
+        return trace, pressed
+
+    used, refused = _each(files, use)
+    loads = sorted({pressed for _, pressed in used})
+    if len(loads) > 1:
+        raise FitError(f"the files' normal forces differ: {', '.join(show(v, 'N') for v in loads)}")
+    traces = [trace for trace, _ in used]
+    result = reduce_friction(traces, loads[0], span)
+    warnings = list(result.warnings)
+    written = None
+    if target is not None:
+        text, more = with_friction(target, result, Path(str(out)).stem)
+        written, said = _write_brake(out, lambda _: text, force, bool(refused), partial)
+        warnings += more if written else said
+    return Answer(
+        values={
+            "static": result.static,
+            "kinetic": result.kinetic,
+            "static_sd": result.static_sd,
+            "kinetic_sd": result.kinetic_sd,
+            "repeats": len(result.repeats),
+            "understood": {t.path: list(t.understood) for t in traces},
+            "refused": refused,
+            "file": written,
+        },
+        units=dict.fromkeys(("static", "kinetic", "static_sd", "kinetic_sd", "repeats"), "1"),
+        warnings=warnings,
+        refused=refused,
+        record=(traces, result),
+    )
+
+
+def calibrate(
+    brake: AnyBrake,
+    files: Paths,
+    *,
+    vacuum: Quantity | None = None,
+    out: str | Path | None = None,
+    partial: bool = False,
+    atmosphere: Quantity | None = None,
+    force: bool = False,
+) -> Answer:
+    """Scale factor and stiffness of a brake from one or several pulls.
+
+    `vacuum` serves files without a sidecar that states it. With `out` the calibrated brake is
+    written. `record` is the Calibration.
+    """
+    file = brake_at(brake, atmosphere)
+    if vacuum is not None:
+        vacuum_of(vacuum, file.brake)
+
+    def use(trace: Trace) -> tuple[Trace, PullFeatures, float]:
+        pressure = _vacuum(trace, vacuum, file.brake)
+        pull = pull_features(trace)
+        fit_pull(pull, pressure, file.brake)
+        return trace, pull, pressure
+
+    used, refused = _each(files, use)
+    result = fit([(pull, pressure) for _, pull, pressure in used], file.brake)
+    traces = [trace for trace, _, _ in used]
+    written, said = _write_brake(
+        out, lambda name: calibrated_text(file, result, name), force, bool(refused), partial
+    )
+    errors = {"scale_factor": result.scale_factor_se, "stiffness": result.stiffness_se}
+    return Answer(
+        values={
+            "scale_factor": result.scale_factor,
+            "stiffness": result.stiffness,
+            "scale_factor_eq8": result.scale_factor_eq8,
+            "stiffness_eq9": result.stiffness_eq9,
+            "peak_force": result.peak_force,
+            "peak_elongation": result.peak_elongation,
+            "standard_errors": {**errors, "rests_on": result.errors_rest_on},
+            "checks": [
+                {"name": c.name, "passed": c.passed, "sentence": c.sentence} for c in result.checks
+            ],
+            "understood": {t.path: list(t.understood) for t in traces},
+            "refused": refused,
+            "file": written,
+        },
+        units={
+            "scale_factor": "1", "stiffness": "N/m", "scale_factor_eq8": "1",
+            "stiffness_eq9": "N/m", "peak_force": "N", "peak_elongation": "m",
+        },  # fmt: skip
+        warnings=file.warnings() + [w for t in traces for w in t.warnings] + said,
+        refused=refused,
+        record=(file, result),
+    )
+
+
+def validate(
+    brake: AnyBrake,
+    files: Paths,
+    *,
+    vacuum: Quantity | None = None,
+    atmosphere: Quantity | None = None,
+) -> Answer:
+    """How far the brake's model lies from measured pulls (identify.metrics says over which window).
+
+    Says so where the brake was calibrated on one of the files. `record` is the Validation.
+    """
+    file = brake_at(brake, atmosphere)
+    if vacuum is not None:
+        vacuum_of(vacuum, file.brake)
+
+    def use(trace: Trace) -> tuple[Trace, PullFeatures, float]:
+        pressure = _vacuum(trace, vacuum, file.brake)
+        pull = pull_features(trace)
+        compare(pull, pressure, file.brake)
+        return trace, pull, pressure
+
+    used, refused = _each(files, use)
+    result = validate_pulls([(pull, pressure) for _, pull, pressure in used], file.brake)
+    warnings = file.warnings() + [w for t, _, _ in used for w in t.warnings]
+    same = calibrated_on(file, [t.path for t, _, _ in used])
+    if same:
+        warnings.append(
+            f"{', '.join(same)}: this brake was calibrated on it, which is no test of the model"
+        )
+    rows = [
+        {"path": c.path, "vacuum": c.vacuum, "mape": c.mape, "rmse": c.rmse, "bias": c.bias,
+         "points": len(c.elongation), "note": c.note}
+        for c in result.curves
+    ]  # fmt: skip
+    return Answer(
+        values={
+            "mape": result.mape, "mape_sd": result.mape_sd, "rmse": result.rmse, "files": rows,
+            "refused": refused,
+        },  # fmt: skip
+        units={"mape": "1", "mape_sd": "1", "rmse": "N"},
+        warnings=warnings,
+        refused=refused,
+        record=(file, result),
+    )
