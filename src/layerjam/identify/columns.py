@@ -91,6 +91,23 @@ def unit_role(unit: str) -> tuple[str, Fraction] | None:
     return _ALIASES.get(text.lower())
 
 
+def take(role: str, index: int, name: str, unit: str | None, path: str, line: int) -> Column:
+    """The column for a role, where its place is known; FileError where its unit is not one."""
+    known = unit_role(unit) if unit else None
+    if known is None or known[0] != role:
+        raise FileError(path, _wrong_unit(role, name, unit), line)
+    return Column(role, index, name, unit or "", known[1])
+
+
+def _wrong_unit(role: str, name: str, unit: str | None) -> str:
+    if not unit:
+        return f"column '{_cut(name)}' has no unit; a {role} needs one such as {_DUE[role]}"
+    return (
+        f"column '{_cut(name)}' is in '{_cut(unit)}', which is no unit of {role}; "
+        f"it needs one such as {_DUE[role]}"
+    )
+
+
 def split_unit(text: str) -> tuple[str, str | None]:
     """("Force", "kN") from "Force (kN)", "Force [kN]" or "Kraft / kN"; the unit None if unsaid."""
     text = text.strip()
@@ -194,11 +211,11 @@ def assign(
             )
         taken[role] = first[0]
         others = [c for _, c in candidates if c is not first[0]]
-        sentences.append(_sentence(first[0], others))
+        sentences.append(sentence(first[0], others))
     return taken, sentences
 
 
-def _sentence(column: Column, others: list[Column]) -> str:
+def sentence(column: Column, others: list[Column]) -> str:
     text = f"{column.role} is the column '{_cut(column.name)}' in {column.unit}"
     if others:
         text += ", not " + " or ".join(f"'{_cut(c.name)}'" for c in others[:4])
@@ -208,18 +225,15 @@ def _sentence(column: Column, others: list[Column]) -> str:
 def _missing(role: str, names: Sequence[str], units: Sequence[str | None]) -> str:
     for name, unit in zip(names, units, strict=True):
         if named_role(name) == role:
-            if not unit:
-                return f"column '{_cut(name)}' has no unit; a {role} needs one such as {_DUE[role]}"
-            if unit_role(unit) is None or _rank(role, name) is not None:
-                return (
-                    f"column '{_cut(name)}' is in '{_cut(unit)}', which is no unit of {role}; "
-                    f"it needs one such as {_DUE[role]}"
-                )
-    there = ", ".join(
-        f"'{_cut(n)}' [{_cut(u)}]" if u else f"'{_cut(n)}'"
-        for n, u in list(zip(names, units, strict=True))[:8]
-    )
-    return f"has no column with a unit of {role} ({_DUE[role]}); its columns are {there}"
+            return _wrong_unit(role, name, unit)
+    return f"has no column with a unit of {role} ({_DUE[role]}); {listed(names, units)}"
+
+
+def listed(names: Sequence[str], units: Sequence[str | None]) -> str:
+    """The columns there are, as the end of an error's sentence."""
+    pairs = list(zip(names, units, strict=True))
+    there = [f"'{_cut(n)}' [{_cut(u)}]" if u else f"'{_cut(n)}'" for n, u in pairs[:8]]
+    return f"its columns are {', '.join(there)}" + (" and more" if len(pairs) > 8 else "")
 
 
 def _cut(text: str) -> str:

@@ -157,7 +157,7 @@ def calibration(file: BrakeFile, result: Calibration) -> Figure:
         figure, (axes, zoom) = canvas(columns=2, width=8.6)
         for one in result.fits:
             for place in (axes, zoom):
-                place.plot(one.pull.elongation * MM, one.pull.force, color=SKY, lw=1.0)
+                place.plot(one.pull.elongation * MM, one.pull.force, color=SKY, lw=3.0)
         ends = []
         for vacuum in sorted({one.vacuum for one in result.fits}, reverse=True):
             far = max(one.pull.elongation[-1] for one in result.fits if one.vacuum == vacuum)
@@ -175,7 +175,7 @@ def calibration(file: BrakeFile, result: Calibration) -> Figure:
         zoom.set(xlim=(0, near), ylim=(0, highest * 1.15), xlabel="elongation [mm]")
         axes.set(xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, None), ylim=(0, highest * 1.15))
         labels_right(axes, axes.get_xlim()[1], ends)
-        title(axes, "Pulls (blue) and calibrated law (dashed)", f"{file.name}, {len(result.fits)} pulls")
+        title(axes, "Pulls (blue) and calibrated law (dashed)", f"{file.name}, {len(result.fits)} pull{'s' * (len(result.fits) > 1)}")
         words = f"k = {show(result.stiffness, 'N/m')}, a = {result.scale_factor:.4g}"
         title(zoom, "Near the peak", words)
         label(zoom, near * 0.42, highest * 0.35, "slope k (orange)\nfitted peak (red)", GREY)
@@ -190,7 +190,7 @@ def validation(file: BrakeFile, result: Validation) -> Figure:
         )
         for curve in result.curves:
             x = curve.elongation * MM
-            axes.plot(x, curve.measured, color=SKY, lw=1.1)
+            axes.plot(x, curve.measured, color=SKY, lw=3.2)
             axes.plot(x, curve.model, color=INK, lw=1.2, ls=(0, (5, 2)))
             rest.plot(x, curve.model - curve.measured, color=BLUE, lw=0.9)
         ends = {show(c.vacuum, "Pa"): (float(c.model[-1]), float(c.elongation[-1])) for c in result.curves}

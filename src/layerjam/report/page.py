@@ -52,7 +52,13 @@ def svg_of(figure: Figure, name: str) -> str:
     text = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{name}-", text)
-    return re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1), count=1)  # fmt: skip
+    width = re.search(r'<svg[^>]*? width="([0-9.]+)pt"', text)
+    text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
+    # every figure at one scale: its own width on paper, smaller only where the window is
+    points = float(width.group(1)) if width else 600.0
+    return re.sub(
+        r'(<svg[^>]*?) width="[^"]*"', rf'\1 style="max-width:{points * 1.45:.0f}px"', text, count=1
+    )
 
 
 def _value(value: float | str | None, unit: str) -> str:

@@ -214,7 +214,11 @@ def buckling_and_closing() -> Figure:
             axes.plot(x * MM, closing, color=color)
             y = float(np.interp(0.04, x, closing))
             axes.plot(40, y, "o", color=color, ms=5)
-            label(axes, 39.2, y + 1.2, f"{NAMES[name]}: {y:.2f} kPa", color, ha="right")
+            below = name == CALIBRATED[0]
+            place = (41, y - 1.6) if below else (39.2, y + 1.2)
+            label(
+                axes, *place, f"{NAMES[name]}: {y:.2f} kPa", color, ha="left" if below else "right"
+            )
         axes.set(xlabel="slip [mm]", ylabel="vacuum [kPa]", xlim=(0, None), ylim=(0, 40))
         label(axes, 20, 32, "above: friction holds the stretched sleeve", GREY, ha="center")
         title(axes, "Below this vacuum the sleeve closes the brake", "model; ours, not in the paper")

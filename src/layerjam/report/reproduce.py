@@ -26,7 +26,7 @@ from layerjam.report.style import save
 
 TITLE = "A soft brake on paper, recomputed"
 LEAD = (
-    "Choi, Seo, Kim and others: A Soft, Controllable, High Force Density Linear Brake Utilizing "
+    "Choi et al.: A Soft, Controllable, High Force Density Linear Brake Utilizing "
     "Layer Jamming (IEEE RA-L 2018, DOI 10.1109/LRA.2017.2761938). Every number, table and figure "
     "that this software can compute, beside what the paper prints."
 )

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import FileError
-from layerjam.identify.readers.table import Grid
+from layerjam.identify.readers.table import Grid, looks_numeric, no_row_of_numbers
 
 Array = npt.NDArray[np.float64]
 
@@ -149,6 +149,9 @@ def _bad_cell(
     """The first cell that is no finite number, as an error with its line."""
     decimal, thousands = style
     for row, fields in enumerate(grid.rows()):
+        # Only the row with the first bad cell gets this far without being passed over.
+        if not any(looks_numeric(field.strip()) for field in fields):
+            return no_row_of_numbers(grid.path, fields, grid.line(row))
         for index, name in zip(indices, names, strict=True):
             cell = fields[index].strip()
             number = cell.replace(thousands, "") if thousands else cell

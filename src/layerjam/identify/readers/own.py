@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from layerjam.errors import FileError
-from layerjam.identify.columns import Choices, Column, assign, unit_role
+from layerjam.identify.columns import Choices, listed, sentence, split_unit, take
 from layerjam.identify.readers.assemble import trace_of
 from layerjam.identify.readers.source import Source
-from layerjam.identify.readers.table import Table, split, split_unit
+from layerjam.identify.readers.table import Table, split
 from layerjam.identify.trace import Trace
 
 NAME = "layerjam CSV"
@@ -20,36 +20,31 @@ def why_not(source: Source, table: Table | None) -> str | None:
 
 
 def read(source: Source, table: Table | None, choices: Choices) -> Trace:
-    """The trace; names are exact here (`force`, not `sleeve_force`), units still count."""
-    for offset, text in source.lines():
+    """The trace; names are exact here (`force`, not `sleeve_force`), and units still count."""
+    own = _head(source)
+    taken = {}
+    for role in ("time", "elongation", "force"):
+        name = (choices.columns or {}).get(role, role)
+        if own.names.count(name) > 1:
+            raise FileError(source.path, f"has the column '{name[:40]}' twice", own.line)
+        if name in own.names:
+            index = own.names.index(name)
+            taken[role] = take(role, index, name, own.units[index], source.path, own.line)
+        elif role != "time" or name != role:
+            there = listed(own.names, own.units)
+            raise FileError(source.path, f"has no column '{name[:40]}'; {there}", own.line)
+    said = [sentence(column, []) for column in taken.values()]
+    return trace_of(source, own, taken, said, choices, NAME, ".")
+
+
+def _head(source: Source) -> Table:
+    """The row of names below the comments."""
+    for line, (offset, text) in enumerate(source.lines(), 1):
         if text.startswith("#") or not text.strip():
             continue
-        line = source.line_number(offset)
         pairs = [split_unit(f) for f in split(text, ",")]
-        names, units = tuple(n for n, _ in pairs), tuple(u for _, u in pairs)
         end = source.data.find(b"\n", offset)
         first = len(source.data) if end < 0 else end + 1
-        own = Table(names, units, "names", ",", line, first)
-        exact = [n if n in ("time", "elongation", "force") else "" for n in names]
-        if {"elongation", "force"} <= set(exact) and choices.columns is None:
-            taken: dict[str, Column] = {}
-            for role in ("time", "elongation", "force"):
-                if exact.count(role) > 1:
-                    raise FileError(source.path, f"has the column '{role}' twice", line)
-                if role in exact:
-                    index = exact.index(role)
-                    unit = units[index] or ""
-                    known = unit_role(unit)
-                    if known is None or known[0] != role:
-                        break
-                    taken[role] = Column(role, index, role, unit, known[1])
-            else:
-                said = [f"{c.role} is the column '{c.name}' in {c.unit}" for c in taken.values()]
-                return trace_of(source, own, taken, said, choices, NAME, ".")
-        # Something is missing or has another unit: the general rule finds the words for it.
-        plain = tuple(u if n in ("time", "elongation", "force") else None
-                      for n, u in zip(names, units, strict=True))  # fmt: skip
-        taken, said = assign(names, plain if choices.columns is None else units, source.path,
-                             line, choices)  # fmt: skip
-        return trace_of(source, own, taken, said, choices, NAME, ".")
+        names, units = tuple(n for n, _ in pairs), tuple(u for _, u in pairs)
+        return Table(names, units, "names", ",", line, first)
     raise FileError(source.path, "holds a header and no column names")

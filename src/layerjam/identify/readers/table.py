@@ -52,7 +52,7 @@ def split(line: str, separator: str) -> list[str]:
         return [line]
 
 
-def _looks_numeric(field: str) -> bool:
+def looks_numeric(field: str) -> bool:
     # The pattern may try every pair of places in a text, so a long text is not given to it.
     return len(field) <= 60 and _LOOSE_NUMBER.fullmatch(field) is not None
 
@@ -96,7 +96,7 @@ def find_table(source: Source) -> Table | None:
         filled = [f for f in fields if f]
         if not filled:
             continue
-        if any(_looks_numeric(f) for f in filled):
+        if any(looks_numeric(f) for f in filled):
             first = offset if rows == 0 else first
             rows += 1
             enough = _head_of(texts, separator, first) if rows == _ENOUGH_ROWS else None
@@ -237,17 +237,21 @@ def _broken_row(
             "the file is not whole",
             line,
         )
-    if not any(_looks_numeric(p) for p in parts):
-        return FileError(
-            path,
-            f"'{_short(' '.join(parts))}' is no row of numbers; a file may hold one specimen and "
-            "nothing below its numbers",
-            line,
-        )
+    if not any(looks_numeric(p) for p in parts):
+        return no_row_of_numbers(path, parts, line)
     hint = ""
     if row == 0 and len(parts) > wanted:
         hint = "; decimal commas need another separator than the comma"
     return FileError(path, f"has {_count(len(parts))} where {wanted} are due{hint}", line)
+
+
+def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
+    return FileError(
+        path,
+        f"'{_short(' '.join(parts))}' is no row of numbers; a file may hold one specimen and "
+        "nothing below its numbers",
+        line,
+    )
 
 
 def _count(number: int) -> str:
