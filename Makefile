@@ -17,7 +17,7 @@ slow: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m slow tests
 
 bench: $(STAMP)
-	$(BIN)/python benchmarks/run.py
+	$(BIN)/python -m benchmarks.run
 
 docs: $(STAMP)
 	$(BIN)/python -m mkdocs build --strict --site-dir out/site

@@ -1,0 +1,61 @@
+"""Reading exports, against a bare pandas.read_csv, and one calibration, against curve_fit."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pandas
+
+from benchmarks.timing import Row, median
+from layerjam.device.brake import Brake
+from layerjam.device.load import load
+from layerjam.identify import virtual
+from layerjam.identify.fit import calibrate
+from layerjam.identify.pull import PullFeatures, pull_features
+from layerjam.identify.readers import read_trace
+from layerjam.mechanics.pull import force_at_elongation
+
+ROWS = 40_000
+
+
+def _with_curve_fit(pull: PullFeatures, vacuum: float, brake: Brake) -> object:
+    """Scale factor and stiffness by general least squares, as a user would do it in SciPy."""
+    from dataclasses import replace
+
+    from scipy.optimize import curve_fit
+
+    def curve(u: np.ndarray, factor: float, stiffness: float) -> np.ndarray:
+        trial = replace(brake, scale_factor=factor, stiffness_measured=stiffness)
+        return np.asarray(force_at_elongation(np.maximum(u, 0.0), vacuum, trial))
+
+    return curve_fit(curve, pull.elongation, pull.force, p0=(1.0, pull.stiffness))
+
+
+def rows() -> list[Row]:
+    """Seconds a file and a calibration."""
+    file = load("choi2018-kapton")
+    machine = virtual.Machine(sampling_rate=13e-3 / 0.040 * ROWS)
+    trace = virtual.pull(file.brake, 94.5e3, 13e-3, 0.040, machine)
+    out = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, write, ending, skip in (
+            ("our CSV", virtual.write_own, "csv", 2),
+            ("Instron Bluehill", virtual.write_bluehill, "csv", None),
+            ("Zwick testXpert", virtual.write_testxpert, "TRA", None),
+        ):
+            path = write(trace, Path(folder) / f"{name.split()[0]}.{ending}")
+            lines = path.read_text("latin-1").splitlines()
+            skip = next(i for i, line in enumerate(lines) if line.replace('"', "")[:1].isdigit()
+                        and line.count(",") >= 2)  # fmt: skip
+            bare = median(
+                lambda p=path, s=skip: pandas.read_csv(p, skiprows=s, header=None, encoding="latin-1")
+            )
+            read = median(lambda p=path: read_trace(p))
+            out.append(Row(f"{name}, {len(trace)} rows", read, 0.05, bare, "bare pandas.read_csv"))
+        pull = pull_features(read_trace(path))
+    one = median(lambda: calibrate([(pull_features(trace), 94.5e3)], file.brake), 21)
+    general = median(lambda: _with_curve_fit(pull, 94.5e3, file.brake), 5)
+    out.append(Row("one calibration, 40,001 samples", one, 0.01, general, "SciPy curve_fit"))
+    return out

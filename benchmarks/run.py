@@ -1,0 +1,80 @@
+"""What we promise on speed, measured beside what a user would pick instead, in one run.
+
+Prints medians and ratios; nothing here fails a test. `make bench`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import jax
+import numpy as np
+
+from benchmarks import force_law, readers
+from benchmarks.timing import Row, median, table
+
+jax.config.update("jax_enable_x64", True)
+
+
+def process(*words: str, runs: int = 5) -> float:
+    """Median seconds of a whole process, after one that warms the caches."""
+
+    def once() -> None:
+        subprocess.run(words, check=True, capture_output=True)
+
+    return median(once, runs)
+
+
+def command_line() -> list[Row]:
+    """Whole processes, against a Python that does nothing."""
+    python = sys.executable
+    bare = process(python, "-c", "pass")
+    command = (python, "-m", "layerjam.cli.main")
+    question = ("choi2018-kapton", "--slip", "20mm", "--vacuum", "94.5kPa")
+    inner = "import time; t = time.perf_counter(); import layerjam; print(time.perf_counter() - t)"
+    times = []
+    for _ in range(7):
+        shown = subprocess.run([python, "-c", inner], check=True, capture_output=True, text=True)
+        times.append(float(shown.stdout))
+    rows = [
+        Row("import layerjam", sorted(times)[3], 0.1),
+        Row("layerjam --help", process(*command, "--help"), 0.3, bare, "python -c pass"),
+        Row(
+            "layerjam force (warm cache)", process(*command, "force", *question), 1.5,
+            process(python, "-c", "import jax.numpy"), "import jax.numpy",
+        ),
+    ]  # fmt: skip
+    with tempfile.TemporaryDirectory() as folder:
+        seconds = process(*command, "reproduce", "--force", "--out", folder, runs=3)
+    rows.append(Row("layerjam reproduce", seconds, 20.0))
+    return rows
+
+
+def main() -> None:
+    """Everything, as a table."""
+    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, "
+          f"Python {platform.python_version()}, JAX {jax.__version__}, NumPy {np.__version__}")  # fmt: skip
+    parts: list[tuple[str, Callable[[], list[Row]]]] = [
+        ("command line, whole processes", command_line),
+        ("force law, 10 million points", force_law.rows),
+        ("reading a 40,000-row export, and one calibration", readers.rows),
+    ]
+    for title, measure in parts:
+        print(f"\n{title} ...", flush=True)
+        with contextlib.redirect_stdout(io.StringIO()):
+            rows = measure()
+        print(table(rows))
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).parent.parent))
+    main()

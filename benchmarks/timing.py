@@ -1,0 +1,55 @@
+"""Medians, and rows of the table that `make bench` prints."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measurement: seconds (or GB), its target, and what it is compared with."""
+
+    name: str
+    value: float
+    target: float | None = None
+    other: float | None = None
+    other_name: str = ""
+    unit: str = "s"
+    target_ratio: float | None = None
+
+
+def median(run: Callable[[], object], runs: int = 9) -> float:
+    """Median seconds of `run`, after one uncounted."""
+    run()
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        run()
+        times.append(time.perf_counter() - start)
+    return sorted(times)[runs // 2]
+
+
+def _number(value: float, unit: str) -> str:
+    if unit == "s" and value < 1:
+        return f"{value * 1e3:.3g} ms"
+    return f"{value:.3g} {unit}"
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Name, median, target with whether it is met, and the ratio to the alternative."""
+    lines = []
+    for row in rows:
+        goal = ""
+        if row.target is not None:
+            met = "within" if row.value <= row.target else "OVER"
+            goal = f"{met} {_number(row.target, row.unit)}"
+        ratio = ""
+        if row.other is not None:
+            ratio = f"{row.value / row.other:.2f}x {row.other_name} ({_number(row.other, row.unit)})"
+            if row.target_ratio is not None:
+                met = "within" if row.value / row.other <= row.target_ratio else "OVER"
+                goal = f"{met} {row.target_ratio:g}x"
+        lines.append(f"  {row.name:<38} {_number(row.value, row.unit):>9}  {goal:<15} {ratio}")
+    return "\n".join(lines)
