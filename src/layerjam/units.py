@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 _NUMBER = r"[+-]?(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][+-]?\d{1,3})?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*([^\d\s+.-].{{0,40}}?)?\s*", re.DOTALL)
-_UNIT = re.compile(r"[A-Za-zµμ°%\"'/*^·²³⁻¹\s()0-9-]{1,40}")
+_UNIT = re.compile(r"[A-Za-zµ°%\"'/*^·²³⁻¹\s()0-9-]{1,40}")
 
 # What to offer when a unit is missing, and how a value is best shown; first the usual one.
 _FRIENDLY: dict[str, tuple[str, ...]] = {
@@ -60,10 +60,10 @@ def unit_factor(unit: str, si: str) -> Fraction | None:
     """
     if unit == si:
         return Fraction(1)
-    text = unit.strip().replace("−", "-").replace("gf", "gram_force").replace("μ", "µ")
-    text = text.replace("kgram_force", "kilogram_force").replace('"', "inch")
+    text = unit.strip().replace("−", "-").replace("μ", "µ").replace('"', "inch")
     if not text or not _UNIT.fullmatch(text) or re.search(r"\d{2}|\*\*|\^\s*\(", text):
         return None
+    text = re.sub(r"\b(k?)gf\b", r"\1gram_force", text).replace("kgram", "kilogram")
     if si == "1":
         return {"%": Fraction(1, 100), "percent": Fraction(1, 100)}.get(text)
     if re.fullmatch(r"[A-Za-zµ°]+ [A-Za-zµ°]+", text):

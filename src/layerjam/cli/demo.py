@@ -44,13 +44,14 @@ def _files(folder: Path) -> tuple[list[Path], list[Path], list[Path]]:
     """Friction tests, the calibration pull and the validation pulls, synthetic."""
     from layerjam.device.load import load
     from layerjam.report import paper_lab as lab
+    from layerjam.report.paper_figures import FIG7, FULL
 
     file = load(BRAKE)
     folder.mkdir(parents=True)
     return (
         lab.friction_files(file, folder),
-        lab.pull_files(file, folder, (lab.FULL,), (13e-3,), 1, "TRA", "calibration"),
-        lab.pull_files(file, folder, lab.FIG7, lab.SPEEDS, 1, "csv", "validation"),
+        lab.pull_files(file, folder, (FULL,), (13e-3,), 1, "TRA", "calibration"),
+        lab.pull_files(file, folder, FIG7, lab.SPEEDS, 1, "csv", "validation"),
     )
 
 
@@ -73,7 +74,8 @@ def demo(out: Path) -> None:
     tests, pull, others = _files(out / "measurements")
     mine, fitted = out / "my-brake.toml", out / "my-brake-calibrated.toml"
     friction = _command(
-        "friction", *map(str, tests), "--normal-force", "2.45N", "--brake", BRAKE, "--out", str(mine)
+        "friction", *map(str, tests), "--normal-force", "2.45N", "--brake", BRAKE,
+        "--out", str(mine),
     )  # fmt: skip
     calibration = _command("calibrate", str(mine), *map(str, pull), "--out", str(fitted))
     validation = _command("validate", str(fitted), *map(str, others))

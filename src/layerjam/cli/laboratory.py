@@ -32,6 +32,9 @@ def friction(
     ] = None,
     out: opt.OutBrake = None,
     partial: opt.Partial = False,
+    negative: opt.Negative = None,
+    column: opt.Column = None,
+    decimal: opt.Decimal = None,
     figure: opt.Figure = None,
     as_json: opt.AsJson = False,
     force: opt.Force = False,
@@ -45,7 +48,7 @@ def friction(
 
     answer = laboratory.friction(
         files, normal_force=normal_force, window=(start, end), brake=brake, out=out,
-        partial=partial, force=force,
+        partial=partial, choices=opt.choices(negative, column, decimal), force=force,
     )  # fmt: skip
     if figure:
         from layerjam.report import figures
@@ -61,6 +64,9 @@ def calibrate(
     out: opt.OutBrake = None,
     partial: opt.Partial = False,
     atmosphere: opt.Atmosphere = None,
+    negative: opt.Negative = None,
+    column: opt.Column = None,
+    decimal: opt.Decimal = None,
     figure: opt.Figure = None,
     as_json: opt.AsJson = False,
     force: opt.Force = False,
@@ -73,8 +79,9 @@ def calibrate(
     from layerjam.verbs import laboratory
 
     answer = laboratory.calibrate(
-        brake, files, vacuum=vacuum, out=out, partial=partial, atmosphere=atmosphere, force=force
-    )
+        brake, files, vacuum=vacuum, out=out, partial=partial, atmosphere=atmosphere,
+        choices=opt.choices(negative, column, decimal), force=force,
+    )  # fmt: skip
     if figure:
         from layerjam.report import figures
 
@@ -106,6 +113,9 @@ def validate(
     files: opt.Files,
     vacuum: opt.FileVacuum = None,
     atmosphere: opt.Atmosphere = None,
+    negative: opt.Negative = None,
+    column: opt.Column = None,
+    decimal: opt.Decimal = None,
     figure: opt.Figure = None,
     as_json: opt.AsJson = False,
     force: opt.Force = False,
@@ -116,7 +126,10 @@ def validate(
     from layerjam.cli.output import say
     from layerjam.verbs import laboratory
 
-    answer = laboratory.validate(brake, files, vacuum=vacuum, atmosphere=atmosphere)
+    answer = laboratory.validate(
+        brake, files, vacuum=vacuum, atmosphere=atmosphere,
+        choices=opt.choices(negative, column, decimal),
+    )  # fmt: skip
     if figure:
         from layerjam.report import figures
 

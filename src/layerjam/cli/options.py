@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from layerjam.errors import FileError
+from layerjam.errors import FileError, QuantityError
+
+if TYPE_CHECKING:
+    from layerjam.identify.columns import Choices
 
 BrakeName = Annotated[
     str, typer.Argument(metavar="BRAKE", help="Catalogue name or path of a brake's TOML file.")
 ]
-Files = Annotated[
-    list[Path], typer.Argument(metavar="FILE...", help="Exports of a test machine.")
-]
+Files = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Exports of a test machine.")]
 Atmosphere = Annotated[
     str | None, typer.Option(metavar="Q", help="Atmosphere of the site, e.g. 95kPa.")
 ]
@@ -34,6 +35,33 @@ Partial = Annotated[
 OutBrake = Annotated[
     Path | None, typer.Option("--out", metavar="FILE.toml", help="Brake file to write.")
 ]
+
+Negative = Annotated[
+    list[str] | None,
+    typer.Option(metavar="force|elongation", help="The machine counts this one negative."),
+]
+Column = Annotated[
+    list[str] | None,
+    typer.Option(metavar="ROLE=NAME", help="Which column is force, elongation or time."),
+]
+Decimal = Annotated[str | None, typer.Option(metavar=". or ,", help="Decimal sign of the files.")]
+
+
+def choices(
+    negative: list[str] | None, column: list[str] | None, decimal: str | None
+) -> Choices | None:
+    """What the user says of the files where they leave something open."""
+    if not (negative or column or decimal):
+        return None
+    from layerjam.identify.columns import Choices
+
+    pairs = [entry.partition("=") for entry in column or []]
+    for role, equals, name in pairs:
+        if not (equals and name):
+            raise QuantityError(f"--column: '{role}' is not of the form force='Standard force'")
+    return Choices(
+        negative=tuple(negative or ()), columns={r: n for r, _, n in pairs}, decimal=decimal
+    )
 
 
 def engine() -> None:
@@ -59,8 +87,13 @@ def engine() -> None:
 
 
 def check_figure(path: Path | None, force: bool) -> None:
-    """Refuse a figure that could not be written, before anything is computed."""
+    """Refuse a figure that could not be drawn or written, before anything is computed."""
     check_target(path, force, (".svg", ".png", ".pdf"))
+    if path is not None:
+        from layerjam.report.style import look
+
+        with look():
+            pass
 
 
 def check_target(path: Path | None, force: bool, endings: tuple[str, ...]) -> None:
@@ -74,3 +107,5 @@ def check_target(path: Path | None, force: bool, endings: tuple[str, ...]) -> No
         raise FileError(path, "exists already; --force replaces it")
     if not path.parent.is_dir():
         raise FileError(path, f"cannot be written: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK):
+        raise FileError(path, f"cannot be written: the folder {path.parent} is read-only")

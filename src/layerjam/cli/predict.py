@@ -32,7 +32,9 @@ def new(
     return say(answer, as_json, lines=["", f"Edit it, then: layerjam show {out}"])
 
 
-def show(brake: opt.BrakeName, atmosphere: opt.Atmosphere = None, as_json: opt.AsJson = False) -> int:
+def show(
+    brake: opt.BrakeName, atmosphere: opt.Atmosphere = None, as_json: opt.AsJson = False
+) -> int:
     """What a brake weighs, holds, stores and bears, and where its numbers come from."""
     opt.engine()
     from layerjam.cli.output import say
@@ -97,8 +99,11 @@ def tensile(
     travel: Annotated[str | None, typer.Option(metavar="Q", help="Elongation to pull to.")] = None,
     procedure: Annotated[
         str | None,
-        typer.Option(metavar="TEXT", help="Steps instead, e.g. 'evacuate to 50 kPa; pull at 1 "
-                     "mm/s until 20 mm; return at 1 mm/s to 0 mm'."),  # fmt: skip
+        typer.Option(
+            metavar="TEXT",
+            help="Steps instead, e.g. 'evacuate to 50 kPa; pull at 1 "
+            "mm/s until 20 mm; return at 1 mm/s to 0 mm'.",
+        ),
     ] = None,
     model: Annotated[str, typer.Option(help="lumped, or stack (not yet).")] = "lumped",
     out: Annotated[

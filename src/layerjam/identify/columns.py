@@ -9,18 +9,18 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-from layerjam.errors import FileError
+from layerjam.errors import FileError, QuantityError, UnknownNameError
 from layerjam.units import unit_factor
 
 ROLES = {"time": "s", "elongation": "m", "force": "N"}
 _DUE = {"time": "'s' or 'ms'", "elongation": "'mm' or 'in'", "force": "'N', 'kN' or 'lbf'"}
 
-# How machines write units that no unit table knows.
+# How machines write units that no unit table knows, in lower case: MM, KN, Sek.
 _KILOGRAM = Fraction(980665, 100000)
 _ALIASES: dict[str, tuple[str, Fraction]] = {
     "gf": ("force", _KILOGRAM / 1000),
@@ -33,6 +33,9 @@ _ALIASES: dict[str, tuple[str, Fraction]] = {
     "sek.": ("time", Fraction(1)),
     "sec": ("time", Fraction(1)),
     "sec.": ("time", Fraction(1)),
+    "mm": ("elongation", Fraction(1, 1000)),
+    "in": ("elongation", Fraction(254, 10000)),
+    "lbf": ("force", Fraction(44482216152605, 10**13)),
     "mm.": ("elongation", Fraction(1, 1000)),
     "pouce": ("elongation", Fraction(254, 10000)),
     "zoll": ("elongation", Fraction(254, 10000)),
@@ -62,9 +65,16 @@ class Choices:
     `columns`: {"force" | "elongation" | "time": column name}; `decimal`: "." or ",".
     """
 
-    negative: Iterable[str] = ()
+    negative: Sequence[str] = ()
     columns: Mapping[str, str] | None = None
     decimal: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in (*self.negative, *(self.columns or {})):
+            if name not in ROLES:
+                raise UnknownNameError("column's role", str(name), ROLES)
+        if self.decimal not in (None, ".", ","):
+            raise QuantityError(f"decimal: '{self.decimal}' is not allowed; it is '.' or ','")
 
 
 @dataclass(frozen=True)
@@ -207,7 +217,7 @@ def assign(
                     line,
                 )
             raise FileError(
-                path, f"does not say which column is the {role}: {which}; name one", line
+                path, f"does not say which column is the {role}: {which}; name one (--column {role}=NAME)", line
             )
         taken[role] = first[0]
         others = [c for _, c in candidates if c is not first[0]]
@@ -216,7 +226,10 @@ def assign(
 
 
 def sentence(column: Column, others: list[Column]) -> str:
+    """What was understood of a column, and which others it was preferred to."""
     text = f"{column.role} is the column '{_cut(column.name)}' in {column.unit}"
+    if named_role(column.name) != column.role:
+        text += " (by its unit)"
     if others:
         text += ", not " + " or ".join(f"'{_cut(c.name)}'" for c in others[:4])
     return text

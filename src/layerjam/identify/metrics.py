@@ -81,7 +81,7 @@ def compare(pull: PullFeatures, vacuum: float, brake: Brake) -> CurveError:
 
 @dataclass(frozen=True, kw_only=True)
 class Validation:
-    """Errors over several pulls: mean of the files' MAPE [-] with its SD, RMSE [N] of all points."""
+    """Errors over pulls: mean of the files' MAPE [-] with its SD, RMSE [N] of all points."""
 
     mape: float
     mape_sd: float | None

@@ -131,7 +131,7 @@ def _fit_peak(
     weights, _, _, _ = np.linalg.lstsq(basis, force[index], rcond=None)
     rest = force[index] - basis @ weights
     variance = float((rest**2).sum()) / max(len(index) - 3, 1)
-    level, fall, root = (float(w) for w in weights)
+    _, fall, root = (float(w) for w in weights)
     at = (root / (2 * fall)) ** 2 if fall > 0 and root > 0 else 0.0
     at = min(at, 1.0)
     here = np.array([1.0, -at, np.sqrt(at)])

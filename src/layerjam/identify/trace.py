@@ -111,14 +111,14 @@ def _check_signs(trace: Trace) -> list[str]:
         raise FileError(
             trace.path,
             f"the force is negative where it is largest ({show(low, 'N')}), as in compression; "
-            "if this machine counts tension as negative, say so (negative force)",
+            "if this machine counts tension as negative, say so (--negative force)",
         )
     away, back = float(travel.max()), -float(travel.min())
     if back > 0 and away < 0.1 * back:
         raise FileError(
             trace.path,
             f"the elongation falls by {show(back, 'm')} and hardly ever rises; if this machine "
-            "counts pulling as negative, say so (negative elongation)",
+            "counts pulling as negative, say so (--negative elongation)",
         )
     if away == 0:
         raise FileError(trace.path, "the elongation never changes: nothing was pulled")
@@ -133,9 +133,9 @@ def _check_stuck(trace: Trace) -> None:
     A saturated load cell repeats one number; a real plateau carries noise, so its greatest value
     is rare. Refused therefore only where the greatest value comes at least 20 times (fewer in
     short records), and ten times as often, in a row or in all, as any other value in the upper
-    half. The factor ten spares coarsely digitised but smooth peaks: there the top level is at most
-    about five times as long as its neighbours. A hold, where the crosshead stands, is no
-    saturation.
+    half (where no other repeats, 20 will do). The factor ten spares coarsely digitised but smooth
+    peaks: there the top level is at most about five times as long as its neighbours. A hold, where
+    the crosshead stands, is no saturation.
     """
     force, rows = trace.force, len(trace)
     top = float(force.max())
@@ -151,19 +151,23 @@ def _check_stuck(trace: Trace) -> None:
         return
     if np.ptp(trace.elongation[at_top]) < 0.005 * np.ptp(trace.elongation):
         return
-    stuck_run = _longest_run(at_top, force)
+    if np.unique(force).size < 10:
+        return  # digitised so coarsely that standing still says nothing
     upper = (force > top / 2) & ~at_top
     _, counts = np.unique(force[upper], return_counts=True)
-    often = int(counts.max()) if counts.size else 1
-    longest = _longest_run(upper, force)
-    if (stuck >= least and stuck >= 10 * often) or (
-        stuck_run >= least and stuck_run >= 10 * max(longest, 1)
-    ):
+    often, longest = int(counts.max(initial=1)), _longest_run(upper, force)
+    stuck_run = _longest_run(at_top, np.where(at_top, top, force))
+    if _far_more(stuck, often, least) or _far_more(stuck_run, longest, least):
         raise FileError(
             trace.path,
             f"the load cell was saturated: {stuck} of {rows} samples stand at exactly "
             f"{show(top, 'N', 6)} while the crosshead moves on",
         )
+
+
+def _far_more(stuck: int, others: int, least: int) -> bool:
+    """Ten times as many, or at least `least` where no other value repeats at all."""
+    return stuck >= max(least, 10 * others if others > 1 else least)
 
 
 def _longest_run(where: npt.NDArray[np.bool_], force: Array) -> int:

@@ -63,7 +63,9 @@ def force_over_slip(file: BrakeFile, vacuum: float, slip: float) -> Figure:
         label(axes, 3, sheets[0] * 0.35, "sheets", BLUE)
         last = float(enclosure_force(x[300], vacuum, brake))
         label(axes, x[300] * MM, sheets[300] + last / 2, "sleeve", "#8a5f00", ha="center")
-        axes.set(xlabel="slip of the sheets [mm]", ylabel="force [N]", xlim=(0, None), ylim=(0, top))
+        axes.set(
+            xlabel="slip of the sheets [mm]", ylabel="force [N]", xlim=(0, None), ylim=(0, top)
+        )
         title(axes, f"{file.name} sliding at {show(vacuum, 'Pa')}", "computed")
     return figure
 
@@ -96,7 +98,9 @@ def tensile(record: TensileRecord) -> Figure:
         figure, (axes,) = canvas()
         axes.plot(record.elongation * MM, record.force, color=BLUE)
         axes.plot(record.elongation[top] * MM, record.force[top], "o", color=RED, ms=5)
-        peak = f"{show(float(record.force[top]), 'N')} at {show(float(record.elongation[top]), 'm')}"
+        peak = (
+            f"{show(float(record.force[top]), 'N')} at {show(float(record.elongation[top]), 'm')}"
+        )
         wide = float(record.elongation.max()) * MM
         label(
             axes, record.elongation[top] * MM + 0.02 * wide, record.force[top] * 1.01, peak, RED,
@@ -173,9 +177,15 @@ def calibration(file: BrakeFile, result: Calibration) -> Figure:
         zoom.plot(line * MM, result.stiffness * line, color=ORANGE, lw=1.5)
         highest = max(one.pull.peak_force for one in result.fits)
         zoom.set(xlim=(0, near), ylim=(0, highest * 1.15), xlabel="elongation [mm]")
-        axes.set(xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, None), ylim=(0, highest * 1.15))
+        axes.set(
+            xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, None), ylim=(0, highest * 1.15)
+        )
         labels_right(axes, axes.get_xlim()[1], ends)
-        title(axes, "Pulls (blue) and calibrated law (dashed)", f"{file.name}, {len(result.fits)} pull{'s' * (len(result.fits) > 1)}")
+        title(
+            axes,
+            "Pulls (blue) and calibrated law (dashed)",
+            f"{file.name}, {len(result.fits)} pull{'s' * (len(result.fits) > 1)}",
+        )
         words = f"k = {show(result.stiffness, 'N/m')}, a = {result.scale_factor:.4g}"
         title(zoom, "Near the peak", words)
         label(zoom, near * 0.42, highest * 0.35, "slope k (orange)\nfitted peak (red)", GREY)
@@ -193,11 +203,15 @@ def validation(file: BrakeFile, result: Validation) -> Figure:
             axes.plot(x, curve.measured, color=SKY, lw=3.2)
             axes.plot(x, curve.model, color=INK, lw=1.2, ls=(0, (5, 2)))
             rest.plot(x, curve.model - curve.measured, color=BLUE, lw=0.9)
-        ends = {show(c.vacuum, "Pa"): (float(c.model[-1]), float(c.elongation[-1])) for c in result.curves}
+        ends = {
+            show(c.vacuum, "Pa"): (float(c.model[-1]), float(c.elongation[-1]))
+            for c in result.curves
+        }
         axes.set(ylabel="force [N]", ylim=(0, None), xlim=(0, None))
         labels_right(axes, axes.get_xlim()[1], [(y, text, INK) for text, (y, _) in ends.items()])
         rest.axhline(0, color=FAINT, lw=1)
         rest.set(xlabel="elongation [mm]", ylabel="model − file [N]")
-        words = f"MAPE {result.mape:.2%}, RMSE {show(result.rmse, 'N', 3)} over {len(result.curves)} files"
+        words = f"MAPE {result.mape:.2%}, RMSE {show(result.rmse, 'N', 3)}"
+        words += f" over {len(result.curves)} files"
         title(axes, f"{file.name}: files (blue) and model (dashed)", words)
     return figure

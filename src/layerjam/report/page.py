@@ -14,6 +14,7 @@ from layerjam.report.claims import Claim, Verdict
 from layerjam.report.style import look
 
 if TYPE_CHECKING:
+    import jinja2
     from matplotlib.figure import Figure
 
 MARKS = {
@@ -80,11 +81,7 @@ def render_page(
     banner: str = "",
 ) -> str:
     """The page's HTML; raises MissingExtraError without jinja2."""
-    try:
-        import jinja2
-    except ImportError:
-        raise MissingExtraError("the report (jinja2)", "report") from None
-    environment = jinja2.Environment(autoescape=True, trim_blocks=True, undefined=jinja2.StrictUndefined)
+    environment = _environment()
     environment.filters["value"] = _value
     environment.filters["cell"] = lambda v: "value" if isinstance(v, int | float) else "words"
     template = (files("layerjam.report") / "page.html.j2").read_text(encoding="utf-8")
@@ -110,6 +107,21 @@ def render_page(
         counts=tally(parts),
         marks=MARKS,
     )
+
+
+def check_extras() -> None:
+    """Raise MissingExtraError where the page could not be drawn or written."""
+    _environment()
+    with look():
+        pass
+
+
+def _environment() -> jinja2.Environment:
+    try:
+        import jinja2
+    except ImportError:
+        raise MissingExtraError("the report (jinja2)", "report") from None
+    return jinja2.Environment(autoescape=True, trim_blocks=True, undefined=jinja2.StrictUndefined)
 
 
 def tally(parts: Sequence[Part]) -> dict[str, int]:

@@ -104,10 +104,13 @@ def fig8(exact: dict[str, dict[str, float]]) -> Figure:
 
     `exact` holds for each film what the procedure gave: scale_factor, eq9 [N/m].
     """
-    text, caption = {"choi2018-kapton": 131e3, "choi2018-ptfe": 55e3}, {
-        "choi2018-kapton": 107e3,
-        "choi2018-ptfe": 42e3,
-    }
+    text, caption = (
+        {"choi2018-kapton": 131e3, "choi2018-ptfe": 55e3},
+        {
+            "choi2018-kapton": 107e3,
+            "choi2018-ptfe": 42e3,
+        },
+    )
     with look():
         figure, all_axes = canvas(columns=2, width=8.6, height=3.9)
         for axes, name in zip(all_axes, CALIBRATED, strict=True):
@@ -119,7 +122,12 @@ def fig8(exact: dict[str, dict[str, float]]) -> Figure:
             for k, color, words, place in (
                 (text[name], ORANGE, f"text: {text[name] / 1e3:.0f} kN/m", 0.80),
                 (caption[name], PURPLE, f"caption: {caption[name] / 1e3:.0f} N/mm", 0.55),
-                (exact[name]["eq9"], GREEN, f"eq. 9 on our curve: {exact[name]['eq9'] / 1e3:.0f}", 0.3),
+                (
+                    exact[name]["eq9"],
+                    GREEN,
+                    f"eq. 9 on our curve: {exact[name]['eq9'] / 1e3:.0f}",
+                    0.3,
+                ),
             ):
                 axes.plot([0, high / k * MM], [0, high], color=color, lw=1.2, ls=(0, (4, 2)))
                 label(axes, high * place / k * MM + 0.03 * end * MM, high * place, words, color)
@@ -127,7 +135,11 @@ def fig8(exact: dict[str, dict[str, float]]) -> Figure:
             axes.plot(float(top.elongation) * MM, high, "o", color=RED, ms=5)
             label(axes, float(top.elongation) * MM * 1.15, high * 1.07, f"peak {high:.2f} N", RED)
             axes.set(xlim=(0, end * MM), ylim=(0, high * 1.18), xlabel="elongation [mm]")
-            title(axes, NAMES[name], f"model at 94.5 kPa; a = {exact[name]['scale_factor']:.4g} comes back")
+            title(
+                axes,
+                NAMES[name],
+                f"model at 94.5 kPa; a = {exact[name]['scale_factor']:.4g} comes back",
+            )
         all_axes[0].set_ylabel("force [N]")
     return figure
 
@@ -145,7 +157,9 @@ def eq5() -> Figure:
         label(axes, 19, right[75] - 0.3, "x inside the root [N]", BLUE, va="top")
         label(axes, 25, root * 0.025 + 0.9, "as printed [N·√m]", RED, ha="center", va="bottom")
         axes.set(xlabel="slip [mm]", ylabel="sleeve force", xlim=(0, None), ylim=(0, None))
-        title(axes, "Eq. 5: the sleeve's force at 94.5 kPa", "the printed form has no unit of force")
+        title(
+            axes, "Eq. 5: the sleeve's force at 94.5 kPa", "the printed form has no unit of force"
+        )
         ends = []
         for vacuum, color in zip((2000.0, 1000.0, 500.0, 0.0), VACUUMS, strict=True):
             force = np.asarray(brake_force(x, vacuum, brake))
@@ -153,7 +167,9 @@ def eq5() -> Figure:
             ends.append((float(force[-1]), f"{vacuum / 1e3:g} kPa", color))
         low.set(xlabel="slip [mm]", ylabel="force [N]", xlim=(0, TESTED * MM), ylim=(0, None))
         labels_right(low, TESTED * MM, ends)
-        title(low, "When the slope turns positive", "whole brake; the sleeve saturates at low vacuum")
+        title(
+            low, "When the slope turns positive", "whole brake; the sleeve saturates at low vacuum"
+        )
     return figure
 
 
@@ -173,9 +189,17 @@ def sheets_and_mass() -> Figure:
         figure, (axes,) = canvas(width=6.4, height=3.8)
         axes.plot(weight, force, "o-", color=BLUE, ms=3.5, lw=1.2)
         paper = np.array([weight[at] + 0.4 * (n - 11) for n in counts])
-        axes.plot(paper, [force[at] + 17.5 * (n - 11) for n in counts], color=ORANGE, lw=1.2, ls=(0, (4, 2)))
+        axes.plot(
+            paper,
+            [force[at] + 17.5 * (n - 11) for n in counts],
+            color=ORANGE,
+            lw=1.2,
+            ls=(0, (4, 2)),
+        )
         axes.plot(weight[at], force[at], "o", color=RED, ms=7)
-        label(axes, weight[at] + 0.4, force[at] * 0.93, "the paper's brake, 11 sheets", RED, va="top")
+        label(
+            axes, weight[at] + 0.4, force[at] * 0.93, "the paper's brake, 11 sheets", RED, va="top"
+        )
         label(axes, 25.2, 355, "ours: the sleeve grows too", BLUE)
         label(axes, 24.6, 455, "+17.5 N, +0.4 g a sheet (paper)", "#8a5f00", ha="right")
         axes.set(xlabel="mass of the brake [g]", ylabel="peak force at 94.5 kPa [N]")
@@ -191,14 +215,38 @@ def peak_bound() -> Figure:
         for distance, color, words in ((0.040, BLUE, "40 mm"), (0.060, SKY, "60 mm")):
             least = 1 + speed**2 / (2 * 9.80665 * distance)
             axes.plot(speed, least, color=color)
-            label(axes, speed[-1] - 0.03, least[-1] - 0.7, f"stop within {words}", color, ha="right", va="top")
+            label(
+                axes,
+                speed[-1] - 0.03,
+                least[-1] - 0.7,
+                f"stop within {words}",
+                color,
+                ha="right",
+                va="top",
+            )
         axes.plot([0, 2.5], [2, 2], color=RED, lw=3)
         label(axes, 0.05, 2.9, "paper: tuned, under 2 g up to 2.5 m/s", RED)
         axes.plot(2.5, 1 + 2.5**2 / (2 * 9.80665 * 0.04), "o", color=INK, ms=5)
         at = 1 + 2.5**2 / (2 * 9.80665 * 0.04)
-        label(axes, 2.4, 10.6, f"at 2.5 m/s no stop within\n40 mm stays below {at:.1f} g", INK, ha="right")
-        axes.set(xlabel="speed at impact [m/s]", ylabel="peak acceleration [g]", xlim=(0, 3.7), ylim=(0, None))
-        title(axes, "No brake of any kind can stop softer than this", "1 + v²/2gz, gravity along the pull")
+        label(
+            axes,
+            2.4,
+            10.6,
+            f"at 2.5 m/s no stop within\n40 mm stays below {at:.1f} g",
+            INK,
+            ha="right",
+        )
+        axes.set(
+            xlabel="speed at impact [m/s]",
+            ylabel="peak acceleration [g]",
+            xlim=(0, 3.7),
+            ylim=(0, None),
+        )
+        title(
+            axes,
+            "No brake of any kind can stop softer than this",
+            "1 + v²/2gz, gravity along the pull",
+        )
     return figure
 
 
@@ -217,9 +265,16 @@ def buckling_and_closing() -> Figure:
             below = name == CALIBRATED[0]
             place = (41, y - 1.6) if below else (39.2, y + 1.2)
             label(
-                axes, *place, f"{NAMES[name]}: {y:.2f} kPa", color, ha="left" if below else "right"
+                axes,
+                place[0],
+                place[1],
+                f"{NAMES[name]}: {y:.2f} kPa",
+                color,
+                ha="left" if below else "right",
             )
         axes.set(xlabel="slip [mm]", ylabel="vacuum [kPa]", xlim=(0, None), ylim=(0, 40))
         label(axes, 20, 32, "above: friction holds the stretched sleeve", GREY, ha="center")
-        title(axes, "Below this vacuum the sleeve closes the brake", "model; ours, not in the paper")
+        title(
+            axes, "Below this vacuum the sleeve closes the brake", "model; ours, not in the paper"
+        )
     return figure

@@ -74,8 +74,8 @@ def pull_files(
             for repeat in range(1, repeats + 1):
                 count += 1
                 trace = virtual.pull(
-                    file.brake, vacuum, speed, TESTED, PULL_MACHINE, repeat=1000 * len(what) + count,
-                    name=file.name,
+                    file.brake, vacuum, speed, TESTED, PULL_MACHINE,
+                    repeat=1000 * len(what) + count, name=file.name,
                 )  # fmt: skip
                 name = f"{what}-{NAMES[file.name].lower()}-{vacuum / 1e3:.1f}kPa-{speed * 1e3:g}mms"
                 path = folder / f"{name}-{repeat}.{kind}"
@@ -96,9 +96,7 @@ def run_film(name: str, folder: Path, say: Callable[[str], None]) -> FilmRun:
     """The paper's whole procedure for one film, on synthetic files written to `folder`."""
     file = load(name)
     say(f"  {NAMES[name]}: 3 friction tests, 1 calibration pull, 12 validation pulls")
-    friction = reduce_friction(
-        [read_trace(p) for p in friction_files(file, folder)], NORMAL_FORCE
-    )
+    friction = reduce_friction([read_trace(p) for p in friction_files(file, folder)], NORMAL_FORCE)
     pull = pull_files(file, folder, (FULL,), (13e-3,), 1, "TRA", "calibration")
     blank = replace(file.brake, scale_factor=1.0)
     calibration = calibrate(read_pulls(pull), blank)
@@ -141,9 +139,14 @@ def friction_claims(runs: dict[str, FilmRun]) -> list[Claim]:
             ours = getattr(run.friction, kind)
             out.append(
                 number(
-                    f"table I: {kind} friction, {NAMES[name]}", "III-C", printed, ours, "1",
-                    sd * printed, why,
-                )  # fmt: skip
+                    f"table I: {kind} friction, {NAMES[name]}",
+                    "III-C",
+                    printed,
+                    ours,
+                    "1",
+                    sd * printed,
+                    why,
+                )
             )
     return out
 

@@ -11,7 +11,12 @@ from layerjam.mechanics.energy import slip_work
 from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.limits import buckling_force
 from layerjam.mechanics.pull import brake_force, peak, peak_vacuum
-from layerjam.mechanics.stiffness import mount_stiffness, stiffness_before_slip, stiffness_sliding
+from layerjam.mechanics.stiffness import (
+    mount_stiffness,
+    stiffness_before_slip,
+    stiffness_sliding,
+    working_stiffness,
+)
 from layerjam.report.claims import Claim, beyond, later, number, statement
 from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.tensile import tensile
@@ -71,7 +76,8 @@ def equations() -> list[Claim]:
     parts = float(sheet_friction(0.02, FULL, kapton)) + right
     return [
         statement(
-            "eq. 1, 2: before slip three springs in series", "II-B", abs(series - stuck) < 1e-9 * stuck,
+            "eq. 1, 2: before slip three springs in series", "II-B",
+            abs(series - stuck) < 1e-9 * stuck,
             f"{float(stiffness_before_slip(kapton)) / 1e3:.0f} and "
             f"{float(stiffness_before_slip(ptfe)) / 1e3:.0f} kN/m",
             "the paper prints no value; Kapton and PTFE, sheets alone",
@@ -122,8 +128,8 @@ def materials() -> list[Claim]:
         beyond(
             "Fig. 4: Kapton has the largest force, PTFE the smallest", "III-A", "as stated", "",
             "peaks at 94.5 kPa. The paper prints no friction for polyester and fibreglass; with "
-            "handbook values, uncalibrated, polyester would come out above Kapton: an order of films "
-            "cannot be had from a handbook", ours=words,
+            "handbook values, uncalibrated, polyester would come out above Kapton: an order of "
+            "films cannot be had from a handbook", ours=words,
         ),
         statement(
             "Fig. 4: Kapton holds more than PTFE", "III-A", peaks["kapton"] > peaks["ptfe"],
@@ -183,39 +189,47 @@ def stiffnesses() -> list[Claim]:
         eq9 = float(top.force / top.elongation) / 1e3
         out.append(
             number(
-                f"measured stiffness, {name}: text and caption of Fig. 8 agree", "III-D, Fig. 8",
-                text, caption, "kN/m", 0.5,
+                f"measured stiffness, {name}: text and caption of Fig. 8 agree",
+                "III-D, Fig. 8",
+                text,
+                caption,
+                "kN/m",
+                0.5,
                 otherwise=f"'ours' is the caption's {caption:.0f} N/mm; the slope before onset is "
                 f"{text:.0f} and eq. 9 (peak force over peak displacement) on that curve gives "
                 f"{eq9:.1f}, so the two definitions do not explain it",
-            )  # fmt: skip
+            )
         )
     mounts = [float(mount_stiffness(b)) / 1e3 for b in (kapton, ptfe)]
     out.append(
         statement(
-            "the difference to eq. 6 comes from end caps and mounting parts", "III-D",
+            "the difference to eq. 6 comes from end caps and mounting parts",
+            "III-D",
             abs(mounts[0] / mounts[1] - 1) < 0.1,
             f"{mounts[0]:.0f} and {mounts[1]:.0f} kN/m",
             "the mount that would have to be in series with the stuck sheets, for Kapton and for "
             "PTFE: the same caps and rig cannot be both",
-        )  # fmt: skip
+        )
     )
     ratio = float(holding_force(FULL, kapton)) / float(peak(FULL, TESTED, kapton).force)
     out.append(
         statement(
-            "static friction may be left out", "III-C", ratio < 1.05,
+            "static friction may be left out",
+            "III-C",
+            ratio < 1.05,
             f"{float(holding_force(FULL, kapton)):.0f} N against "
             f"{float(peak(FULL, TESTED, kapton).force):.0f} N",
             "table I's static friction in eq. 4 with a = 0.875 (Kapton, 94.5 kPa) against the peak "
             "that eq. 8 was fitted to: sheets that slide one after another must explain it",
-        )  # fmt: skip
+        )
     )
     return out
 
 
 def _residual(slip: float, speed: float, vacuum: float, brake: Brake, gravity: float) -> float:
     """Energy left [J] when 1 kg has slipped the brake by `slip`, rope and brake in series."""
-    k = 1 / (1 / brake.stiffness_measured + 1 / brake.rope.stiffness)
+    assert brake.rope is not None
+    k = 1 / (1 / float(working_stiffness(brake)) + 1 / brake.rope.stiffness)
     force = float(brake_force(slip, vacuum, brake))
     taken = float(slip_work(slip, vacuum, brake)) + force**2 / (2 * k)
     return speed**2 / 2 + gravity * (slip + force / k) - taken

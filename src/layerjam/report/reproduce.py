@@ -20,7 +20,7 @@ from layerjam.identify.metrics import Validation
 from layerjam.identify.trace import Trace
 from layerjam.report import paper_figures, paper_lab, paper_model
 from layerjam.report.figures import calibration, force_over_vacuum, friction, validation
-from layerjam.report.page import Part, Picture, render_page, tally
+from layerjam.report.page import Part, Picture, check_extras, render_page, tally
 from layerjam.report.paper_lab import FilmRun
 from layerjam.report.style import save
 
@@ -62,6 +62,7 @@ def reproduce(
     the report exists and `force` is not set, or the folder cannot be made.
     """
     say = say or (lambda _: None)
+    check_extras()
     report, results = out / "report.html", out / "results.json"
     for path in (report, results):
         if path.exists() and not force:

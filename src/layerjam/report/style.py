@@ -22,7 +22,7 @@ INK, GREY, FAINT = "#1c2530", "#66717d", "#c9d0d6"
 VACUUMS = ("#08306b", "#2171b5", "#4f9bcb", "#8c96a0")
 """Dark to pale for falling vacuum."""
 
-_RC = {
+_RC: dict[Any, Any] = {
     "font.size": 9.5,
     "font.family": "sans-serif",
     "axes.titlesize": 10.5,
@@ -88,7 +88,11 @@ def label(axes: Axes, x: float, y: float, text: str, color: str, **how: Any) -> 
     """A word beside a curve, in its colour, on a pale ground."""
     how = {"fontsize": 8.8, "color": color, "va": "center", **how}
     axes.text(
-        x, y, text, bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.8}, **how
+        x,
+        y,
+        text,
+        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.8},
+        **how,
     )
 
 
@@ -111,6 +115,4 @@ def save(figure: Figure, path: Path, force: bool = False) -> Path:
     kind = path.suffix.lower().lstrip(".")
     when = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with look():
-        return write_whole(
-            path, lambda p: figure.savefig(p, format=kind, metadata=when), force
-        )
+        return write_whole(path, lambda p: figure.savefig(p, format=kind, metadata=when), force)

@@ -117,7 +117,7 @@ class Procedure:
         return "; ".join(step.text() for step in self.steps)
 
     def highest_vacuum(self) -> float:
-        """[Pa]"""
+        """Greatest vacuum of all steps [Pa]."""
         return max((s.to for s in self.steps if isinstance(s, Evacuate)), default=0.0)
 
 

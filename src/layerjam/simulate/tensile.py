@@ -120,4 +120,3 @@ def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
         brake=file,
         warnings=tuple(warnings),
     )
-

@@ -10,6 +10,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import read_brake
 from layerjam.device.load import materials, write_whole
 from layerjam.errors import FileError, FitError, LayerjamError, QuantityError
+from layerjam.identify.columns import Choices
 from layerjam.identify.fit import calibrate as fit
 from layerjam.identify.fit import calibrated_text, fit_pull
 from layerjam.identify.friction_test import (
@@ -40,7 +41,9 @@ T = TypeVar("T")
 Paths = Sequence[str | Path]
 
 
-def _each(files: Paths, use: Callable[[Trace], T]) -> tuple[list[T], dict[str, str]]:
+def _each(
+    files: Paths, use: Callable[[Trace], T], choices: Choices | None
+) -> tuple[list[T], dict[str, str]]:
     """`use` of every file that can be used, and {file: why} of those that cannot.
 
     Where none can be used, the first one's reason is an error.
@@ -49,7 +52,10 @@ def _each(files: Paths, use: Callable[[Trace], T]) -> tuple[list[T], dict[str, s
     refused: dict[str, str] = {}
     for path in files:
         try:
-            done.append(use(read_trace(path)))
+            done.append(use(read_trace(path, choices)))
+        except FileError as error:
+            line = f"line {error.line}: " if error.line else ""
+            refused[str(path)] = line + error.reason
         except LayerjamError as error:
             refused[str(path)] = str(error).removeprefix(f"{path}: ")
     if not done:
@@ -98,13 +104,14 @@ def friction(
     brake: AnyBrake | None = None,
     out: str | Path | None = None,
     partial: bool = False,
+    choices: Choices | None = None,
     force: bool = False,
 ) -> Answer:
     """Static and kinetic friction from friction tests, as the paper reduces them.
 
     `normal_force` may come from the files' sidecars; `window` is the travel of the kinetic mean.
-    With `brake` and `out` the result is written into a copy of the brake's file. `record` is the
-    (traces, FrictionResult).
+    With `brake` and `out` the result is written into a copy of the brake's file. `choices` answers
+    what a file leaves open (sign, column, decimal sign). `record` is (traces, FrictionResult).
     """
     if (brake is None) != (out is None):
         raise QuantityError("brake and out: give both to write a brake, or neither")
@@ -121,7 +128,7 @@ def friction(
         reduce_repeat(trace, pressed, span)
         return trace, pressed
 
-    used, refused = _each(files, use)
+    used, refused = _each(files, use, choices)
     loads = sorted({pressed for _, pressed in used})
     if len(loads) > 1:
         raise FitError(f"the files' normal forces differ: {', '.join(show(v, 'N') for v in loads)}")
@@ -159,6 +166,7 @@ def calibrate(
     out: str | Path | None = None,
     partial: bool = False,
     atmosphere: Quantity | None = None,
+    choices: Choices | None = None,
     force: bool = False,
 ) -> Answer:
     """Scale factor and stiffness of a brake from one or several pulls.
@@ -176,7 +184,7 @@ def calibrate(
         fit_pull(pull, pressure, file.brake)
         return trace, pull, pressure
 
-    used, refused = _each(files, use)
+    used, refused = _each(files, use, choices)
     result = fit([(pull, pressure) for _, pull, pressure in used], file.brake)
     traces = [trace for trace, _, _ in used]
     written, said = _write_brake(
@@ -200,9 +208,13 @@ def calibrate(
             "file": written,
         },
         units={
-            "scale_factor": "1", "stiffness": "N/m", "scale_factor_eq8": "1",
-            "stiffness_eq9": "N/m", "peak_force": "N", "peak_elongation": "m",
-        },  # fmt: skip
+            "scale_factor": "1",
+            "stiffness": "N/m",
+            "scale_factor_eq8": "1",
+            "stiffness_eq9": "N/m",
+            "peak_force": "N",
+            "peak_elongation": "m",
+        },
         warnings=file.warnings() + [w for t in traces for w in t.warnings] + said,
         refused=refused,
         record=(file, result),
@@ -215,6 +227,7 @@ def validate(
     *,
     vacuum: Quantity | None = None,
     atmosphere: Quantity | None = None,
+    choices: Choices | None = None,
 ) -> Answer:
     """How far the brake's model lies from measured pulls (identify.metrics says over which window).
 
@@ -230,7 +243,7 @@ def validate(
         compare(pull, pressure, file.brake)
         return trace, pull, pressure
 
-    used, refused = _each(files, use)
+    used, refused = _each(files, use, choices)
     result = validate_pulls([(pull, pressure) for _, pull, pressure in used], file.brake)
     warnings = file.warnings() + [w for t, _, _ in used for w in t.warnings]
     same = calibrated_on(file, [t.path for t, _, _ in used])
@@ -245,9 +258,12 @@ def validate(
     ]  # fmt: skip
     return Answer(
         values={
-            "mape": result.mape, "mape_sd": result.mape_sd, "rmse": result.rmse, "files": rows,
+            "mape": result.mape,
+            "mape_sd": result.mape_sd,
+            "rmse": result.rmse,
+            "files": rows,
             "refused": refused,
-        },  # fmt: skip
+        },
         units={"mape": "1", "mape_sd": "1", "rmse": "N"},
         warnings=warnings,
         refused=refused,

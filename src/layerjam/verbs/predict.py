@@ -54,6 +54,7 @@ def show(brake: AnyBrake, *, atmosphere: Quantity | None = None) -> Answer:
     full = device.site.atmosphere
     peak = pull.peak(full, device.sheets.usable_travel, device)
     weight, strength = mass(device), device.film.strength
+    clamped = float(limits.clamp_stress(peak.force, device))
     values = {
         "name": file.name,
         "mass": weight,
@@ -68,7 +69,7 @@ def show(brake: AnyBrake, *, atmosphere: Quantity | None = None) -> Answer:
         "force_density": float(peak.force) / weight,
         "buckling_force": float(limits.buckling_force(0.0, device)),
         "sheet_stress": float(limits.sheet_stress(peak.force, device)),
-        "clamp_stress": float(limits.clamp_stress(peak.force, device)),
+        "clamp_stress": clamped,
         "film_strength": strength,
         "scale_factor": device.scale_factor,
         "peak_vacuum": float(pull.peak_vacuum(device)),
@@ -84,7 +85,7 @@ def show(brake: AnyBrake, *, atmosphere: Quantity | None = None) -> Answer:
     warnings = file.warnings()
     if not bool(peak.inside):
         warnings.append("even at full vacuum a pull has no peak: the force rises to the end")
-    if strength is not None and float(values["clamp_stress"]) > strength:
+    if strength is not None and clamped > strength:
         warnings.append("at the greatest force the stress at the clamp exceeds the film's strength")
     return Answer(values=values, units=units, warnings=warnings, record=file)
 
@@ -186,9 +187,12 @@ def tensile(
             "procedure": record.procedure,
         },
         units={
-            "peak_force": "N", "peak_elongation": "m", "force_at_end": "N", "work": "J",
+            "peak_force": "N",
+            "peak_elongation": "m",
+            "force_at_end": "N",
+            "work": "J",
             "dissipated_energy": "J",
-        },  # fmt: skip
+        },
         warnings=record.warnings,
         record=record,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Sequence
+from math import isfinite
 
 import numpy as np
 import numpy.typing as npt
@@ -45,7 +46,13 @@ def read_columns(
         if columns is not None:
             _check_last(grid, style[0])
             return columns
-    raise _bad_cell(grid, indices, names, styles[0] if styles else (decimal or ".", ""))
+    style = styles[0] if styles else (decimal or ".", "")
+    error = _bad_cell(grid, indices, names, style)
+    columns = None if error else _slow(grid, indices, style)
+    if columns is None:  # a number float() reads and pandas does not is still a number
+        raise error or FileError(grid.path, "holds numbers that cannot be read")
+    _check_last(grid, style[0])
+    return columns
 
 
 def _cells(rows: list[list[str]], indices: Sequence[int]) -> str:
@@ -70,7 +77,7 @@ def _styles(
             raise FileError(
                 grid.path,
                 f"does not show whether '{signs.pop()}' is the decimal sign or groups thousands; "
-                "say which sign is the decimal one",
+                "say which sign is the decimal one (--decimal)",
             )
     return fits or [s for s in known if s in _PLAIN][:1]
 
@@ -79,6 +86,8 @@ def _parse(grid: Grid, indices: Sequence[int], style: tuple[str, str]) -> list[A
     import pandas
 
     decimal, thousands = style
+    if thousands and thousands.encode() not in grid.text:
+        return None  # the same as without one, which was tried before
     if thousands and not _grouped(grid, indices, style):
         return None
     words = bool(grid.text.translate(None, b"0123456789+-.,eE \t\n'"))
@@ -145,18 +154,18 @@ def _slow(grid: Grid, indices: Sequence[int], style: tuple[str, str]) -> list[Ar
 
 def _bad_cell(
     grid: Grid, indices: Sequence[int], names: Sequence[str], style: tuple[str, str]
-) -> FileError:
+) -> FileError | None:
     """The first cell that is no finite number, as an error with its line."""
     decimal, thousands = style
     for row, fields in enumerate(grid.rows()):
-        # Only the row with the first bad cell gets this far without being passed over.
-        if not any(looks_numeric(field.strip()) for field in fields):
-            return no_row_of_numbers(grid.path, fields, grid.line(row))
         for index, name in zip(indices, names, strict=True):
             cell = fields[index].strip()
             number = cell.replace(thousands, "") if thousands else cell
-            if _CELL[style].fullmatch(cell) and np.isfinite(float(number.replace(decimal, "."))):
+            if _CELL[style].fullmatch(cell) and isfinite(float(number.replace(decimal, "."))):
                 continue
+            # A row without any number is no damaged number: a footer, or the next table.
+            if not any(looks_numeric(field.strip()) for field in fields):
+                return no_row_of_numbers(grid.path, fields, grid.line(row))
             shown = cell if len(cell) <= 40 else cell[:37] + "..."
             shown = "".join(c if c.isprintable() else "?" for c in shown)
             what = f"'{shown}' in column '{name[:40]}' is no finite number"
@@ -165,7 +174,7 @@ def _bad_cell(
             if row == len(grid.lines) - 1 and not grid.ended:
                 what += "; the file is cut off there"
             return FileError(grid.path, what, grid.line(row))
-    return FileError(grid.path, "holds numbers that cannot be read")
+    return None
 
 
 def _check_last(grid: Grid, decimal: str) -> None:

@@ -22,7 +22,7 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Source:
-    """A text file: `data` in UTF-8 or a one-byte code page, line ends '\\n', no byte-order mark."""
+    """A text file: `data` in UTF-8 or a one-byte code page, Unix newlines, no byte-order mark."""
 
     path: str
     data: bytes

@@ -22,7 +22,7 @@ _HEAD_LINES = 1000
 _ENOUGH_ROWS = 50
 _MOST_COLUMNS = 100
 _SAMPLE = 6000
-_LOOSE_NUMBER = re.compile(r"[+\-−]?[\d.,'’\s\u00a0\u202f]*\d[\d.,'’\s]*(?:[eE][+-]?\d+)?")
+_LOOSE_NUMBER = re.compile(r"[+\-\u2212]?[\d.,'\u2019\s]*\d[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,7 @@ def split(line: str, separator: str) -> list[str]:
 
 
 def looks_numeric(field: str) -> bool:
+    """Whether a field could be a number in some country; not yet which."""
     # The pattern may try every pair of places in a text, so a long text is not given to it.
     return len(field) <= 60 and _LOOSE_NUMBER.fullmatch(field) is not None
 
@@ -157,6 +158,7 @@ class Grid:
     """Whether the file's last line has its line end."""
 
     def line(self, row: int) -> int:
+        """The file's line of a row, from 1."""
         return int(self.lines[row])
 
     def rows(self) -> list[list[str]]:
@@ -246,6 +248,7 @@ def _broken_row(
 
 
 def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
+    """The error for a line of words below the numbers."""
     return FileError(
         path,
         f"'{_short(' '.join(parts))}' is no row of numbers; a file may hold one specimen and "

@@ -1,0 +1,247 @@
+"""Write the tables of the docs that come from the code, so that they cannot drift.
+
+    python docs/generate.py           rewrite docs/*.md
+    python docs/generate.py --check   exit 1 where a page differs from the code
+
+A page marks such a part with `<!-- generated: NAME -->` and `<!-- end -->`; NAME is a function here.
+"""
+
+from __future__ import annotations
+
+import html
+import re
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import fields
+from pathlib import Path
+
+import typer
+
+from layerjam.cli.main import app
+from layerjam.device.brake import Brake
+from layerjam.device.file import parse_toml
+from layerjam.device.load import catalogue, load, materials
+from layerjam.device.source import KINDS
+from layerjam.identify.sidecar import Facts
+from layerjam.simulate.record import Outcome, TensileRecord
+from layerjam.units import Meaning, quantities, show
+
+DOCS = Path(__file__).parent
+PART = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+GREEK = {"mu": "μ", "rho": "ρ"}
+TABLES = {
+    "": "The brake itself, top of the file",
+    "sheets": "[sheets]",
+    "film": "[film]",
+    "enclosure": "[enclosure], the sleeve",
+    "mount": "[mount]",
+    "rope": "[rope], may be left out",
+    "site": "[site], may be left out",
+}
+NOTHING = "–"
+
+
+def symbol(text: str) -> str:
+    """`mu_k` as μ with a subscript."""
+    if not text:
+        return ""
+    base, _, low = text.partition("_")
+    if not low and len(text) == 2 and text[1].isdigit():
+        base, low = text
+    base = f"<i>{GREEK.get(base, base)}</i>"
+    return f"{base}<sub>{low}</sub>" if low else base
+
+
+def row(*cells: str) -> str:
+    """One line of a table."""
+    return "| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |"
+
+
+def table(head: tuple[str, ...], rows: list[str]) -> str:
+    """A Markdown table."""
+    return "\n".join([row(*head), row(*["---"] * len(head)), *rows])
+
+
+def unit(meaning: Meaning) -> str:
+    """The SI unit, a dash for a pure number."""
+    return NOTHING if meaning.unit == "1" else meaning.unit.replace("^3", "³").replace("^2", "²")
+
+
+def brake_fields() -> str:
+    """Every quantity of a brake."""
+    defaults = {}
+    for place in fields(Brake):
+        inner = place.metadata.get("record")
+        for f in fields(inner) if inner else (place,):
+            path = f"{place.name}.{f.name}" if inner else f.name
+            defaults[path] = f.default
+    groups: dict[str, list[str]] = {name: [] for name in TABLES}
+    for path, meaning, due in quantities(Brake):
+        head, _, key = path.rpartition(".")
+        default = defaults[path]
+        unless = "required" if due else "not known"
+        if not due and isinstance(default, int | float):
+            unless = show(float(default), meaning.unit, 6)
+        groups[head].append(
+            row(symbol(meaning.symbol), f"`{key}`", unit(meaning), meaning.text,
+                meaning.allowed(), unless)
+        )  # fmt: skip
+    head_row = ("symbol", "name in code and file", "SI unit", "meaning", "allowed", "if not given")
+    return "\n\n".join(
+        f"### {TABLES[name]}\n\n{table(head_row, rows)}" for name, rows in groups.items()
+    )
+
+
+def sidecar_fields() -> str:
+    """What NAME.csv.toml may hold."""
+    rows = []
+    for place in fields(Facts):
+        meaning = place.metadata.get("quantity")
+        if meaning is None:
+            kind = "true or false" if place.name == "synthetic" else "text"
+            rows.append(row(f"`{place.name}`", kind, _FACTS[place.name]))
+        else:
+            kind = "whole number" if meaning.whole else f"quantity in {unit(meaning)}"
+            rows.append(row(f"`{place.name}`", kind, meaning.text))
+    return table(("key", "kind", "meaning"), rows)
+
+
+_FACTS = {
+    "brake": "name of the brake",
+    "procedure": "what was done, in the words of a procedure",
+    "synthetic": "the numbers were computed, not measured",
+    "note": "anything else",
+}
+
+
+def record_columns() -> str:
+    """Columns of a simulated pull."""
+    rows = [
+        row(f"`{f.name}`", unit(f.metadata["quantity"]), f.metadata["quantity"].text)
+        for f in fields(TensileRecord)
+        if "quantity" in f.metadata
+    ]
+    return table(("column", "SI unit", "meaning"), rows)
+
+
+def source_kinds() -> str:
+    """What `kind` may be."""
+    return table(("kind", "meaning"), [row(f"`{k}`", text) for k, text in KINDS.items()])
+
+
+def outcomes() -> str:
+    """Names of outcomes, for the page on commands."""
+    return ", ".join(f"`{o}`" for o in Outcome) + "."
+
+
+def _entry(value: object) -> tuple[str, str]:
+    """(value, where from) of one number of a material's file."""
+    if not isinstance(value, dict):
+        return str(value), ""
+    words = [f"{value.get('kind', 'unstated')}: {value.get('source', '')}".rstrip(": ")]
+    words += [f"{k}: {value[k]}" for k in ("spread", "conflict") if value.get(k)]
+    return str(value["value"]), html.escape("; ".join(words), quote=False)
+
+
+def _materials(folder: str) -> Iterator[str]:
+    names = {path: meaning for path, meaning, _ in quantities(Brake)}
+    head = "film." if folder == "films" else "enclosure."
+    for name, text in materials()[folder].items():
+        tables = parse_toml(text, name)
+        rows = []
+        for key, value in tables.items():
+            if head + key not in names:
+                continue
+            number, words = _entry(value)
+            rows.append(row(f"`{key}`", number, words))
+        title = tables.get("name", name)
+        yield f"#### `{name}`: {title}\n\n{table(('key', 'value', 'where from'), rows)}"
+
+
+def films() -> str:
+    """The films of the catalogue."""
+    return "\n\n".join(_materials("films"))
+
+
+def silicones() -> str:
+    """The silicones of the catalogue."""
+    return "\n\n".join(_materials("silicones"))
+
+
+def brakes() -> str:
+    """The brakes of the catalogue."""
+    rows = []
+    for name in catalogue():
+        file = load(name)
+        cells = [f"`{name}`", file.title]
+        for path, value, si in (
+            ("film.static", file.brake.film.static, "1"),
+            ("film.kinetic", file.brake.film.kinetic, "1"),
+            ("scale_factor", file.brake.scale_factor, "1"),
+            ("stiffness_measured", file.brake.stiffness_measured, "N/m"),
+        ):
+            kind = file.sources[path].kind if path in file.sources else ""
+            cells.append(f"{show(value, si)} ({kind})" if kind else show(value, si))
+        rows.append(row(*cells))
+    head = ("name", "title", "static friction", "kinetic friction", "scale factor", "stiffness")
+    return table(head, rows)
+
+
+def _options(name: str) -> str:
+    command = typer.main.get_command(app).commands[name]  # type: ignore[attr-defined]
+    rows = []
+    for p in command.params:
+        if p.param_type_name == "argument":
+            rows.append(row(f"`{p.metavar}`", html.escape(p.help or "", quote=False)))
+            continue
+        words = html.escape(p.help or "", quote=False)
+        words += " Required." if p.required else ""
+        if isinstance(p.default, str) and p.default:
+            words += f" Default {p.default}."
+        value = f" {p.metavar}" if p.metavar and not p.is_flag else ""
+        rows.append(row(", ".join(f"`{o}{value}`" for o in p.opts), words))
+    return table(("option", "meaning"), rows)
+
+
+def _for(name: str) -> Callable[[], str]:
+    return lambda: _options(name)
+
+
+COMMANDS = (
+    "new", "show", "force", "vacuum", "tensile", "friction", "calibrate", "validate", "reproduce",
+)  # fmt: skip
+PARTS: dict[str, Callable[[], str]] = {
+    f.__name__: f
+    for f in (
+        brake_fields, sidecar_fields, record_columns, source_kinds, outcomes, films, silicones,
+        brakes,
+    )
+} | {f"options_{name}": _for(name) for name in COMMANDS}  # fmt: skip
+
+
+def generated(text: str) -> str:
+    """A page with its generated parts as the code gives them now."""
+    return PART.sub(lambda m: f"{m.group(1)}{PARTS[m.group(2)]()}\n{m.group(3)}", text)
+
+
+def pages() -> list[Path]:
+    """Pages with generated parts."""
+    return [p for p in sorted(DOCS.glob("*.md")) if PART.search(p.read_text(encoding="utf-8"))]
+
+
+def main() -> int:
+    """Write or check all pages."""
+    differ = []
+    for path in pages():
+        old = path.read_text(encoding="utf-8")
+        new = generated(old)
+        if new != old:
+            differ.append(path.name)
+            if "--check" not in sys.argv:
+                path.write_text(new, encoding="utf-8")
+    print(", ".join(differ) or "nothing", "differs" if "--check" in sys.argv else "rewritten")
+    return 1 if differ and "--check" in sys.argv else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

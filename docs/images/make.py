@@ -1,0 +1,51 @@
+"""Draw the picture of the README: python docs/images/make.py (writes kapton.svg beside itself)."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import jax
+import numpy as np
+
+HERE = Path(__file__).parent
+VACUUMS = (94.5e3, 65.5e3, 31.0e3, 0.0)
+
+
+def draw(path: Path) -> Path:
+    """The paper's Kapton brake pulled at the paper's four vacuums, and the vacuum for 100 N."""
+    jax.config.update("jax_enable_x64", True)
+    from layerjam.device.load import load
+    from layerjam.mechanics.pull import brake_force, force_at_elongation, vacuum_for_force
+    from layerjam.report import style
+
+    brake = load("choi2018-kapton").brake
+    u = np.union1d(np.linspace(0, 4e-3, 400), np.linspace(0, 40e-3, 300))
+    with style.look():
+        figure, (left, right) = style.canvas(columns=2, width=8.6, height=3.6)
+        ends = []
+        for vacuum, color in zip(VACUUMS, style.VACUUMS, strict=True):
+            force = np.asarray(force_at_elongation(u, vacuum, brake))
+            left.plot(u * 1e3, force, color=color)
+            ends.append((float(force[-1]), f"{vacuum / 1e3:.1f} kPa", color))
+        left.set(xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, 40), ylim=(0, 200))
+        style.labels_right(left, 40, ends)
+        style.title(left, "A pull at four vacuums", "computed; the paper's brake, Kapton sheets")
+
+        pressure = np.linspace(0, brake.site.atmosphere, 300)
+        force = np.asarray(brake_force(20e-3, pressure, brake))
+        need = float(vacuum_for_force(100.0, 20e-3, brake))
+        right.plot(pressure / 1e3, force, color=style.BLUE)
+        right.plot([0, need / 1e3, need / 1e3], [100, 100, 0], color=style.GREY, lw=1, ls=(0, (4, 3)))
+        right.plot(need / 1e3, 100, "o", color=style.RED, ms=6)
+        style.label(
+            right, need / 1e3 - 2, 108, f"100 N: {need / 1e3:.1f} kPa", style.RED, ha="right",
+            weight="bold",
+        )  # fmt: skip
+        right.set(xlabel="vacuum [kPa]", xlim=(0, 102), ylim=(0, 200))
+        style.title(right, "Which vacuum for 100 N?", "computed; after 20 mm of slip")
+    return style.save(figure, path, force=True)
+
+
+if __name__ == "__main__":
+    print(draw(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / "kapton.svg"))

@@ -1,0 +1,211 @@
+"""A mass stopped by the brake at constant vacuum, exactly (mechanics, section 6 of the design).
+
+The mass hangs on a spring k, rope and brake in series, and on the brake, which slips by s once the
+force has reached Y(0). All is work and energy: K(s), the kinetic energy at slip s, is a closed
+form, and the travel is its first root. In w = sqrt(s) it is a quartic, smooth at the start.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.enclosure import (
+    Sleeve,
+    backbone,
+    backbone_dissipated,
+    backbone_stored,
+    backbone_work,
+    sleeve_at,
+)
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.law import law, safe_sqrt, within
+
+STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS = 0, 1, 2, 3
+"""Outcome codes."""
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
+
+
+class Stop(NamedTuple):
+    """How a stop went; arrays of the broadcast shape."""
+
+    slip: Any
+    """Slip of the brake at standstill or at the end of its travel [m]."""
+    peak_force: Any
+    """Greatest force until then [N]."""
+    end_speed: Any
+    """Speed of the mass at the end of travel [m/s]; zero at a standstill."""
+    heat: Any
+    """Energy dissipated until then [J]."""
+    stored: Any
+    """Elastic energy held then in rope, sheets, mount and sleeve [J]."""
+    outcome: Any
+    """STOPPED, NEVER_SLID, BOTTOMED_OUT or SNAPS."""
+
+
+class _Setup(NamedTuple):
+    """Constants of one stop."""
+
+    weight: Any
+    c: Any
+    onset: Any
+    k: Any
+    sleeve: Sleeve
+    kinetic: Any
+    """Kinetic energy when slip begins [J]."""
+
+
+def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> _Setup:
+    c, weight = friction_per_contact(vacuum, brake), mass * gravity
+    onset = c * brake.sheets.overlap
+    kinetic = mass * speed**2 / 2 + (weight * onset - onset**2 / 2) / spring
+    return _Setup(weight, c, onset, spring, sleeve_at(vacuum, brake), kinetic)
+
+
+def _resist(slip: Any, at: _Setup) -> Any:
+    return at.onset - at.c * slip + backbone(slip, at.sleeve)
+
+
+def kinetic_energy(slip: Any, at: _Setup) -> Any:
+    """K(s) [J]: what is left of the mass's energy of motion at slip s [m]."""
+    change = _resist(slip, at) - at.onset
+    spring = (at.weight - at.onset) * change - change**2 / 2
+    work = at.onset * slip - at.c * slip**2 / 2 + backbone_work(slip, at.sleeve)
+    return at.kinetic + at.weight * slip - work + spring / at.k
+
+
+def _falling_balance(at: _Setup, travel: Any) -> Any:
+    """The slip at which the falling force meets the weight, or `travel` if that comes first.
+
+    Up to there the kinetic energy falls (or first rises, then falls), so its first root is the
+    only one.
+    """
+    # c x - e sqrt(x) = Y(0) - weight, the larger root; then the linear, saturated part
+    over = at.onset - at.weight
+    square = at.sleeve.root**2 + 4 * at.c * over
+    falls = at.c > 0
+    root = (at.sleeve.root + safe_sqrt(jnp.maximum(square, 0.0))) / jnp.where(falls, 2 * at.c, 1.0)
+    slope = at.c - at.sleeve.stiffness / at.sleeve.reach
+    linear = over + at.sleeve.friction * at.sleeve.reach
+    linear = linear / jnp.where(slope > 0, slope, 1.0)
+    balance = jnp.where(root**2 < at.sleeve.saturation, root**2, linear)
+    rises = (slope <= 0) & (root**2 >= at.sleeve.saturation)
+    heavy = square < 0
+    limit = jnp.where(falls & ~rises & ~heavy, jnp.maximum(balance, 0.0), travel)
+    return jnp.minimum(limit, travel)
+
+
+def _first_root(at: _Setup, end: Any) -> Any:
+    """sqrt of the slip in [0, end] where K passes zero, by Newton steps kept in their bracket."""
+
+    def energy(w: Any) -> Any:
+        return kinetic_energy(w * w, at)
+
+    def step(_: int, state: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+        low, high, w = state
+        value, slope = jax.jvp(energy, (w,), (jnp.ones_like(w),))
+        low, high = jnp.where(value > 0, w, low), jnp.where(value > 0, high, w)
+        guess = w - value / jnp.where(slope != 0, slope, 1.0)
+        inside = (guess > low) & (guess < high) & (slope != 0)
+        return low, high, jnp.where(inside, guess, (low + high) / 2)
+
+    far = jnp.sqrt(end)
+    low, _, w = jax.lax.fori_loop(0, 60, step, (jnp.zeros_like(far), far, far / 2))
+    del low
+    return w
+
+
+@law
+def stop(
+    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
+) -> Stop:
+    """Stop a mass [kg] that arrives with `speed` [m/s] on a taut rope, at a vacuum [Pa].
+
+    `spring` [N/m] is rope and brake in series, `gravity` [m/s^2] acts along the pull (0 for a
+    horizontal one); all broadcast. Exact: closed-form work, one bracketed root, the first one.
+    """
+    mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(mass, speed, vacuum, spring, gravity)
+    at = _setup(mass, speed, vacuum, spring, gravity, brake)
+    travel = brake.sheets.usable_travel + jnp.zeros_like(at.kinetic)
+    elastic = at.weight + jnp.sqrt(at.weight**2 + spring * mass * speed**2)
+    slides = elastic > at.onset
+    # on a spring softer than the fall of the force the brake runs on by itself from here
+    soft = at.c - spring
+    snap = (at.sleeve.root / (2 * jnp.where(soft > 0, soft, 1.0))) ** 2
+    snap = jnp.where(soft > 0, snap, jnp.inf)
+    end = jnp.minimum(_falling_balance(at, travel), snap)
+    stops = kinetic_energy(end, at) <= 0
+    root = jax.lax.stop_gradient(_first_root(at, end))
+    slip = _polished(root**2, at)
+    far = jnp.minimum(travel, snap)
+    slip = jnp.where(slides, jnp.where(stops, slip, far), 0.0)
+    outcome = jnp.where(stops, STOPPED, jnp.where(snap < travel, SNAPS, BOTTOMED_OUT))
+    outcome = jnp.where(slides, outcome, NEVER_SLID)
+    resist = _resist(slip, at)
+    ratio = at.sleeve.root / (2 * jnp.where(at.c > 0, at.c, 1.0))
+    top = jnp.where((at.c > 0) & (ratio**2 < jnp.minimum(slip, at.sleeve.saturation)), ratio, 0.0)
+    highest = jnp.maximum(resist, at.onset + at.sleeve.root * top / 2)
+    peak = jnp.where(slides, jnp.maximum(highest, at.onset), elastic)
+    left = jnp.where(stops | ~slides, 0.0, jnp.maximum(kinetic_energy(slip, at), 0.0))
+    force = jnp.where(slides, resist, elastic)
+    heat = at.onset * slip - at.c * slip**2 / 2 + backbone_dissipated(slip, at.sleeve)
+    fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
+    values = Stop(
+        slip,
+        peak,
+        safe_sqrt(2 * left / mass),
+        heat,
+        force**2 / (2 * spring) + backbone_stored(slip, at.sleeve),
+        outcome,
+    )
+    return Stop(*(within(fine, v) for v in values[:-1]), outcome)
+
+
+def _polished(slip: Any, at: _Setup) -> Any:
+    """One more Newton step, which carries the gradient (implicit function theorem)."""
+    value, slope = jax.jvp(lambda s: kinetic_energy(s, at), (slip,), (jnp.ones_like(slip),))
+    slope = jax.lax.stop_gradient(slope)
+    step = jnp.where(slope < 0, value / jnp.where(slope < 0, slope, -1.0), 0.0)
+    return jnp.maximum(slip - step, 0.0)
+
+
+@law
+def stopping_time(
+    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
+) -> Any:
+    """Seconds from the taut rope to the first standstill, or to the end of travel.
+
+    The elastic part in closed form, the sliding part by 48-point Gauss quadrature of dz/v after
+    s = end sin^4(q), which takes out the singular start and end.
+    """
+    mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(mass, speed, vacuum, spring, gravity)
+    at = _setup(mass, speed, vacuum, spring, gravity, brake)
+    result = stop(mass, speed, vacuum, spring, gravity, brake)
+    omega = jnp.sqrt(spring / mass)
+    sag, swing = gravity / omega**2, speed / omega
+    size = jnp.sqrt(sag**2 + swing**2)
+    size = jnp.where(size > 0, size, 1.0)
+    phase = jnp.arctan2(sag, swing)
+    first = (jnp.arcsin(jnp.clip((at.onset / spring - sag) / size, -1, 1)) + phase) / omega
+    whole = (jnp.pi / 2 + phase) / omega
+    angle = (jnp.asarray(_NODES) + 1) * (jnp.pi / 4)
+    shape = (-1,) + (1,) * jnp.ndim(result.slip)
+    q = angle.reshape(shape)
+    share = jnp.sin(q) ** 4
+    slip = result.slip * share
+    # 1 + Y'/k times ds/dq, with the root's derivative finite because s grows as q^4
+    rate = 4 * jnp.sin(q) ** 3 * jnp.cos(q) * result.slip
+    root_rate = 2 * jnp.sin(q) * jnp.cos(q) * jnp.sqrt(result.slip)
+    spread = at.sleeve.root * root_rate
+    linear = at.sleeve.stiffness / at.sleeve.reach * rate
+    sleeve_rate = jnp.where(slip < at.sleeve.saturation, spread, linear)
+    moved = rate + (sleeve_rate - at.c * rate) / spring
+    pace = safe_sqrt(2 * jnp.maximum(kinetic_energy(slip, at), 0.0) / mass)
+    steps = jnp.where(pace > 0, moved / jnp.where(pace > 0, pace, 1.0), 0.0)
+    weights = jnp.asarray(_WEIGHTS).reshape(shape) * (jnp.pi / 4)
+    return jnp.where(result.outcome == NEVER_SLID, whole, first + (weights * steps).sum(axis=0))

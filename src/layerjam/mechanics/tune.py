@@ -1,0 +1,67 @@
+"""The vacuum that stops a mass within a given slip (paper, eq. 10, and exactly)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.energy import slip_work
+from layerjam.mechanics.law import law, rising_zero, within
+from layerjam.mechanics.pull import brake_force, vacuum_for_force
+
+
+def _excess(vacuum: Any, mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> Any:
+    """Energy the brake takes over `slip` less what the mass brings [J], elastic parts included."""
+    force = brake_force(slip, vacuum, brake)
+    taken = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
+    return taken - mass * speed**2 / 2 - mass * gravity * (slip + force / spring)
+
+
+@law
+def tuned_vacuum(
+    mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake
+) -> Any:
+    """Vacuum [Pa] at which a mass [kg] arriving with `speed` [m/s] stops after `slip` [m].
+
+    `spring` [N/m] is rope and brake in series (infinite for none), `gravity` [m/s^2] acts along the
+    pull. NaN where there is none: too fast for the site's full vacuum, or so slow that a brake weak
+    enough to let it run that far could not hold the weight there.
+    """
+    shape = jnp.broadcast_arrays(mass, speed, slip, spring, gravity)
+    mass, speed, slip, spring, gravity = shape
+    top = brake.site.atmosphere + jnp.zeros_like(mass)
+    sleeve_alone = brake_force(slip, 0.0, brake)
+    held = vacuum_for_force(jnp.maximum(mass * gravity, sleeve_alone), slip, brake)
+    low = jnp.where(jnp.isnan(held), top, held)
+
+    def excess(vacuum: Any) -> Any:
+        return _excess(vacuum, mass, speed, slip, spring, gravity, brake)
+
+    feasible = ~jnp.isnan(held) & (excess(low) <= 0) & (excess(top) >= 0)
+    guess = rising_zero(excess, low, top)
+    value, slope = jax.jvp(excess, (guess,), (jnp.ones_like(guess),))
+    slope = jax.lax.stop_gradient(jnp.where(slope > 0, slope, 1.0))
+    return within(feasible, jnp.clip(guess - value / slope, low, top))
+
+
+@law
+def vacuum_eq10(mass: Any, speed: Any, slip: Any, brake: Brake) -> Any:
+    """The paper's tuned vacuum [Pa]: half m v^2 = E(slip, P), no gravity, no elastic part.
+
+    NaN where the site's full vacuum is not enough.
+    """
+    shape = jnp.broadcast_arrays(mass, speed, slip)
+    mass, speed, slip = shape
+    energy = mass * speed**2 / 2
+    top = brake.site.atmosphere + jnp.zeros_like(energy)
+
+    def excess(vacuum: Any) -> Any:
+        return slip_work(slip, vacuum, brake) - energy
+
+    guess = rising_zero(excess, jnp.zeros_like(top), top)
+    value, slope = jax.jvp(excess, (guess,), (jnp.ones_like(guess),))
+    slope = jax.lax.stop_gradient(jnp.where(slope > 0, slope, 1.0))
+    return within((excess(top) >= 0) & (excess(0.0 * top) <= 0), guess - value / slope)

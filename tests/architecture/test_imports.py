@@ -1,0 +1,217 @@
+"""Imports run in one direction, and a light import stays light."""
+
+from __future__ import annotations
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "src" / "layerjam"
+MODULES = sorted(SOURCE.rglob("*.py"))
+FLOORS = (
+    "errors", "units", "device", "fluid", "mechanics", "simulate", "identify", "control", "design",
+    "rig", "fabricate", "interop", "report", "verbs", "workbench", "cli",
+)  # fmt: skip
+HEAVY = ("jax", "numpy", "pandas", "pint", "typer", "scipy", "matplotlib", "xarray", "tomlkit")
+
+
+def name_of(path: Path) -> str:
+    parts = path.relative_to(SOURCE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(path: Path, *, at_import: bool = False) -> set[str]:
+    """Modules a file imports; with `at_import` only those that importing the file would load."""
+    found: set[str] = set()
+
+    def visit(node: ast.AST) -> None:
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{path}: relative import"
+            found.add(str(node.module))
+            found.update(f"{node.module}.{alias.name}" for alias in node.names)
+        inside = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+        typing_only = isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+        if at_import and (inside or typing_only):
+            return
+        for child in ast.iter_child_nodes(node):
+            visit(child)
+
+    visit(ast.parse(path.read_text(encoding="utf-8")))
+    return found
+
+
+def python(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        capture_output=True, text=True, timeout=120, check=False, env={**os.environ, **environment},
+    )  # fmt: skip
+
+
+def test_the_contracts_of_import_linter_hold() -> None:
+    command = [str(Path(sys.executable).parent / "lint-imports"), "--no-cache"]
+    done = subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "3 kept, 0 broken" in done.stdout
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_no_floor_imports_a_higher_one(path: Path) -> None:
+    """The same once more without import-linter, so that an emptied contract is noticed."""
+    floor = path.relative_to(SOURCE).with_suffix("").parts[0]
+    if floor in ("__init__", "_version"):
+        assert not {m for m in imports(path) if m.startswith("layerjam.")} - {
+            "layerjam._version", "layerjam._version.__version__"
+        }  # fmt: skip
+        return
+    height = FLOORS.index(floor)
+    for module in imports(path):
+        if module.startswith("layerjam.") and not module.startswith("layerjam._version"):
+            other = module.split(".")[1]
+            assert FLOORS.index(other) <= height, f"{name_of(path)} imports {module}"
+        assert module != "layerjam", f"{name_of(path)} imports the package's root"
+
+
+def test_no_circle() -> None:
+    names = {name_of(path) for path in MODULES}
+    graph = {name_of(path): imports(path) & names - {name_of(path)} for path in MODULES}
+    done: set[str] = set()
+
+    def walk(name: str, trail: tuple[str, ...]) -> None:
+        assert name not in trail, " -> ".join((*trail, name))
+        if name in done:
+            return
+        for other in graph[name]:
+            walk(other, (*trail, name))
+        done.add(name)
+
+    for name in graph:
+        walk(name, ())
+    assert done == names
+
+
+@pytest.mark.parametrize(
+    "path",
+    [p for p in MODULES if p.relative_to(SOURCE).parts[0] in ("device", "mechanics", "simulate")],
+    ids=name_of,
+)
+def test_the_core_neither_draws_nor_talks(path: Path) -> None:
+    roots = {module.split(".")[0] for module in imports(path)}
+    assert not roots & {"matplotlib", "typer", "jinja2", "serial", "socket", "http", "urllib"}
+    assert not {m.split(".")[0] for m in imports(path, at_import=True)} & {"pandas", "xarray"}
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    code = f"""
+import sys
+import layerjam
+assert layerjam.__version__
+print(*(name for name in {HEAVY!r} if name in sys.modules))
+"""
+    done = python(code)
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "", "")
+
+
+def test_help_loads_nothing_heavy() -> None:
+    heavy = tuple(h for h in HEAVY if h != "typer")
+    code = f"""
+import contextlib, io, sys
+from layerjam.cli.main import main
+with contextlib.redirect_stdout(io.StringIO()):
+    assert main(["--help"]) == 0
+print(*(name for name in {heavy!r} if name in sys.modules))
+"""
+    done = python(code)
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "", "")
+
+
+def test_every_public_name_can_be_had() -> None:
+    import layerjam
+
+    assert len(layerjam.__all__) == len(set(layerjam.__all__)) > 40
+    for name in layerjam.__all__:
+        assert getattr(layerjam, name) is not None
+    assert dir(layerjam) == sorted(layerjam.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = layerjam.nonsense
+
+
+BLOCKED = """
+import sys
+
+class Block:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in {blocked!r}:
+            raise ImportError("blocked: " + name)
+
+sys.meta_path.insert(0, Block())
+from layerjam.cli.main import main
+"""
+EXTRAS = ("matplotlib", "xarray", "jinja2")
+
+
+def without_extras(*words: str, blocked: tuple[str, ...] = EXTRAS) -> tuple[int, str, str]:
+    code = BLOCKED.format(blocked=blocked) + f"sys.exit(main({list(words)!r}))"
+    done = python(code)
+    return done.returncode, done.stdout, done.stderr
+
+
+FORCE = ("force", "choi2018-kapton", "--slip", "20mm", "--vacuum", "94.5kPa")
+
+
+def test_the_core_works_without_extras() -> None:
+    code, out, err = without_extras(*FORCE, "--json")
+    assert code == 0 and '"force": 133.9427' in out and err == ""
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        ((*FORCE, "--figure", "x.svg"), "layerjam[figures]"),
+        (("tensile", "choi2018-kapton", "--vacuum", "50kPa", "--speed", "1mm/s", "--travel",
+          "4mm", "--out", "x.nc"), "layerjam[labelled]"),
+        (("reproduce", "--out", "folder"), "layerjam[report]"),
+    ],
+    ids=["figure", "netcdf", "reproduce"],
+)  # fmt: skip
+def test_a_missing_extra_is_one_sentence(words: tuple[str, ...], what: str, tmp_path: Path) -> None:
+    at = str(tmp_path)
+    placed = [f"{at}/{w}" if w in ("x.svg", "x.nc", "folder") else w for w in words]
+    # the report needs figures too; without jinja2 alone it must not have begun to write
+    blocked = ("jinja2",) if "reproduce" in words else EXTRAS
+    code, out, err = without_extras(*placed, "--json", blocked=blocked)
+    assert code == 2 and out == ""
+    assert err.count("\n") == 1 and err.startswith("layerjam: ") and what in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_pandas_and_scipy_the_laws_still_answer() -> None:
+    code, out, _ = without_extras(*FORCE, "--json", blocked=("pandas",))
+    assert code == 0 and '"force"' in out
+
+
+def test_to_xarray_without_xarray() -> None:
+    code = (
+        BLOCKED.format(blocked=("xarray",))
+        + """
+import jax
+jax.config.update("jax_enable_x64", True)
+import layerjam
+record = layerjam.tensile("choi2018-kapton", vacuum=5e4, speed=1e-3, travel=4e-3).record
+try:
+    record.to_xarray()
+except layerjam.LayerjamError as error:
+    print(type(error).__name__, error)
+"""
+    )
+    done = python(code)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("MissingExtraError") and "layerjam[labelled]" in done.stdout

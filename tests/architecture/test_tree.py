@@ -1,0 +1,111 @@
+"""What holds for every file of the tree: size, style, types, no host, no machine's path."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+BIN = Path(sys.executable).parent
+LARGEST = 450
+
+
+def tracked() -> list[Path]:
+    """Files git knows or would take; all files where there is no git."""
+    command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    if done.returncode:
+        pytest.skip("not a git checkout")
+    found = [ROOT / name for name in done.stdout.split("\0") if name]
+    return [path for path in found if path.is_file()]
+
+
+def texts() -> dict[str, str]:
+    out = {}
+    for path in tracked():
+        try:
+            out[str(path.relative_to(ROOT))] = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            continue
+    return out
+
+
+def test_no_file_is_too_long() -> None:
+    names = [p for p in tracked() if p.suffix in (".py", ".j2") and p.parts[-1] != "lock"]
+    assert len(names) > 60
+    long = {str(p): n for p in names if (n := len(p.read_text("utf-8").splitlines())) > LARGEST}
+    assert long == {}
+
+
+def test_no_registry_host_and_no_path_of_one_machine() -> None:
+    here = Path(__file__).relative_to(ROOT).as_posix()
+    bad = re.compile(
+        r"pypi\.org|pythonhosted|find-links|--index-url|extra-index|//[a-z0-9.-]*(?:artifactory|nexus|"
+        r"devpi|mirror)|(?<![\w.])/(?:work|root|opt|home/\w+|Users/\w+)/"
+    )
+    allowed = ("--no-emit-find-links", "--no-emit-index-url")
+    found = []
+    for name, text in texts().items():
+        if name == here:
+            continue
+        for number, line in enumerate(text.splitlines(), 1):
+            plain = line
+            for word in allowed:
+                plain = plain.replace(word, "")
+            if match := bad.search(plain):
+                found.append(f"{name}:{number}: {match.group()}")
+    assert found == []
+
+
+def test_the_lock_names_hashes_and_no_address() -> None:
+    lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    assert "://" not in lock and "@ " not in lock and "file:" not in lock
+    wanted = re.findall(r"^[a-zA-Z0-9_.-]+==[^ ;\\]+", lock, re.MULTILINE)
+    assert len(wanted) > 20 and len(wanted) == len(set(wanted))
+    blocks = re.split(r"^(?=[a-zA-Z0-9])", lock, flags=re.MULTILINE)
+    for block in (b for b in blocks if "==" in b.split("\n")[0]):
+        assert re.search(r"--hash=sha256:[0-9a-f]{64}", block), block[:80]
+
+
+def test_every_dependency_is_in_the_lock() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    lock = (ROOT / "requirements.lock").read_text(encoding="utf-8").lower()
+    asked = list(project["dependencies"])
+    for extra in project["optional-dependencies"].values():
+        asked += extra
+    for line in asked:
+        name = re.split(r"[\[<>=!~ ;]", line)[0].lower()
+        assert name == "layerjam" or re.search(rf"^{re.escape(name)}==", lock, re.MULTILINE), name
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["ruff", "check", "src", "tests"], ["ruff", "format", "--check", "src", "tests"]],
+    ids=["check", "format"],
+)
+def test_ruff(command: list[str]) -> None:
+    done = subprocess.run(
+        [str(BIN / command[0]), *command[1:], "--no-cache"],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr
+
+
+def test_mypy(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [str(BIN / "mypy"), "--cache-dir", str(ROOT / ".mypy_cache")],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr
+
+
+def test_warnings_are_errors_for_every_test() -> None:
+    tools = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
+    assert tools["pytest"]["ini_options"]["filterwarnings"] == ["error"]
+    assert tools["mypy"]["strict"] is True
+    assert tools["ruff"]["line-length"] == 100

@@ -1,0 +1,65 @@
+"""Every code block of README and docs does what the page says (tests/docs/examples.py)."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from docs import examples
+
+
+@pytest.fixture(scope="module")
+def practice(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the practice files of `make demo`."""
+    folder = tmp_path_factory.mktemp("practice") / "files"
+    examples.practice_files(folder)
+    return folder
+
+
+@pytest.mark.parametrize(
+    "page", examples.pages(), ids=lambda p: str(p.relative_to(examples.ROOT))
+)
+def test_page(
+    page: Path, practice: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "reader"
+    shutil.copytree(practice, folder)
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("COLUMNS", "80")
+    examples.Page(page).run()
+
+
+def test_every_page_is_in_the_navigation() -> None:
+    nav = (examples.ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    docs = [p for p in examples.pages() if p.parent.name == "docs"]
+    assert docs
+    for page in docs:
+        assert page.name in nav, f"{page.name} is in no navigation"
+
+
+def test_dots_stand_for_any_lines() -> None:
+    assert examples.same("a\n...\nc", "a\nb\nb\nc\n")
+    assert examples.same("a\n...", "a\n")
+    assert not examples.same("a\n...\nc", "a\nb\n")
+    assert not examples.same("1.0", "1.01")
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("```yaml\na: 1\n```\n", "a block of kind 'yaml'"),
+        ("```\na\n```\n", "a block of kind ''"),
+        ("```console\n$ rm -r .\n```\n", "no command the docs may show"),
+        ("```console\n$ layerjam force choi2018-kapton\n```\n", "ended with 2, not 0"),
+        ("```console\n$ layerjam --version\nlayerjam 0\n```\n", "shown:"),
+        ("```text\na\n```\n", "a python block before it"),
+        ("```python\nprint(1)\n```\n\n```text\n2\n```\n", "shown:"),
+        ("```csv\na\n```\n", "needs a title"),
+    ],
+)
+def test_a_wrong_page_fails(text: str, why: str, tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(text, encoding="utf-8")
+    with pytest.raises(examples.Mismatch, match=why):
+        examples.Page(page).run()

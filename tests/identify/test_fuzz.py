@@ -1,0 +1,204 @@
+"""Damaged files: an error in plain words or a finite trace, soon, whatever the damage."""
+
+from __future__ import annotations
+
+import os
+import random
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.layouts import LAYOUTS, encoded
+from layerjam.errors import LayerjamError
+from layerjam.identify.readers import read_trace
+
+TOKENS = [
+    b"NaN",
+    b"inf",
+    b"-inf",
+    b"1e999",
+    b"9" * 400,
+    b"-1e308",
+    b"1e-320",
+    b"",
+    b"True",
+    b"0x1F",
+]
+TOKENS += [
+    b"1.234.567",
+    b"1,234,567.8",
+    b"--5",
+    b"5-",
+    b"1e",
+    b"N",
+    b"(kN)",
+    b'"',
+    b";",
+    b"\t",
+    b",",
+]
+TOKENS += [
+    "\u22123".encode(),
+    b"\xff\xfe",
+    b"\xef\xbb\xbf",
+    b"\x00",
+    b"\x1a",
+    b"\r",
+    b"1 000",
+    b"'",
+]
+TOKENS += [b"Time", b"Load", b"(s)", b"[mm]", b"# layerjam", b"(", b"[" * 50, b" " * 300]
+
+
+def _bytes_flipped(data: bytearray, rng: random.Random) -> bytes:
+    for _ in range(rng.choice([1, 1, 3, 20])):
+        data[rng.randrange(len(data))] = rng.randrange(256)
+    return bytes(data)
+
+
+def _cut(data: bytearray, rng: random.Random) -> bytes:
+    return bytes(data[: rng.randrange(len(data))])
+
+
+def _token_put(data: bytearray, rng: random.Random) -> bytes:
+    for _ in range(rng.choice([1, 1, 2, 10])):
+        at = rng.randrange(len(data) + 1)
+        data[at : at + rng.choice([0, 0, 1, 5, 30])] = rng.choice(TOKENS)
+    return bytes(data)
+
+
+def _lines_moved(data: bytearray, rng: random.Random) -> bytes:
+    lines = bytes(data).split(b"\n")
+    a, b = rng.randrange(len(lines)), rng.randrange(len(lines))
+    kind = rng.randrange(6)
+    if kind == 0:
+        del lines[a]
+    elif kind == 1:
+        lines.insert(a, lines[b])
+    elif kind == 2:
+        rng.shuffle(lines)
+    elif kind == 3:
+        lines[a], lines[b] = lines[b], lines[a]
+    elif kind == 4:
+        del lines[min(a, b) : max(a, b)]
+    else:
+        lines[a:a] = lines[b:] * rng.choice([1, 3])
+    return b"\n".join(lines)
+
+
+def _fields_swapped(data: bytearray, rng: random.Random) -> bytes:
+    lines = bytes(data).split(b"\n")
+    mark = rng.choice([b",", b";", b"\t", b'","'])
+    for _ in range(rng.choice([1, 5])):
+        at = rng.randrange(len(lines))
+        fields = lines[at].split(mark)
+        kind = rng.randrange(3)
+        if kind == 0:
+            rng.shuffle(fields)
+        elif kind == 1:
+            fields[rng.randrange(len(fields))] = rng.choice(TOKENS)
+        else:
+            fields.pop() if rng.random() < 0.5 else fields.append(rng.choice(TOKENS))
+        lines[at] = mark.join(fields)
+    return b"\n".join(lines)
+
+
+def _signs_changed(data: bytearray, rng: random.Random) -> bytes:
+    old, new = rng.sample([b",", b".", b";", b"\t", b'"', b"\n", b"\r\n", b" ", b"-", b"e", b""], 2)
+    count = rng.choice([-1, -1, 1, 20])
+    return bytes(data).replace(old or b"0", new, count)
+
+
+def _recoded(data: bytearray, rng: random.Random) -> bytes:
+    text = bytes(data).decode("latin-1")
+    coded = text.encode(rng.choice(["utf-8", "utf-16", "utf-16-le", "utf-32", "utf-8-sig"]))
+    return coded[: rng.choice([None, -1, -3])]
+
+
+def _whole_text(data: bytearray, rng: random.Random) -> bytes:
+    piece = rng.choice([*TOKENS, b"1,2,3\n", b'"', b"a b\n", bytes(data[:40])])
+    return piece * rng.choice([1, 50, 3000]) + (bytes(data) if rng.random() < 0.5 else b"")
+
+
+DAMAGE = [_bytes_flipped, _cut, _token_put, _lines_moved, _fields_swapped, _signs_changed]
+DAMAGE += [_recoded, _whole_text]
+
+
+def _fuzz(folder: Path, count: int, seed: int) -> None:
+    rng = random.Random(seed)
+    good = {layout: encoded(layout, 40) for layout in LAYOUTS}
+    read = 0
+    path = folder / "mutant.csv"
+    for number in range(count):
+        data = good[rng.choice(list(good))]
+        names = []
+        for damage in rng.choices(DAMAGE, k=rng.choice([1, 1, 2, 3])):
+            names.append(damage.__name__)
+            data = damage(bytearray(data or b" "), rng)
+        path.write_bytes(data)
+        started = time.perf_counter()
+        try:
+            trace = read_trace(path)
+        except LayerjamError as err:
+            text = str(err)
+            assert "mutant.csv" in text and "\n" not in text and len(text) < 700, (number, text)
+        except Exception as err:
+            raise AssertionError(f"mutant {number} of seed {seed} ({names}): {err!r}") from err
+        else:
+            read += 1
+            assert len(trace.force) == len(trace.elongation) >= 10
+            assert np.isfinite(trace.force).all() and np.isfinite(trace.elongation).all()
+            if trace.time is not None:
+                assert len(trace.time) == len(trace.force)
+                assert np.isfinite(trace.time).all() and (np.diff(trace.time) >= 0).all()
+        assert time.perf_counter() - started < 2.0, f"mutant {number} of seed {seed} ({names})"
+    assert 0.01 * count < read < 0.7 * count  # the damage is neither always fatal nor always mild
+
+
+def test_damaged_files(tmp_path: Path) -> None:
+    _fuzz(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", "2000")), seed=1)
+
+
+@pytest.mark.slow
+def test_many_damaged_files(tmp_path: Path) -> None:
+    _fuzz(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", "20000")), seed=2)
+
+
+HOSTILE = {
+    "one line of digits": b"1" * 1_000_000,
+    "only newlines": b"\n" * 1_000_000,
+    "only commas": b"," * 1_000_000,
+    "only quotes": b'"' * 1_000_000,
+    "only blanks and a letter": b" " * 999_999 + b"x",
+    "one field a line": b"1\n" * 500_000,
+    "short rows": b"Time (s),Extension (mm),Load (N)\n" + b"1\n" * 490_000,
+    "rows of separators": b"Time (s),Extension (mm),Load (N)\n" + b",,\n" * 330_000,
+    "rows of spaces": b"Time (s),Extension (mm),Load (N)\n" + b" \n" * 490_000,
+    "too many fields": b"Time (s),Extension (mm),Load (N)\n" + b"1,2,3,,,,,\n" * 90_000,
+    "a word at the end": b"Time (s),Extension (mm),Load (N)\n" + b"1,2,3\n" * 160_000 + b"1,2,x\n",
+    "headers over headers": b"a (s),b (mm),c (N)\n1,2,3\n" * 40_000,
+    "strange units": b"".join(
+        b",".join(b"n (u%c%c%d)" % (97 + i % 26, 97 + j % 26, i) for j in range(99)) + b"\n1,2\n"
+        for i in range(600)
+    ),
+    "ambiguous signs": b"Time (s);Extension (mm);Load (N)\n" + b"1.234;1.234;1.234\n" * 55_000,
+    "a quote that never closes": b"Time (s),Extension (mm),Load (N)\n" + b'1,2,"3\n' * 100_000,
+    "long numbers": b"Time (s),Extension (mm),Load (N)\n" + b"1,2," + b"3" * 990_000 + b"\n",
+    "spaces in a number": b"Time (s);Extension (mm);Load (N)\n" + b"1;2;" + b"3 " * 9_000 + b"\n",
+    "comments only": b"# layerjam\n" * 90_000,
+    "a long comment": b"# layerjam " + b"x" * 990_000,
+    "words": b"True,False,True\n" * 60_000,
+    "true numbers": b"Time (s),Extension (mm),Load (N)\n" + b"1,2,True\n" * 100_000,
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_no_input_takes_long(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "hostile.csv"
+    path.write_bytes(HOSTILE[name])
+    started = time.perf_counter()
+    with pytest.raises(LayerjamError):
+        read_trace(path)
+    assert time.perf_counter() - started < 2.0

@@ -1,0 +1,67 @@
+"""The facts beside a data file: read, refused with the line, written and read back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from layerjam.errors import FileError
+from layerjam.identify.sidecar import Facts, read_facts, sidecar_path, write_facts
+
+
+def facts_of(tmp_path: Path, text: str) -> Facts:
+    (tmp_path / "pull.csv.toml").write_text(text)
+    return read_facts(tmp_path / "pull.csv")
+
+
+def test_read(tmp_path: Path) -> None:
+    assert read_facts(tmp_path / "pull.csv") == Facts()
+    facts = facts_of(tmp_path, 'vacuum = "94.5 kPa"\nspeed = "13mm/s"\nrepeat = 3\n')
+    assert facts == Facts(vacuum=94500.0, speed=0.013, repeat=3)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "sentence"),
+    [
+        ('vacuum = "94.5 kPa"\nspeeed = "1 mm/s"', 2, "unknown key 'speeed'"),
+        ("\nvacuum = 94500", 2, "has no unit"),
+        ('vacuum = "94.5 mm"', 1, "pressure"),
+        ('vacuum = "94.5 MPa"', 1, "at most 110 kPa"),
+        ('vacuum = "-3 kPa"', 1, "not allowed"),
+        ('speed = "0 mm/s"', 1, "more than zero"),
+        ("repeat = 1.5", 1, "whole number"),
+        ("repeat = true", 1, "whole number"),
+        ("synthetic = 1", 1, "true or false"),
+        ("brake = 7", 1, "text in quotes"),
+        ("vacuum = ", 1, "is not TOML"),
+        ("[vacuum]\nx = 1", 1, "not a quantity"),
+    ],
+)
+def test_refused_with_the_line(text: str, line: int, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(FileError) as err:
+        facts_of(tmp_path, text)
+    assert err.value.line == line and sentence in str(err.value)
+    assert "pull.csv.toml" in str(err.value)
+
+
+def test_written_and_read_back(tmp_path: Path) -> None:
+    facts = Facts(
+        vacuum=94512.3,
+        speed=1 / 3,
+        repeat=2,
+        brake="choi2018-kapton",
+        normal_force=2.45,
+        procedure="pull at 13 mm/s",
+        synthetic=True,
+        seed=7,
+        note='a "note"\nin lines',
+    )
+    path = write_facts(tmp_path / "pull.csv", facts)
+    assert (
+        path == sidecar_path(tmp_path / "pull.csv") and read_facts(tmp_path / "pull.csv") == facts
+    )
+    with pytest.raises(FileError, match="exists already"):
+        write_facts(tmp_path / "pull.csv", facts)
+    write_facts(tmp_path / "pull.csv", Facts(), force=True)
+    assert read_facts(tmp_path / "pull.csv") == Facts()

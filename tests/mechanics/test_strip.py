@@ -1,0 +1,111 @@
+"""The sleeve's law against an independent strip of springs and Coulomb friction."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from layerjam.mechanics.enclosure import saturation_slip
+from layerjam.mechanics.memory import enclosure_cycle
+from mechanics.strip import Strip
+from strategies import KAPTON, PTFE
+
+
+def path(*turns: float, steps: int = 6) -> np.ndarray:
+    legs = [np.linspace(a, b, steps + 1)[1:] for a, b in itertools.pairwise(turns)]
+    return np.concatenate([[turns[0]], *legs])
+
+
+def run_strip(brake, slips, vacuums, cells):
+    """Force, stored energy and heat of the discrete strip along a path."""
+    area = brake.sheets.width * brake.enclosure.wall
+    q = brake.film.friction_on_silicone * brake.sheets.width * np.asarray(vacuums)
+    strip = Strip(brake.enclosure.modulus * area, q[0], 0.045, cells)
+    rows = []
+    for slip, friction in zip(slips, q, strict=True):
+        strip.limit = friction * strip.h
+        force = strip.pull(slip)
+        rows.append((force, strip.stored(slip), strip.heat))
+    return np.array(rows).T
+
+
+def worst(brake, slips, vacuums, cells):
+    """Greatest difference of force, stored energy and heat, each over its largest value."""
+    ours = np.array(enclosure_cycle(slips, vacuums, brake))
+    theirs = run_strip(brake, slips, vacuums, cells)
+    scale = np.abs(ours).max(axis=1)
+    return np.abs(ours - theirs).max(axis=1) / scale
+
+
+CASES = {
+    "loading": (0.3, (0, 1)),
+    "unloading": (0.3, (0, 1, 0.4)),
+    "unloading to zero slip": (0.3, (0, 1, 0)),
+    "reloading past the turn": (0.4, (0, 0.8, 0.2, 1)),
+    "nested loops": (0.4, (0, 0.9, 0.2, 0.7, 0.4, 0.6, 0.3, 1)),
+    "saturated loading": (4.0, (0, 1)),
+    "saturated unloading": (4.0, (0, 1, 0)),
+    "saturated reloading": (3.0, (0, 1, 0.1, 0.6, 0.3, 1.2)),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("brake", [KAPTON, PTFE], ids=["kapton", "ptfe"])
+def test_history_agrees_with_strip(name, brake):
+    """Within the grid's error, which falls as the grid is refined."""
+    times, turns = CASES[name]
+    vacuum = 2000.0
+    reach = times * float(saturation_slip(vacuum, brake))
+    slips = reach * path(*turns)
+    vacuums = np.full(len(slips), vacuum)
+    coarse, fine = (worst(brake, slips, vacuums, cells) for cells in (30, 90))
+    assert (fine < 0.012).all(), fine
+    assert (fine < 0.6 * coarse + 1e-9).all(), (coarse, fine)
+
+
+@pytest.mark.parametrize("times", [0.3, 3.0])
+def test_lowered_vacuum_lets_the_strip_out_to_the_new_first_loading(times):
+    """A strip loaded for the first time, then pumped down: force and energy of the lower law."""
+    slip = times * float(saturation_slip(2000.0, KAPTON))
+    slips = np.concatenate([path(0, slip), np.full(4, slip)])
+    vacuums = np.concatenate([np.full(7, 2000.0), [1500.0, 1000.0, 700.0, 300.0]])
+    ours = np.array(enclosure_cycle(slips, vacuums, KAPTON))
+    theirs = run_strip(KAPTON, slips, vacuums, 120)
+    assert np.abs(ours[0] - theirs[0]).max() < 0.01 * ours[0].max()
+    assert np.abs(ours[1] - theirs[1]).max() < 0.01 * ours[1].max()
+
+
+def test_raised_vacuum_leaves_the_strip_alone():
+    slip = 0.5 * float(saturation_slip(500.0, KAPTON))
+    slips = np.concatenate([path(0, slip), [slip, slip]])
+    vacuums = np.concatenate([np.full(7, 500.0), [5000.0, 50000.0]])
+    ours, theirs = enclosure_cycle(slips, vacuums, KAPTON), run_strip(KAPTON, slips, vacuums, 60)
+    for rows in (np.array(ours), theirs):
+        assert rows[:, 6:] == pytest.approx(np.repeat(rows[:, 6:7], 3, axis=1), rel=1e-9)
+
+
+EDGE = "at_vacuum: lowered while unloading, the strip's force rises towards EA x/l; ours stays"
+RAISED = "at_vacuum: pulled on after a rise the strip answers like a new turn; ours is softer"
+
+
+def after_change(turns, first, second, slip_end):
+    """Both models along turns at one vacuum, then another vacuum and on to slip_end."""
+    slips = np.concatenate([path(*turns), np.linspace(turns[-1], slip_end, 4)])
+    vacuums = np.concatenate([np.full(len(slips) - 4, first), np.full(4, second)])
+    ours = np.array(enclosure_cycle(slips, vacuums, KAPTON))
+    return ours[0], run_strip(KAPTON, slips, vacuums, 120)[0]
+
+
+@pytest.mark.xfail(reason=EDGE)
+@pytest.mark.parametrize("low", [1e-6, 100.0, 500.0])
+def test_lowered_vacuum_after_unloading_agrees_with_strip(low):
+    ours, theirs = after_change((0, 0.04, 0.02), 2000.0, low, 0.02)
+    assert ours[-1] == pytest.approx(theirs[-1], rel=0.02)
+
+
+@pytest.mark.xfail(reason=RAISED)
+def test_pulled_on_after_a_rise_of_vacuum_agrees_with_strip():
+    ours, theirs = after_change((0, 0.02), 2000.0, 50000.0, 0.024)
+    assert ours[-1] == pytest.approx(theirs[-1], rel=0.02)

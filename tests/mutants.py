@@ -1,0 +1,347 @@
+"""Does a test notice when a force law is changed? Mutates src/layerjam/mechanics, one at a time.
+
+Every mutant is a copy of the package in a temporary folder; the working tree is never touched.
+mutmut and cosmic-ray change files in place or fork a process that runs JAX threads; this does
+neither. Usage: python tests/mutants.py [--sample N] [--only memory,pull] [--seed S]
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import collections
+import difflib
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from queue import Queue
+
+ROOT = Path(__file__).resolve().parent.parent
+FOLDER = ROOT / "src" / "layerjam" / "mechanics"
+TESTS = ROOT / "tests" / "mechanics"
+LIMIT = 240.0
+PASS_MARK = 0.90
+HISTORY = ("test_memory.py", "test_cycle.py", "test_strip.py")
+ORDER = (
+    "test_closed_forms.py",
+    "test_calibration.py",
+    "test_inverse.py",
+    "test_law.py",
+    "test_gradients.py",
+)
+OTHER = ("stack", "stickslip")
+"""Modules with tests of their own: run last for everything else, first for themselves."""
+
+SWAP = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Div,
+    ast.Div: ast.Mult,
+    ast.Pow: ast.Mult,
+    ast.BitAnd: ast.BitOr,
+    ast.BitOr: ast.BitAnd,
+    ast.Lt: ast.GtE,
+    ast.LtE: ast.Gt,
+    ast.Gt: ast.LtE,
+    ast.GtE: ast.Lt,
+    ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq,
+    ast.Is: ast.IsNot,
+    ast.IsNot: ast.Is,
+    ast.And: ast.Or,
+    ast.Or: ast.And,
+}
+KEEP = {"minimum": (0, 1), "maximum": (0, 1), "where": (1, 2), "clip": (0,), "within": (1,)}
+KEEP |= {"safe_sqrt": (0,), "cbrt": (0,), "floor": (0,), "ceil": (0,), "abs": (0,), "roll": (0,)}
+
+
+EQUIVALENT = {
+    ("energy.py", "return (work)"): "negative slip or vacuum is NaN by safe_sqrt already",
+    ("energy.py", "return within(((slip >= 0) | (vacuum >= 0)), work)"): "as above",
+    ("energy.py", "return (heat)"): "as above",
+    ("energy.py", "return within(((slip >= 0) | (vacuum >= 0)), heat)"): "as above",
+    (
+        "hysteresis.py",
+        "back = (0.0) < memory.force - hold",
+    ): "the root is clipped to the present slip, so that nothing moves",
+    (
+        "hysteresis.py",
+        "near = (_slide_back(closing, elongation, at))",
+    ): "as above: used only where `back` holds, elsewhere it is the present slip",
+    (
+        "memory.py",
+        "turns = Turns(none, none, jnp.array((1)))",
+    ): "a turn at slip 0, force 0 is forgotten by the first loading",
+    (
+        "memory.py",
+        "work = (lows.force) * jnp.where(on, end - start, 0.0)",
+    ): "the other factor is masked by the same condition",
+    (
+        "memory.py",
+        "end = (jnp.clip(outer, slip, start))",
+    ): "what is made of it is masked by the same condition",
+    (
+        "memory.py",
+        "force=(loading_force(state, slip, sleeve)),",
+    ): "used only where the slip has grown",
+    (
+        "memory.py",
+        "less = unload_to(facing(state, False), (target), sleeve)",
+    ): "used only where the target is below the slip",
+    (
+        "pull.py",
+        "return jnp.where(root**2 < sleeve.saturation, root**2, (linear))",
+    ): "the linear branch is never negative where it is used",
+    (
+        "pull.py",
+        "spread = (2 * (force) / jnp.where(below > 0, below, 1.0)) ** 2",
+    ): "a negative force is out of reach and NaN",
+}
+"""Mutants that compute the same numbers; they count neither as killed nor as survivors."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change of one file: the span of source that is replaced, and by what."""
+
+    file: str
+    line: int
+    start: int
+    end: int
+    text: str
+
+    def apply(self, source: str) -> str:
+        raw = source.encode()
+        return (raw[: self.start] + f"({self.text})".encode() + raw[self.end :]).decode()
+
+
+def replacements(node: ast.AST) -> Iterator[ast.expr]:
+    """What an expression may be changed into."""
+    if isinstance(node, ast.BinOp) and type(node.op) in SWAP:
+        yield ast.BinOp(node.left, SWAP[type(node.op)](), node.right)
+    elif isinstance(node, ast.BoolOp):
+        yield ast.BoolOp(SWAP[type(node.op)](), node.values)
+    elif isinstance(node, ast.Compare) and type(node.ops[0]) in SWAP:
+        ops = [SWAP[type(node.ops[0])](), *node.ops[1:]]
+        yield ast.Compare(node.left, ops, node.comparators)
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.Invert | ast.Not):
+        yield node.operand
+    elif isinstance(node, ast.Constant) and isinstance(node.value, bool):
+        yield ast.Constant(not node.value)
+    elif isinstance(node, ast.Constant) and isinstance(node.value, int | float):
+        yield ast.Constant(node.value + 1)
+    elif isinstance(node, ast.Call):
+        name = node.func.attr if isinstance(node.func, ast.Attribute) else ""
+        name = node.func.id if isinstance(node.func, ast.Name) else name
+        for place in KEEP.get(name, ()):
+            if place < len(node.args):
+                yield node.args[place]
+
+
+def expressions(node: ast.AST) -> Iterator[ast.AST]:
+    """All nodes inside functions and module constants, without annotations."""
+    for name, value in ast.iter_fields(node):
+        if name in ("annotation", "returns", "type_comment", "decorator_list"):
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.AST):
+                yield child
+                yield from expressions(child)
+
+
+def fillers(tree: ast.AST) -> set[ast.AST]:
+    """The 1.0 of `jnp.where(condition, value, 1.0)`: keeps a gradient finite, is never used."""
+    calls = (n for n in ast.walk(tree) if isinstance(n, ast.Call) and len(n.args) == 3)
+    last = (n.args[2] for n in calls if getattr(n.func, "attr", "") == "where")
+    return {n for n in last if isinstance(n, ast.Constant) and n.value == 1.0}
+
+
+def mutants_of(path: Path) -> list[Mutant]:
+    source = path.read_text(encoding="utf-8")
+    tree = ast.parse(source)
+    unused = fillers(tree)
+    starts = [0]
+    for line in source.encode().splitlines(keepends=True):
+        starts.append(starts[-1] + len(line))
+    made = []
+    for node in expressions(tree):
+        for new in replacements(node) if node not in unused else ():
+            start = starts[node.lineno - 1] + node.col_offset  # type: ignore[attr-defined]
+            end = starts[node.end_lineno - 1] + node.end_col_offset  # type: ignore[attr-defined]
+            text = ast.unparse(ast.fix_missing_locations(new))
+            mutant = Mutant(path.name, node.lineno, start, end, text)  # type: ignore[attr-defined]
+            changed = mutant.apply(source).splitlines()[mutant.line - 1].strip()
+            if (path.name, changed) not in EQUIVALENT:
+                made.append(mutant)
+    return made
+
+
+def test_files(changed: str) -> list[str]:
+    """Check values first, then what is nearest to the changed module, then the rest."""
+    there = sorted(p.name for p in TESTS.glob("test_*.py"))
+    near = HISTORY if changed in ("memory.py", "hysteresis.py") else ORDER
+    far = ORDER if near is HISTORY else HISTORY
+    first = [f"test_{Path(changed).stem}.py"] if Path(changed).stem in OTHER else []
+    order = [*first, "test_values.py", *near, *far, *there]
+    return [str(TESTS / name) for name in dict.fromkeys(order) if name in there]
+
+
+def environment(home: Path, cache: Path) -> dict[str, str]:
+    return os.environ | {
+        "PYTHONPATH": str(home),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "JAX_PLATFORMS": "cpu",
+        "JAX_COMPILATION_CACHE_DIR": str(cache),
+        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+        "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
+        "OMP_NUM_THREADS": "1",
+        "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false",
+    }
+
+
+def survives(home: Path, cache: Path, changed: str) -> tuple[bool, str]:
+    """Run the tests against the package in `home`; True where all of them pass."""
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m"]
+    command += ["not slow", "-o", "xfail_strict=false", "--rootdir", str(ROOT), "--tb=line"]
+    try:
+        done = subprocess.run(
+            [*command, *test_files(changed)],
+            cwd=ROOT,
+            env=environment(home, cache),
+            capture_output=True,
+            text=True,
+            timeout=LIMIT,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return False, "timeout"
+    return done.returncode == 0, done.stdout[-1500:]
+
+
+def difference(mutant: Mutant, source: str) -> str:
+    lines = difflib.unified_diff(
+        source.splitlines(), mutant.apply(source).splitlines(), lineterm="", n=0
+    )
+    return "\n".join(line for line in lines if not line.startswith(("---", "+++", "@@")))
+
+
+def survivor(mutant: Mutant, sources: dict[str, str]) -> str:
+    where = f"src/layerjam/mechanics/{mutant.file}:{mutant.line}"
+    return f"\nsurvived: {where}\n{difference(mutant, sources[mutant.file])}\n"
+
+
+class Farm:
+    """Two copies of the package, each with one mutant at a time."""
+
+    def __init__(self, place: Path, workers: int) -> None:
+        self.cache = place / "jax"
+        self.homes: Queue[Path] = Queue()
+        self.sources = {p.name: p.read_text(encoding="utf-8") for p in FOLDER.glob("*.py")}
+        for number in range(workers):
+            home = place / f"copy{number}"
+            ignore = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(FOLDER.parent, home / "layerjam", ignore=ignore)
+            for name, text in self.sources.items():
+                (home / "layerjam" / "mechanics" / name).write_text(text, encoding="utf-8")
+            self.homes.put(home)
+
+    def imported_from(self) -> str:
+        home = self.homes.get()
+        try:
+            code = "import layerjam; print(layerjam.__file__)"
+            env = environment(home, self.cache)
+            out = subprocess.run(
+                [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True
+            )
+            return out.stdout.strip() if str(home) in out.stdout else ""
+        finally:
+            self.homes.put(home)
+
+    def baseline(self) -> tuple[bool, str]:
+        home = self.homes.get()
+        try:
+            return survives(home, self.cache, "pull.py")
+        finally:
+            self.homes.put(home)
+
+    def alive(self, mutant: Mutant) -> bool:
+        home = self.homes.get()
+        place = home / "layerjam" / "mechanics" / mutant.file
+        try:
+            place.write_text(mutant.apply(self.sources[mutant.file]), encoding="utf-8")
+            return survives(home, self.cache, mutant.file)[0]
+        finally:
+            place.write_text(self.sources[mutant.file], encoding="utf-8")
+            self.homes.put(home)
+
+
+def chosen(args: argparse.Namespace) -> list[Mutant]:
+    names = args.only.split(",") if args.only else [p.stem for p in sorted(FOLDER.glob("*.py"))]
+    made = [m for name in names for m in mutants_of(FOLDER / f"{name}.py")]
+    if args.sample and args.sample < len(made):
+        made = random.Random(args.seed).sample(made, args.sample)
+    made = sorted(made, key=lambda m: (m.file, m.line, m.start))
+    return [made[int(i)] for i in args.pick.split(",")] if args.pick else made[args.skip :]
+
+
+def report(results: list[tuple[Mutant, bool]], sources: dict[str, str], seconds: float) -> int:
+    killed: collections.Counter[str] = collections.Counter()
+    total: collections.Counter[str] = collections.Counter()
+    for mutant, alive in results:
+        total[mutant.file] += 1
+        killed[mutant.file] += not alive
+    print("\n")
+    for mutant, alive in results:
+        if alive:
+            print(survivor(mutant, sources), end="")
+    for name in sorted(total):
+        print(f"{name:20} {killed[name]:4} of {total[name]:4} killed")
+    share = sum(killed.values()) / max(1, len(results))
+    print(f"{sum(killed.values())} of {len(results)} mutants killed, {share:.1%}, {seconds:.0f} s")
+    return 0 if share >= PASS_MARK else 1
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sample", type=int, default=0, help="only N mutants, drawn at random")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", default="", help="modules, e.g. memory,pull")
+    parser.add_argument("--skip", type=int, default=0, help="leave the first N out")
+    parser.add_argument("--pick", default="", help="only these numbers of the list, e.g. 3,17")
+    parser.add_argument("--trust", action="store_true", help="no run without a mutant first")
+    parser.add_argument("--jobs", type=int, default=2)
+    args = parser.parse_args()
+    begun = time.monotonic()
+    picked = chosen(args)
+    with tempfile.TemporaryDirectory(prefix="layerjam-mutants-") as folder:
+        farm = Farm(Path(folder), args.jobs)
+        if not farm.imported_from():
+            print("the copy of the package is not the one that is imported")
+            return 2
+        passed, output = (True, "") if args.trust else farm.baseline()
+        if not passed:
+            print(f"the tests fail without any mutant:\n{output}")
+            return 2
+        print(f"{len(picked)} mutants, baseline {time.monotonic() - begun:.0f} s", flush=True)
+
+        def trial(mutant: Mutant) -> tuple[Mutant, bool]:
+            alive = farm.alive(mutant)
+            shown = survivor(mutant, farm.sources) if alive else "."
+            print(shown, end="", flush=True)
+            return mutant, alive
+
+        with ThreadPoolExecutor(args.jobs) as pool:
+            results = list(pool.map(trial, picked))
+        return report(results, farm.sources, time.monotonic() - begun)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,145 @@
+"""Random brakes: thousands at once as stacked leaves of one record, or one for hypothesis."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from typing import Any
+
+import jax
+import numpy as np
+from hypothesis import strategies as st
+
+from layerjam.device.brake import Brake
+from layerjam.device.enclosure import Enclosure
+from layerjam.device.load import load
+from layerjam.device.mount import Mount, Site
+from layerjam.device.sheets import Film, Sheets
+from layerjam.mechanics.law import register_records
+
+register_records()
+KAPTON = load("choi2018-kapton").brake
+PTFE = load("choi2018-ptfe").brake
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def _spread(rng: np.random.Generator, n: int, lo: float, hi: float) -> np.ndarray:
+    return np.exp(rng.uniform(np.log(lo), np.log(hi), n))
+
+
+def random_brakes(seed: int, n: int, *, exponent: bool = False, measured: bool = True) -> Brake:
+    """`n` brakes in one record whose every leaf has shape (n,); all of them pass `validate`.
+
+    A measured stiffness lies 1.2 to 50 times above the friction's slope c at full vacuum, so that
+    none of them snaps.
+    """
+    rng = np.random.default_rng(seed)
+    overlap = _spread(rng, n, 0.01, 0.2)
+    left, right = _spread(rng, n, 1e-3, 0.05), _spread(rng, n, 1e-3, 0.05)
+    count, width = rng.integers(2, 30, n), _spread(rng, n, 5e-3, 0.06)
+    kinetic, scale = _spread(rng, n, 0.03, 0.8), _spread(rng, n, 0.4, 2.5)
+    atmosphere = rng.uniform(6e4, 1.1e5, n)
+    power = rng.uniform(-0.4, 0.8, n) if exponent else None
+    test = _spread(rng, n, 2e3, 5e4) if exponent else None
+    c = scale * kinetic * (count - 1) * width * atmosphere
+    if exponent:
+        c = c * (atmosphere / test) ** power
+    stiffness = np.maximum(c * _spread(rng, n, 1.2, 50), 100.0)
+    return Brake(
+        sheets=Sheets(
+            count=count,
+            width=width,
+            thickness=_spread(rng, n, 5e-5, 1e-3),
+            length=overlap + np.maximum(left, right) + 0.02,
+            overlap=overlap,
+            free_left=left,
+            free_right=right,
+            usable_travel=overlap * rng.uniform(0.3, 1, n),
+        ),
+        film=Film(
+            modulus=_spread(rng, n, 1e8, 1e10),
+            density=_spread(rng, n, 900, 2500),
+            static=kinetic * rng.uniform(1, 2, n),
+            kinetic=kinetic,
+            friction_on_silicone=_spread(rng, n, 0.05, 1.5),
+        ),
+        enclosure=Enclosure(
+            wall=_spread(rng, n, 3e-4, 4e-3),
+            modulus=_spread(rng, n, 2e4, 1e6),
+            density=_spread(rng, n, 900, 1300),
+        ),
+        mount=Mount(clamped_length=np.full(n, 0.006), screw_hole=width / 4),
+        fittings_mass=np.full(n, 0.012),
+        scale_factor=scale,
+        stiffness_measured=stiffness if measured else None,
+        pressure_exponent=power,
+        test_pressure=test,
+        site=Site(atmosphere=atmosphere, gravity=np.full(n, 9.81)),
+    )
+
+
+def one(brakes: Brake, index: int) -> Brake:
+    """Brake number `index` out of a stack, with plain Python numbers."""
+    return jax.tree.map(lambda leaf: leaf[index].item(), brakes)
+
+
+def points(seed: int, brakes: Brake) -> tuple[np.ndarray, np.ndarray]:
+    """A slip within the overlap and a vacuum within the site's, one for each brake."""
+    rng = np.random.default_rng(seed + 1)
+    n = len(brakes.scale_factor)
+    return (
+        brakes.sheets.overlap * rng.uniform(1e-3, 0.999, n),
+        brakes.site.atmosphere * rng.uniform(1e-3, 0.999, n),
+    )
+
+
+def change(brake: Brake, **values: Any) -> Brake:
+    """The brake with other values: ``change(brake, film__kinetic=0.1)``."""
+    for path, value in values.items():
+        head, _, key = path.partition("__")
+        if key:
+            inner = dataclasses.replace(getattr(brake, head), **{key: value})
+            brake = dataclasses.replace(brake, **{head: inner})
+        else:
+            brake = dataclasses.replace(brake, **{head: value})
+    return brake
+
+
+def stretched(brake: Brake, length: float) -> Brake:
+    """The same brake in a length unit `length` times smaller (1000: mm, N, MPa, N/mm, N mm)."""
+    per_area, per_length = length**-2, 1 / length
+    sheets = {
+        key: getattr(brake.sheets, key) * length
+        for key in ("width", "thickness", "length", "overlap", "free_left", "free_right")
+    }
+    sheets["usable_travel"] = brake.sheets.usable_travel * length
+    stiffness, test = brake.stiffness_measured, brake.test_pressure
+    return dataclasses.replace(
+        brake,
+        sheets=dataclasses.replace(brake.sheets, **sheets),
+        film=dataclasses.replace(brake.film, modulus=brake.film.modulus * per_area),
+        enclosure=dataclasses.replace(
+            brake.enclosure,
+            wall=brake.enclosure.wall * length,
+            modulus=brake.enclosure.modulus * per_area,
+        ),
+        mount=dataclasses.replace(brake.mount, screw_hole=brake.mount.screw_hole * length),
+        stiffness_measured=None if stiffness is None else stiffness * per_length,
+        test_pressure=None if test is None else test * per_area,
+        site=dataclasses.replace(brake.site, atmosphere=brake.site.atmosphere * per_area),
+    )
+
+
+def fine(*turns: float, n: int = 400) -> np.ndarray:
+    """A path through the turning points, dense just after each of them (roots start there)."""
+    s = np.linspace(0, 1, n + 1)[1:] ** 3
+    legs = [np.array([turns[0]])]
+    legs += [a + (b - a) * s for a, b in itertools.pairwise(turns)]
+    return np.concatenate(legs)
+
+
+def area(force: Any, way: Any) -> np.ndarray:
+    """Running trapezoidal integral of force over way, starting at 0."""
+    force, way = np.asarray(force), np.asarray(way)
+    return np.concatenate([[0.0], np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(way))])
