@@ -37,7 +37,7 @@ ORDER = (
     "test_law.py",
     "test_gradients.py",
 )
-OTHER = ("stack", "stickslip")
+OTHER = ("stack", "stickslip", "stop", "tune")
 """Modules with tests of their own: run last for everything else, first for themselves."""
 
 SWAP = {

@@ -35,8 +35,11 @@ _PUBLIC = {
     "layerjam.mechanics.stiffness": "mount_stiffness stiffness_before_slip stiffness_sliding",
     "layerjam.report.reproduce": "reproduce",
     "layerjam.simulate.procedure": "Procedure parse_procedure",
-    "layerjam.simulate.record": "Outcome TensileRecord",
+    "layerjam.simulate.record": "DropRecord Outcome TensileRecord",
     "layerjam.verbs.answer": "Answer",
+    "layerjam.mechanics.stop": "speed_at_slip stop time_at_slip",
+    "layerjam.mechanics.tune": "tuned_vacuum vacuum_eq10",
+    "layerjam.verbs.impact": "drop tune",
     "layerjam.verbs.laboratory": "calibrate friction validate",
     "layerjam.verbs.predict": "force new show tensile vacuum",
 }

@@ -271,9 +271,7 @@ def build(cls: type[T], values: Mapping[str, Any]) -> T:
     made: dict[str, Any] = {}
     for f in fields(cls):  # type: ignore[arg-type]
         if "record" in f.metadata:
-            inner = {
-                k.split(".", 1)[1]: v for k, v in values.items() if k.startswith(f.name + ".")
-            }
+            inner = {k.split(".", 1)[1]: v for k, v in values.items() if k.startswith(f.name + ".")}
             if inner or f.default is MISSING:
                 made[f.name] = build(f.metadata["record"], inner)
         elif f.name in values:

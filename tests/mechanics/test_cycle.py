@@ -16,14 +16,15 @@ from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.limits import self_closing_vacuum
 from layerjam.mechanics.memory import DEPTH
 from layerjam.mechanics.pull import slip_at_elongation
-from strategies import KAPTON, PTFE, area, change, fine, random_brakes
+from strategies import KAPTON, PTFE, area, change, fine, padded, random_brakes
 
 FULL = 94.5e3
 K = KAPTON.stiffness_measured
 
 
 def run(elongation, vacuum, brake=KAPTON):
-    return jax.tree.map(np.asarray, brake_cycle(elongation, vacuum, brake))
+    elongation, vacuum, n = padded(elongation, vacuum)
+    return jax.tree.map(lambda v: np.asarray(v)[:n], brake_cycle(elongation, vacuum, brake))
 
 
 @pytest.mark.parametrize("vacuum", [0.0, 700.0, FULL])

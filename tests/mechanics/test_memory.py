@@ -11,13 +11,14 @@ import pytest
 from layerjam.mechanics.enclosure import enclosure_force, saturation_slip
 from layerjam.mechanics.energy import slip_heat, slip_work
 from layerjam.mechanics.memory import DEPTH, enclosure_cycle
-from strategies import KAPTON, PTFE, area, change, fine, random_brakes
+from strategies import KAPTON, PTFE, area, change, fine, padded, random_brakes
 
 ALONE = change(KAPTON, film__kinetic=1e-12)
 
 
 def cycle(slips, vacuum, brake=KAPTON):
-    return tuple(np.asarray(v) for v in enclosure_cycle(slips, vacuum, brake))
+    slips, vacuum, n = padded(slips, vacuum)
+    return tuple(np.asarray(v)[:n] for v in enclosure_cycle(slips, vacuum, brake))
 
 
 @pytest.mark.parametrize("vacuum", [0.0, 700.0, 94.5e3])

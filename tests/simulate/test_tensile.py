@@ -7,7 +7,6 @@ import dataclasses
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from strategies import change, one, random_brakes, seeds
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
@@ -17,6 +16,7 @@ from layerjam.mechanics.pull import force_at_elongation, least_stiffness, peak
 from layerjam.simulate.procedure import Procedure, Pull, Return, parse_procedure, simple_pull
 from layerjam.simulate.record import Outcome, TensileRecord
 from layerjam.simulate.tensile import tensile
+from strategies import change, one, random_brakes, seeds
 
 KAPTON = load("choi2018-kapton")
 PTFE = load("choi2018-ptfe")
@@ -100,16 +100,22 @@ def test_cycles_of_random_brakes_never_give_energy_back(seed: int) -> None:
     assert record.force.min() >= 0
 
 
-def test_a_closed_cycle_dissipates_and_settles() -> None:
+@pytest.mark.parametrize("vacuum", ["94.5 kPa", "0.3 kPa"])
+def test_a_closed_cycle_dissipates_and_settles(vacuum: str) -> None:
+    """At high vacuum the slack brake stays open; at a low one the sleeve closes it every time."""
     record = run(
-        "evacuate to 94.5 kPa; pull at 13 mm/s until 20 mm; cycle 4 times between 5 mm and 20.5 mm "
-        "at 13 mm/s".replace("until 20 mm", "until 5 mm")
+        f"evacuate to {vacuum}; pull at 13 mm/s until 5 mm; cycle 4 times between 5 mm and 20.5 mm "
+        "at 13 mm/s"
     )
     balanced(record)
     ends = [np.flatnonzero(record.elongation == 0.005)[i] for i in range(5)]
     lost = np.diff(record.dissipated_energy[ends])
-    assert (lost > 0).all()
-    assert lost[2] == pytest.approx(lost[3], rel=1e-9)
+    assert lost[0] > 0 and lost[2] == pytest.approx(lost[3], rel=1e-9)
+    if vacuum == "0.3 kPa":
+        assert record.outcome is Outcome.CLOSED_BY_SLEEVE and lost[3] > 0.1 * lost[0]
+    else:
+        assert record.outcome is Outcome.FINISHED and lost[3] == 0
+        assert (record.slip[ends[1] :] == record.slip[ends[1]]).all()
 
 
 def test_vacuum_changes_at_rest_do_no_work() -> None:
@@ -169,17 +175,17 @@ def test_closed_by_sleeve(file: BrakeFile, closes_below: float) -> None:
             file,
         )
         assert (record.outcome is Outcome.CLOSED_BY_SLEEVE) is closes
-        assert (record.slip[-1] < record.slip.max()) is closes
+        assert bool(record.slip[-1] < record.slip.max() - 1e-6) is closes
         balanced(record)
 
 
 def test_too_many_nested_turns_are_refused() -> None:
-    steps, low, high = ["evacuate to 20 kPa"], 0.0, 40.0
+    steps, low, high = ["evacuate to 20 kPa"], 25.0, 40.0
     for _ in range(40):
         steps.append(f"pull at 13 mm/s until {high:.6f} mm")
-        low += 0.45
+        low += 0.18
         steps.append(f"return at 13 mm/s to {low:.6f} mm")
-        high -= 0.45
+        high -= 0.18
     soft = with_brake(KAPTON, scale_factor=0.001)
     with pytest.raises(ProcedureError, match="turns nested in each other"):
         run("; ".join(steps), soft)

@@ -11,7 +11,7 @@ import typer
 from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
-from layerjam.cli import laboratory, paper, predict
+from layerjam.cli import impact, laboratory, paper, predict
 from layerjam.errors import LayerjamError
 
 app = typer.Typer(
@@ -21,7 +21,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for group in (predict, laboratory, paper):
+for group in (predict, impact, laboratory, paper):
     group.register(app)
 
 

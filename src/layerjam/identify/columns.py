@@ -217,7 +217,9 @@ def assign(
                     line,
                 )
             raise FileError(
-                path, f"does not say which column is the {role}: {which}; name one (--column {role}=NAME)", line
+                path,
+                f"does not say which column is the {role}: {which}; name one (--column {role}=NAME)",
+                line,
             )
         taken[role] = first[0]
         others = [c for _, c in candidates if c is not first[0]]

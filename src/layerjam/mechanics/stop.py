@@ -115,21 +115,19 @@ def _first_root(at: _Setup, end: Any) -> Any:
         return low, high, jnp.where(inside, guess, (low + high) / 2)
 
     far = jnp.sqrt(end)
-    low, _, w = jax.lax.fori_loop(0, 60, step, (jnp.zeros_like(far), far, far / 2))
-    del low
-    return w
+    return jax.lax.fori_loop(0, 60, step, (jnp.zeros_like(far), far, far / 2))[2]
 
 
 @law
-def stop(
-    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
-) -> Stop:
+def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Stop:
     """Stop a mass [kg] that arrives with `speed` [m/s] on a taut rope, at a vacuum [Pa].
 
     `spring` [N/m] is rope and brake in series, `gravity` [m/s^2] acts along the pull (0 for a
     horizontal one); all broadcast. Exact: closed-form work, one bracketed root, the first one.
     """
-    mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(mass, speed, vacuum, spring, gravity)
+    mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(
+        mass, speed, vacuum, spring, gravity
+    )
     at = _setup(mass, speed, vacuum, spring, gravity, brake)
     travel = brake.sheets.usable_travel + jnp.zeros_like(at.kinetic)
     elastic = at.weight + jnp.sqrt(at.weight**2 + spring * mass * speed**2)
@@ -155,15 +153,14 @@ def stop(
     force = jnp.where(slides, resist, elastic)
     heat = at.onset * slip - at.c * slip**2 / 2 + backbone_dissipated(slip, at.sleeve)
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
-    values = Stop(
-        slip,
-        peak,
-        safe_sqrt(2 * left / mass),
-        heat,
-        force**2 / (2 * spring) + backbone_stored(slip, at.sleeve),
-        outcome,
+    return Stop(
+        slip=within(fine, slip),
+        peak_force=within(fine, peak),
+        end_speed=within(fine, safe_sqrt(2 * left / mass)),
+        heat=within(fine, heat),
+        stored=within(fine, force**2 / (2 * spring) + backbone_stored(slip, at.sleeve)),
+        outcome=outcome,
     )
-    return Stop(*(within(fine, v) for v in values[:-1]), outcome)
 
 
 def _polished(slip: Any, at: _Setup) -> Any:
@@ -174,38 +171,50 @@ def _polished(slip: Any, at: _Setup) -> Any:
     return jnp.maximum(slip - step, 0.0)
 
 
-@law
-def stopping_time(
-    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
-) -> Any:
-    """Seconds from the taut rope to the first standstill, or to the end of travel.
-
-    The elastic part in closed form, the sliding part by 48-point Gauss quadrature of dz/v after
-    s = end sin^4(q), which takes out the singular start and end.
-    """
-    mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(mass, speed, vacuum, spring, gravity)
-    at = _setup(mass, speed, vacuum, spring, gravity, brake)
-    result = stop(mass, speed, vacuum, spring, gravity, brake)
-    omega = jnp.sqrt(spring / mass)
+def _elastic_time(mass: Any, speed: Any, gravity: Any, at: _Setup, slides: Any) -> Any:
+    """Seconds until the brake begins to slide, or (if it never does) to the first standstill."""
+    omega = jnp.sqrt(at.k / mass)
     sag, swing = gravity / omega**2, speed / omega
     size = jnp.sqrt(sag**2 + swing**2)
     size = jnp.where(size > 0, size, 1.0)
     phase = jnp.arctan2(sag, swing)
-    first = (jnp.arcsin(jnp.clip((at.onset / spring - sag) / size, -1, 1)) + phase) / omega
-    whole = (jnp.pi / 2 + phase) / omega
-    angle = (jnp.asarray(_NODES) + 1) * (jnp.pi / 4)
-    shape = (-1,) + (1,) * jnp.ndim(result.slip)
-    q = angle.reshape(shape)
-    share = jnp.sin(q) ** 4
-    slip = result.slip * share
-    # 1 + Y'/k times ds/dq, with the root's derivative finite because s grows as q^4
-    rate = 4 * jnp.sin(q) ** 3 * jnp.cos(q) * result.slip
-    root_rate = 2 * jnp.sin(q) * jnp.cos(q) * jnp.sqrt(result.slip)
-    spread = at.sleeve.root * root_rate
+    onset = jnp.arcsin(jnp.clip((at.onset / at.k - sag) / size, -1, 1))
+    return (jnp.where(slides, onset, jnp.pi / 2) + phase) / omega
+
+
+@law
+def speed_at_slip(
+    slip: Any, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
+) -> Any:
+    """Speed of the mass [m/s] once the brake has slipped by `slip` [m]; NaN past its standstill."""
+    at = _setup(mass, speed, vacuum, spring, gravity, brake)
+    left = kinetic_energy(slip, at)
+    # a standstill found to rounding may lie on either side of zero
+    size = at.kinetic + at.weight * slip
+    return safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
+
+
+@law
+def time_at_slip(
+    slip: Any, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
+) -> Any:
+    """Seconds from the taut rope until the brake has slipped by `slip` [m], up to its standstill.
+
+    The elastic part in closed form, the sliding part by 48-point Gauss quadrature of dz/v after
+    s = slip sin^4(q), which takes out the singular start and, at a standstill, the singular end.
+    """
+    arrays = jnp.broadcast_arrays(slip, mass, speed, vacuum, spring, gravity)
+    slip, mass, speed, vacuum, spring, gravity = arrays
+    at = _setup(mass, speed, vacuum, spring, gravity, brake)
+    slides = at.weight + jnp.sqrt(at.weight**2 + spring * mass * speed**2) > at.onset
+    q = ((jnp.asarray(_NODES) + 1) * (jnp.pi / 4)).reshape((-1,) + (1,) * jnp.ndim(slip))
+    part = slip * jnp.sin(q) ** 4
+    # ds/dq, and d sqrt(s)/dq for the sleeve, whose slope in s is infinite at the start
+    rate = 4 * jnp.sin(q) ** 3 * jnp.cos(q) * slip
+    spread = at.sleeve.root * 2 * jnp.sin(q) * jnp.cos(q) * safe_sqrt(slip)
     linear = at.sleeve.stiffness / at.sleeve.reach * rate
-    sleeve_rate = jnp.where(slip < at.sleeve.saturation, spread, linear)
-    moved = rate + (sleeve_rate - at.c * rate) / spring
-    pace = safe_sqrt(2 * jnp.maximum(kinetic_energy(slip, at), 0.0) / mass)
-    steps = jnp.where(pace > 0, moved / jnp.where(pace > 0, pace, 1.0), 0.0)
-    weights = jnp.asarray(_WEIGHTS).reshape(shape) * (jnp.pi / 4)
-    return jnp.where(result.outcome == NEVER_SLID, whole, first + (weights * steps).sum(axis=0))
+    stretch = jnp.where(part < at.sleeve.saturation, spread, linear)
+    pace = safe_sqrt(2 * jnp.maximum(kinetic_energy(part, at), 0.0) / mass)
+    steps = (rate + (stretch - at.c * rate) / spring) / jnp.where(pace > 0, pace, jnp.inf)
+    weights = jnp.asarray(_WEIGHTS).reshape(q.shape) * (jnp.pi / 4)
+    return _elastic_time(mass, speed, gravity, at, slides) + (weights * steps).sum(axis=0)

@@ -13,7 +13,9 @@ from layerjam.mechanics.law import law, rising_zero, within
 from layerjam.mechanics.pull import brake_force, vacuum_for_force
 
 
-def _excess(vacuum: Any, mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> Any:
+def _excess(
+    vacuum: Any, mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake
+) -> Any:
     """Energy the brake takes over `slip` less what the mass brings [J], elastic parts included."""
     force = brake_force(slip, vacuum, brake)
     taken = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
@@ -21,9 +23,7 @@ def _excess(vacuum: Any, mass: Any, speed: Any, slip: Any, spring: Any, gravity:
 
 
 @law
-def tuned_vacuum(
-    mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake
-) -> Any:
+def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> Any:
     """Vacuum [Pa] at which a mass [kg] arriving with `speed` [m/s] stops after `slip` [m].
 
     `spring` [N/m] is rope and brake in series (infinite for none), `gravity` [m/s^2] acts along the

@@ -16,11 +16,9 @@ from layerjam.report.style import (
     BLUE,
     GREEN,
     GREY,
-    INK,
     ORANGE,
     PURPLE,
     RED,
-    SKY,
     VACUUMS,
     canvas,
     label,
@@ -204,49 +202,6 @@ def sheets_and_mass() -> Figure:
         label(axes, 24.6, 455, "+17.5 N, +0.4 g a sheet (paper)", "#8a5f00", ha="right")
         axes.set(xlabel="mass of the brake [g]", ylabel="peak force at 94.5 kPa [N]")
         title(axes, "More sheets", "model; Kapton, 3 to 31 sheets")
-    return figure
-
-
-def peak_bound() -> Figure:
-    """Least acceleration of any stop within a distance against the paper's 2 g up to 2.5 m/s."""
-    speed = np.linspace(0, 3.7, 200)
-    with look():
-        figure, (axes,) = canvas(width=6.4, height=3.8)
-        for distance, color, words in ((0.040, BLUE, "40 mm"), (0.060, SKY, "60 mm")):
-            least = 1 + speed**2 / (2 * 9.80665 * distance)
-            axes.plot(speed, least, color=color)
-            label(
-                axes,
-                speed[-1] - 0.03,
-                least[-1] - 0.7,
-                f"stop within {words}",
-                color,
-                ha="right",
-                va="top",
-            )
-        axes.plot([0, 2.5], [2, 2], color=RED, lw=3)
-        label(axes, 0.05, 2.9, "paper: tuned, under 2 g up to 2.5 m/s", RED)
-        axes.plot(2.5, 1 + 2.5**2 / (2 * 9.80665 * 0.04), "o", color=INK, ms=5)
-        at = 1 + 2.5**2 / (2 * 9.80665 * 0.04)
-        label(
-            axes,
-            2.4,
-            10.6,
-            f"at 2.5 m/s no stop within\n40 mm stays below {at:.1f} g",
-            INK,
-            ha="right",
-        )
-        axes.set(
-            xlabel="speed at impact [m/s]",
-            ylabel="peak acceleration [g]",
-            xlim=(0, 3.7),
-            ylim=(0, None),
-        )
-        title(
-            axes,
-            "No brake of any kind can stop softer than this",
-            "1 + v²/2gz, gravity along the pull",
-        )
     return figure
 
 

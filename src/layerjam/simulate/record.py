@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -29,6 +29,9 @@ class Outcome(StrEnum):
     SEPARATED = "SEPARATED"
     CLOSED_BY_SLEEVE = "CLOSED_BY_SLEEVE"
     SNAPS = "SNAPS"
+    STOPPED = "STOPPED"
+    NEVER_SLID = "NEVER_SLID"
+    BOTTOMED_OUT = "BOTTOMED_OUT"
 
 
 def column(unit: str, text: str) -> Any:
@@ -37,26 +40,17 @@ def column(unit: str, text: str) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TensileRecord:
-    """A simulated pull; arrays have shape (N,), SI units.
+class Record:
+    """What every result can do; its columns are the fields made by `column`."""
 
-    `outcome` says how it ended; `brake`, `procedure` (its text) and `model` run it again.
-    """
-
-    time: np.ndarray = column("s", "time from the start of the procedure")
-    elongation: np.ndarray = column("m", "crosshead elongation")
-    force: np.ndarray = column("N", "force at the crosshead")
-    slip: np.ndarray = column("m", "slip of the sheets")
-    sleeve_force: np.ndarray = column("N", "part of the force the sleeve carries while sliding")
-    vacuum: np.ndarray = column("Pa", "vacuum inside the sleeve")
-    work: np.ndarray = column("J", "work done on the brake")
-    dissipated_energy: np.ndarray = column("J", "energy turned into heat")
-    stored_energy: np.ndarray = column("J", "elastic energy held in sleeve, sheets and mount")
+    command: ClassVar[str] = ""
     outcome: Outcome
-    procedure: str
     brake: BrakeFile
-    model: str = "lumped"
     warnings: tuple[str, ...] = ()
+
+    def conditions(self) -> dict[str, str]:
+        """What else it takes to run this again."""
+        return {}
 
     def columns(self) -> Iterator[tuple[str, np.ndarray, Meaning]]:
         """(name, array, Meaning) of every column."""
@@ -79,7 +73,8 @@ class TensileRecord:
             import xarray
         except ImportError:
             raise MissingExtraError("a labelled result (xarray)", "labelled") from None
-        coordinate = ("sample", self.time, {"units": "s"})
+        time = next(values for name, values, _ in self.columns() if name == "time")
+        coordinate = ("sample", time, {"units": "s"})
         data = {
             name: ("sample", values, {"units": m.unit, "long_name": m.text})
             for name, values, m in self.columns()
@@ -90,10 +85,9 @@ class TensileRecord:
     def header(self) -> dict[str, str]:
         """What stands above the columns."""
         return {
-            "made_by": f"layerjam {__version__} tensile",
+            "made_by": f"layerjam {__version__} {self.command}",
             "data": "synthetic: computed from a model, not measured",
-            "model": self.model,
-            "procedure": self.procedure,
+            **self.conditions(),
             "outcome": str(self.outcome),
             "warnings": " | ".join(self.warnings),
             "brake": render(self.brake, self.brake.name),
@@ -126,6 +120,63 @@ class TensileRecord:
         if suffix == ".nc":
             return self.to_netcdf(path, force=force)
         raise FileError(path, f"the ending '{suffix}' is not known; use .csv or .nc")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TensileRecord(Record):
+    """A simulated pull; arrays have shape (N,), SI units.
+
+    `outcome` says how it ended; `brake`, `procedure` (its text) and `model` run it again.
+    """
+
+    command: ClassVar[str] = "tensile"
+    time: np.ndarray = column("s", "time from the start of the procedure")
+    elongation: np.ndarray = column("m", "crosshead elongation")
+    force: np.ndarray = column("N", "force at the crosshead")
+    slip: np.ndarray = column("m", "slip of the sheets")
+    sleeve_force: np.ndarray = column("N", "part of the force the sleeve carries while sliding")
+    vacuum: np.ndarray = column("Pa", "vacuum inside the sleeve")
+    work: np.ndarray = column("J", "work done on the brake")
+    dissipated_energy: np.ndarray = column("J", "energy turned into heat")
+    stored_energy: np.ndarray = column("J", "elastic energy held in sleeve, sheets and mount")
+    procedure: str
+    model: str = "lumped"
+
+    def conditions(self) -> dict[str, str]:
+        """Model and procedure."""
+        return {"model": self.model, "procedure": self.procedure}
+
+
+@dataclass(frozen=True, kw_only=True)
+class DropRecord(Record):
+    """A simulated stop of a mass; arrays have shape (N,), SI units; time counts from the taut rope.
+
+    `mass`, `speed` (on arrival), `vacuum`, `rope_stiffness` (None without a rope) and `gravity`
+    (along the pull) run it again.
+    """
+
+    command: ClassVar[str] = "drop"
+    time: np.ndarray = column("s", "time from the taut rope")
+    travel: np.ndarray = column("m", "way of the mass from the taut rope")
+    speed_of_mass: np.ndarray = column("m/s", "speed of the mass")
+    force: np.ndarray = column("N", "force on the mass")
+    slip: np.ndarray = column("m", "slip of the sheets")
+    mass: float
+    speed: float
+    vacuum: float
+    rope_stiffness: float | None
+    gravity: float
+
+    def conditions(self) -> dict[str, str]:
+        """Mass, speed, vacuum, rope and gravity in SI."""
+        rope = "none" if self.rope_stiffness is None else f"{self.rope_stiffness!r} N/m"
+        return {
+            "mass": f"{self.mass!r} kg",
+            "speed": f"{self.speed!r} m/s",
+            "vacuum": f"{self.vacuum!r} Pa",
+            "rope stiffness": rope,
+            "gravity along the pull": f"{self.gravity!r} m/s^2",
+        }
 
 
 def _write(path: Path, text: str) -> None:

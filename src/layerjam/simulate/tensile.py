@@ -66,6 +66,11 @@ def _run(elongation: np.ndarray, vacuum: np.ndarray, brake: Brake) -> Cycle:
     return Cycle(*(np.asarray(values)[:count] for values in result))
 
 
+def _fell(slip: np.ndarray) -> float:
+    """How far the slip came back from its greatest value so far [m]; rounding is no closing."""
+    return float((np.maximum.accumulate(slip) - slip).max())
+
+
 def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
     """Pull a brake through a procedure.
 
@@ -98,7 +103,7 @@ def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
         )
     elif cycle.separated.any():
         end, outcome = int(np.argmax(cycle.separated)) + 1, Outcome.SEPARATED
-    elif cycle.closed.any():
+    elif cycle.closed.any() and _fell(cycle.slip) > 1e-9 * brake.sheets.overlap:
         outcome = Outcome.CLOSED_BY_SLEEVE
     if outcome is not Outcome.SEPARATED and cycle.slip[:end].max() > brake.sheets.usable_travel:
         warnings.append(

@@ -1,0 +1,97 @@
+"""`drop` and `tune` on the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from layerjam.cli import options as opt
+from layerjam.errors import QuantityError
+
+Mass = Annotated[str, typer.Option(metavar="Q", help="Mass to stop, e.g. 1kg.")]
+Rope = Annotated[
+    str | None, typer.Option(metavar="Q", help="Stiffness of the rope, e.g. 16.8kN/m.")
+]
+Horizontal = Annotated[bool, typer.Option("--horizontal", help="No gravity along the pull.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this file."""
+    for command in (drop, tune):
+        app.command(command.__name__)(command)
+
+
+def drop(
+    brake: opt.BrakeName,
+    mass: Mass,
+    speed: Annotated[str | None, typer.Option(metavar="Q", help="Speed on arrival.")] = None,
+    height: Annotated[str | None, typer.Option(metavar="Q", help="Height of the fall.")] = None,
+    vacuum: Annotated[
+        str | None, typer.Option(metavar="Q", help="Vacuum, or 'tuned' with --travel.")
+    ] = None,
+    travel: Annotated[
+        str | None, typer.Option(metavar="Q", help="Slip to stop within, for a tuned vacuum.")
+    ] = None,
+    rope_stiffness: Rope = None,
+    rope_damping: Annotated[
+        str | None, typer.Option(metavar="Q", help="Damping of the rope (not yet).")
+    ] = None,
+    no_brake: Annotated[bool, typer.Option("--no-brake", help="The rope alone.")] = False,
+    horizontal: Horizontal = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the record: .csv or .nc.")
+    ] = None,
+    atmosphere: opt.Atmosphere = None,
+    figure: opt.Figure = None,
+    as_json: opt.AsJson = False,
+    force: opt.Force = False,
+) -> int:
+    """Stop a falling mass with the brake."""
+    opt.check_figure(figure, force)
+    opt.check_target(out, force, (".csv", ".nc"))
+    if rope_damping is not None:
+        raise QuantityError("--rope-damping: is not part of this version yet; leave it out")
+    if no_brake and (out is not None or figure is not None):
+        raise QuantityError("--no-brake: has no record to write or draw")
+    opt.engine()
+    from layerjam.cli.output import say
+    from layerjam.verbs import impact
+
+    answer = impact.drop(
+        brake, mass=mass, speed=speed, height=height, vacuum=vacuum, travel=travel,
+        rope_stiffness=rope_stiffness, no_brake=no_brake, horizontal=horizontal,
+        atmosphere=atmosphere,
+    )  # fmt: skip
+    done = answer.record is not None and answer.values.get("feasible") is not False
+    if out is not None and done:
+        answer.record.save(out, force=force)
+    if figure and done:
+        from layerjam.report import impact_figures
+
+        impact_figures.save(impact_figures.drop(answer.record), figure, force)
+    return say(answer, as_json)
+
+
+def tune(
+    brake: opt.BrakeName,
+    mass: Mass,
+    speed: Annotated[str, typer.Option(metavar="Q", help="Speed on arrival.")],
+    travel: Annotated[str, typer.Option(metavar="Q", help="Slip to stop within.")],
+    rope_stiffness: Rope = None,
+    horizontal: Horizontal = False,
+    atmosphere: opt.Atmosphere = None,
+    as_json: opt.AsJson = False,
+) -> int:
+    """Vacuum that stops a mass within a travel."""
+    opt.engine()
+    from layerjam.cli.output import say
+    from layerjam.verbs import impact
+
+    answer = impact.tune(
+        brake, mass=mass, speed=speed, travel=travel, rope_stiffness=rope_stiffness,
+        horizontal=horizontal, atmosphere=atmosphere,
+    )  # fmt: skip
+    unknown = tuple(key for key, value in answer.values.items() if value is None)
+    return say(answer, as_json, hidden=unknown)

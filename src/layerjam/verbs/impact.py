@@ -1,0 +1,290 @@
+"""`drop` and `tune`: what the brake does to a moving mass."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile
+from layerjam.device.mount import Rope
+from layerjam.errors import QuantityError
+from layerjam.mechanics.energy import slip_work
+from layerjam.mechanics.pull import brake_force, least_stiffness, peak, vacuum_for_force
+from layerjam.mechanics.tune import tuned_vacuum, vacuum_eq10
+from layerjam.simulate.drop import drop as run_drop
+from layerjam.simulate.drop import rope_only, spring_of
+from layerjam.simulate.record import Outcome
+from layerjam.units import Meaning, meaning_of, show
+from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at, si, vacuum_of
+
+MASS = Meaning("kg", "mass", open_lo=True, hi=1e6)
+SPEED = Meaning("m/s", "speed on arrival", open_lo=True, hi=1e4)
+HEIGHT = Meaning("m", "height of the fall", open_lo=True, hi=1e5)
+TRAVEL = Meaning("m", "slip of the brake", open_lo=True, hi=10)
+MOST_SHEETS, MOST_BRAKES = 500, 1000
+DROP_UNITS = {
+    "slip": "m", "peak_force": "N", "peak_deceleration": "m/s^2", "peak_g": "1",
+    "stopping_time": "s", "dissipated_energy": "J", "end_speed": "m/s", "vacuum": "Pa",
+    "speed": "m/s", "least_stiffness": "N/m",
+}  # fmt: skip
+
+
+def _arrival(
+    speed: Quantity | None, height: Quantity | None, horizontal: bool, gravity: float
+) -> float:
+    """Speed [m/s] at the taut rope."""
+    if (speed is None) == (height is None):
+        both = "both" if speed is not None else "neither"
+        raise QuantityError(f"speed and height: {both} given; give one of them")
+    if speed is not None:
+        return si(speed, SPEED, "speed")
+    if horizontal:
+        raise QuantityError("height: a horizontal stop falls from none; give the speed")
+    return math.sqrt(2 * gravity * si(height, HEIGHT, "height"))  # type: ignore[arg-type]
+
+
+def _rope(stiffness: Quantity | None) -> float | None:
+    if stiffness is None:
+        return None
+    return si(stiffness, meaning_of(Rope, "stiffness"), "rope stiffness")
+
+
+def drop(
+    brake: AnyBrake,
+    *,
+    mass: Quantity,
+    speed: Quantity | None = None,
+    height: Quantity | None = None,
+    vacuum: Quantity | None = None,
+    travel: Quantity | None = None,
+    rope_stiffness: Quantity | None = None,
+    no_brake: bool = False,
+    horizontal: bool = False,
+    atmosphere: Quantity | None = None,
+) -> Answer:
+    """Stop a falling mass with the brake, at a vacuum or at ``"tuned"`` for a travel (slip).
+
+    Without `rope_stiffness` the mass hangs on the brake alone; with `no_brake` on the rope alone.
+    Slip, peak and time refer to the first standstill or the end of travel. `record` is the
+    DropRecord (None without a brake).
+    """
+    file = brake_at(brake, atmosphere)
+    weighs, rope = si(mass, MASS, "mass"), _rope(rope_stiffness)
+    g = file.brake.site.gravity
+    arrives = _arrival(speed, height, horizontal, g)
+    along = 0.0 if horizontal else g
+    if no_brake:
+        return _without_brake(weighs, arrives, rope, along, g, vacuum, travel)
+    if vacuum is None:
+        raise QuantityError("vacuum: missing; give one, or 'tuned' together with travel")
+    if vacuum == "tuned":
+        if travel is None:
+            raise QuantityError("travel: missing; a tuned vacuum needs the slip to stop within")
+        found = tune(
+            file, mass=weighs, speed=arrives, travel=travel, rope_stiffness=rope,
+            horizontal=horizontal,
+        )  # fmt: skip
+        if not found.feasible:
+            return _cannot(arrives, found.reason, found.warnings)
+        pressure = float(found.vacuum)
+    else:
+        if travel is not None:
+            raise QuantityError("travel: goes only with a tuned vacuum")
+        pressure = vacuum_of(vacuum, file.brake)
+    result, record = run_drop(
+        file, mass=weighs, speed=arrives, vacuum=pressure, rope_stiffness=rope, gravity=along
+    )
+    if record.outcome is Outcome.SNAPS:
+        least = float(least_stiffness(pressure, file.brake))
+        return _cannot(arrives, record.warnings[-1], record.warnings[:-1], pressure, least, record)
+    return Answer(
+        values={
+            "slip": result.slip,
+            "peak_force": result.peak_force,
+            "peak_deceleration": result.peak_force / weighs - along,
+            "peak_g": result.peak_force / (weighs * g),
+            "stopping_time": float(record.time[-1]),
+            "dissipated_energy": result.heat,
+            "end_speed": result.end_speed,
+            "vacuum": pressure,
+            "outcome": str(record.outcome),
+            "speed": arrives,
+        },
+        units=DROP_UNITS,
+        warnings=record.warnings,
+        record=record,
+    )
+
+
+def _cannot(
+    speed: float, reason: str, warnings: object, vacuum: float | None = None,
+    least: float | None = None, record: object = None,
+) -> Answer:  # fmt: skip
+    """The answer "cannot": no numbers for what does not happen."""
+    nothing = dict.fromkeys(("slip", "peak_force", "peak_deceleration", "peak_g", "stopping_time"))
+    values = {
+        **nothing, "dissipated_energy": None, "end_speed": None, "vacuum": vacuum,
+        "outcome": str(Outcome.SNAPS) if record is not None else None, "speed": speed,
+        "feasible": False, "reason": reason, "least_stiffness": least,
+    }  # fmt: skip
+    return Answer(values=values, units=DROP_UNITS, warnings=list(warnings), record=record)  # type: ignore[call-overload]
+
+
+def _without_brake(
+    mass: float, speed: float, rope: float | None, along: float, g: float,
+    vacuum: Quantity | None, travel: Quantity | None,
+) -> Answer:  # fmt: skip
+    if rope is None:
+        raise QuantityError("rope stiffness: missing; without a brake the mass hangs on the rope")
+    if vacuum is not None or travel is not None:
+        raise QuantityError("vacuum: without a brake there is none to give, nor a travel")
+    force, time = rope_only(mass, speed, rope, along)
+    return Answer(
+        values={
+            "slip": None,
+            "peak_force": force,
+            "peak_deceleration": force / mass - along,
+            "peak_g": force / (mass * g),
+            "stopping_time": time,
+            "dissipated_energy": 0.0,
+            "end_speed": 0.0,
+            "vacuum": None,
+            "outcome": str(Outcome.STOPPED),
+            "speed": speed,
+        },
+        units=DROP_UNITS,
+    )
+
+
+def tune(
+    brake: AnyBrake,
+    *,
+    mass: Quantity,
+    speed: Quantity,
+    travel: Quantity,
+    rope_stiffness: Quantity | None = None,
+    horizontal: bool = False,
+    atmosphere: Quantity | None = None,
+) -> Answer:
+    """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
+
+    Where there is none, `reason` says why and what would do: the speeds that can be stopped so,
+    a longer travel, more sheets, more brakes side by side.
+    """
+    file = brake_at(brake, atmosphere)
+    device = file.brake
+    weighs, arrives = si(mass, MASS, "mass"), si(speed, SPEED, "speed")
+    way, rope = si(travel, TRAVEL, "travel"), _rope(rope_stiffness)
+    if way > device.sheets.usable_travel:
+        raise QuantityError(
+            f"travel: {show(way, 'm')} is beyond the usable travel of "
+            f"{show(device.sheets.usable_travel, 'm')}"
+        )
+    along = 0.0 if horizontal else device.site.gravity
+    pressure = _tuned(device, weighs, arrives, way, rope, along)
+    eq10 = float(vacuum_eq10(weighs, arrives, way, device))
+    spring = spring_of(device, rope)
+    full = device.site.atmosphere
+    top = float(peak(pressure or full, device.sheets.usable_travel, device).force)
+    stretch = way + top / spring
+    floor = arrives**2 / (2 * device.site.gravity * stretch) + (0.0 if horizontal else 1.0)
+    values: dict[str, object] = {
+        "vacuum": pressure,
+        "vacuum_eq10": eq10 if math.isfinite(eq10) else None,
+        "feasible": pressure is not None,
+        "reason": None,
+        "floor_g": floor,
+        "least_speed": None,
+        "greatest_speed": None,
+        "travel_needed": None,
+        "sheets_needed": None,
+        "brakes_needed": None,
+    }
+    low, high = speed_range(device, weighs, way, rope, along)
+    values |= {"least_speed": low, "greatest_speed": high}
+    if pressure is None:
+        values |= _ways_out(file, weighs, arrives, way, rope, along, low, high)
+    units = {
+        "vacuum": "Pa", "vacuum_eq10": "Pa", "floor_g": "1", "least_speed": "m/s",
+        "greatest_speed": "m/s", "travel_needed": "m", "sheets_needed": "1", "brakes_needed": "1",
+    }  # fmt: skip
+    return Answer(values=values, units=units, warnings=file.warnings())
+
+
+def _tuned(
+    brake: Brake, mass: float, speed: float, way: float, rope: float | None, gravity: float
+) -> float | None:
+    vacuum = float(tuned_vacuum(mass, speed, way, spring_of(brake, rope), gravity, brake))
+    return vacuum if math.isfinite(vacuum) else None
+
+
+def speed_range(
+    brake: Brake, mass: float, way: float, rope: float | None, gravity: float
+) -> tuple[float | None, float | None]:
+    """Speeds [m/s] that some vacuum of the site stops after exactly `way` [m] of slip.
+
+    The slowest is stopped by the vacuum that just holds the weight there. (None, None) where not
+    even full vacuum holds it.
+    """
+    full, spring = brake.site.atmosphere, spring_of(brake, rope)
+    weight = mass * gravity
+    if float(brake_force(way, full, brake)) < weight:
+        return None, None
+    alone = float(brake_force(way, 0.0, brake))
+    held = float(vacuum_for_force(max(weight, alone), way, brake))
+
+    def speed(vacuum: float) -> float:
+        force = float(brake_force(way, vacuum, brake))
+        taken = float(slip_work(way, vacuum, brake)) + force**2 / (2 * spring)
+        return math.sqrt(max(taken - weight * (way + force / spring), 0.0) * 2 / mass)
+
+    return speed(held), speed(full)
+
+
+def _ways_out(
+    file: BrakeFile, mass: float, speed: float, way: float, rope: float | None, gravity: float,
+    low: float | None, high: float | None,
+) -> dict[str, object]:  # fmt: skip
+    """Why no vacuum does it, and what would."""
+    brake = file.brake
+    if low is not None and speed < low:
+        reason = (
+            f"{show(speed, 'm/s')} is too slow for {show(way, 'm')}: a vacuum low enough to let "
+            f"the mass run that far could not hold its weight there; from {show(low, 'm/s')} on "
+            "there is one, or choose a shorter travel"
+        )
+        return {"reason": reason}
+    out: dict[str, object] = {}
+    for far in np.linspace(way, brake.sheets.usable_travel, 200)[1:]:
+        if _tuned(brake, mass, speed, float(far), rope, gravity) is not None:
+            out["travel_needed"] = float(far)
+            break
+    for count in range(brake.sheets.count + 1, MOST_SHEETS):
+        more = replace(brake, sheets=replace(brake.sheets, count=count))
+        _, fastest = speed_range(more, mass, way, rope, gravity)
+        if fastest is not None and fastest >= speed:
+            out["sheets_needed"] = count
+            break
+    for count in range(2, MOST_BRAKES):
+        shared = None if rope is None else rope / count
+        _, fastest = speed_range(brake, mass / count, way, shared, gravity)
+        if fastest is not None and fastest >= speed:
+            out["brakes_needed"] = count
+            break
+    head = (
+        f"the brake cannot hold {show(mass * gravity, 'N')} at {show(way, 'm')} of slip"
+        if high is None
+        else f"{show(speed, 'm/s')} is too fast for {show(way, 'm')}: full vacuum stops up to "
+        f"{show(high, 'm/s')}"
+    )
+    ways = []
+    if "travel_needed" in out:
+        ways.append(f"{show(float(out['travel_needed']), 'm')} of travel")  # type: ignore[arg-type]
+    if "sheets_needed" in out:
+        ways.append(f"{out['sheets_needed']} sheets")
+    if "brakes_needed" in out:
+        ways.append(f"{out['brakes_needed']} brakes side by side")
+    return {**out, "reason": f"{head}; {' or '.join(ways) or 'no number of sheets'} would do"}

@@ -1,0 +1,178 @@
+"""Pages say what the code says: generated tables, JSON keys, version, picture, and the built site."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import io
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from docs import examples
+from layerjam import __version__
+from layerjam.cli.main import app, main
+
+ROOT = examples.ROOT
+MEASURED = "out/demo/measurements"
+PULL = f"{MEASURED}/calibration-kapton-94.5kPa-13mms-1.TRA"
+COMMANDS = {
+    "new": "new mine --from choi2018-ptfe --out mine.toml",
+    "show": "show choi2018-polyester",
+    "force": "force choi2018-kapton --slip 20mm --vacuum 94.5kPa",
+    "vacuum": "vacuum choi2018-kapton --slip 20mm --force 100N",
+    "tensile": "tensile choi2018-kapton --vacuum 50kPa --speed 13mm/s --travel 40mm",
+    "friction": f"friction {MEASURED}/friction-kapton-1.csv --normal-force 2.45N",
+    "calibrate": f"calibrate choi2018-kapton {PULL}",
+    "validate": f"validate choi2018-kapton {PULL}",
+    "reproduce": "reproduce --out report",
+}
+
+
+def script(path: Path) -> ModuleType:
+    """A script of docs/ as a module."""
+    spec = importlib.util.spec_from_file_location(f"docs_{path.stem}", path)
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with practice files."""
+    folder = tmp_path_factory.mktemp("pages") / "reader"
+    examples.practice_files(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def generate() -> ModuleType:
+    """docs/generate.py."""
+    return script(ROOT / "docs" / "generate.py")
+
+
+def test_generated_tables_are_what_the_code_says(generate: ModuleType) -> None:
+    pages = generate.pages()
+    assert {p.name for p in pages} == {"nomenclature.md", "file-format.md", "commands.md"}
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        assert text.count("<!-- generated: ") == text.count("<!-- end -->")
+        assert generate.generated(text) == text, f"run docs/generate.py: {page.name} differs"
+
+
+def test_every_table_the_generator_makes_is_used(generate: ModuleType) -> None:
+    used = {m for p in generate.pages() for m in re.findall(r"generated: (\w+) -->", p.read_text())}
+    assert used == set(generate.PARTS)
+
+
+def test_every_command_has_its_row() -> None:
+    import typer
+
+    assert set(typer.main.get_command(app).commands) == set(COMMANDS) == set(_rows())
+
+
+def _rows() -> dict[str, set[str]]:
+    """{command: JSON keys} of the table on the page."""
+    text = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `layerjam (\w+)[^`]*` \| (.*) \|$", text, re.MULTILINE)
+    return {name: set(re.findall(r"`([^`]+)`", keys)) for name, keys in rows}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_json_has_the_keys_of_the_table(
+    name: str, reader: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(reader)
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        code = main([*COMMANDS[name].split(), "--json"])
+    assert code == 0
+    keys = set(json.loads(said.getvalue()))
+    assert keys == _rows()[name] | {"units", "warnings"}
+
+
+def test_functions_named_on_the_nomenclature_page_exist() -> None:
+    import layerjam
+    from layerjam.mechanics import friction
+
+    text = (ROOT / "docs" / "nomenclature.md").read_text(encoding="utf-8")
+    part = text.split("## What is computed")[1].split("## Columns")[0]
+    names = {n.split("(")[0] for row in re.findall(r"^\|.*", part, re.MULTILINE)
+             for n in re.findall(r"`([\w().]+)`", row.split(" | ")[1])}  # fmt: skip
+    plain = {"vacuum", "slip", "elongation", "force", "stiffness_measured"}
+    assert len(names) > 25
+    for name in names - plain:
+        assert hasattr(layerjam, name) or hasattr(friction, name), name
+
+
+def test_citation_has_the_version_and_the_paper() -> None:
+    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {__version__}\n" in text
+    assert "10.1109/LRA.2017.2761938" in text
+    assert (ROOT / "LICENSE").read_text().lstrip().startswith("Apache License")
+    assert f"## {__version__}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def test_picture_is_what_the_script_draws(tmp_path: Path) -> None:
+    committed = ROOT / "docs" / "images" / "kapton.svg"
+    drawn = script(ROOT / "docs" / "images" / "make.py").draw(tmp_path / "kapton.svg")
+    texts = [p.read_text(encoding="utf-8") for p in (committed, drawn)]
+    numbers = [np.array(re.findall(r"-?\d+\.\d+", t), dtype=float) for t in texts]
+    assert numbers[0].shape == numbers[1].shape, "run docs/images/make.py"
+    assert np.allclose(*numbers, atol=0.01), "run docs/images/make.py"
+    assert "http://" not in re.sub(r'xmlns[^"]*"[^"]*"|"http://[^"]*"', "", texts[0])
+
+
+def test_links_between_pages_lead_somewhere() -> None:
+    for page in examples.pages():
+        text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+        for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text):
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The built site; no warning passes --strict."""
+    pytest.importorskip("mkdocs")
+    out = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(out)]
+    env = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, env=env, timeout=120)
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert "WARNING" not in run.stdout + run.stderr
+    return out
+
+
+def test_site_asks_nothing_of_other_hosts(site: Path) -> None:
+    loads = re.compile(
+        r"<(?:script|img|iframe|source|video|audio)\b[^>]*\bsrc=\"?(?:https?:)?//"
+        r"|<link\b(?![^>]*rel=\"?(?:canonical|next|prev))[^>]*href=\"?(?:https?:)?//"
+    )
+    pages = list(site.rglob("*.html"))
+    assert len(pages) >= 10
+    for page in pages:
+        found = loads.search(page.read_text(encoding="utf-8"))
+        assert found is None, f"{page.name}: {found.group(0) if found else ''}"
+    for sheet in site.rglob("*.css"):
+        assert not re.search(r"url\(\s*[\"']?(?:https?:)?//", sheet.read_text(encoding="utf-8"))
+        assert not re.search(r"@import\s+[\"']?(?:url\()?[\"']?(?:https?:)?//", sheet.read_text())
+
+
+def test_reference_shows_what_is_public(site: Path) -> None:
+    import layerjam
+
+    text = (site / "reference.html").read_text(encoding="utf-8")
+    missing = [
+        name
+        for name in layerjam.__all__
+        if not name.startswith("__")
+        and not re.search(rf'id="layerjam\.[\w.]+\.{layerjam._WHERE[name][1]}"', text)
+    ]
+    assert not missing

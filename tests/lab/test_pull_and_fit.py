@@ -1,0 +1,262 @@
+"""Calibration: exact on the model's own curve, unbiased in noise, honest about its errors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+
+from lab.bench import FULL, curve, noisy
+from layerjam.errors import FileError, FitError
+from layerjam.identify.fit import calibrate, fit_pull
+from layerjam.identify.pull import loading_branch, pull_features
+from layerjam.identify.trace import Trace
+from layerjam.mechanics.enclosure import saturation_slip, sleeve_at
+from layerjam.mechanics.pull import peak, scale_factor_eq8, scale_factor_of_peak
+from strategies import KAPTON, PTFE, change, one, random_brakes, seeds
+
+BOTH = pytest.mark.parametrize("brake", [KAPTON, PTFE], ids=["kapton", "ptfe"])
+
+
+@BOTH
+@pytest.mark.parametrize("vacuum", [18.6e3, 46.1e3, FULL, 101325.0])
+def test_the_exact_form_returns_a_and_k(brake, vacuum) -> None:
+    blank = replace(brake, scale_factor=1.0, stiffness_measured=None)
+    fit = fit_pull(pull_features(curve(brake, vacuum)), vacuum, blank)
+    assert fit.scale_factor == pytest.approx(brake.scale_factor, rel=1e-9)
+    assert fit.stiffness == pytest.approx(brake.stiffness_measured, rel=1e-9)
+    top = peak(vacuum, 0.06, brake)
+    assert fit.pull.peak_force == pytest.approx(float(top.force), rel=1e-10)
+    assert fit.pull.peak_elongation == pytest.approx(float(top.elongation), rel=1e-6)
+    assert fit.pull.origin == pytest.approx(0.0, abs=1e-12) and fit.pull.has_peak
+
+
+@BOTH
+def test_the_guess_in_the_brake_file_does_not_matter(brake) -> None:
+    pull = pull_features(curve(brake))
+    factors = [
+        fit_pull(pull, FULL, change(brake, scale_factor=a, stiffness_measured=k)).scale_factor
+        for a, k in ((0.3, None), (1.0, 1e5), (3.0, 9e5))
+    ]
+    assert factors == pytest.approx([brake.scale_factor] * 3, rel=1e-9)
+
+
+@given(seeds)
+@settings(max_examples=150)
+def test_the_exact_form_inverts_the_peak_of_random_brakes(seed: int) -> None:
+    brakes = random_brakes(seed, 200)
+    vacuum = brakes.site.atmosphere * np.random.default_rng(seed).uniform(0.05, 1, 200)
+    top = peak(vacuum, brakes.sheets.usable_travel, brakes)
+    inside = np.asarray(top.inside)
+    assert inside.any()
+    factor = np.asarray(scale_factor_of_peak(top.force, vacuum, replace(brakes, scale_factor=1.7)))
+    # the law has two factors for one peak force; the printed form is the larger one
+    larger = np.asarray(top.slip) < brakes.sheets.overlap
+    chosen = inside & larger
+    np.testing.assert_allclose(factor[chosen], brakes.scale_factor[chosen], rtol=1e-9)
+
+
+@given(seeds)
+@settings(max_examples=60)
+def test_features_return_a_and_k_of_random_brakes(seed: int) -> None:
+    brake = one(random_brakes(seed, 1), 0)
+    vacuum = brake.site.atmosphere * 0.9
+    top = peak(vacuum, brake.sheets.usable_travel, brake)
+    far = float(top.elongation) + 0.6 * (brake.sheets.usable_travel - float(top.slip))
+    assume(bool(top.inside) and float(saturation_slip(vacuum, brake)) > brake.sheets.overlap)
+    trace = curve(brake, vacuum, far, rows=8001)
+    assume(trace.force[-1] < 0.99 * float(top.force) and float(top.elongation) > far / 200)
+    fit = fit_pull(pull_features(trace), vacuum, replace(brake, scale_factor=1.0))
+    assert fit.stiffness == pytest.approx(brake.stiffness_measured, rel=1e-9)
+    assert fit.scale_factor == pytest.approx(brake.scale_factor, rel=1e-9)
+
+
+@BOTH
+def test_a_shifted_origin_and_slack_change_nothing(brake) -> None:
+    straight = pull_features(curve(brake))
+    trace = curve(brake)
+    slack = np.linspace(-0.003, 0, 200, endpoint=False)
+    late = Trace(
+        force=np.concatenate([np.zeros(200), trace.force]),
+        elongation=np.concatenate([slack, trace.elongation]) + 0.25,
+        time=None, path="late", format="model",
+    )  # fmt: skip
+    found = pull_features(late)
+    assert found.origin == pytest.approx(0.25, abs=1e-9)
+    assert found.stiffness == pytest.approx(straight.stiffness, rel=1e-9)
+    assert found.peak_force == pytest.approx(straight.peak_force, rel=1e-9)
+    assert found.peak_elongation == pytest.approx(straight.peak_elongation, rel=1e-5)
+
+
+def test_the_way_back_is_left_out() -> None:
+    trace = curve(KAPTON)
+    back = Trace(
+        force=np.concatenate([trace.force, np.zeros(100)]),
+        elongation=np.concatenate([trace.elongation, np.linspace(0.04, 0.0, 100)]),
+        time=None, path="cycle", format="model",
+    )  # fmt: skip
+    u, force = loading_branch(back)
+    assert len(u) == len(trace.force) and force[-1] == trace.force[-1]
+    fit = fit_pull(pull_features(back), FULL, KAPTON)
+    assert fit.scale_factor == pytest.approx(0.875, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("brake", "eq8", "eq9"), [(KAPTON, "0.883", "115"), (PTFE, "1.244", "33")],
+    ids=["kapton", "ptfe"],
+)  # fmt: skip
+def test_eq8_and_eq9_on_the_models_own_curve(brake, eq8, eq9) -> None:
+    fit = fit_pull(pull_features(curve(brake)), FULL, brake)
+    assert f"{fit.scale_factor_eq8:.3f}" == eq8
+    assert f"{fit.stiffness_eq9 / 1e3:.0f}" == eq9
+    # by hand, from section 2 of mechanics.md
+    top, film, sheets = peak(FULL, 0.06, brake), brake.film, brake.sheets
+    force, d = float(top.force), float(top.elongation)
+    area = sheets.width * brake.enclosure.wall
+    sleeve = 2 * math.sqrt(
+        brake.enclosure.modulus * area * FULL * film.friction_on_silicone * sheets.width * d
+    )
+    friction = film.kinetic * (sheets.count - 1) * sheets.width * (sheets.overlap - d) * FULL
+    assert fit.scale_factor_eq8 == pytest.approx((force - sleeve) / friction, rel=1e-6)
+    assert fit.stiffness_eq9 == pytest.approx(force / d, rel=1e-6)
+    assert float(scale_factor_eq8(force, d, FULL, brake)) == pytest.approx(
+        (force - sleeve) / friction, rel=1e-12
+    )
+
+
+@pytest.fixture(scope="module")
+def hundred() -> dict[str, np.ndarray]:
+    """Fits of 100 Kapton pulls with 0.15 N of noise, and the factor from the raw maximum."""
+    rows = []
+    for seed in range(1, 101):
+        trace = noisy(KAPTON, seed)
+        fit = fit_pull(pull_features(trace), FULL, KAPTON)
+        raw = float(scale_factor_of_peak(trace.force.max(), FULL, KAPTON))
+        rows.append(
+            (fit.scale_factor, fit.scale_factor_se, fit.stiffness, fit.pull.stiffness_se, raw,
+             fit.pull.noise, fit.scale_factor_eq8, fit.stiffness_eq9)
+        )  # fmt: skip
+    names = ("a", "a_se", "k", "k_se", "raw", "noise", "eq8", "eq9")
+    return dict(zip(names, np.array(rows).T, strict=True))
+
+
+def test_the_raw_maximum_is_biased_and_ours_is_not(hundred) -> None:
+    raw = hundred["raw"] / 0.875 - 1
+    assert f"{100 * raw.mean():+.2f}" == "+0.19"
+    ours = hundred["a"] / 0.875 - 1
+    error = ours.std(ddof=1) / 10
+    assert abs(ours.mean()) < 3 * error and error < 2e-5
+    assert raw.mean() > 20 * abs(ours.mean())
+
+
+def test_standard_errors_are_what_they_say(hundred) -> None:
+    for name, truth in (("a", 0.875), ("k", 131e3)):
+        z = (hundred[name] - truth) / hundred[f"{name}_se"]
+        assert 0.8 < z.std(ddof=1) < 1.25, name
+        assert abs(z.mean()) < 0.35, name
+        assert np.abs(z).max() < 4.5, name
+    assert hundred["noise"].mean() == pytest.approx(0.15, rel=0.03)
+
+
+def test_the_papers_forms_stay_biased_by_as_much_in_noise(hundred) -> None:
+    assert hundred["eq8"].mean() == pytest.approx(0.883, abs=1e-3)
+    assert hundred["eq9"].mean() == pytest.approx(114.6e3, rel=0.01)
+
+
+def test_standard_errors_of_ptfe_too() -> None:
+    z = []
+    for seed in range(1, 101):
+        fit = fit_pull(pull_features(noisy(PTFE, seed, noise=0.05)), FULL, PTFE)
+        z.append(
+            ((fit.scale_factor - 1.24) / fit.scale_factor_se,
+             (fit.stiffness - 55e3) / fit.pull.stiffness_se)
+        )  # fmt: skip
+    for column in np.array(z).T:
+        assert 0.8 < column.std(ddof=1) < 1.25 and abs(column.mean()) < 0.4
+
+
+def test_one_quiet_pull_has_no_standard_error() -> None:
+    result = calibrate([(pull_features(curve(KAPTON)), FULL)], KAPTON)
+    assert result.scale_factor_se is None and result.stiffness_se is None
+    assert "nothing" in result.errors_rest_on
+
+
+def test_one_noisy_pull_says_what_its_errors_rest_on() -> None:
+    pull = pull_features(noisy(KAPTON, 1))
+    result = calibrate([(pull, FULL)], KAPTON)
+    assert result.scale_factor_se == fit_pull(pull, FULL, KAPTON).scale_factor_se > 0
+    assert "says nothing about repeatability" in result.errors_rest_on
+
+
+def test_several_pulls_are_averaged_and_scatter_gives_the_error() -> None:
+    truths = (0.85, 0.875, 0.91)
+    pulls = [
+        (pull_features(curve(change(KAPTON, scale_factor=a), vacuum)), vacuum)
+        for a, vacuum in zip(truths, (40e3, 60e3, 90e3), strict=True)
+    ]
+    result = calibrate(pulls, KAPTON)
+    assert result.scale_factor == pytest.approx(np.mean(truths), rel=1e-9)
+    assert result.scale_factor_se == pytest.approx(np.std(truths, ddof=1) / 3**0.5, rel=1e-6)
+    assert result.stiffness == pytest.approx(131e3, rel=1e-9)
+    assert "scatter between 3 pulls" in result.errors_rest_on
+    assert [f.scale_factor for f in result.fits] == pytest.approx(truths, rel=1e-9)
+    tops = [float(peak(p, 0.06, change(KAPTON, scale_factor=a)).force)
+            for a, p in zip(truths, (40e3, 60e3, 90e3), strict=True)]  # fmt: skip
+    assert result.peak_force == pytest.approx(np.mean(tops), rel=1e-9)
+
+
+def test_without_a_peak_nothing_is_calibrated() -> None:
+    pull = pull_features(curve(KAPTON, 1.0e3))
+    assert not pull.has_peak
+    with pytest.raises(FitError, match=r"rises to the end.*peaks above 1\.06\d* kPa") as raised:
+        fit_pull(pull, 1.0e3, KAPTON)
+    assert str(raised.value).startswith("curve: ")
+    short = pull_features(curve(KAPTON, FULL, travel=0.0013))
+    with pytest.raises(FitError, match="travel long enough"):
+        fit_pull(short, FULL, KAPTON)
+
+
+def test_zero_vacuum_and_no_pull() -> None:
+    with pytest.raises(FitError, match="no sheet is jammed"):
+        fit_pull(pull_features(curve(KAPTON)), 0.0, KAPTON)
+    with pytest.raises(FitError, match="no pull was given"):
+        calibrate([], KAPTON)
+
+
+def test_a_peak_below_what_the_sleeve_allows() -> None:
+    stiff = change(KAPTON, enclosure__modulus=1e9)
+    least = float(sleeve_at(FULL, stiff).root) * 0.068**0.5
+    assert least > 176
+    with pytest.raises(FitError, match="is below .* the least that the sleeve's law allows"):
+        fit_pull(pull_features(curve(KAPTON)), FULL, stiff)
+
+
+def flat(u, force) -> Trace:
+    return Trace(
+        force=np.asarray(force), elongation=np.asarray(u), time=None, path="odd", format=""
+    )
+
+
+def test_records_without_a_rise_are_refused() -> None:
+    u = np.linspace(0, 0.04, 400)
+    with pytest.raises(FileError, match=r"odd: .*(does not rise|samples between)"):
+        pull_features(flat(u, 100 - 1000 * u))
+    jump = np.where(u < 0.01, 0.0, 100.0)
+    with pytest.raises(FileError, match="at least 5 are needed to find the stiffness"):
+        pull_features(flat(u, jump))
+    still = np.where(np.arange(400) < 200, 0.01, u)
+    with pytest.raises(FileError, match="does not move while the force rises"):
+        pull_features(flat(still, np.minimum(np.arange(400.0), 200)))
+
+
+@BOTH
+def test_one_spike_is_no_peak(brake) -> None:
+    trace = noisy(brake, 3, noise=0.02)
+    clean = fit_pull(pull_features(trace), FULL, brake).scale_factor
+    spiked = trace.force.copy()
+    spiked[1500] += 0.3 * spiked.max()
+    found = fit_pull(pull_features(replace(trace, force=spiked)), FULL, brake)
+    assert found.scale_factor == pytest.approx(clean, rel=5e-3)
