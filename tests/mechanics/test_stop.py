@@ -156,7 +156,7 @@ def test_no_standstill_is_passed_over_and_the_peak_is_the_greatest_force_met():
     pace = jax.vmap(lambda s, *c: jax.vmap(lambda x: speed_at_slip(x, *c))(s))(slips, *case)
     assert np.isfinite(np.asarray(pace)[slides]).all()
     assert (np.asarray(pace)[slides] > 0).all()
-    forces = jax.vmap(lambda s, p, b: brake_force(s, p, b))(slips, case[2], case[5])
+    forces = jax.vmap(brake_force)(slips, case[2], case[5])
     most = np.asarray(forces).max(axis=1)[slides]
     given = np.asarray(result.peak_force)[slides]
     assert (given >= most * (1 - 1e-12)).all()

@@ -105,7 +105,7 @@ def tensile(
             "mm/s until 20 mm; return at 1 mm/s to 0 mm'.",
         ),
     ] = None,
-    model: Annotated[str, typer.Option(help="lumped, or stack (not yet).")] = "lumped",
+    model: Annotated[str, typer.Option(help="lumped, or stack: sheet by sheet.")] = "lumped",
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the record: .csv or .nc.")
     ] = None,

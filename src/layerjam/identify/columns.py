@@ -218,7 +218,8 @@ def assign(
                 )
             raise FileError(
                 path,
-                f"does not say which column is the {role}: {which}; name one (--column {role}=NAME)",
+                f"does not say which column is the {role}: {which}; name one "
+                f"(--column {role}=NAME)",
                 line,
             )
         taken[role] = first[0]

@@ -96,7 +96,8 @@ class Calibration:
 def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     """Scale factor and stiffness of one pull at `vacuum` [Pa].
 
-    Raises FitError where the pull has no peak, or one so low that the sleeve alone exceeds it.
+    Raises FitError where the pull has no peak, one so low that the sleeve alone exceeds it, or no
+    straight rise before it.
     """
     if vacuum <= 0:
         raise FitError(f"{pull.path}: at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
@@ -105,6 +106,11 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
         raise FitError(
             f"{pull.path}: the force rises to the end, there is no peak to calibrate on (this "
             f"brake peaks above {least} of vacuum; was the travel long enough?)"
+        )
+    if not pull.straight:
+        raise FitError(
+            f"{pull.path}: the force bends off long before its peak, so that no straight rise "
+            "tells the stiffness (pull at more vacuum)"
         )
     factor = float(scale_factor_of_peak(pull.peak_force, vacuum, brake))
     if not np.isfinite(factor):

@@ -2,8 +2,9 @@
 
 The window: the loading branch from the peak to the end, 200 points equally spaced in elongation,
 those with a measured force of at least 5 % of the peak (a relative error means nothing near zero
-force). A pull without a peak is taken from where it has bent off its straight rise, and says so.
-Both curves start where the straight line before onset meets zero force.
+force). A pull without a peak is taken from where it has bent off its straight rise, or whole where
+it has none (low or no vacuum), and says so. Both curves start where the straight line before onset
+meets zero force.
 """
 
 from __future__ import annotations
@@ -48,6 +49,9 @@ def compare(pull: PullFeatures, vacuum: float, brake: Brake) -> CurveError:
     note = ""
     if pull.has_peak:
         start = pull.peak_elongation
+    elif not pull.straight or vacuum == 0:
+        start = 0.0
+        note = "no peak and no straight rise: the window is the whole record"
     else:
         line = pull.stiffness * pull.elongation
         bent = np.flatnonzero(pull.force < 0.9 * line)

@@ -12,6 +12,8 @@ from layerjam.units import show
 
 LINEAR = (0.2, 0.8)
 """Part of the greatest force over which the slope before onset is taken."""
+BENT = 0.1
+"""Part of the greatest force by which the slope's line may miss the first sample."""
 FALL = 0.10
 """The peak is fitted from onset until the force has fallen by this part."""
 
@@ -22,6 +24,8 @@ class PullFeatures:
 
     `elongation` and `force` are the loading branch, with zero elongation where the straight line
     before onset meets zero force. Standard errors rest on the scatter about the two fits.
+    `straight` is False where the brake slides long before its greatest force (low vacuum): then
+    no slope tells the stiffness, and zero elongation is where the record begins.
     """
 
     stiffness: float
@@ -30,6 +34,7 @@ class PullFeatures:
     peak_force_se: float
     peak_elongation: float
     has_peak: bool
+    straight: bool
     noise: float
     origin: float
     elongation: np.ndarray
@@ -91,8 +96,12 @@ def pull_features(trace: Trace) -> PullFeatures:
     if stiffness <= 0:
         raise FileError(trace.path, "the force does not rise with elongation before the peak")
     origin = -intercept / stiffness
+    # the line would have started far above what the record shows there: it is no first rise
+    straight = stiffness * (float(elongation[0]) - origin) - float(force[0]) <= BENT * height
+    if not straight:
+        origin = float(elongation[0])
     u = elongation - origin
-    peak = _fit_peak(u, force, stiffness, top, height)
+    peak = _fit_peak(u, force, stiffness, top, height, straight)
     return PullFeatures(
         stiffness=stiffness,
         stiffness_se=stiffness_se,
@@ -100,6 +109,7 @@ def pull_features(trace: Trace) -> PullFeatures:
         peak_force_se=peak[1],
         peak_elongation=peak[2],
         has_peak=peak[4],
+        straight=straight,
         noise=peak[3],
         origin=origin,
         elongation=u,
@@ -109,7 +119,7 @@ def pull_features(trace: Trace) -> PullFeatures:
 
 
 def _fit_peak(
-    u: np.ndarray, force: np.ndarray, stiffness: float, top: int, height: float
+    u: np.ndarray, force: np.ndarray, stiffness: float, top: int, height: float, straight: bool
 ) -> tuple[float, float, float, float, bool]:
     """Peak force, its standard error, its elongation, the noise, and whether it is a peak."""
     slip = u - force / stiffness
@@ -122,7 +132,12 @@ def _fit_peak(
     least = 3 * rise_noise / stiffness + 1e-9
     index = np.arange(onset, end)
     index = index[slip[index] > least]
-    falls = bool(force[max(top, len(force) - max(3, len(force) // 100)) :].mean() < 0.995 * height)
+    # means over equal stretches; the greatest of many lies a few of its own errors too high
+    few = max(3, len(force) // 100)
+    most = float(np.convolve(force, np.ones(few) / few, mode="valid").max())
+    falls = float(force[-few:].mean()) < 0.995 * most - 5 * rise_noise / np.sqrt(few)
+    if not straight:
+        return height, rise_noise, float(u[top]), rise_noise, falls
     if len(index) < 10 or not falls:
         return height, rise_noise, float(u[top]), rise_noise, falls and len(index) >= 10
     x = slip[index]

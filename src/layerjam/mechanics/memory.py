@@ -1,9 +1,9 @@
 """The sleeve under changing slip: Masing's rule with memory of turning points (ours).
 
 First loading follows the backbone f; after a turn at (x_r, F_r) the force is F_r -/+
-2 f(|x - x_r|/2) until an older loop is met, which then goes on as if it had not been left. Of all remembered
-branches the lowest counts in loading, the highest in unloading, so that one formula serves every
-history. Heat and stored energy are exact integrals over the branches passed.
+2 f(|x - x_r|/2) until an older loop is met, which then goes on as if it had not been left. Of all
+remembered branches the lowest counts in loading, the highest in unloading, so that one formula
+serves every history. Heat and stored energy are exact integrals over the branches passed.
 """
 
 from __future__ import annotations

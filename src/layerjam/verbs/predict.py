@@ -29,6 +29,8 @@ from layerjam.verbs.answer import (
     vacuum_of,
 )
 
+MODELS = ("lumped", "stack")
+
 
 def new(name: str, start: str, out: str | Path, *, force: bool = False) -> Answer:
     """Write a complete, commented brake file named `name` to `out`, starting from another brake.
@@ -169,12 +171,17 @@ def tensile(
     Either vacuum, speed and travel (elongation of the crosshead), or a procedure. Raises
     ProcedureError or QuantityError for what contradicts itself.
     """
-    if model != "lumped":
-        known = "is not part of this version yet" if model == "stack" else "is not known"
-        raise QuantityError(f"model: '{model[:40]}' {known}; lumped is")
+    if model not in MODELS:
+        raise QuantityError(f"model: '{model[:40]}' is not known; {' and '.join(MODELS)} are")
     file = brake_at(brake, atmosphere)
     steps = _steps(file.brake, vacuum, speed, travel, procedure)
-    record = run_tensile(file, steps)
+    if model == "stack":
+        from layerjam.simulate.stack import tensile_stack  # compiled loops, only where asked for
+
+        vacuum_of(steps.highest_vacuum(), file.brake)
+        record, _ = tensile_stack(file, steps)
+    else:
+        record = run_tensile(file, steps)
     top = int(np.argmax(record.force))
     return Answer(
         values={
