@@ -169,11 +169,14 @@ def _settle(
             sign = -1.0 if right[i] else 1.0
             contact = max(overlap + extra[i] - sign * slips[i], 0.0)
             bound[i] = (kinetic[i] if now[i] else static[i]) * contact
+        change = 0.0
         for end in (0, n - 1):
             gap = sheets[end] if right[end] else cap - sheets[end]
-            push[end] = _face_force(gap, face) * (-1.0 if right[end] else 1.0)
+            pull = _face_force(gap, face) * (-1.0 if right[end] else 1.0)
+            change = max(change, abs(pull - push[end]) / springs[end])
+            push[end] = pull
         total = _solve_at(cap, past, bound, push, springs, right, sheets, force, work, rows)
-        broke, change = False, 0.0
+        broke = False
         for i in range(n - 1):
             slid = rows[2][i + 1] != rows[2][i]
             new = sheets[i + 1] - sheets[i] if slid else past[i]
