@@ -3,7 +3,8 @@
     python docs/generate.py           rewrite docs/*.md
     python docs/generate.py --check   exit 1 where a page differs from the code
 
-A page marks such a part with `<!-- generated: NAME -->` and `<!-- end -->`; NAME is a function here.
+A page marks such a part with `<!-- generated: NAME -->` and `<!-- end -->`; NAME is a function
+here.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from layerjam.device.file import parse_toml
 from layerjam.device.load import catalogue, load, materials
 from layerjam.device.source import KINDS
 from layerjam.identify.sidecar import Facts
-from layerjam.simulate.record import Outcome, TensileRecord
+from layerjam.simulate.record import DropRecord, TensileRecord
 from layerjam.units import Meaning, quantities, show
 
 DOCS = Path(__file__).parent
@@ -115,23 +116,21 @@ _FACTS = {
 
 
 def record_columns() -> str:
-    """Columns of a simulated pull."""
-    rows = [
-        row(f"`{f.name}`", unit(f.metadata["quantity"]), f.metadata["quantity"].text)
-        for f in fields(TensileRecord)
-        if "quantity" in f.metadata
-    ]
-    return table(("column", "SI unit", "meaning"), rows)
+    """Columns of simulated pulls and stops."""
+    parts = []
+    for name, record in (("A pull", TensileRecord), ("A stop", DropRecord)):
+        rows = [
+            row(f"`{f.name}`", unit(f.metadata["quantity"]), f.metadata["quantity"].text)
+            for f in fields(record)
+            if "quantity" in f.metadata
+        ]
+        parts.append(f"### {name}\n\n{table(('column', 'SI unit', 'meaning'), rows)}")
+    return "\n\n".join(parts)
 
 
 def source_kinds() -> str:
     """What `kind` may be."""
     return table(("kind", "meaning"), [row(f"`{k}`", text) for k, text in KINDS.items()])
-
-
-def outcomes() -> str:
-    """Names of outcomes, for the page on commands."""
-    return ", ".join(f"`{o}`" for o in Outcome) + "."
 
 
 def _entry(value: object) -> tuple[str, str]:
@@ -198,7 +197,7 @@ def _options(name: str) -> str:
         words += " Required." if p.required else ""
         if isinstance(p.default, str) and p.default:
             words += f" Default {p.default}."
-        value = f" {p.metavar}" if p.metavar and not p.is_flag else ""
+        value = f" {p.metavar.replace('|', ' or ')}" if p.metavar and not p.is_flag else ""
         rows.append(row(", ".join(f"`{o}{value}`" for o in p.opts), words))
     return table(("option", "meaning"), rows)
 
@@ -208,13 +207,13 @@ def _for(name: str) -> Callable[[], str]:
 
 
 COMMANDS = (
-    "new", "show", "force", "vacuum", "tensile", "friction", "calibrate", "validate", "reproduce",
+    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "friction", "calibrate",
+    "validate", "reproduce",
 )  # fmt: skip
 PARTS: dict[str, Callable[[], str]] = {
     f.__name__: f
     for f in (
-        brake_fields, sidecar_fields, record_columns, source_kinds, outcomes, films, silicones,
-        brakes,
+        brake_fields, sidecar_fields, record_columns, source_kinds, films, silicones, brakes,
     )
 } | {f"options_{name}": _for(name) for name in COMMANDS}  # fmt: skip
 

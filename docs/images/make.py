@@ -36,7 +36,8 @@ def draw(path: Path) -> Path:
         force = np.asarray(brake_force(20e-3, pressure, brake))
         need = float(vacuum_for_force(100.0, 20e-3, brake))
         right.plot(pressure / 1e3, force, color=style.BLUE)
-        right.plot([0, need / 1e3, need / 1e3], [100, 100, 0], color=style.GREY, lw=1, ls=(0, (4, 3)))
+        x, y = [0, need / 1e3, need / 1e3], [100, 100, 0]
+        right.plot(x, y, color=style.GREY, lw=1, ls=(0, (4, 3)))
         right.plot(need / 1e3, 100, "o", color=style.RED, ms=6)
         style.label(
             right, need / 1e3 - 2, 108, f"100 N: {need / 1e3:.1f} kPa", style.RED, ha="right",

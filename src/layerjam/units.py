@@ -19,8 +19,9 @@ from layerjam.errors import QuantityError
 
 T = TypeVar("T")
 
-_NUMBER = r"[+-]?(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][+-]?\d{1,3})?"
-_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*([^\d\s+.-].{{0,40}}?)?\s*", re.DOTALL)
+_NUMBER = r"[+-]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][+-]?[0-9]{1,3})?"
+_QUANTITY = re.compile(rf"({_NUMBER})\s*([^\d\s+.-].{{0,40}})?", re.DOTALL)
+_LONGEST = 120
 _UNIT = re.compile(r"[A-Za-zµ°%\"'/*^·²³⁻¹\s()0-9-]{1,40}")
 
 # What to offer when a unit is missing, and how a value is best shown; first the usual one.
@@ -28,10 +29,10 @@ _FRIENDLY: dict[str, tuple[str, ...]] = {
     "m": ("mm", "m", "µm"),
     "Pa": ("kPa", "Pa", "MPa", "GPa"),
     "N": ("N", "mN", "kN"),
-    "N/m": ("kN/m", "N/m"),
+    "N/m": ("kN/m", "N/m", "GN/m"),
     "N/kg": ("kN/kg", "N/kg"),
-    "kg": ("g", "kg"),
-    "kg/m^3": ("kg/m^3", "g/cm^3"),
+    "kg": ("g", "kg", "mg"),
+    "kg/m^3": ("kg/m^3",),
     "m/s": ("mm/s", "m/s"),
     "s": ("s", "ms", "min"),
     "J": ("J", "mJ"),
@@ -40,6 +41,7 @@ _FRIENDLY: dict[str, tuple[str, ...]] = {
     "m/s^2": ("m/s^2",),
     "V": ("V", "mV"),
 }
+_HINTS = {"m": ("mm", "cm"), "Pa": ("kPa", "bar"), "N/m": ("kN/m", "N/mm"), "kg": ("g", "kg")}
 
 
 @functools.cache
@@ -75,7 +77,8 @@ def unit_factor(unit: str, si: str) -> Fraction | None:
         return None
     if not isinstance(factor, int | float) or not math.isfinite(factor) or factor <= 0:
         return None
-    return Fraction(repr(factor)) if isinstance(factor, float) else Fraction(factor)
+    # pint multiplies floats: 14 digits undo its rounding (g/cm^3 comes as 999.9999999999999)
+    return Fraction(f"{factor:.14g}") if isinstance(factor, float) else Fraction(factor)
 
 
 def _pint_name(si: str) -> str:
@@ -84,7 +87,7 @@ def _pint_name(si: str) -> str:
 
 def examples(si: str, number: str = "") -> str:
     """Units that would do for the SI unit `si`, as a phrase for an error message."""
-    units = _FRIENDLY.get(si, (si,))[:3]
+    units = _HINTS.get(si) or _FRIENDLY.get(si, (si,))[:2]
     return " or ".join(f"'{number} {u}'".replace("' ", "'") for u in units)
 
 
@@ -97,13 +100,13 @@ def parse(text: object, si: str, name: str) -> float:
     """
     if si == "1" and isinstance(text, int | float) and not isinstance(text, bool):
         return _finite(float(text) if abs(text) < 1e300 else math.inf, text, name)
-    if isinstance(text, bool) or not isinstance(text, str):
-        if isinstance(text, int | float):
+    if not isinstance(text, str):
+        if isinstance(text, int | float) and not isinstance(text, bool):
             raise QuantityError(
                 f"{name}: {_short(text)} has no unit; write {examples(si, _short(text))}"
             )
         raise QuantityError(f"{name}: {_short(text)} is not a quantity such as {examples(si, '1')}")
-    match = _QUANTITY.fullmatch(text)
+    match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     if not match:
         raise QuantityError(f"{name}: '{_short(text)}' is not a number with a unit")
     number, unit = match.group(1), (match.group(2) or "").strip()
@@ -113,10 +116,14 @@ def parse(text: object, si: str, name: str) -> float:
     if factor is None:
         allowed = "no unit or %" if si == "1" else f"a unit such as {examples(si)}"
         raise QuantityError(f"{name}: '{_short(text)}' is not in {_dimension(si)}; give {allowed}")
+    exact = Fraction(number) * factor
     try:
-        return _finite(float(Fraction(number) * factor), text, name)
+        value = float(exact)
     except OverflowError:
-        return _finite(math.inf, text, name)
+        value = math.inf
+    if exact and not value:
+        raise QuantityError(f"{name}: '{_short(text)}' is too small a number")
+    return _finite(value, text, name)
 
 
 def _finite(value: float, text: object, name: str) -> float:
@@ -126,7 +133,10 @@ def _finite(value: float, text: object, name: str) -> float:
 
 
 def _short(value: object) -> str:
-    text = repr(value) if not isinstance(value, str) else value.replace("\n", " ")
+    try:
+        text = value.replace("\n", " ") if isinstance(value, str) else repr(value)
+    except ValueError:  # Python prints no integer of more than 4,300 digits
+        text = "a number of thousands of digits"
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -143,7 +153,7 @@ def show(value: float | None, si: str, digits: int = 4) -> str:
     if not math.isfinite(value):
         return str(value)
     if si == "1":
-        return f"{value:.{digits}g}"
+        return f"{value:.0f}" if value == int(value) and abs(value) < 1e7 else f"{value:.{digits}g}"
     units = _FRIENDLY.get(si, (si,))
     best = min(units, key=lambda unit: _awkwardness(abs(value) / float(unit_factor(unit, si) or 1)))
     scaled = value / float(unit_factor(best, si) or 1)
@@ -159,19 +169,26 @@ def _awkwardness(scaled: float) -> float:
 
 
 def exact_text(value: float, si: str) -> str:
-    """The shortest text that `parse` turns back into exactly this float."""
+    """The shortest text, in a friendly unit if as short, that `parse` turns back into `value`."""
     if si == "1":
         return repr(value)
-    for unit in (show(value, si).split(" ", 1)[1], si):
-        factor = unit_factor(unit, si) or Fraction(1)
-        scaled = Fraction(value) / factor
-        for digits in range(1, 18):
-            text = f"{float(scaled):.{digits}g}"
-            if float(Fraction(text) * factor) == value:
-                plain = f"{float(text):.12f}".rstrip("0").rstrip(".")
-                same = Fraction(plain) == Fraction(text)
-                return f"{plain if same else text} {unit}"
-    return f"{value!r} {si}"
+    units = dict.fromkeys((show(value, si).split(" ", 1)[1], *_FRIENDLY.get(si, ()), si))
+    texts = [text for unit in units if (text := _exact_in(value, unit, si))]
+    # the friendliest comes first and may be a few characters longer
+    return next((t for t in texts if len(t) <= min(map(len, texts)) + 4), f"{value!r} {si}")
+
+
+def _exact_in(value: float, unit: str, si: str) -> str | None:
+    """The shortest text in one unit, None where 17 digits do not meet the value."""
+    factor = unit_factor(unit, si) or Fraction(1)
+    scaled = float(Fraction(value) / factor)
+    for digits in range(1, 18):
+        text = f"{scaled:.{digits}g}"
+        if float(Fraction(text) * factor) == value:
+            plain = f"{float(text):.12f}".rstrip("0").rstrip(".")
+            same = Fraction(plain) == Fraction(text)
+            return f"{plain if same else text} {unit}"
+    return None
 
 
 @dataclass(frozen=True)

@@ -178,13 +178,15 @@ def test_the_core_works_without_extras() -> None:
         ((*FORCE, "--figure", "x.svg"), "layerjam[figures]"),
         (("tensile", "choi2018-kapton", "--vacuum", "50kPa", "--speed", "1mm/s", "--travel",
           "4mm", "--out", "x.nc"), "layerjam[labelled]"),
+        (("tensile", "choi2018-kapton", "--vacuum", "50kPa", "--speed", "1mm/s", "--travel",
+          "4mm", "--out", "x.csv", "--figure", "x.svg"), "layerjam[figures]"),
         (("reproduce", "--out", "folder"), "layerjam[report]"),
     ],
-    ids=["figure", "netcdf", "reproduce"],
+    ids=["figure", "netcdf", "file-and-figure", "reproduce"],
 )  # fmt: skip
 def test_a_missing_extra_is_one_sentence(words: tuple[str, ...], what: str, tmp_path: Path) -> None:
     at = str(tmp_path)
-    placed = [f"{at}/{w}" if w in ("x.svg", "x.nc", "folder") else w for w in words]
+    placed = [f"{at}/{w}" if w in ("x.svg", "x.nc", "x.csv", "folder") else w for w in words]
     # the report needs figures too; without jinja2 alone it must not have begun to write
     blocked = ("jinja2",) if "reproduce" in words else EXTRAS
     code, out, err = without_extras(*placed, "--json", blocked=blocked)

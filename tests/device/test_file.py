@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 
 import pytest
@@ -49,6 +50,7 @@ def test_strange_text_in_sources_survives():
 
 def test_update_keeps_comments_and_the_rest():
     file = load("choi2018-kapton")
+    file = dataclasses.replace(file, text="# mine, weighed twice\n" + file.text)
     source = Source(kind="calibrated", text="pull 7")
     changes = {
         "scale_factor": (0.9, source),
@@ -58,7 +60,7 @@ def test_update_keeps_comments_and_the_rest():
     }
     text = updated_text(file, "mine", changes)
     made = read(text)
-    assert made.name == "mine" and text.startswith("# The brake of Choi")
+    assert made.name == "mine" and text.startswith("# mine, weighed twice")
     expected = change(
         file.brake,
         scale_factor=0.9,
@@ -187,7 +189,6 @@ def test_written_whole_or_not_at_all(tmp_path):
         write_whole(tmp_path / "no" / "x", lambda p: None)
 
 
-@pytest.mark.xfail(reason="line_of: \\s*([^\\[\\]]+?)\\s*\\] backtracks as n^3 on '[' and blanks")
 def test_a_line_of_blanks_after_a_bracket_is_not_slow():
     text = TEXT.replace('title = "Choi 2018, Kapton"', 'title = """\n[' + " " * 900 + '\n"""')
     begun = time.perf_counter()
@@ -196,7 +197,6 @@ def test_a_line_of_blanks_after_a_bracket_is_not_slow():
     assert time.perf_counter() - begun < 0.1
 
 
-@pytest.mark.xfail(reason="errors show repr(value): an integer above 4300 digits is a ValueError")
 def test_a_huge_hexadecimal_integer_is_a_file_error():
     with pytest.raises(LayerjamError):
         read(TEXT.replace("value = 11,", "value = 0x" + "f" * 5000 + ",", 1))

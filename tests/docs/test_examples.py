@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+
 from docs import examples
 
 
@@ -17,12 +18,8 @@ def practice(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize(
-    "page", examples.pages(), ids=lambda p: str(p.relative_to(examples.ROOT))
-)
-def test_page(
-    page: Path, practice: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("page", examples.pages(), ids=lambda p: str(p.relative_to(examples.ROOT)))
+def test_page(page: Path, practice: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "reader"
     shutil.copytree(practice, folder)
     monkeypatch.chdir(folder)
@@ -36,6 +33,14 @@ def test_every_page_is_in_the_navigation() -> None:
     assert docs
     for page in docs:
         assert page.name in nav, f"{page.name} is in no navigation"
+
+
+@pytest.mark.parametrize("page", examples.pages(), ids=lambda p: p.name)
+def test_code_is_no_wider_than_the_page(page: Path) -> None:
+    for block in examples.blocks(page.read_text(encoding="utf-8")):
+        for line in block.text.splitlines():
+            if block.kind in ("python", "sh", "text") or line.startswith("$ "):
+                assert len(line) <= 88, f"{page.name}, block at line {block.line}: {line}"
 
 
 def test_dots_stand_for_any_lines() -> None:

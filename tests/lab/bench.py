@@ -26,7 +26,9 @@ def curve(
     return Trace(force=force, elongation=u, time=u / 0.013, path=path, format="model")
 
 
-def noisy(brake: Brake, seed: int, noise: float = 0.15, vacuum: float = FULL) -> Trace:
-    """A pull at 13 mm/s and 1000 Hz to 40 mm, with nothing but white noise."""
+def noisy(
+    brake: Brake, seed: int, noise: float = 0.15, vacuum: float = FULL, speed: float = 0.013
+) -> Trace:
+    """A pull at 1000 Hz to 40 mm, with nothing but white noise."""
     machine = virtual.Machine(**(QUIET | {"load_cell_noise": noise}), seed=seed)
-    return virtual.pull(brake, vacuum, 0.013, 0.04, machine)
+    return virtual.pull(brake, vacuum, speed, 0.04, machine)

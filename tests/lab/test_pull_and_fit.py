@@ -67,6 +67,8 @@ def test_features_return_a_and_k_of_random_brakes(seed: int) -> None:
     top = peak(vacuum, brake.sheets.usable_travel, brake)
     far = float(top.elongation) + 0.6 * (brake.sheets.usable_travel - float(top.slip))
     assume(bool(top.inside) and float(saturation_slip(vacuum, brake)) > brake.sheets.overlap)
+    # beyond this the sleeve lifts the peak so far that onset lies below 80 % of it
+    assume(float(top.slip) < 0.24 * brake.sheets.overlap)
     trace = curve(brake, vacuum, far, rows=8001)
     assume(trace.force[-1] < 0.99 * float(top.force) and float(top.elongation) > far / 200)
     fit = fit_pull(pull_features(trace), vacuum, replace(brake, scale_factor=1.0))
@@ -144,12 +146,22 @@ def hundred() -> dict[str, np.ndarray]:
 
 
 def test_the_raw_maximum_is_biased_and_ours_is_not(hundred) -> None:
+    """+0.15 % at 13 mm/s; the more samples lie around the peak, the more (next test)."""
     raw = hundred["raw"] / 0.875 - 1
-    assert f"{100 * raw.mean():+.2f}" == "+0.19"
+    assert 0.0013 < raw.mean() < 0.0017
     ours = hundred["a"] / 0.875 - 1
     error = ours.std(ddof=1) / 10
     assert abs(ours.mean()) < 3 * error and error < 2e-5
     assert raw.mean() > 20 * abs(ours.mean())
+
+
+def test_the_printed_bias_of_the_raw_maximum() -> None:
+    """mechanics.md: +0.19 % at 0.15 N noise, which is a pull at 5 mm/s (8001 samples)."""
+    traces = [noisy(KAPTON, seed, speed=0.005) for seed in range(1, 101)]
+    raw = [float(scale_factor_of_peak(t.force.max(), FULL, KAPTON)) / 0.875 - 1 for t in traces]
+    assert np.mean(raw) == pytest.approx(0.0019, abs=1e-4)
+    ours = [fit_pull(pull_features(t), FULL, KAPTON).scale_factor / 0.875 - 1 for t in traces]
+    assert abs(np.mean(ours)) < 3 * np.std(ours, ddof=1) / 10 < 1e-4
 
 
 def test_standard_errors_are_what_they_say(hundred) -> None:
@@ -211,12 +223,27 @@ def test_several_pulls_are_averaged_and_scatter_gives_the_error() -> None:
 def test_without_a_peak_nothing_is_calibrated() -> None:
     pull = pull_features(curve(KAPTON, 1.0e3))
     assert not pull.has_peak
-    with pytest.raises(FitError, match=r"rises to the end.*peaks above 1\.06\d* kPa") as raised:
+    with pytest.raises(FitError, match=r"rises to the end.*peaks above 1\.058 kPa") as raised:
         fit_pull(pull, 1.0e3, KAPTON)
     assert str(raised.value).startswith("curve: ")
     short = pull_features(curve(KAPTON, FULL, travel=0.0013))
     with pytest.raises(FitError, match="travel long enough"):
         fit_pull(short, FULL, KAPTON)
+
+
+def test_a_bent_rise_gives_no_stiffness() -> None:
+    """PTFE peaks at 5 kPa, but slides from two thirds of the peak on: 0.26 kN/m came out once."""
+    pull = pull_features(noisy(PTFE, 1, vacuum=5e3))
+    assert pull.has_peak and not pull.straight
+    with pytest.raises(FitError, match="no straight rise tells the stiffness"):
+        fit_pull(pull, 5e3, PTFE)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_noise_makes_no_peak(seed: int) -> None:
+    """Just below the least vacuum the force rises to the end, whatever the noise says."""
+    for brake, vacuum in ((KAPTON, 1.0e3), (PTFE, 3.4e3)):
+        assert not pull_features(noisy(brake, seed, vacuum=vacuum)).has_peak
 
 
 def test_zero_vacuum_and_no_pull() -> None:

@@ -15,6 +15,7 @@ from layerjam.mechanics.enclosure import (
     inverse_backbone,
     saturation_slip,
     sleeve_at,
+    sleeve_of,
     sleeve_stretch,
 )
 from layerjam.mechanics.energy import energy_capacity, pull_work, slip_heat, slip_work
@@ -132,17 +133,18 @@ def test_peak_is_the_greatest_force(brake, vacuum):
     assert float(found.force) == pytest.approx(force(float(found.slip), vacuum, brake), rel=1e-13)
 
 
-@pytest.mark.parametrize("scale", [1.0, 2.0])
-def test_rising_root_in_every_branch(scale):
+@pytest.mark.parametrize("strength", [1.0, 2.0])
+def test_rising_root_in_every_branch(strength):
     for vacuum in (0.0, 50.0, 900.0, 94.5e3):
         sleeve = sleeve_at(vacuum, KAPTON)
+        sleeve = sleeve_of(sleeve.stiffness, strength * sleeve.friction, sleeve.reach)
         for spring in (0.0, 10.0, 5e4):
             drive = np.array([1e-6, 0.01, 1.0, 30.0, 900.0])
-            y = np.asarray(rising_root(drive, spring, scale, sleeve))
-            back = scale * (spring * y + np.asarray(backbone(y, sleeve)))
+            y = np.asarray(rising_root(drive, spring, sleeve))
+            back = spring * y + np.asarray(backbone(y, sleeve))
             assert back == pytest.approx(drive, rel=1e-10)
-            assert float(rising_root(-1.0, spring, scale, sleeve)) == 0.0
-            assert float(rising_root(0.0, spring, scale, sleeve)) == 0.0
+            assert float(rising_root(-1.0, spring, sleeve)) == 0.0
+            assert float(rising_root(0.0, spring, sleeve)) == 0.0
 
 
 @pytest.mark.parametrize("seed", range(12))

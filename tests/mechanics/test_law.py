@@ -80,7 +80,6 @@ def test_nan_outside_the_domain_for_the_rest():
     assert np.isnan(np.asarray(pull.force_limits(-0.01, KAPTON))).all()
 
 
-@pytest.mark.xfail(reason="peak answers a negative vacuum with a number instead of NaN")
 def test_peak_of_a_negative_vacuum_is_nan():
     assert np.isnan(float(pull.peak(-1.0, 0.06, KAPTON).force))
 

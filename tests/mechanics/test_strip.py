@@ -86,10 +86,6 @@ def test_raised_vacuum_leaves_the_strip_alone():
         assert rows[:, 6:] == pytest.approx(np.repeat(rows[:, 6:7], 3, axis=1), rel=1e-9)
 
 
-EDGE = "at_vacuum: lowered while unloading, the strip's force rises towards EA x/l; ours stays"
-RAISED = "at_vacuum: pulled on after a rise the strip answers like a new turn; ours is softer"
-
-
 def after_change(turns, first, second, slip_end):
     """Both models along turns at one vacuum, then another vacuum and on to slip_end."""
     slips = np.concatenate([path(*turns), np.linspace(turns[-1], slip_end, 4)])
@@ -98,14 +94,18 @@ def after_change(turns, first, second, slip_end):
     return ours[0], run_strip(KAPTON, slips, vacuums, 120)[0]
 
 
-@pytest.mark.xfail(reason=EDGE)
-@pytest.mark.parametrize("low", [1e-6, 100.0, 500.0])
-def test_lowered_vacuum_after_unloading_agrees_with_strip(low):
-    ours, theirs = after_change((0, 0.04, 0.02), 2000.0, low, 0.02)
+def test_lowered_to_nothing_after_unloading_agrees_with_strip():
+    ours, theirs = after_change((0, 0.04, 0.02), 2000.0, 1e-6, 0.02)
     assert ours[-1] == pytest.approx(theirs[-1], rel=0.02)
 
 
-@pytest.mark.xfail(reason=RAISED)
+@pytest.mark.parametrize(("low", "short"), [(100.0, 0.03), (500.0, 0.20)])
+def test_lowered_a_little_after_unloading_is_softer_than_the_strip_by_a_stated_part(low, short):
+    """The one state whose tension is not known: ours holds less, never more (docs/models.md)."""
+    ours, theirs = after_change((0, 0.04, 0.02), 2000.0, low, 0.02)
+    assert theirs[-1] * (1 - short) <= ours[-1] <= theirs[-1] * 1.01
+
+
 def test_pulled_on_after_a_rise_of_vacuum_agrees_with_strip():
     ours, theirs = after_change((0, 0.02), 2000.0, 50000.0, 0.024)
     assert ours[-1] == pytest.approx(theirs[-1], rel=0.02)

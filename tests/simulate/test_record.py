@@ -62,6 +62,7 @@ def test_xarray(record: TensileRecord) -> None:
 def test_csv_rebuilds_the_run_bit_for_bit(record: TensileRecord, tmp_path: Path) -> None:
     path = record.to_csv(tmp_path / "run.csv")
     file, text = read_header(path)
+    assert file.brake == record.brake.brake
     again = tensile(file, parse_procedure(text))
     same(record, again)
     table = pandas.read_csv(path, comment="#")
@@ -168,4 +169,4 @@ def test_a_header_cut_inside_the_brake_is_refused(record: TensileRecord, tmp_pat
 def test_a_record_is_frozen_and_outcomes_are_words(record: TensileRecord) -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         record.outcome = Outcome.SNAPS  # type: ignore[misc]
-    assert [str(o) for o in Outcome] == ["FINISHED", "SEPARATED", "CLOSED_BY_SLEEVE", "SNAPS"]
+    assert {"FINISHED", "SEPARATED", "CLOSED_BY_SLEEVE", "SNAPS"} <= {str(o) for o in Outcome}

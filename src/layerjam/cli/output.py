@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import shutil
+import sys
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -30,11 +32,14 @@ def say(
         whole = {
             **answer.values, "units": answer.units, "warnings": list(dict.fromkeys(answer.warnings))
         }  # fmt: skip
-        print(json.dumps(_plain(whole), indent=2, allow_nan=False))
+        text = json.dumps(_plain(whole), indent=2, allow_nan=False)
     else:
         width = min(shutil.get_terminal_size((80, 24)).columns, 100)
-        for line in table(answer, width, lines, hidden, shown or {}):
-            print(line)
+        text = "\n".join(table(answer, width, lines, hidden, shown or {}))
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:  # a reader such as `head` has seen enough; the answer stands
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if answer.values.get("feasible") is False:
         return 1
     return 3 if answer.refused else 0

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from layerjam.device.brake import Brake, validate
+from layerjam.device.mount import Site
 from layerjam.device.source import KINDS, Source
 from layerjam.errors import FileError, LayerjamError, UnknownNameError
 from layerjam.units import Meaning, build, exact_text, get, quantities
@@ -23,6 +24,10 @@ from layerjam.units import Meaning, build, exact_text, get, quantities
 MAX_BYTES = 1_000_000
 _FIELDS: dict[str, tuple[Meaning, bool]] = {p: (m, r) for p, m, r in quantities(Brake)}
 _TABLES = {p.split(".")[0] for p in _FIELDS if "." in p}
+_DEFAULTS = {f"site.{name}": value for name, value in vars(Site()).items()} | {
+    "rope.damping": 0.0,
+    "scale_factor": 1.0,
+}
 _USE = {"film": "films", "enclosure": "silicones"}
 _PLAIN = {"name", "title", "note"}
 _ENTRY = {"value", "kind", "source", "spread", "conflict"}
@@ -38,19 +43,25 @@ class BrakeFile:
 
     name: str
     brake: Brake
-    sources: Mapping[str, Source]
-    text: str
+    sources: Mapping[str, Source] = field(repr=False)
+    text: str = field(repr=False)
     title: str = ""
     notes: Mapping[str, Any] = field(default_factory=dict)
 
-    def warnings(self) -> list[str]:
-        """What every result made with this brake has to say about its numbers."""
+    def warnings(self, without: Collection[str] = ()) -> list[str]:
+        """What every result made with this brake has to say about its numbers.
+
+        `without`: paths of numbers the result does not rest on.
+        """
         out = []
         for kind, word in (("handbook", "handbook values"), ("assumed", "assumed values")):
-            paths = [p for p, s in self.sources.items() if s.kind == kind and p in _MATTERS]
+            paths = [
+                p for p, s in self.sources.items() if s.kind == kind and p in _MATTERS - {*without}
+            ]
             if paths:
-                out.append(f"{', '.join(paths)} of {self.name}: {word}, not measured on this brake")
-        if self.brake.stiffness_measured is None:
+                which = ", ".join(paths)
+                out.append(f"{which} of {self.name}: {word}, not measured on this brake")
+        if self.brake.stiffness_measured is None and "stiffness_measured" not in without:
             out.append(
                 f"no stiffness was measured for {self.name}: the sheets' computed one stands in, "
                 "a real rig is several times softer"
@@ -222,9 +233,11 @@ def line_of(text: str, path: str) -> int | None:
     here = ""
     table_line = None
     for number, line in enumerate(text.splitlines(), 1):
-        head = re.match(r"\s*\[\s*([^\[\]]+?)\s*\]", line)
+        if len(line) > 400:  # no key stands so far in, and the pattern below takes its time
+            continue
+        head = re.match(r"\[([^\[\]]+)\]", line.strip())
         if head:
-            here = head.group(1)
+            here = head.group(1).strip()
             if here in (path, table):
                 table_line = table_line or number
             if here == path:
@@ -306,6 +319,9 @@ def render(file: BrakeFile, name: str) -> str:
             continue
         text = repr(value) if meaning.unit == "1" else _quoted(exact_text(value, meaning.unit))
         source = file.sources.get(path)
+        if source is None and value == _DEFAULTS.get(path):
+            lines.append(f"# {key} = {text}        (the default)")
+            continue
         if source is None or source == Source():
             lines.append(f"{key} = {text}")
             continue

@@ -24,7 +24,7 @@ from layerjam.identify.checks import (
     stiffness_possible,
 )
 from layerjam.identify.provenance import sha256
-from layerjam.identify.pull import FALL, LINEAR, PullFeatures
+from layerjam.identify.pull import FALL, FEWEST, LINEAR, PullFeatures
 from layerjam.mechanics.enclosure import sleeve_at
 from layerjam.mechanics.pull import (
     force_at_elongation,
@@ -111,6 +111,11 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
         raise FitError(
             f"{pull.path}: the force bends off long before its peak, so that no straight rise "
             "tells the stiffness (pull at more vacuum)"
+        )
+    if pull.peak_samples < FEWEST:
+        raise FitError(
+            f"{pull.path}: has {pull.peak_samples} samples between onset and a fall of {FALL:.0%} "
+            f"from the peak; at least {FEWEST} are needed to calibrate on it"
         )
     factor = float(scale_factor_of_peak(pull.peak_force, vacuum, brake))
     if not np.isfinite(factor):

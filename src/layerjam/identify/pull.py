@@ -14,6 +14,8 @@ LINEAR = (0.2, 0.8)
 """Part of the greatest force over which the slope before onset is taken."""
 BENT = 0.1
 """Part of the greatest force by which the slope's line may miss the first sample."""
+FEWEST = 10
+"""Samples needed around the peak to calibrate on it."""
 FALL = 0.10
 """The peak is fitted from onset until the force has fallen by this part."""
 
@@ -34,6 +36,7 @@ class PullFeatures:
     peak_force_se: float
     peak_elongation: float
     has_peak: bool
+    peak_samples: int
     straight: bool
     noise: float
     origin: float
@@ -109,6 +112,7 @@ def pull_features(trace: Trace) -> PullFeatures:
         peak_force_se=peak[1],
         peak_elongation=peak[2],
         has_peak=peak[4],
+        peak_samples=peak[5],
         straight=straight,
         noise=peak[3],
         origin=origin,
@@ -120,8 +124,8 @@ def pull_features(trace: Trace) -> PullFeatures:
 
 def _fit_peak(
     u: np.ndarray, force: np.ndarray, stiffness: float, top: int, height: float, straight: bool
-) -> tuple[float, float, float, float, bool]:
-    """Peak force, its standard error, its elongation, the noise, and whether it is a peak."""
+) -> tuple[float, float, float, float, bool, int]:
+    """Peak force, its standard error, its elongation, the noise, whether it is a peak, samples."""
     slip = u - force / stiffness
     smooth = _running_mean(force, 51)
     fallen = np.flatnonzero(smooth[top:] < (1 - FALL) * height)
@@ -137,9 +141,9 @@ def _fit_peak(
     most = float(np.convolve(force, np.ones(few) / few, mode="valid").max())
     falls = float(force[-few:].mean()) < 0.995 * most - 5 * rise_noise / np.sqrt(few)
     if not straight:
-        return height, rise_noise, float(u[top]), rise_noise, falls
-    if len(index) < 10 or not falls:
-        return height, rise_noise, float(u[top]), rise_noise, falls and len(index) >= 10
+        return height, rise_noise, float(u[top]), rise_noise, falls, len(index)
+    if len(index) < FEWEST or not falls:
+        return height, rise_noise, float(u[top]), rise_noise, falls, len(index)
     x = slip[index]
     scale = float(x.max())
     basis = np.column_stack([np.ones_like(x), -x / scale, np.sqrt(x / scale)])
@@ -153,4 +157,4 @@ def _fit_peak(
     peak = float(here @ weights)
     covariance = variance * np.linalg.pinv(basis.T @ basis)
     error = float(np.sqrt(here @ covariance @ here))
-    return peak, error, at * scale + peak / stiffness, float(np.sqrt(variance)), True
+    return peak, error, at * scale + peak / stiffness, float(np.sqrt(variance)), True, len(index)

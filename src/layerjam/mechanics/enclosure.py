@@ -33,15 +33,15 @@ def sleeve_at(vacuum: Any, brake: Brake) -> Sleeve:
     """The sleeve's constants at a vacuum [Pa]."""
     sheets = brake.sheets
     stiffness = brake.enclosure.modulus * sheets.width * brake.enclosure.wall
-    friction = brake.film.friction_on_silicone * sheets.width * vacuum
     reach = (sheets.free_left + sheets.overlap + sheets.free_right) / 2
-    return Sleeve(
-        stiffness,
-        friction,
-        reach,
-        2 * safe_sqrt(stiffness * friction),
-        friction * reach**2 / stiffness,
-    )
+    friction = brake.film.friction_on_silicone * sheets.width * vacuum
+    return sleeve_of(stiffness, friction, reach)
+
+
+def sleeve_of(stiffness: Any, friction: Any, reach: Any) -> Sleeve:
+    """A sleeve from EA [N], friction q [N/m] and half its free length l [m]."""
+    root = 2 * safe_sqrt(stiffness * friction)
+    return Sleeve(stiffness, friction, reach, root, friction * reach**2 / stiffness)
 
 
 def backbone(slip: Any, sleeve: Sleeve) -> Any:
@@ -75,15 +75,20 @@ def backbone_stored(slip: Any, sleeve: Sleeve) -> Any:
     return jnp.where(slip < sleeve.saturation, spread, jnp.where(slip > 0, whole, 0.0))
 
 
-def backbone_dissipated(slip: Any, sleeve: Sleeve) -> Any:
-    """Friction heat of both faces in first loading to slip [J], integrated, not by difference.
+def slipped_area(slip: Any, sleeve: Sleeve) -> Any:
+    """Integral of the strip's slip over its length [m^2], both faces, after first loading to slip.
 
-    Half of the work while part of the face rests; past saturation every point slips on with the
-    cap, which adds q l dx a face end, i.e. q l (x - x*) in all.
+    Half of the work over q while part of the face rests; past saturation every point slips on with
+    the cap, which adds l (x - x*).
     """
     start = jnp.minimum(slip, sleeve.saturation)
-    spread = sleeve.root * start * safe_sqrt(start) / 3
-    return spread + sleeve.friction * sleeve.reach * (slip - start)
+    q = jnp.where(sleeve.friction > 0, sleeve.friction, 1.0)
+    return sleeve.root * start * safe_sqrt(start) / (3 * q) + sleeve.reach * (slip - start)
+
+
+def backbone_dissipated(slip: Any, sleeve: Sleeve) -> Any:
+    """Friction heat of both faces in first loading to slip [J], integrated, not by difference."""
+    return sleeve.friction * slipped_area(slip, sleeve)
 
 
 def inverse_backbone(force: Any, sleeve: Sleeve) -> Any:

@@ -15,7 +15,17 @@ from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import Sleeve, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law
-from layerjam.mechanics.memory import DEPTH, Memory, at_rest, at_vacuum, facing, load_to, unload_to
+from layerjam.mechanics.memory import (
+    DEPTH,
+    Memory,
+    Turns,
+    at_rest,
+    at_vacuum,
+    branch,
+    facing,
+    load_to,
+    unload_to,
+)
 from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.stiffness import working_stiffness
 
@@ -81,13 +91,23 @@ def _setting(vacuum: Any, brake: Brake) -> _Setting:
 def _slide_out(memory: Memory, elongation: Any, at: _Setting) -> Any:
     """Slip where k (u - x) = F_e(x) + F_f(x): the farthest root over all loading branches."""
 
-    def root(start: Any, held: Any, scale: float) -> Any:
-        drive = at.k * (elongation - start) - held - at.c * (at.overlap - start)
-        return start + scale * rising_root(drive, at.k - at.c, scale, at.sleeve)
+    def root(turns: Turns) -> Any:
+        drive = at.k * (elongation - turns.slip) - turns.force
+        drive = drive - at.c * (at.overlap - turns.slip)
+        return turns.slip + rising_root(drive, at.k - at.c, branch(turns.strength, at.sleeve))
 
-    branches = root(memory.lows.slip, memory.lows.force, 2.0)
-    branches = jnp.where(jnp.arange(DEPTH) < memory.lows.count, branches, -jnp.inf)
-    return jnp.maximum(jnp.maximum(root(memory.origin, 0.0, 1.0), branches.max()), memory.slip)
+    branches = jnp.where(jnp.arange(DEPTH) < memory.lows.count, root(memory.lows), -jnp.inf)
+    onset = at.k * (elongation - memory.origin) - at.c * (at.overlap - memory.origin)
+    first = memory.origin + rising_root(onset, at.k - at.c, at.sleeve)
+    # before the backbone is joined the base leads there; one that lies ahead, behind a loop, is
+    # not reached while it drives nothing
+    base = memory.base
+    reached = at.k * (elongation - base.slip) >= base.force + at.c * (at.overlap - base.slip)
+    start = jnp.where(reached, jnp.minimum(root(base), memory.join), -jnp.inf)
+    first = jnp.where(first >= memory.join, first, start)
+    inside = (memory.lows.count > 0) & (first < memory.highs.slip[0])
+    first = jnp.where(inside, -jnp.inf, first)
+    return jnp.maximum(jnp.maximum(first, branches.max()), memory.slip)
 
 
 def _slide_back(memory: Memory, elongation: Any, at: _Setting) -> Any:
@@ -96,8 +116,14 @@ def _slide_back(memory: Memory, elongation: Any, at: _Setting) -> Any:
 
     def root(spring: Any, pull: Any) -> Any:
         drive = highs.force - at.c * (at.overlap - highs.slip) - pull
-        slip = highs.slip - 2 * rising_root(drive, spring + at.c, 2.0, at.sleeve)
+        strip = branch(highs.strength, at.sleeve)
+        slip = highs.slip - rising_root(drive, spring + at.c, strip)
         slip = jnp.where(jnp.arange(DEPTH) < highs.count, slip, jnp.inf).min()
+        # a strip that slides back as a whole falls by EA/l
+        drive = memory.force - at.c * (at.overlap - memory.slip)
+        drive = drive - spring * (elongation - memory.slip)
+        whole = drive / (spring + at.c + at.sleeve.stiffness / at.sleeve.reach)
+        slip = jnp.where(highs.count > 0, slip, memory.slip - jnp.maximum(whole, 0.0))
         return jnp.clip(slip, 0.0, memory.slip)
 
     taut = root(at.k, at.k * (elongation - highs.slip))
@@ -111,7 +137,7 @@ def move(state: State, elongation: Any, at: _Setting) -> State:
     hold = at.c * jnp.maximum(at.overlap - memory.slip, 0.0)
     out = trial > memory.force + hold
     back = jnp.maximum(trial, 0.0) < memory.force - hold
-    opening, closing = facing(memory, True), facing(memory, False)
+    opening, closing = facing(memory, True, at.sleeve), facing(memory, False, at.sleeve)
     far = jnp.where(out, _slide_out(opening, elongation, at), memory.slip)
     near = jnp.where(back, _slide_back(closing, elongation, at), memory.slip)
     slip = jnp.where(out, far, near)
@@ -133,7 +159,7 @@ def move(state: State, elongation: Any, at: _Setting) -> State:
         work=state.work + heat + (new.stored - memory.stored) + elastic,
         heat=state.heat + heat,
         vacuum=state.vacuum,
-        closed=state.closed | (slip < memory.slip),
+        closed=state.closed | (memory.slip - slip > 1e-12 * at.overlap),
         snapped=state.snapped | (out & (at.k <= at.c)),
     )
 
@@ -161,7 +187,9 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
     def step(state: State, point: tuple[Any, Any]) -> tuple[State, Cycle]:
         target, pressure = point
         before, after = _setting(state.vacuum, brake), _setting(pressure, brake)
-        state = change_vacuum(state, pressure, before, after)
+        changed = change_vacuum(state, pressure, before, after)
+        same = pressure == state.vacuum
+        state = jax.tree.map(lambda a, b: jnp.where(same, a, b), state, changed)
         state = move(state, target, after)
         sleeve = state.sleeve
         fine = (target >= 0) & (pressure >= 0) & ~(sleeve.overflow | state.snapped)

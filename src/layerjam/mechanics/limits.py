@@ -61,7 +61,7 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
     whole = unit.stiffness * slip / unit.reach / jnp.where(held > 0, held, 1.0)
     unsaturated = (contact > 0) & (slip < spread * unit.saturation)
     closing = jnp.where(unsaturated, spread, jnp.where(held > 0, whole, jnp.inf))
-    return within(slip >= 0, closing)
+    return within(slip >= 0, jnp.where(slip == 0, 0.0, closing))
 
 
 def _closing_with_exponent(slip: Any, contact: Any, brake: Brake) -> Any:
@@ -74,4 +74,5 @@ def _closing_with_exponent(slip: Any, contact: Any, brake: Brake) -> Any:
 
     top = jnp.log(brake.site.atmosphere) + jnp.zeros(jnp.shape(slip))
     vacuum = jnp.exp(rising_zero(lambda v: jnp.sign(holds(v)), top - 30.0, top))
-    return jnp.where(holds(top) >= 0, vacuum, jnp.inf)
+    closing = jnp.where(holds(top) >= 0, vacuum, jnp.inf)
+    return within(slip >= 0, jnp.where(slip == 0, 0.0, closing))

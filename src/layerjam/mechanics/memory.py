@@ -1,9 +1,13 @@
-"""The sleeve under changing slip: Masing's rule with memory of turning points (ours).
+"""The sleeve under changing slip and vacuum: Masing's rule with memory of turning points (ours).
 
-First loading follows the backbone f; after a turn at (x_r, F_r) the force is F_r -/+
-2 f(|x - x_r|/2) until an older loop is met, which then goes on as if it had not been left. Of all
-remembered branches the lowest counts in loading, the highest in unloading, so that one formula
-serves every history. Heat and stored energy are exact integrals over the branches passed.
+First loading follows the backbone f. Whatever happens later starts where the strip is and moves it
+against a *change* of friction: 2 q after a turn, because friction reverses, so that
+F = F_r -/+ g(|x - x_r|, 2 q) with g the backbone of that friction (Masing's 2 f(dx/2)). When an
+older loop is met it goes on as if it had not been left: of all remembered branches the lowest
+counts in loading, the highest in unloading, so that one formula serves every history. Heat and
+stored energy are exact integrals over the branches passed.
+
+A change of vacuum at rest changes the friction that is there to be used: see `at_vacuum`.
 """
 
 from __future__ import annotations
@@ -22,6 +26,8 @@ from layerjam.mechanics.enclosure import (
     backbone_work,
     inverse_backbone,
     sleeve_at,
+    sleeve_of,
+    slipped_area,
 )
 from layerjam.mechanics.law import law, safe_sqrt, within
 
@@ -30,10 +36,12 @@ DEPTH = 16
 
 
 class Turns(NamedTuple):
-    """Remembered turning points, outermost first: slip and force of each, and how many count."""
+    """Remembered turning points, outermost first, and how many count."""
 
     slip: Any
     force: Any
+    strength: Any
+    """Change of friction the branch from here moves against [N/m]."""
     count: Any
 
 
@@ -43,7 +51,13 @@ class Memory(NamedTuple):
     slip: Any
     force: Any
     origin: Any
-    """Slip at which the backbone starts; moved by a rise of vacuum [m]."""
+    """Slip at which the backbone starts [m]; moved where the strip's state is not known."""
+    base: Turns
+    """Where loading starts after a change of vacuum: one point, with its strength (shape ())."""
+    join: Any
+    """Slip at which that branch reaches the backbone [m]."""
+    down: Any
+    """Strength of unloading from here, if this point has not been left since the change [N/m]."""
     highs: Turns
     lows: Turns
     loading: Any
@@ -55,51 +69,99 @@ class Memory(NamedTuple):
 
 def at_rest() -> Memory:
     """A relaxed sleeve."""
-    none = jnp.zeros(DEPTH)
-    turns = Turns(none, none, jnp.array(0))
-    zero = jnp.array(0.0)
-    no = jnp.array(False)
-    return Memory(zero, zero, zero, turns, turns, jnp.array(True), zero, zero, no)
+    none, zero, no = jnp.zeros(DEPTH), jnp.array(0.0), jnp.array(False)
+    turns = Turns(none, none, none, jnp.array(0))
+    base = Turns(zero, zero, zero, jnp.array(0))
+    return Memory(zero, zero, zero, base, zero, zero, turns, turns, jnp.array(True), zero, zero, no)
 
 
-def _push(turns: Turns, slip: Any, force: Any, when: Any) -> Turns:
+def branch(strength: Any, sleeve: Sleeve) -> Sleeve:
+    """The strip as it answers a move against a change of friction `strength` [N/m]."""
+    return sleeve_of(sleeve.stiffness, strength, sleeve.reach)
+
+
+def _push(turns: Turns, slip: Any, force: Any, strength: Any, when: Any) -> Turns:
     here = (jnp.arange(DEPTH) == turns.count) & when
     return Turns(
         jnp.where(here, slip, turns.slip),
         jnp.where(here, force, turns.force),
+        jnp.where(here, strength, turns.strength),
         turns.count + when,
     )
 
 
-def facing(state: Memory, loading: bool) -> Memory:
+def _innermost(turns: Turns, otherwise: Any) -> Any:
+    """Strength of the innermost turn, if there is one."""
+    last = jnp.arange(DEPTH) == turns.count - 1
+    return jnp.where(turns.count > 0, jnp.where(last, turns.strength, 0.0).sum(), otherwise)
+
+
+def _sliding_back(state: Memory) -> Any:
+    """The whole strip slides back: it rests on the force that friction just fails to hold."""
+    on = (state.base.count > 0) & (state.down == 0) & (state.slip == state.base.slip)
+    return on & (state.highs.count == 0) & (state.lows.count == 0)
+
+
+def facing(state: Memory, loading: bool, sleeve: Sleeve) -> Memory:
     """The state with its present point remembered as a turn, if the direction changes."""
     turned = state.loading != loading
     full = (state.lows if loading else state.highs).count >= DEPTH
+    # loops inside a loop move against the same change of friction, so that they close where they
+    # opened; the outermost knows whether it starts where the vacuum was changed
+    fresh = (state.base.count > 0) & (state.slip == state.base.slip)
+    turn = jnp.where(fresh & (not loading), state.down, 2 * sleeve.friction)
+    turned = turned & ~(_sliding_back(state) & (not loading))
     if loading:
-        lows = _push(state.lows, state.slip, state.force, turned)
-        changed = state._replace(lows=lows)
+        turn = _innermost(state.highs, turn)
+        changed = state._replace(lows=_push(state.lows, state.slip, state.force, turn, turned))
     else:
-        highs = _push(state.highs, state.slip, state.force, turned)
-        changed = state._replace(highs=highs)
+        turn = _innermost(state.lows, turn)
+        changed = state._replace(highs=_push(state.highs, state.slip, state.force, turn, turned))
     return changed._replace(
         loading=jnp.full_like(state.loading, loading), overflow=state.overflow | (turned & full)
     )
 
 
+def first_force(state: Memory, slip: Any, sleeve: Sleeve) -> Any:
+    """Force of the outermost loading: from the base up to `join`, then the backbone."""
+    ahead = jnp.maximum(slip - state.base.slip, 0.0)
+    start = state.base.force + backbone(ahead, branch(state.base.strength, sleeve))
+    after = backbone(jnp.maximum(slip - state.origin, 0.0), sleeve)
+    return jnp.where(slip < state.join, start, after)
+
+
 def loading_force(state: Memory, slip: Any, sleeve: Sleeve) -> Any:
     """Force at a slip beyond the present one, for a state that faces loading."""
-    ahead = jnp.maximum(slip - state.lows.slip, 0.0) / 2
-    branches = state.lows.force + 2 * backbone(ahead, sleeve)
+    ahead = jnp.maximum(slip - state.lows.slip, 0.0)
+    branches = state.lows.force + backbone(ahead, branch(state.lows.strength, sleeve))
     branches = jnp.where(jnp.arange(DEPTH) < state.lows.count, branches, jnp.inf)
-    first = backbone(jnp.maximum(slip - state.origin, 0.0), sleeve)
+    inside = (state.lows.count > 0) & (slip < state.highs.slip[0])
+    first = jnp.where(inside, jnp.inf, first_force(state, slip, sleeve))
     return jnp.minimum(first, branches.min())
 
 
 def unloading_force(state: Memory, slip: Any, sleeve: Sleeve) -> Any:
     """Force at a slip below the present one, for a state that faces unloading."""
-    behind = jnp.maximum(state.highs.slip - slip, 0.0) / 2
-    branches = state.highs.force - 2 * backbone(behind, sleeve)
+    behind = jnp.maximum(state.highs.slip - slip, 0.0)
+    branches = state.highs.force - backbone(behind, branch(state.highs.strength, sleeve))
     return jnp.where(jnp.arange(DEPTH) < state.highs.count, branches, -jnp.inf).max()
+
+
+def _along(
+    turns: Turns, on: Any, start: Any, end: Any, friction: Any, sleeve: Sleeve
+) -> tuple[Any, Any]:
+    """Work and heat over branches from slip `start` to `end`, each measured from its turn.
+
+    `friction` [N/m] rubs on what slips. Out and back over a loop it must add up to the loop's
+    strength, which is the work the loop takes: q going back, the rest going out.
+    """
+    strip = branch(turns.strength, sleeve)
+    a = jnp.where(on, jnp.abs(start - turns.slip), 0.0)
+    b = jnp.where(on, jnp.abs(end - turns.slip), 0.0)
+    work = jnp.where(on, turns.force * (end - start), 0.0)
+    work = work + backbone_work(b, strip) - backbone_work(a, strip)
+    heat = friction * (slipped_area(b, strip) - slipped_area(a, strip))
+    return work.sum(), heat.sum()
 
 
 def load_to(state: Memory, slip: Any, sleeve: Sleeve) -> Memory:
@@ -110,15 +172,13 @@ def load_to(state: Memory, slip: Any, sleeve: Sleeve) -> Memory:
     inner = jnp.where(index + 1 < lows.count, jnp.roll(highs.slip, -1), state.slip)
     start = jnp.clip(inner, state.slip, slip)
     end = jnp.where(on, jnp.clip(highs.slip, start, slip), start)
-    a, b = (start - lows.slip) / 2, (end - lows.slip) / 2
-    a, b = jnp.where(on, a, 0.0), jnp.where(on, b, 0.0)
-    work = jnp.where(on, lows.force, 0.0) * jnp.where(on, end - start, 0.0)
-    work = work + 4 * (backbone_work(b, sleeve) - backbone_work(a, sleeve))
-    heat = 2 * (backbone_dissipated(b, sleeve) - backbone_dissipated(a, sleeve))
+    work, heat = _along(lows, on, start, end, lows.strength - sleeve.friction, sleeve)
     first = jnp.where(lows.count > 0, jnp.clip(highs.slip[0], state.slip, slip), state.slip)
-    a, b = first - state.origin, slip - state.origin
-    work = work.sum() + backbone_work(b, sleeve) - backbone_work(a, sleeve)
-    heat = heat.sum() + backbone_dissipated(b, sleeve) - backbone_dissipated(a, sleeve)
+    joined = jnp.clip(state.join, first, slip)
+    more, warmer = _along(state.base, joined > first, first, joined, sleeve.friction, sleeve)
+    a, b = jnp.maximum(joined - state.origin, 0.0), jnp.maximum(slip - state.origin, 0.0)
+    work = work + more + backbone_work(b, sleeve) - backbone_work(a, sleeve)
+    heat = heat + warmer + backbone_dissipated(b, sleeve) - backbone_dissipated(a, sleeve)
     left = ((highs.slip > slip) & (index < highs.count)).sum()
     return state._replace(
         slip=slip,
@@ -138,48 +198,98 @@ def unload_to(state: Memory, slip: Any, sleeve: Sleeve) -> Memory:
     start = jnp.clip(jnp.where(index < lows.count, lows.slip, state.slip), slip, state.slip)
     outer = jnp.where(index > 0, jnp.roll(lows.slip, 1), slip)
     end = jnp.where(on, jnp.clip(outer, slip, start), start)
-    a, b = (highs.slip - start) / 2, (highs.slip - end) / 2
-    a, b = jnp.where(on, a, 0.0), jnp.where(on, b, 0.0)
-    work = jnp.where(on, highs.force * (end - start), 0.0)
-    work = work + 4 * (backbone_work(b, sleeve) - backbone_work(a, sleeve))
-    heat = 2 * (backbone_dissipated(b, sleeve) - backbone_dissipated(a, sleeve))
+    work, heat = _along(highs, on, start, end, sleeve.friction, sleeve)
     left = ((lows.slip < slip) & (index < lows.count)).sum()
+    # a strip that slides back as a whole takes its base along
+    slides = _sliding_back(state)
+    way = state.slip - slip
+    fallen = state.force - sleeve.stiffness * way / sleeve.reach
+    force = jnp.where(slides, fallen, unloading_force(state, slip, sleeve))
+    force = jnp.where(way > 0, force, state.force)
+    work = jnp.where(slides, -way * (state.force + fallen) / 2, work)
+    heat = jnp.where(slides, sleeve.friction * sleeve.reach * way, heat)
+    base = state.base._replace(
+        slip=jnp.where(slides, slip, state.base.slip),
+        force=jnp.where(slides, force, state.base.force),
+    )
     return state._replace(
         slip=slip,
-        force=jnp.where(slip < state.slip, unloading_force(state, slip, sleeve), state.force),
+        force=force,
+        base=base,
+        join=jnp.where(slides, _crossing(slip, force, sleeve), state.join),
         lows=lows._replace(count=left),
         highs=highs._replace(count=jnp.minimum(highs.count, left + 1)),
-        stored=state.stored + work.sum() - heat.sum(),
-        heat=state.heat + heat.sum(),
+        loading=state.loading | slides,
+        stored=state.stored + work - heat,
+        heat=state.heat + heat,
     )
 
 
 def at_vacuum(state: Memory, before: Sleeve, after: Sleeve) -> Memory:
-    """The same slip under another vacuum.
+    """The same slip under another vacuum; turns are forgotten.
 
-    Raising it leaves the force. Lowering it caps the force at the new backbone, and at the force
-    of which the stored energy is a first loading's: no state holds a force with less energy, so
-    nothing is won by pumping. A sleeve that pushes (force < 0) is let go. Turns are forgotten.
+    Raising it leaves the force, lowering it caps the force at the new backbone. How the strip goes
+    on is exact in three cases. In first loading, raised: it has q' - q to spare where it slid and
+    joins the new backbone where the old sliding zone ends; backwards it moves against q + q'. In
+    first loading, lowered: it is on the new backbone. Lowered so far that friction no longer holds
+    a strip that was let back: it slides to EA x/l - q'l. In every other state the strip goes on
+    along a backbone that starts later, from a force whose first loading would store no more energy
+    than there is: softer than the strip, but nothing is won by pumping. A sleeve that pushes
+    (force < 0) is let go.
     """
-    changed = before.friction != after.friction
-    lowered = after.friction < before.friction
-    cap = jnp.minimum(backbone(state.slip, after), _force_of_stored(state.stored, after))
-    force = jnp.where(lowered, jnp.minimum(state.force, cap), state.force)
-    force = jnp.maximum(force, 0.0)
-    slip_there = inverse_backbone(force, after)
-    stored = jnp.where(lowered, backbone_stored(slip_there, after), state.stored)
-    stored = jnp.where(state.force < 0, 0.0, jnp.minimum(stored, state.stored))
-    none = jnp.zeros_like(state.highs.count)
-    new = state._replace(
+    q, new, slip = before.friction, after.friction, state.slip
+    raised = new > q
+    known = state.loading & (state.lows.count == 0) & (slip >= state.join) & (state.origin == 0)
+    least = after.stiffness * slip / after.reach - new * after.reach
+    slid_back = _slid_back_stored(least, after)
+    back = ~known & (least > 0) & (state.force <= least) & (state.stored >= slid_back)
+    most = backbone(slip, after)
+    held = jnp.minimum(jnp.minimum(state.force, most), _force_of_stored(state.stored, after))
+    unsure = jnp.maximum(jnp.where(raised, state.force, held), 0.0)
+    force = jnp.where(known, jnp.where(raised, state.force, most), jnp.where(back, least, unsure))
+    there = inverse_backbone(unsure, after)
+    stored = jnp.where(raised, state.stored, backbone_stored(there, after))
+    stored = jnp.where(state.force < 0, 0.0, stored)
+    stored = jnp.where(back, slid_back, stored)
+    exact = jnp.where(raised, state.stored, backbone_stored(slip, after))
+    stored = jnp.minimum(jnp.where(known, exact, stored), state.stored)
+    zone = jnp.where(q > 0, state.force / 2 / jnp.where(q > 0, q, 1.0), after.reach)
+    ends = inverse_backbone(force + 2 * (new - q) * jnp.minimum(zone, after.reach), after)
+    spare = known & raised & (slip > 0)
+    join = jnp.where(spare, ends, jnp.where(back, _crossing(slip, force, after), slip))
+    changed = state._replace(
         force=force,
-        origin=state.slip - slip_there,
-        highs=state.highs._replace(count=none),
-        lows=state.lows._replace(count=none),
+        origin=jnp.where(known | back, 0.0, slip - there),
+        base=Turns(slip, force, jnp.where(spare, new - q, 2 * new), jnp.ones_like(DEPTH)),
+        join=jnp.maximum(join, slip),
+        down=jnp.where(spare, new + q, jnp.where(back, 0.0, 2 * new)),
+        highs=state.highs._replace(count=jnp.zeros_like(state.highs.count)),
+        lows=state.lows._replace(count=jnp.zeros_like(state.lows.count)),
         loading=jnp.full_like(state.loading, True),
         stored=stored,
         heat=state.heat + state.stored - stored,
     )
-    return jax.tree.map(lambda a, b: jnp.where(changed, a, b), new, state)
+    return jax.tree.map(lambda a, b: jnp.where(new != q, a, b), changed, state)
+
+
+def _slid_back_stored(force: Any, sleeve: Sleeve) -> Any:
+    """Elastic energy [J] of a strip whose tension rises by q from its ends to the middle."""
+    face, full = force / 2, sleeve.friction * sleeve.reach
+    return 2 * sleeve.reach * (face**2 + face * full + full**2 / 3) / sleeve.stiffness
+
+
+def _crossing(slip: Any, force: Any, sleeve: Sleeve) -> Any:
+    """Where a branch of strength 2 q from (slip, force) meets the backbone [m]."""
+    root, reach = sleeve.root, sleeve.reach
+    some = root > 0
+    way = safe_sqrt(force**2 + root**2 * slip) - jnp.sqrt(2.0) * force
+    spread = slip + (jnp.maximum(way, 0.0) / jnp.where(some, root, 1.0)) ** 2
+    slope = sleeve.stiffness / reach
+    short = jnp.maximum(slope * slip + sleeve.friction * reach - force, 0.0)
+    rest = jnp.maximum(2 * root**2 - 4 * slope * short, 0.0)
+    whole = slip + ((jnp.sqrt(2.0) * root - safe_sqrt(rest)) / (2 * slope)) ** 2
+    meets = jnp.where(spread < sleeve.saturation, spread, whole)
+    return jnp.where(some, jnp.maximum(meets, slip), slip)
 
 
 def _force_of_stored(stored: Any, sleeve: Sleeve) -> Any:
@@ -210,8 +320,9 @@ def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any
         target, new = point
         state = at_vacuum(state, sleeve_at(pressure, brake), sleeve_at(new, brake))
         sleeve = sleeve_at(new, brake)
-        more = load_to(facing(state, True), jnp.maximum(target, state.slip), sleeve)
-        less = unload_to(facing(state, False), jnp.minimum(target, state.slip), sleeve)
+        ahead, behind = facing(state, True, sleeve), facing(state, False, sleeve)
+        more = load_to(ahead, jnp.maximum(target, state.slip), sleeve)
+        less = unload_to(behind, jnp.minimum(target, state.slip), sleeve)
         up, down = target > state.slip, target < state.slip
         state = jax.tree.map(
             lambda m, n, s: jnp.where(up, m, jnp.where(down, n, s)), more, less, state

@@ -58,23 +58,22 @@ def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
     slip = jnp.where(inside, ratio**2, travel)
     end = c * jnp.maximum(brake.sheets.overlap - travel, 0.0) + backbone(travel, sleeve)
     at_onset = c * brake.sheets.overlap
-    force = jnp.where(inside, at_onset + sleeve.root * ratio / 2, jnp.maximum(end, at_onset))
-    slip = jnp.where(~inside & (at_onset > end), 0.0, slip)
-    elongation = slip + force / working_stiffness(brake)
-    return Peak(force, slip, elongation, inside)
+    force = jnp.where(inside, at_onset + sleeve.root * ratio / 2, end)
+    fine = (vacuum >= 0) & (travel >= 0)
+    force, slip = within(fine, force), within(fine, slip)
+    return Peak(force, slip, slip + force / working_stiffness(brake), inside)
 
 
-def rising_root(drive: Any, spring: Any, scale: Any, sleeve: Sleeve) -> Any:
-    """y >= 0 with scale spring y + scale f(y) = drive, f the sleeve's backbone; 0 for drive <= 0.
+def rising_root(drive: Any, spring: Any, sleeve: Sleeve) -> Any:
+    """x >= 0 with spring x + f(x) = drive, f the sleeve's backbone; 0 for drive <= 0.
 
     Every segment of a pull, whichever branch the sleeve is on, is this equation.
     """
     push = jnp.maximum(drive, 0.0)
-    half = scale * sleeve.root
-    below = half + safe_sqrt(half**2 + 4 * scale * spring * push)
+    below = sleeve.root + safe_sqrt(sleeve.root**2 + 4 * spring * push)
     root = 2 * push / jnp.where(below > 0, below, 1.0)
-    linear = push - scale * sleeve.friction * sleeve.reach
-    linear = linear / (scale * (spring + sleeve.stiffness / sleeve.reach))
+    linear = push - sleeve.friction * sleeve.reach
+    linear = linear / (spring + sleeve.stiffness / sleeve.reach)
     return jnp.where(root**2 < sleeve.saturation, root**2, jnp.maximum(linear, 0.0))
 
 
@@ -88,9 +87,9 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     k = working_stiffness(brake)
     c, sleeve = friction_per_contact(vacuum, brake), sleeve_at(vacuum, brake)
     drive = k * elongation - c * brake.sheets.overlap
-    slip = rising_root(drive, k - c, 1.0, sleeve)
+    slip = rising_root(drive, k - c, sleeve)
     past = slip > brake.sheets.overlap
-    alone = rising_root(k * elongation, k, 1.0, sleeve)
+    alone = rising_root(k * elongation, k, sleeve)
     slip = jnp.where(past, jnp.maximum(alone, brake.sheets.overlap), slip)
     return within((elongation >= 0) & (vacuum >= 0) & (k > c), slip)
 

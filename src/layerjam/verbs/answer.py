@@ -11,6 +11,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.device.mount import Site
+from layerjam.device.source import Source
 from layerjam.errors import QuantityError
 from layerjam.units import Meaning, meaning_of, show
 
@@ -37,7 +38,7 @@ class Answer:
     units: Mapping[str, str]
     warnings: Sequence[str] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
-    record: Any = None
+    record: Any = field(default=None, repr=False)
 
     def __getattr__(self, name: str) -> Any:
         values = self.__dict__.get("values", {})
@@ -60,7 +61,8 @@ def brake_at(brake: AnyBrake, atmosphere: Quantity | None) -> BrakeFile:
         return file
     pressure = si(atmosphere, meaning_of(Site, "atmosphere"), "atmosphere")
     site = replace(file.brake.site, atmosphere=pressure)
-    return replace(file, brake=replace(file.brake, site=site))
+    stated = {"site.atmosphere": Source(kind="unstated", text="given with the command")}
+    return replace(file, brake=replace(file.brake, site=site), sources={**file.sources, **stated})
 
 
 def vacuum_of(value: Quantity, brake: Brake, name: str = "vacuum") -> float:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TypeVar
 
 from layerjam.device.brake import Brake
-from layerjam.device.file import read_brake
-from layerjam.device.load import materials, write_whole
+from layerjam.device.file import BrakeFile, read_brake
+from layerjam.device.load import catalogue, materials, write_whole
 from layerjam.errors import FileError, FitError, LayerjamError, QuantityError
 from layerjam.identify.columns import Choices
 from layerjam.identify.fit import calibrate as fit
@@ -55,7 +55,8 @@ def _each(
             done.append(use(read_trace(path, choices)))
         except FileError as error:
             line = f"line {error.line}: " if error.line else ""
-            refused[str(path)] = line + error.reason
+            own = error.path == str(path)  # else the sidecar beside it
+            refused[str(path)] = line + error.reason if own else str(error)
         except LayerjamError as error:
             refused[str(path)] = str(error).removeprefix(f"{path}: ")
     if not done:
@@ -65,6 +66,16 @@ def _each(
         more = f" ({len(refused) - 1} more files were refused too)" if len(refused) > 1 else ""
         raise FileError(path, why + more)
     return done, refused
+
+
+def _odd(trace: Trace, file: BrakeFile, vacuum: Quantity | None, pressure: float) -> Iterator[str]:
+    """What the sidecar says against the command."""
+    name = Path(trace.path).name
+    if vacuum is not None and abs(vacuum_of(vacuum, file.brake) - pressure) > 1e-6 * pressure:
+        yield f"{name}: its sidecar says {show(pressure, 'Pa')}, which counts, not --vacuum"
+    known = catalogue()
+    if trace.facts.brake in known and file.name in known and trace.facts.brake != file.name:
+        yield f"{name}: its sidecar names the brake {trace.facts.brake}, this is {file.name}"
 
 
 def _vacuum(trace: Trace, given: Quantity | None, brake: Brake) -> float:
@@ -135,6 +146,13 @@ def friction(
     traces = [trace for trace, _ in used]
     result = reduce_friction(traces, loads[0], span)
     warnings = list(result.warnings)
+    for trace in traces:
+        stated = trace.facts.normal_force
+        if stated is not None and abs(stated - loads[0]) > 1e-3 * loads[0]:
+            warnings.append(
+                f"{Path(trace.path).name}: its sidecar says {show(stated, 'N')}, the normal force "
+                f"given is {show(loads[0], 'N')}, which counts"
+            )
     written = None
     if target is not None:
         text, more = with_friction(target, result, Path(str(out)).stem)
@@ -215,7 +233,12 @@ def calibrate(
             "peak_force": "N",
             "peak_elongation": "m",
         },
-        warnings=file.warnings() + [w for t in traces for w in t.warnings] + said,
+        warnings=[
+            *file.warnings(without=("scale_factor", "stiffness_measured")),
+            *(w for t in traces for w in t.warnings),
+            *(w for t, _, p in used for w in _odd(t, file, vacuum, p)),
+            *said,
+        ],
         refused=refused,
         record=(file, result),
     )
@@ -246,6 +269,7 @@ def validate(
     used, refused = _each(files, use, choices)
     result = validate_pulls([(pull, pressure) for _, pull, pressure in used], file.brake)
     warnings = file.warnings() + [w for t, _, _ in used for w in t.warnings]
+    warnings += [w for t, _, p in used for w in _odd(t, file, vacuum, p)]
     same = calibrated_on(file, [t.path for t, _, _ in used])
     if same:
         warnings.append(

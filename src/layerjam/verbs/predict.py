@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +40,8 @@ def new(name: str, start: str, out: str | Path, *, force: bool = False) -> Answe
     """
     if Path(out).suffix != ".toml":
         raise QuantityError(f"out: '{out}' does not end in .toml")
-    text = render(load(start), name)
+    # the title names the brake it was; the new one is its owner's to name
+    text = render(replace(load(start), title=""), name)
     read_brake(text, f"brake named '{name[:80]}'", materials())
     write_whole(out, lambda p: _fill(p, text), force)
     return Answer(values={"name": name, "file": str(out)}, units={})

@@ -1,0 +1,35 @@
+"""`make demo`: the main job, twice in a row into the same folder."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from layerjam.cli.demo import demo
+from layerjam.device.load import load
+
+
+def test_twice_in_a_row(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out" / "demo"
+    kept = []
+    for _ in range(2):
+        demo(out)
+        shown, err = capfd.readouterr()
+        assert err == "" and "Traceback" not in shown
+        kept.append({p.name: p.read_bytes() for p in out.rglob("*.*") if p.is_file()})
+        for command in ("friction", "calibrate", "validate", "vacuum", "reproduce"):
+            assert f"\n$ layerjam {command} " in shown
+        assert f"Open {out / 'report.html'}" in shown and "The five numbers that matter" in shown
+        numbers = shown.split("The five numbers that matter")[1].splitlines()[1:6]
+        assert all(line.startswith("  ") for line in numbers)
+    assert kept[0].keys() == kept[1].keys()
+    # everything comes from stated truths and seeds
+    assert [n for n in kept[0] if kept[0][n] != kept[1][n]] == []
+    assert isinstance(json.loads((out / "results.json").read_text(encoding="utf-8")), list)
+    assert "This run: from files to a vacuum" in (out / "report.html").read_text(encoding="utf-8")
+    fitted = load(out / "my-brake-calibrated.toml")
+    assert fitted.brake.scale_factor * fitted.brake.film.kinetic == pytest.approx(0.21, rel=0.005)
+    assert fitted.brake.stiffness_measured == pytest.approx(131e3, rel=0.01)
+    assert {p.suffix for p in (out / "measurements").iterdir()} == {".csv", ".TRA", ".toml"}
