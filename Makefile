@@ -20,7 +20,7 @@ bench: $(STAMP)
 	$(BIN)/python -m benchmarks.run
 
 docs: $(STAMP)
-	$(BIN)/python -m mkdocs build --strict --site-dir out/site
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --site-dir out/site
 
 lint: $(STAMP)
 	$(BIN)/ruff check src tests benchmarks

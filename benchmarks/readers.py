@@ -33,6 +33,19 @@ def _with_curve_fit(pull: PullFeatures, vacuum: float, brake: Brake) -> object:
     return curve_fit(curve, pull.elongation, pull.force, p0=(1.0, pull.stiffness))
 
 
+def _head(path: Path) -> int:
+    """Lines above the numbers."""
+    for number, line in enumerate(path.read_text("latin-1").splitlines()):
+        plain = line.replace('"', "")
+        if plain[:1].isdigit() and plain.count(",") >= 2:
+            return number
+    raise ValueError(path)
+
+
+def _bare(path: Path, head: int) -> pandas.DataFrame:
+    return pandas.read_csv(path, skiprows=head, header=None, encoding="latin-1")
+
+
 def rows() -> list[Row]:
     """Seconds a file and a calibration."""
     file = load("choi2018-kapton")
@@ -40,18 +53,13 @@ def rows() -> list[Row]:
     trace = virtual.pull(file.brake, 94.5e3, 13e-3, 0.040, machine)
     out = []
     with tempfile.TemporaryDirectory() as folder:
-        for name, write, ending, skip in (
-            ("our CSV", virtual.write_own, "csv", 2),
-            ("Instron Bluehill", virtual.write_bluehill, "csv", None),
-            ("Zwick testXpert", virtual.write_testxpert, "TRA", None),
+        for name, write, ending in (
+            ("our CSV", virtual.write_own, "csv"),
+            ("Instron Bluehill", virtual.write_bluehill, "csv"),
+            ("Zwick testXpert", virtual.write_testxpert, "TRA"),
         ):
             path = write(trace, Path(folder) / f"{name.split()[0]}.{ending}")
-            lines = path.read_text("latin-1").splitlines()
-            skip = next(i for i, line in enumerate(lines) if line.replace('"', "")[:1].isdigit()
-                        and line.count(",") >= 2)  # fmt: skip
-            bare = median(
-                lambda p=path, s=skip: pandas.read_csv(p, skiprows=s, header=None, encoding="latin-1")
-            )
+            bare = median(lambda p=path, s=_head(path): _bare(p, s))
             read = median(lambda p=path: read_trace(p))
             out.append(Row(f"{name}, {len(trace)} rows", read, 0.05, bare, "bare pandas.read_csv"))
         pull = pull_features(read_trace(path))

@@ -12,7 +12,6 @@ import platform
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -61,8 +60,9 @@ def command_line() -> list[Row]:
 
 def main() -> None:
     """Everything, as a table."""
-    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, "
-          f"Python {platform.python_version()}, JAX {jax.__version__}, NumPy {np.__version__}")  # fmt: skip
+    machine = f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
+    versions = f"Python {platform.python_version()}, JAX {jax.__version__}, NumPy {np.__version__}"
+    print(f"{machine}, {versions}")
     parts: list[tuple[str, Callable[[], list[Row]]]] = [
         ("command line, whole processes", command_line),
         ("force law, 10 million points", force_law.rows),

@@ -47,7 +47,8 @@ def table(rows: Sequence[Row]) -> str:
             goal = f"{met} {_number(row.target, row.unit)}"
         ratio = ""
         if row.other is not None:
-            ratio = f"{row.value / row.other:.2f}x {row.other_name} ({_number(row.other, row.unit)})"
+            other = _number(row.other, row.unit)
+            ratio = f"{row.value / row.other:.2f}x {row.other_name} ({other})"
             if row.target_ratio is not None:
                 met = "within" if row.value / row.other <= row.target_ratio else "OVER"
                 goal = f"{met} {row.target_ratio:g}x"

@@ -71,7 +71,9 @@ def drop(
         from layerjam.report import impact_figures
 
         impact_figures.save(impact_figures.drop(answer.record), figure, force)
-    return say(answer, as_json)
+    unknown = tuple(key for key, value in answer.values.items() if value is None)
+    extra = ("feasible", "least_stiffness") if answer.feasible else ()
+    return say(answer, as_json, hidden=unknown + extra)
 
 
 def tune(

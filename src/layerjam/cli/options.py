@@ -86,9 +86,9 @@ def engine() -> None:
         jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
 
-def check_figure(path: Path | None, force: bool) -> None:
+def check_figure(path: Path | None, force: bool, flag: str = "--force") -> None:
     """Refuse a figure that could not be drawn or written, before anything is computed."""
-    check_target(path, force, (".svg", ".png", ".pdf"))
+    check_target(path, force, (".svg", ".png", ".pdf"), flag)
     if path is not None:
         from layerjam.report.style import look
 
@@ -96,15 +96,17 @@ def check_figure(path: Path | None, force: bool) -> None:
             pass
 
 
-def check_target(path: Path | None, force: bool, endings: tuple[str, ...]) -> None:
-    """Refuse an output file of another kind, or one that exists unless `force`."""
+def check_target(
+    path: Path | None, force: bool, endings: tuple[str, ...], flag: str = "--force"
+) -> None:
+    """Refuse an output file of another kind, or one that exists unless `force` (option `flag`)."""
     if path is None:
         return
     if path.suffix.lower() not in endings:
         known = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
         raise FileError(path, f"the ending '{path.suffix}' is not known; use {known}")
     if path.exists() and not force:
-        raise FileError(path, "exists already; --force replaces it")
+        raise FileError(path, f"exists already; {flag} replaces it")
     if not path.parent.is_dir():
         raise FileError(path, f"cannot be written: there is no folder {path.parent}")
     if not os.access(path.parent, os.W_OK):

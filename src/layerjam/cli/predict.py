@@ -79,7 +79,7 @@ def vacuum(
     replace: opt.Replace = False,
 ) -> int:
     """Vacuum that makes the sliding brake resist with a force at a slip."""
-    opt.check_figure(figure, replace)
+    opt.check_figure(figure, replace, "--replace")
     opt.engine()
     from layerjam.cli.output import say
     from layerjam.verbs import predict

@@ -53,7 +53,8 @@ class PullFit:
 class Calibration:
     """Scale factor [-] and stiffness [N/m] of a brake, means over pulls.
 
-    Standard errors are None where nothing estimates the noise; `errors_rest_on` says what they
+    Peak and eq. 9 are None over pulls at different vacuums: no pull had their mean. Standard errors
+    are None where nothing estimates the noise; `errors_rest_on` says what they
     come from: the scatter between pulls, or (one pull) the noise within it, which says nothing
     about repeatability.
     """
@@ -61,9 +62,9 @@ class Calibration:
     scale_factor: float
     stiffness: float
     scale_factor_eq8: float
-    stiffness_eq9: float
-    peak_force: float
-    peak_elongation: float
+    stiffness_eq9: float | None
+    peak_force: float | None
+    peak_elongation: float | None
     scale_factor_se: float | None
     stiffness_se: float | None
     errors_rest_on: str
@@ -157,19 +158,28 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
         factor_se = float(factors.std(ddof=1) / np.sqrt(count))
         spring_se = float(springs.std(ddof=1) / np.sqrt(count))
         rest = f"the scatter between {count} pulls"
-    elif fits[0].pull.noise > 1e-9 * fits[0].pull.peak_force:
+    elif (
+        fits[0].pull.noise > 1e-9 * fits[0].pull.peak_force
+        and fits[0].pull.stiffness_se > 1e-9 * fits[0].pull.stiffness
+    ):
         factor_se, spring_se = fits[0].scale_factor_se, fits[0].pull.stiffness_se
         rest = "the noise within one pull; says nothing about repeatability"
     else:
         factor_se = spring_se = None
         rest = "nothing: the record is free of noise"
+    vacuums = [f.vacuum for f in fits]
+    alike = np.ptp(vacuums) <= 0.01 * max(vacuums)
+
+    def mean(values: list[float]) -> float | None:
+        return float(np.mean(values)) if alike else None
+
     return Calibration(
         scale_factor=float(factors.mean()),
         stiffness=float(springs.mean()),
         scale_factor_eq8=float(np.mean([f.scale_factor_eq8 for f in fits])),
-        stiffness_eq9=float(np.mean([f.stiffness_eq9 for f in fits])),
-        peak_force=float(np.mean([f.pull.peak_force for f in fits])),
-        peak_elongation=float(np.mean([f.pull.peak_elongation for f in fits])),
+        stiffness_eq9=mean([f.stiffness_eq9 for f in fits]),
+        peak_force=mean([f.pull.peak_force for f in fits]),
+        peak_elongation=mean([f.pull.peak_elongation for f in fits]),
         scale_factor_se=factor_se,
         stiffness_se=spring_se,
         errors_rest_on=rest,

@@ -1,4 +1,4 @@
-"""A mass stopped by the brake at constant vacuum, exactly (mechanics, section 6 of the design).
+"""A mass stopped by the brake at constant vacuum, exactly (paper, section III-E).
 
 The mass hangs on a spring k, rope and brake in series, and on the brake, which slips by s once the
 force has reached Y(0). All is work and energy: K(s), the kinetic energy at slip s, is a closed

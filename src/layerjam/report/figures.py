@@ -172,8 +172,9 @@ def calibration(file: BrakeFile, result: Calibration) -> Figure:
             ends.append((float(law[-1]), show(vacuum, "Pa"), INK))
         for one in result.fits:
             zoom.plot(one.pull.peak_elongation * MM, one.pull.peak_force, "o", color=RED, ms=5)
-        near = 4 * result.peak_elongation * MM
-        line = np.array([0, result.peak_elongation])
+        peak = max(one.pull.peak_elongation for one in result.fits)
+        near = 4 * peak * MM
+        line = np.array([0, peak])
         zoom.plot(line * MM, result.stiffness * line, color=ORANGE, lw=1.5)
         highest = max(one.pull.peak_force for one in result.fits)
         zoom.set(xlim=(0, near), ylim=(0, highest * 1.15), xlabel="elongation [mm]")

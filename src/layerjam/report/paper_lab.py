@@ -168,8 +168,9 @@ def calibration_claims(runs: dict[str, FilmRun]) -> list[Claim]:
                    "and so errs on the model's own curve"),
             number(f"stiffness from the slope, {NAMES[name]}", "III-D", spring,
                    result.stiffness / 1e3, "kN/m", 0.5, why),
-            number(f"eq. 9 gives it, {NAMES[name]}", "III-D", spring, result.stiffness_eq9 / 1e3,
-                   "kN/m", 0.5, otherwise="peak force over peak displacement is no stiffness: "
+            number(f"eq. 9 gives it, {NAMES[name]}", "III-D", spring,
+                   (result.stiffness_eq9 or np.nan) / 1e3, "kN/m", 0.5,
+                   otherwise="peak force over peak displacement is no stiffness: "
                    "the brake slides before its peak"),
         ]  # fmt: skip
     return out

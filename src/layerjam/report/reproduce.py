@@ -107,7 +107,7 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
     exact = {
         name: {
             "scale_factor": run.calibration.scale_factor,
-            "eq9": run.calibration.stiffness_eq9,
+            "eq9": run.calibration.stiffness_eq9 or 0.0,
         }
         for name, run in lab.items()
     }

@@ -37,6 +37,8 @@ def _path(procedure: Procedure, brake: Brake) -> tuple[np.ndarray, np.ndarray, n
     for step in procedure.steps:
         time, place, vacuum = rows[-1]
         if isinstance(step, Evacuate):
+            # the first evacuation stands at the start: a record need not show two times zero
+            rows = [] if len(rows) == 1 else rows
             rows.append((time, place, step.to))
             if step.hold:
                 rows.append((time + step.hold, place, step.to))
