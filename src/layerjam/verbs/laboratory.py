@@ -89,6 +89,32 @@ def _vacuum(trace: Trace, given: Quantity | None, brake: Brake) -> float:
     return vacuum_of(given, brake)
 
 
+def _pulls(
+    files: Paths,
+    file: BrakeFile,
+    vacuum: Quantity | None,
+    choices: Choices | None,
+    test: Callable[[PullFeatures, float, Brake], object],
+) -> tuple[list[tuple[Trace, PullFeatures, float]], dict[str, str], list[str]]:
+    """Pulls with their features and vacuums [Pa], refused files, and what is odd about the rest.
+
+    `test` raises for a pull that cannot be used.
+    """
+    if vacuum is not None:
+        vacuum_of(vacuum, file.brake)
+
+    def use(trace: Trace) -> tuple[Trace, PullFeatures, float]:
+        pressure = _vacuum(trace, vacuum, file.brake)
+        pull = pull_features(trace)
+        test(pull, pressure, file.brake)
+        return trace, pull, pressure
+
+    used, refused = _each(files, use, choices)
+    odd = [w for t, _, _ in used for w in t.warnings]
+    odd += [w for t, _, p in used for w in _odd(t, file, vacuum, p)]
+    return used, refused, odd
+
+
 def _write_brake(
     out: str | Path | None, text: Callable[[str], str], force: bool, refused: bool, partial: bool
 ) -> tuple[str | None, list[str]]:
@@ -193,16 +219,7 @@ def calibrate(
     written. `record` is the Calibration.
     """
     file = brake_at(brake, atmosphere)
-    if vacuum is not None:
-        vacuum_of(vacuum, file.brake)
-
-    def use(trace: Trace) -> tuple[Trace, PullFeatures, float]:
-        pressure = _vacuum(trace, vacuum, file.brake)
-        pull = pull_features(trace)
-        fit_pull(pull, pressure, file.brake)
-        return trace, pull, pressure
-
-    used, refused = _each(files, use, choices)
+    used, refused, odd = _pulls(files, file, vacuum, choices, fit_pull)
     result = fit([(pull, pressure) for _, pull, pressure in used], file.brake)
     traces = [trace for trace, _, _ in used]
     written, said = _write_brake(
@@ -235,8 +252,7 @@ def calibrate(
         },
         warnings=[
             *file.warnings(without=("scale_factor", "stiffness_measured")),
-            *(w for t in traces for w in t.warnings),
-            *(w for t, _, p in used for w in _odd(t, file, vacuum, p)),
+            *odd,
             *said,
         ],
         refused=refused,
@@ -257,19 +273,9 @@ def validate(
     Says so where the brake was calibrated on one of the files. `record` is the Validation.
     """
     file = brake_at(brake, atmosphere)
-    if vacuum is not None:
-        vacuum_of(vacuum, file.brake)
-
-    def use(trace: Trace) -> tuple[Trace, PullFeatures, float]:
-        pressure = _vacuum(trace, vacuum, file.brake)
-        pull = pull_features(trace)
-        compare(pull, pressure, file.brake)
-        return trace, pull, pressure
-
-    used, refused = _each(files, use, choices)
+    used, refused, odd = _pulls(files, file, vacuum, choices, compare)
     result = validate_pulls([(pull, pressure) for _, pull, pressure in used], file.brake)
-    warnings = file.warnings() + [w for t, _, _ in used for w in t.warnings]
-    warnings += [w for t, _, p in used for w in _odd(t, file, vacuum, p)]
+    warnings = file.warnings() + odd
     same = calibrated_on(file, [t.path for t, _, _ in used])
     if same:
         warnings.append(
