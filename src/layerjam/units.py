@@ -33,7 +33,7 @@ _FRIENDLY: dict[str, tuple[str, ...]] = {
     "N/kg": ("kN/kg", "N/kg"),
     "kg": ("g", "kg", "mg"),
     "kg/m^3": ("kg/m^3",),
-    "m/s": ("mm/s", "m/s"),
+    "m/s": ("mm/s", "m/s", "mm/min"),
     "s": ("s", "ms", "min"),
     "J": ("J", "mJ"),
     "J/(kg K)": ("J/(kg K)",),
@@ -41,7 +41,13 @@ _FRIENDLY: dict[str, tuple[str, ...]] = {
     "m/s^2": ("m/s^2",),
     "V": ("V", "mV"),
 }
-_HINTS = {"m": ("mm", "cm"), "Pa": ("kPa", "bar"), "N/m": ("kN/m", "N/mm"), "kg": ("g", "kg")}
+_HINTS = {
+    "m": ("mm", "cm"),
+    "Pa": ("kPa", "mbar"),
+    "N": ("N", "kN"),
+    "N/m": ("kN/m", "N/mm"),
+    "kg": ("g", "kg"),
+}
 
 
 @functools.cache
@@ -107,6 +113,8 @@ def parse(text: object, si: str, name: str) -> float:
             )
         raise QuantityError(f"{name}: {_short(text)} is not a quantity such as {examples(si, '1')}")
     match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _LONGEST else None
+    if re.match(r"\s*[+-]?[0-9]+,[0-9]", text[:60]):
+        raise QuantityError(f"{name}: '{_short(text)}' has a decimal comma; write a point")
     if not match:
         raise QuantityError(f"{name}: '{_short(text)}' is not a number with a unit")
     number, unit = match.group(1), (match.group(2) or "").strip()

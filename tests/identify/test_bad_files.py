@@ -66,7 +66,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     ),
     "no unit": (
         table(*rows(), head="Time (s),Extension (mm),Load"),
-        "column 'Load' has no unit; a force needs one such as 'N', 'kN' or 'lbf'",
+        "column 'Load' has no unit; force needs one such as 'N', 'kN' or 'lbf'",
         1,
     ),
     "no units at all": (

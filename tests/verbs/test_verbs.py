@@ -234,3 +234,48 @@ def test_arrays_come_from_the_laws_not_from_the_verbs() -> None:
     with pytest.raises((TypeError, LayerjamError)):
         layerjam.force(KAPTON, slip=np.array([0.01, 0.02]), vacuum=94.5e3)
     assert parse_procedure("vent").text() == "vent"
+
+
+def _pull_csv(path: Path, scale: float = 1.0) -> Path:
+    trace = virtual.pull(KAPTON.brake, 94.5e3, 13e-3, 40e-3, virtual.Machine(sampling_rate=500.0))
+    rows = zip(trace.elongation * 1e3 * scale, trace.force, strict=True)
+    lines = ["Extension (mm),Load (N)", *(f"{u!r},{f!r}" for u, f in np.array(list(rows)).tolist())]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_the_same_measurement_counts_once(tmp_path: Path) -> None:
+    """A copy is no repeat: its scatter would be a false zero."""
+    first = _pull_csv(tmp_path / "one.csv")
+    copy = tmp_path / "two.csv"
+    copy.write_bytes(first.read_bytes())
+    answer = laboratory.calibrate(KAPTON, [first, copy], vacuum=94.5e3)
+    assert "same measurement" in answer.refused[str(copy)]
+    assert "one pull" in answer.standard_errors["rests_on"]
+
+
+def test_a_pull_far_beyond_the_overlap_has_the_wrong_unit(tmp_path: Path) -> None:
+    path = _pull_csv(tmp_path / "metres.csv", scale=1000.0)
+    for use in (laboratory.calibrate, laboratory.validate):
+        with pytest.raises(
+            FileError, match=r"pulls to \d+\.?\d* m, but the sheets overlap by 68 mm"
+        ):
+            use(KAPTON, [path], vacuum=94.5e3)
+
+
+def test_our_own_simulated_pull_brings_its_vacuum(tmp_path: Path) -> None:
+    out = tmp_path / "pull.csv"
+    answer = predict.tensile(KAPTON, vacuum="40 kPa", speed="13 mm/s", travel="40 mm")
+    answer.record.save(out)
+    fitted = laboratory.calibrate(KAPTON, [out])
+    assert fitted.scale_factor == pytest.approx(0.875, rel=1e-6)
+    clash = laboratory.calibrate(KAPTON, [out], vacuum="94.5 kPa")
+    assert any("not --vacuum" in w for w in clash.warnings)
+
+
+def test_an_unlikely_friction_is_said(tmp_path: Path) -> None:
+    machine = virtual.Machine(sampling_rate=25.0, load_cell_noise=0.002, load_cell_range=10.0)
+    trace = virtual.friction(0.32, 0.24, 2.45, machine=machine, string_stiffness=30.0)
+    path = virtual.write_bluehill(trace, tmp_path / "sled.csv")
+    said = laboratory.friction([path], normal_force="245 N").warnings
+    assert any("unusual for films" in w for w in said)

@@ -74,7 +74,7 @@ def demo(out: Path) -> None:
     tests, pull, others = _files(out / "measurements")
     mine, fitted = out / "my-brake.toml", out / "my-brake-calibrated.toml"
     friction = _command(
-        "friction", *map(str, tests), "--normal-force", "2.45N", "--brake", BRAKE,
+        "friction", *map(str, tests), "--normal-force", f"{NORMAL_FORCE!r}N", "--brake", BRAKE,
         "--out", str(mine),
     )  # fmt: skip
     calibration = _command("calibrate", str(mine), *map(str, pull), "--out", str(fitted))

@@ -24,7 +24,9 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object in SI unit
 Figure = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it: .svg, .png or .pdf.")]
 Force = Annotated[bool, typer.Option("--force", "--replace", help="Replace files that exist.")]
 Replace = Annotated[bool, typer.Option("--replace", help="Replace a figure that exists.")]
-Vacuum = Annotated[str, typer.Option(metavar="Q", help="Vacuum, e.g. 94.5kPa.")]
+Vacuum = Annotated[
+    str, typer.Option(metavar="Q", help="Vacuum: atmosphere less the pressure inside, 94.5kPa.")
+]
 Slip = Annotated[str, typer.Option(metavar="Q", help="Slip of the sheets, e.g. 20mm.")]
 FileVacuum = Annotated[
     str | None, typer.Option(metavar="Q", help="Vacuum of files whose sidecar does not say it.")

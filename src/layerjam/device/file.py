@@ -82,10 +82,11 @@ def parse_toml(text: str, path: object) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as err:
         match = re.search(r"\(at line (\d+), column \d+\)", str(err))
         reason = re.sub(r"\s*\(at .*\)", "", str(err))
-        end = text.count("\n") + 1
-        raise FileError(
-            path, f"is not TOML: {reason}", int(match.group(1)) if match else end
-        ) from None
+        line = int(match.group(1)) if match else text.count("\n") + 1
+        wrong = text.splitlines()[line - 1 : line] if line <= text.count("\n") + 1 else []
+        if wrong and re.search(r"=\s*[\d.]+\s*[A-Za-z%µ]", wrong[0][:200]):
+            reason += '; a quantity stands in quotes, such as "0.254 mm"'
+        raise FileError(path, f"is not TOML: {reason}", line) from None
     except (ValueError, RecursionError) as err:
         raise FileError(path, f"is not TOML that can be read: {str(err)[:80]}") from None
 

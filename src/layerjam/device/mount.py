@@ -17,7 +17,13 @@ class Mount:
 class Rope:
     """The rope between a falling mass and the brake; it only pulls (paper, section III-E)."""
 
-    stiffness: float = quantity("N/m", "stiffness of the rope", lo=1, hi=1e9, symbol="k_r")
+    stiffness: float = quantity(
+        "N/m",
+        "stiffness of the rope of the paper's drop test; commands take --rope-stiffness",
+        lo=1,
+        hi=1e9,
+        symbol="k_r",
+    )
     damping: float = quantity("N s/m", "damping of the rope", hi=1e6, default=0.0)
 
 

@@ -111,7 +111,7 @@ def take(role: str, index: int, name: str, unit: str | None, path: str, line: in
 
 def _wrong_unit(role: str, name: str, unit: str | None) -> str:
     if not unit:
-        return f"column '{_cut(name)}' has no unit; a {role} needs one such as {_DUE[role]}"
+        return f"column '{_cut(name)}' has no unit; {role} needs one such as {_DUE[role]}"
     return (
         f"column '{_cut(name)}' is in '{_cut(unit)}', which is no unit of {role}; "
         f"it needs one such as {_DUE[role]}"

@@ -112,6 +112,11 @@ def reduce_friction(
     kinetic = np.array([r.kinetic for r in repeats])
     several = len(repeats) > 1
     warnings = [w for t in traces for w in t.warnings]
+    if not 0.02 <= float(kinetic.mean()) <= 1.5:
+        warnings.append(
+            f"a kinetic friction of {float(kinetic.mean()):.3g} is unusual for films: check the "
+            f"normal force, {show(normal_force, 'N')}"
+        )
     for r in repeats:
         if r.static_at > window[0]:
             warnings.append(

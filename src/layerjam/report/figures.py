@@ -111,7 +111,7 @@ def tensile(record: TensileRecord) -> Figure:
             ylim=(0, float(record.force.max()) * 1.12 + 1e-9),
         )  # fmt: skip
         first = record.procedure if len(record.procedure) < 66 else record.procedure[:63] + "..."
-        title(axes, f"{record.brake.name}: {record.outcome}", f"simulated; {first}")
+        title(axes, f"{record.brake.name}: {record.outcome}", f"simulated, {record.model}; {first}")
     return figure
 
 

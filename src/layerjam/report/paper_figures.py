@@ -119,15 +119,17 @@ def fig8(exact: dict[str, dict[str, float]]) -> Figure:
             high = float(top.force)
             for k, color, words, place in (
                 (text[name], ORANGE, f"text: {text[name] / 1e3:.0f} kN/m", 0.80),
-                (caption[name], PURPLE, f"caption: {caption[name] / 1e3:.0f} N/mm", 0.55),
+                (caption[name], PURPLE, f"caption: {caption[name] / 1e3:.0f} kN/m", 0.55),
                 (
                     exact[name]["eq9"],
                     GREEN,
-                    f"eq. 9 on our curve: {exact[name]['eq9'] / 1e3:.0f}",
+                    f"eq. 9 on our curve: {exact[name]['eq9'] / 1e3:.0f} kN/m",
                     0.3,
                 ),
             ):
-                axes.plot([0, high / k * MM], [0, high], color=color, lw=1.2, ls=(0, (4, 2)))
+                axes.plot(
+                    [0, high / k * MM], [0, high], color=color, lw=1.5, ls=(0, (4, 2)), zorder=3
+                )
                 label(axes, high * place / k * MM + 0.03 * end * MM, high * place, words, color)
             axes.plot(u, force, color=BLUE)
             axes.plot(float(top.elongation) * MM, high, "o", color=RED, ms=5)

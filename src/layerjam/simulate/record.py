@@ -104,7 +104,8 @@ class Record:
         text = io.StringIO()
         text.write("\n".join(lines) + "\n")
         table = np.column_stack([values for _, values, _ in self.columns()])
-        np.savetxt(text, table, fmt="%.17g", delimiter=",")
+        # the shortest digits that read back to the same number
+        text.writelines(",".join(map(repr, row)) + "\n" for row in table.tolist())
         return write_whole(path, lambda p: _write(p, text.getvalue()), force)
 
     def to_netcdf(self, path: str | Path, *, force: bool = False) -> Path:

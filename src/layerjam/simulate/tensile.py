@@ -19,6 +19,7 @@ from layerjam.simulate.record import Outcome, TensileRecord
 from layerjam.units import show
 
 SAMPLES = 400
+RISE = 80
 _BLOCK = 512
 
 
@@ -52,7 +53,9 @@ def _path(procedure: Procedure, brake: Brake) -> tuple[np.ndarray, np.ndarray, n
             if isinstance(step, Pull):
                 events = np.array([float(e) for e in _events(vacuum, brake)])
                 events = events[(events > place) & (events < end)]
-                places = np.union1d(places, events)
+                # the rise to the peak takes a millimetre or two: enough samples to measure it on
+                near = np.linspace(place, min(end, 2 * float(_events(vacuum, brake)[1])), RISE + 1)
+                places = np.union1d(np.union1d(places, events), near[near > place])
             rows += [(time + abs(p - place) / step.speed, float(p), vacuum) for p in places]
     times, elongations, vacuums = np.array(rows).T
     return times, elongations, vacuums
@@ -105,6 +108,10 @@ def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
         )
     elif cycle.separated.any():
         end, outcome = int(np.argmax(cycle.separated)) + 1, Outcome.SEPARATED
+        warnings.append(
+            f"the sheets came apart at {show(float(elongation[end - 1]), 'm')} of elongation; the "
+            "record ends there"
+        )
     elif cycle.closed.any() and _fell(cycle.slip) > 1e-9 * brake.sheets.overlap:
         outcome = Outcome.CLOSED_BY_SLEEVE
     if outcome is not Outcome.SEPARATED and cycle.slip[:end].max() > brake.sheets.usable_travel:

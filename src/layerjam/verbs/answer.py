@@ -18,7 +18,7 @@ from layerjam.units import Meaning, meaning_of, show
 Quantity = float | str
 AnyBrake = str | Path | BrakeFile
 
-VACUUM = Meaning("Pa", "vacuum")
+VACUUM = Meaning("Pa", "vacuum, the atmosphere less the pressure inside,")
 SLIP = Meaning("m", "slip")
 FORCE = Meaning("N", "force")
 NORMAL_FORCE = Meaning("N", "normal force", open_lo=True)

@@ -80,6 +80,7 @@ def drop(
         return _without_brake(weighs, arrives, rope, along, g, vacuum, travel)
     if vacuum is None:
         raise QuantityError("vacuum: missing; give one, or 'tuned' together with travel")
+    pressure = 0.0 if vacuum == "tuned" else vacuum_of(vacuum, file.brake)
     if vacuum == "tuned":
         if travel is None:
             raise QuantityError("travel: missing; a tuned vacuum needs the slip to stop within")
@@ -93,7 +94,6 @@ def drop(
     else:
         if travel is not None:
             raise QuantityError("travel: goes only with a tuned vacuum")
-        pressure = vacuum_of(vacuum, file.brake)
     result, record = run_drop(
         file, mass=weighs, speed=arrives, vacuum=pressure, rope_stiffness=rope, gravity=along
     )
@@ -141,7 +141,10 @@ def _without_brake(
     vacuum: Quantity | None, travel: Quantity | None,
 ) -> Answer:  # fmt: skip
     if rope is None:
-        raise QuantityError("rope stiffness: missing; without a brake the mass hangs on the rope")
+        raise QuantityError(
+            "rope stiffness: missing; without a brake the mass hangs on the rope, and the command "
+            "takes its stiffness (--rope-stiffness), not the brake's file"
+        )
     if vacuum is not None or travel is not None:
         raise QuantityError("vacuum: without a brake there is none to give, nor a travel")
     force, time = rope_only(mass, speed, rope, along)

@@ -20,7 +20,7 @@ from layerjam.identify.friction_test import (
     with_friction,
 )
 from layerjam.identify.metrics import compare, validate_pulls
-from layerjam.identify.provenance import calibrated_on
+from layerjam.identify.provenance import calibrated_on, sha256
 from layerjam.identify.pull import PullFeatures, pull_features
 from layerjam.identify.readers import read_trace
 from layerjam.identify.trace import Trace
@@ -50,9 +50,15 @@ def _each(
     """
     done: list[T] = []
     refused: dict[str, str] = {}
+    seen: dict[str, str] = {}
     for path in files:
         try:
-            done.append(use(read_trace(path, choices)))
+            trace = read_trace(path, choices)
+            digest = sha256(trace.path)
+            if digest in seen:
+                raise FitError(f"holds the same measurement as {seen[digest]}, which counts once")
+            seen[digest] = str(path)
+            done.append(use(trace))
         except FileError as error:
             line = f"line {error.line}: " if error.line else ""
             own = error.path == str(path)  # else the sidecar beside it
@@ -72,7 +78,7 @@ def _odd(trace: Trace, file: BrakeFile, vacuum: Quantity | None, pressure: float
     """What the sidecar says against the command."""
     name = Path(trace.path).name
     if vacuum is not None and abs(vacuum_of(vacuum, file.brake) - pressure) > 1e-6 * pressure:
-        yield f"{name}: its sidecar says {show(pressure, 'Pa')}, which counts, not --vacuum"
+        yield f"{name}: its file or sidecar says {show(pressure, 'Pa')}, which counts, not --vacuum"
     known = catalogue()
     if trace.facts.brake in known and file.name in known and trace.facts.brake != file.name:
         yield f"{name}: its sidecar names the brake {trace.facts.brake}, this is {file.name}"
@@ -106,6 +112,12 @@ def _pulls(
     def use(trace: Trace) -> tuple[Trace, PullFeatures, float]:
         pressure = _vacuum(trace, vacuum, file.brake)
         pull = pull_features(trace)
+        far, overlap = float(pull.elongation[-1]), file.brake.sheets.overlap
+        if far > 2 * overlap:
+            raise FitError(
+                f"pulls to {show(far, 'm')}, but the sheets overlap by {show(overlap, 'm')}: is "
+                "the unit of the elongation right?"
+            )
         test(pull, pressure, file.brake)
         return trace, pull, pressure
 

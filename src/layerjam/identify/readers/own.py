@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from layerjam.errors import FileError
+from dataclasses import replace
+
+from layerjam.errors import FileError, LayerjamError
 from layerjam.identify.columns import Choices, listed, sentence, split_unit, take
 from layerjam.identify.readers.assemble import trace_of
 from layerjam.identify.readers.source import Source
 from layerjam.identify.readers.table import Table, split
 from layerjam.identify.trace import Trace
+from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
 
 NAME = "layerjam CSV"
 
@@ -34,7 +37,26 @@ def read(source: Source, table: Table | None, choices: Choices) -> Trace:
             there = listed(own.names, own.units)
             raise FileError(source.path, f"has no column '{name[:40]}'; {there}", own.line)
     said = [sentence(column, []) for column in taken.values()]
-    return trace_of(source, own, taken, said, choices, NAME, ".")
+    trace = trace_of(source, own, taken, said, choices, NAME, ".")
+    if trace.facts.vacuum is not None:
+        return trace
+    return replace(trace, facts=replace(trace.facts, vacuum=_vacuum(source)))
+
+
+def _vacuum(source: Source) -> float | None:
+    """The vacuum of the procedure in the header, if it evacuates once and then only moves."""
+    for _, text in source.lines():
+        if not text.startswith("#"):
+            break
+        if text.startswith("# procedure: "):
+            try:
+                steps = parse_procedure(text.removeprefix("# procedure: ").strip()).steps
+            except LayerjamError:
+                return None
+            first, rest = steps[0], steps[1:]
+            if isinstance(first, Evacuate) and all(isinstance(s, Pull | Return) for s in rest):
+                return first.to
+    return None
 
 
 def _head(source: Source) -> Table:
