@@ -33,7 +33,7 @@ _FRIENDLY: dict[str, tuple[str, ...]] = {
     "N/kg": ("kN/kg", "N/kg"),
     "kg": ("g", "kg", "mg"),
     "kg/m^3": ("kg/m^3",),
-    "m/s": ("mm/s", "m/s", "mm/min"),
+    "m/s": ("mm/s", "m/s"),
     "s": ("s", "ms", "min"),
     "J": ("J", "mJ"),
     "J/(kg K)": ("J/(kg K)",),
@@ -180,7 +180,8 @@ def exact_text(value: float, si: str) -> str:
     """The shortest text, in a friendly unit if as short, that `parse` turns back into `value`."""
     if si == "1":
         return repr(value)
-    units = dict.fromkeys((show(value, si).split(" ", 1)[1], *_FRIENDLY.get(si, ()), si))
+    usual = (*_FRIENDLY.get(si, ()), *("mm/min" for _ in range(si == "m/s")))
+    units = dict.fromkeys((show(value, si).split(" ", 1)[1], *usual, si))
     texts = [text for unit in units if (text := _exact_in(value, unit, si))]
     # the friendliest comes first and may be a few characters longer
     return next((t for t in texts if len(t) <= min(map(len, texts)) + 4), f"{value!r} {si}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections.abc import Sequence
@@ -44,8 +45,11 @@ def _common(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns its exit code: 0 answered, 1 cannot, 2 bad input, 3 partly."""
     try:
+        if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
+            sys.stdout.reconfigure(errors="replace")  # a terminal that knows no µ gets a mark
         code = app(args=arguments, standalone_mode=False)
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
         return int(code or 0)
     except Exit as stop:
         return stop.exit_code
@@ -62,12 +66,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     except LayerjamError as error:
         return _say(" ".join(str(error).split()), 2)
+    except OSError as error:  # standard output is full or closed; files have their own errors
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return _say(f"the answer could not be printed: {error.strerror or error}", 2)
     except (MemoryError, RecursionError):
         return _say("the input is too large for this machine's memory", 2)
 
 
 def _say(sentence: str, code: int) -> int:
-    print(f"layerjam: {sentence}", file=sys.stderr)
+    plain = "".join(c if c.isprintable() else "?" for c in sentence)
+    print(f"layerjam: {plain}", file=sys.stderr)
     return code
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -107,9 +108,20 @@ def check_target(
     if path.suffix.lower() not in endings:
         known = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
         raise FileError(path, f"the ending '{path.suffix}' is not known; use {known}")
-    if path.exists() and not force:
-        raise FileError(path, f"exists already; {flag} replaces it")
-    if not path.parent.is_dir():
-        raise FileError(path, f"cannot be written: there is no folder {path.parent}")
-    if not os.access(path.parent, os.W_OK):
-        raise FileError(path, f"cannot be written: the folder {path.parent} is read-only")
+    try:
+        there = os.path.lexists(path)
+        if there and not path.is_file():
+            raise FileError(path, "is a folder or no regular file")
+        if there and not force:
+            raise FileError(path, f"exists already; {flag} replaces it")
+        if not path.parent.is_dir():
+            raise FileError(path, f"cannot be written: there is no folder {path.parent}")
+        if not os.access(path.parent, os.W_OK):
+            raise FileError(path, f"cannot be written: the folder {path.parent} is read-only")
+        if len(os.fsencode(path.name)) > 200:
+            raise FileError(f"{path.name[:60]}...", "cannot be written: the name is too long")
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(str(path)[:200], f"cannot be written: {reason}") from None

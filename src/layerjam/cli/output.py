@@ -35,7 +35,11 @@ def say(
         text = json.dumps(_plain(whole), indent=2, allow_nan=False)
     else:
         width = min(shutil.get_terminal_size((80, 24)).columns, 100)
-        text = "\n".join(table(answer, width, lines, hidden, shown or {}))
+        plain = (
+            "".join(c if c.isprintable() else "?" for c in line)
+            for line in table(answer, width, lines, hidden, shown or {})
+        )
+        text = "\n".join(plain)
     try:
         print(text, flush=True)
     except BrokenPipeError:  # a reader such as `head` has seen enough; the answer stands

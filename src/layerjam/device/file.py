@@ -77,6 +77,9 @@ def parse_toml(text: str, path: object) -> dict[str, Any]:
     """The tables of a TOML text; raises FileError with the line for anything that is not TOML."""
     if len(text) > MAX_BYTES:
         raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, too large for a brake file")
+    for number, row in enumerate(text.split("\n"), 1):
+        if row.count(".") > 300:  # tomllib takes minutes over a key of thousands of parts
+            raise FileError(path, "has a line of more than 300 dots, no brake file", number)
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as err:
@@ -96,6 +99,9 @@ def read_text(path: Path) -> str:
     try:
         if path.is_dir():
             raise FileError(path, "is a folder, not a file")
+        # opening a pipe or a device may wait for ever
+        if path.exists() and not path.is_file():
+            raise FileError(path, "is no regular file")
         with path.open("rb") as handle:
             raw = handle.read(MAX_BYTES + 1)
     except (OSError, ValueError) as err:
@@ -338,7 +344,7 @@ def _quoted(text: str) -> str:
     for char in text:
         if char in '"\\':
             out.append("\\" + char)
-        elif ord(char) < 32 or ord(char) == 127:
+        elif ord(char) < 32 or 127 <= ord(char) < 160 or char in "\u2028\u2029":
             out.append(f"\\u{ord(char):04x}")
         else:
             out.append(char)

@@ -55,7 +55,11 @@ def write_whole(path: str | Path, write: Callable[[Path], None], force: bool = F
     left behind then.
     """
     path = Path(path)
-    if path.exists() and not force:
+    try:
+        there = os.path.lexists(path)
+    except (OSError, ValueError) as err:
+        raise FileError(str(path)[:200], f"cannot be written: {err}") from None
+    if there and not force:
         raise FileError(path, "exists already; --force replaces it")
     if path.is_dir():
         raise FileError(path, "is a folder, not a file")

@@ -93,7 +93,7 @@ def pull_features(trace: Trace) -> PullFeatures:
             f"greatest force, {show(height, 'N')}; at least 5 are needed to find the stiffness",
         )
     x, y = elongation[low : high + 1], force[low : high + 1]
-    if np.ptp(x) <= 0:
+    if not np.ptp(x) > 1e-9:
         raise FileError(trace.path, "the crosshead does not move while the force rises")
     stiffness, stiffness_se, intercept = _line(x, y)
     if stiffness <= 0:

@@ -203,7 +203,7 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
             stored=sleeve.stored + state.force**2 / (2 * after.k),
             slack=(state.force <= 0) & (target < sleeve.slip),
             closed=state.closed,
-            separated=sleeve.slip >= brake.sheets.overlap,
+            separated=sleeve.slip >= brake.sheets.overlap * (1 - 1e-12),
             overflow=sleeve.overflow,
             snapped=state.snapped,
         )

@@ -65,7 +65,7 @@ def reproduce(
     check_extras()
     report, results = out / "report.html", out / "results.json"
     for path in (report, results):
-        if path.exists() and not force:
+        if _there(path) and not force:
             raise FileError(path, "exists already; --force replaces it")
     try:
         (out / "figures").mkdir(parents=True, exist_ok=True)
@@ -96,6 +96,14 @@ def reproduce(
     write_whole(report, lambda p: _fill(p, page), True)
     say(f"report: {os.fspath(report)}")
     return Reproduction(report=report, results=results, counts=tally(parts))
+
+
+def _there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError) as err:
+        reason = getattr(err, "strerror", None) or str(err)
+        raise FileError(str(path)[:200], f"cannot be written: {reason}") from None
 
 
 def _fill(path: Path, text: str) -> None:

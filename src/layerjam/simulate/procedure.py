@@ -13,7 +13,7 @@ from layerjam.errors import LayerjamError, ProcedureError
 from layerjam.units import Meaning, exact_text
 
 _VACUUM = Meaning("Pa", "vacuum")
-_SPEED = Meaning("m/s", "crosshead speed", open_lo=True, hi=100)
+_SPEED = Meaning("m/s", "crosshead speed", lo=1e-6, hi=100)
 _PLACE = Meaning("m", "elongation", hi=10)
 _TIME = Meaning("s", "duration", hi=1e7)
 MAX_STEPS = 200

@@ -49,9 +49,12 @@ def _path(procedure: Procedure, brake: Brake) -> tuple[np.ndarray, np.ndarray, n
             rows.append((time + step.duration, place, vacuum))
         elif isinstance(step, Pull | Return):
             end = step.until if isinstance(step, Pull) else step.to
-            places = np.linspace(place, end, SAMPLES + 1)[1:]
             if isinstance(step, Pull):
                 events = np.array([float(e) for e in _events(vacuum, brake)])
+                # past separation nothing is simulated: the grid need not reach the end of travel
+                end = min(end, max(place, *events) * 1.001 + 1e-9)
+            places = np.linspace(place, end, SAMPLES + 1)[1:]
+            if isinstance(step, Pull):
                 events = events[(events > place) & (events < end)]
                 # the rise to the peak takes a millimetre or two: enough samples to measure it on
                 near = np.linspace(place, min(end, 2 * float(_events(vacuum, brake)[1])), RISE + 1)

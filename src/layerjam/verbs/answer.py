@@ -22,8 +22,8 @@ VACUUM = Meaning("Pa", "vacuum, the atmosphere less the pressure inside,")
 SLIP = Meaning("m", "slip")
 FORCE = Meaning("N", "force")
 NORMAL_FORCE = Meaning("N", "normal force", open_lo=True)
-SPEED = Meaning("m/s", "crosshead speed", open_lo=True, hi=100)
-TRAVEL = Meaning("m", "travel of the crosshead", open_lo=True, hi=10)
+SPEED = Meaning("m/s", "crosshead speed", lo=1e-6, hi=100)
+TRAVEL = Meaning("m", "travel of the crosshead", lo=1e-6, hi=10)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,6 +13,7 @@ from layerjam.device.mount import Rope
 from layerjam.errors import QuantityError
 from layerjam.mechanics.energy import slip_work
 from layerjam.mechanics.pull import brake_force, least_stiffness, peak, vacuum_for_force
+from layerjam.mechanics.stop import STOPPED, stop
 from layerjam.mechanics.tune import tuned_vacuum, vacuum_eq10
 from layerjam.simulate.drop import drop as run_drop
 from layerjam.simulate.drop import rope_only, spring_of
@@ -23,7 +24,7 @@ from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at, si, vacu
 MASS = Meaning("kg", "mass", open_lo=True, hi=1e6)
 SPEED = Meaning("m/s", "speed on arrival", open_lo=True, hi=1e4)
 HEIGHT = Meaning("m", "height of the fall", open_lo=True, hi=1e5)
-TRAVEL = Meaning("m", "slip of the brake", open_lo=True, hi=10)
+TRAVEL = Meaning("m", "slip of the brake", lo=1e-6, hi=10)
 MOST_SHEETS, MOST_BRAKES = 500, 1000
 DROP_UNITS = {
     "slip": "m", "peak_force": "N", "peak_deceleration": "m/s^2", "peak_g": "1",
@@ -43,6 +44,8 @@ def _arrival(
         return si(speed, SPEED, "speed")
     if horizontal:
         raise QuantityError("height: a horizontal stop falls from none; give the speed")
+    if not gravity:
+        raise QuantityError("height: nothing falls where gravity is 0 m/s^2; give the speed")
     return math.sqrt(2 * gravity * si(height, HEIGHT, "height"))  # type: ignore[arg-type]
 
 
@@ -105,7 +108,7 @@ def drop(
             "slip": result.slip,
             "peak_force": result.peak_force,
             "peak_deceleration": result.peak_force / weighs - along,
-            "peak_g": result.peak_force / (weighs * g),
+            "peak_g": result.peak_force / (weighs * g) if g else None,
             "stopping_time": float(record.time[-1]),
             "dissipated_energy": result.heat,
             "end_speed": result.end_speed,
@@ -153,7 +156,7 @@ def _without_brake(
             "slip": None,
             "peak_force": force,
             "peak_deceleration": force / mass - along,
-            "peak_g": force / (mass * g),
+            "peak_g": force / (mass * g) if g else None,
             "stopping_time": time,
             "dissipated_energy": 0.0,
             "end_speed": 0.0,
@@ -199,7 +202,8 @@ def tune(
     full = device.site.atmosphere
     top = float(peak(pressure or full, device.sheets.usable_travel, device).force)
     stretch = way + top / spring
-    floor = arrives**2 / (2 * device.site.gravity * stretch) + (0.0 if horizontal else 1.0)
+    g = device.site.gravity
+    floor = arrives**2 / (2 * g * stretch) + (0.0 if horizontal else 1.0) if g else None
     values: dict[str, object] = {
         "vacuum": pressure,
         "vacuum_eq10": eq10 if math.isfinite(eq10) else None,
@@ -226,8 +230,14 @@ def tune(
 def _tuned(
     brake: Brake, mass: float, speed: float, way: float, rope: float | None, gravity: float
 ) -> float | None:
-    vacuum = float(tuned_vacuum(mass, speed, way, spring_of(brake, rope), gravity, brake))
-    return vacuum if math.isfinite(vacuum) else None
+    spring = spring_of(brake, rope)
+    vacuum = float(tuned_vacuum(mass, speed, way, spring, gravity, brake))
+    if not math.isfinite(vacuum):
+        return None
+    # the balance holds at the end of the way; on a soft rope the mass may stop or snap before it
+    result = stop(mass, speed, vacuum, spring, gravity, brake)
+    there = int(result.outcome) == STOPPED and abs(float(result.slip) - way) <= 1e-6 * way
+    return vacuum if there else None
 
 
 def speed_range(
@@ -264,6 +274,14 @@ def _ways_out(
             f"{show(speed, 'm/s')} is too slow for {show(way, 'm')}: a vacuum low enough to let "
             f"the mass run that far could not hold its weight there; from {show(low, 'm/s')} on "
             "there is one, or choose a shorter travel"
+        )
+        return {"reason": reason}
+    if high is not None and low is not None and low <= speed <= high:
+        least = float(least_stiffness(brake.site.atmosphere, brake))
+        reason = (
+            f"rope and brake together give {show(spring_of(brake, rope), 'N/m')}: on a spring so "
+            f"soft the mass stops or the brake snaps before {show(way, 'm')}; above "
+            f"{show(least, 'N/m')} it cannot snap"
         )
         return {"reason": reason}
     out: dict[str, object] = {}
