@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
@@ -73,6 +74,10 @@ def _closing_with_exponent(slip: Any, contact: Any, brake: Brake) -> Any:
         return held - backbone(slip, sleeve_at(vacuum, brake))
 
     top = jnp.log(brake.site.atmosphere) + jnp.zeros(jnp.shape(slip))
-    vacuum = jnp.exp(rising_zero(lambda v: jnp.sign(holds(v)), top - 30.0, top))
+    guess = rising_zero(lambda v: jnp.sign(holds(v)), top - 30.0, top)
+    # one Newton step carries the gradient (implicit function theorem)
+    value, slope = jax.jvp(holds, (guess,), (jnp.ones_like(guess),))
+    slope = jax.lax.stop_gradient(jnp.where(slope > 0, slope, jnp.inf))
+    vacuum = jnp.exp(guess - value / slope)
     closing = jnp.where(holds(top) >= 0, vacuum, jnp.inf)
     return within(slip >= 0, jnp.where(slip == 0, 0.0, closing))
