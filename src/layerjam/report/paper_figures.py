@@ -130,7 +130,10 @@ def fig8(exact: dict[str, dict[str, float]]) -> Figure:
                 axes.plot(
                     [0, high / k * MM], [0, high], color=color, lw=1.5, ls=(0, (4, 2)), zorder=3
                 )
-                label(axes, high * place / k * MM + 0.03 * end * MM, high * place, words, color)
+                # right of all three lines, so that no word lies on one
+                softest = min(text[name], caption[name], exact[name]["eq9"])
+                right = high * place / softest * MM + 0.03 * end * MM
+                label(axes, right, high * place, words, "#8a5f00" if color == ORANGE else color)
             axes.plot(u, force, color=BLUE)
             axes.plot(float(top.elongation) * MM, high, "o", color=RED, ms=5)
             label(axes, float(top.elongation) * MM * 1.15, high * 1.07, f"peak {high:.2f} N", RED)
