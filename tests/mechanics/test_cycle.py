@@ -250,3 +250,12 @@ def test_area_under_the_force_agrees_with_the_books_in_pump_games(seed):
     work = area(made.force, u)
     assert made.work == pytest.approx(work, abs=3e-4 * work.max())
     assert work[-1] >= 0
+
+
+@pytest.mark.parametrize("vacuum", [500.0, 3335.0, 94.5e3])
+def test_the_sheets_are_apart_once_the_slip_is_the_overlap_to_rounding(vacuum):
+    overlap = KAPTON.sheets.overlap
+    apart = overlap + float(enclosure_force(overlap, vacuum, KAPTON)) / K
+    made = run([apart * (1 - 1e-9), apart], vacuum)
+    assert made.separated.tolist() == [False, True]
+    assert made.force[1] == pytest.approx(made.sleeve_force[1], rel=1e-9)
