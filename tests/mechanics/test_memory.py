@@ -8,9 +8,16 @@ import jax
 import numpy as np
 import pytest
 
-from layerjam.mechanics.enclosure import enclosure_force, saturation_slip
+from layerjam.mechanics.enclosure import (
+    backbone,
+    backbone_stored,
+    enclosure_force,
+    inverse_backbone,
+    saturation_slip,
+    sleeve_at,
+)
 from layerjam.mechanics.energy import slip_heat, slip_work
-from layerjam.mechanics.memory import DEPTH, enclosure_cycle
+from layerjam.mechanics.memory import DEPTH, _force_of_stored, enclosure_cycle
 from strategies import KAPTON, PTFE, area, change, fine, padded, random_brakes
 
 ALONE = change(KAPTON, film__kinetic=1e-12)
@@ -229,3 +236,39 @@ def test_pump_down_and_let_go_returns_less_than_was_put_in(brake):
         work = area(np.maximum(force, 0), slips)
         assert 0 < work[-1] < work[400]
         assert (np.diff(heat) >= -1e-14).all() and stored.min() >= -1e-14
+
+
+@pytest.mark.parametrize("vacuum", [300.0, 2e3, 94.5e3])
+def test_the_force_of_a_stored_energy_is_the_first_loading_that_stores_it(vacuum):
+    strip = sleeve_at(vacuum, KAPTON)
+    x = np.array([1e-5, 1e-3, 0.02, 0.06])
+    force = _force_of_stored(backbone_stored(x, strip), strip)
+    assert np.asarray(force) == pytest.approx(np.asarray(backbone(x, strip)), rel=1e-12)
+
+
+@pytest.mark.parametrize("x", [1e-4, 0.02])
+def test_raised_from_nothing_the_whole_strip_has_friction_to_spare(x):
+    """At zero vacuum all of it slides: q l of each half must come before the backbone is joined."""
+    strip = sleeve_at(5e3, KAPTON)
+    held = float(enclosure_force(x, 0.0, KAPTON))
+    joined = held + 2 * strip.friction * strip.reach
+    ends = float(inverse_backbone(joined, strip))
+    near = x + 0.5 * (ends - x)
+    force, _, _ = cycle([x, x, near, ends], np.array([0.0, 5e3, 5e3, 5e3]))
+    assert force[2] == pytest.approx(held + float(backbone(near - x, strip)), rel=1e-9)
+    assert force[3] == pytest.approx(joined, rel=1e-9)
+
+
+def test_let_back_and_vented_a_little_it_slides_and_rejoins_first_loading():
+    """From EA x/l - q l on, pulled again: the reversed strip joins where it is all turned."""
+    x, low = 0.02, 100.0
+    strip = sleeve_at(low, KAPTON)
+    slope = float(strip.stiffness / strip.reach)
+    edge = slope * x - float(strip.friction * strip.reach)
+    turn = 2 * float(strip.friction) * float(strip.reach) ** 2 / float(strip.stiffness)
+    path = [0.04, x, x, x + turn, 0.05]
+    force, stored, heat = cycle(path, np.array([2e3, 2e3, low, low, low]))
+    assert force[2] == pytest.approx(edge, rel=1e-9)
+    first = np.asarray(enclosure_force(np.array([x + turn, 0.05]), low, KAPTON))
+    assert force[3:] == pytest.approx(first, rel=1e-9)
+    assert (np.diff(heat) >= -1e-15).all() and (stored > 0).all()

@@ -261,7 +261,7 @@ def at_vacuum(state: Memory, before: Sleeve, after: Sleeve) -> Memory:
         force=force,
         origin=jnp.where(known | back, 0.0, slip - there),
         base=Turns(slip, force, jnp.where(spare, new - q, 2 * new), jnp.ones_like(DEPTH)),
-        join=jnp.maximum(join, slip),
+        join=join,
         down=jnp.where(spare, new + q, jnp.where(back, 0.0, 2 * new)),
         highs=state.highs._replace(count=jnp.zeros_like(state.highs.count)),
         lows=state.lows._replace(count=jnp.zeros_like(state.lows.count)),
@@ -279,17 +279,14 @@ def _slid_back_stored(force: Any, sleeve: Sleeve) -> Any:
 
 
 def _crossing(slip: Any, force: Any, sleeve: Sleeve) -> Any:
-    """Where a branch of strength 2 q from (slip, force) meets the backbone [m]."""
-    root, reach = sleeve.root, sleeve.reach
-    some = root > 0
-    way = safe_sqrt(force**2 + root**2 * slip) - jnp.sqrt(2.0) * force
-    spread = slip + (jnp.maximum(way, 0.0) / jnp.where(some, root, 1.0)) ** 2
-    slope = sleeve.stiffness / reach
-    short = jnp.maximum(slope * slip + sleeve.friction * reach - force, 0.0)
-    rest = jnp.maximum(2 * root**2 - 4 * slope * short, 0.0)
-    whole = slip + ((jnp.sqrt(2.0) * root - safe_sqrt(rest)) / (2 * slope)) ** 2
-    meets = jnp.where(spread < sleeve.saturation, spread, whole)
-    return jnp.where(some, jnp.maximum(meets, slip), slip)
+    """Where a branch of strength 2 q from (slip, force) meets the saturated backbone [m].
+
+    EA x/l + q l = F + 2 sqrt(2 EA q dx): only a strip that slid back as a whole starts one.
+    """
+    root, slope = jnp.sqrt(2.0) * sleeve.root, sleeve.stiffness / sleeve.reach
+    short = jnp.maximum(slope * slip + sleeve.friction * sleeve.reach - force, 0.0)
+    rest = safe_sqrt(jnp.maximum(root**2 - 4 * slope * short, 0.0))
+    return slip + ((root - rest) / (2 * slope)) ** 2
 
 
 def _force_of_stored(stored: Any, sleeve: Sleeve) -> Any:
