@@ -26,7 +26,6 @@ from queue import Queue
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "src" / "layerjam" / "mechanics"
-LIMIT = 240.0
 PASS_MARK = 0.90
 HISTORY = ("test_memory.py", "test_cycle.py", "test_strip.py")
 ORDER = (
@@ -214,7 +213,7 @@ def environment(home: Path, cache: Path) -> dict[str, str]:
     }
 
 
-def survives(home: Path, cache: Path, changed: str) -> tuple[bool, str]:
+def survives(home: Path, cache: Path, changed: str, limit: float) -> tuple[bool, str]:
     """Run the tests against the package in `home`; True where all of them pass."""
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m"]
     command += ["not slow", "-o", "xfail_strict=false", "--tb=line"]
@@ -226,7 +225,7 @@ def survives(home: Path, cache: Path, changed: str) -> tuple[bool, str]:
             env=environment(home, cache),
             capture_output=True,
             text=True,
-            timeout=LIMIT,
+            timeout=limit,
             check=False,
         )
     except subprocess.TimeoutExpired:
@@ -249,7 +248,8 @@ def survivor(mutant: Mutant, sources: dict[str, str]) -> str:
 class Farm:
     """Copies of package and tests as they are now; each package holds one mutant at a time."""
 
-    def __init__(self, place: Path, workers: int) -> None:
+    def __init__(self, place: Path, workers: int, limit: float) -> None:
+        self.limit = limit
         self.cache = place / "jax"
         ignore = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / "tests", place / "tests", ignore=ignore)
@@ -278,7 +278,7 @@ class Farm:
     def baseline(self) -> tuple[bool, str]:
         home = self.homes.get()
         try:
-            return survives(home, self.cache, "pull.py")
+            return survives(home, self.cache, "pull.py", self.limit)
         finally:
             self.homes.put(home)
 
@@ -287,7 +287,7 @@ class Farm:
         place = home / "layerjam" / "mechanics" / mutant.file
         try:
             place.write_text(mutant.apply(self.sources[mutant.file]), encoding="utf-8")
-            return survives(home, self.cache, mutant.file)[0]
+            return survives(home, self.cache, mutant.file, self.limit)[0]
         finally:
             place.write_text(self.sources[mutant.file], encoding="utf-8")
             self.homes.put(home)
@@ -328,11 +328,12 @@ def main() -> int:
     parser.add_argument("--pick", default="", help="only these numbers of the list, e.g. 3,17")
     parser.add_argument("--trust", action="store_true", help="no run without a mutant first")
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--limit", type=float, default=240.0, help="seconds for one mutant")
     args = parser.parse_args()
     begun = time.monotonic()
     picked = chosen(args)
     with tempfile.TemporaryDirectory(prefix="layerjam-mutants-") as folder:
-        farm = Farm(Path(folder), args.jobs)
+        farm = Farm(Path(folder), args.jobs, args.limit)
         if not farm.imported_from():
             print("the copy of the package is not the one that is imported")
             return 2
