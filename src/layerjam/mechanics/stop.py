@@ -100,22 +100,70 @@ def _falling_balance(at: _Setup, travel: Any) -> Any:
     return jnp.minimum(limit, travel)
 
 
-def _first_root(at: _Setup, end: Any) -> Any:
-    """sqrt of the slip in [0, end] where K passes zero, by Newton steps kept in their bracket."""
+class _Quartic(NamedTuple):
+    """K(w) = a0 + a1 w + ... + a4 w^4 [J] in w = sqrt(slip), where the sleeve keeps one form."""
 
-    def energy(w: Any) -> Any:
-        return kinetic_energy(w * w, at)
+    a0: Any
+    a1: Any
+    a2: Any
+    a3: Any
+    a4: Any
 
+    def at(self, w: Any) -> Any:
+        return self.a0 + w * (self.a1 + w * (self.a2 + w * (self.a3 + w * self.a4)))
+
+    def slopes(self, w: Any) -> tuple[Any, Any]:
+        first = self.a1 + w * (2 * self.a2 + w * (3 * self.a3 + w * 4 * self.a4))
+        return first, 2 * self.a2 + w * (6 * self.a3 + w * 12 * self.a4)
+
+
+def _quartic(at: _Setup, saturated: Any) -> _Quartic:
+    """The kinetic energy while the sleeve spreads, or (where `saturated`) once it moves whole."""
+    c, e, k, over = at.c, at.sleeve.root, at.k, at.weight - at.onset
+    slope, step = at.sleeve.stiffness / at.sleeve.reach, at.sleeve.friction * at.sleeve.reach
+    fall = c - slope
+    whole = at.kinetic + step * at.sleeve.saturation / 6 + (over - step / 2) * step / k
+    bend = over - step + (step - over) * fall / k
+    return _Quartic(
+        a0=jnp.where(saturated, whole, at.kinetic),
+        a1=jnp.where(saturated, 0.0, over * e / k),
+        a2=jnp.where(saturated, bend, over - over * c / k - e**2 / (2 * k)),
+        a3=jnp.where(saturated, 0.0, (c / k - 2 / 3) * e),
+        a4=jnp.where(saturated, fall - fall**2 / k, c - c**2 / k) / 2,
+    )
+
+
+def _first_root(energy: _Quartic, low: Any, high: Any) -> Any:
+    """sqrt of the slip in [low, high] where the kinetic energy, falling, passes zero.
+
+    Three steps that follow slope and curvature (Euler's, cubic) from the root without a sleeve; if
+    anywhere they have not settled, Newton steps kept in their bracket for all.
+    """
+
+    def curved(w: Any) -> Any:
+        value, (first, second) = energy.at(w), energy.slopes(w)
+        down = jnp.sqrt(jnp.maximum(first**2 - 2 * value * second, 0.0)) - first
+        return jnp.clip(w + 2 * value / jnp.where(down > 0, down, 1.0), low, high)
+
+    near = jnp.sqrt(jnp.maximum(energy.a2**2 - 4 * energy.a0 * energy.a4, 0.0)) - energy.a2
+    near = 2 * energy.a0 / jnp.where(near > 0, near, 1.0)
+    start = jnp.clip(jnp.sqrt(jnp.maximum(near, 0.0)), low, high)
+    before = curved(curved(start))
+    found = curved(before)
+    settled = jnp.all(~(jnp.abs(found - before) > 1e-5 * high))
+    return jax.lax.cond(settled, lambda: found, lambda: _bracketed(energy, low, high))
+
+
+def _bracketed(energy: _Quartic, low: Any, high: Any) -> Any:
     def step(_: int, state: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
         low, high, w = state
-        value, slope = jax.jvp(energy, (w,), (jnp.ones_like(w),))
+        value, (slope, _unused) = energy.at(w), energy.slopes(w)
         low, high = jnp.where(value > 0, w, low), jnp.where(value > 0, high, w)
         guess = w - value / jnp.where(slope != 0, slope, 1.0)
         inside = (guess > low) & (guess < high) & (slope != 0)
         return low, high, jnp.where(inside, guess, (low + high) / 2)
 
-    far = jnp.sqrt(end)
-    return jax.lax.fori_loop(0, 60, step, (jnp.zeros_like(far), far, far / 2))[2]
+    return jax.lax.fori_loop(0, 60, step, (low, high, (low + high) / 2))[2]
 
 
 @law
@@ -137,19 +185,28 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     snap = (at.sleeve.root / (2 * jnp.where(soft > 0, soft, 1.0))) ** 2
     snap = jnp.where(soft > 0, snap, jnp.inf)
     end = jnp.minimum(_falling_balance(at, travel), snap)
-    stops = kinetic_energy(end, at) <= 0
-    root = jax.lax.stop_gradient(_first_root(at, end))
-    slip = _polished(root**2, at)
+    edge = jnp.minimum(at.sleeve.saturation, end)
+    spread = _quartic(at, jnp.array(False))
+    # beyond its saturation the sleeve has another quartic
+    beyond = (spread.at(jnp.sqrt(edge)) > 0) & (edge < end)
+    energy = _quartic(at, beyond)
+    low, high = jnp.where(beyond, edge, 0.0), jnp.where(beyond, end, edge)
+    stops = energy.at(jnp.sqrt(high)) <= 0
+    constants, low, high = jax.lax.stop_gradient((energy, jnp.sqrt(low), jnp.sqrt(high)))
+    root = _polished(_first_root(constants, low, high), energy)
     far = jnp.minimum(travel, snap)
-    slip = jnp.where(slides, jnp.where(stops, slip, far), 0.0)
+    root = jnp.where(slides, jnp.where(stops, root, jnp.sqrt(far)), 0.0)
+    slip = root**2
     outcome = jnp.where(stops, STOPPED, jnp.where(snap < travel, SNAPS, BOTTOMED_OUT))
     outcome = jnp.where(slides, outcome, NEVER_SLID)
-    resist = _resist(slip, at)
+    whole = slip >= at.sleeve.saturation
+    sleeve = at.sleeve.stiffness * slip / at.sleeve.reach + at.sleeve.friction * at.sleeve.reach
+    resist = at.onset - at.c * slip + jnp.where(whole, sleeve, at.sleeve.root * root)
     ratio = at.sleeve.root / (2 * jnp.where(at.c > 0, at.c, 1.0))
     top = jnp.where((at.c > 0) & (ratio**2 < jnp.minimum(slip, at.sleeve.saturation)), ratio, 0.0)
     highest = jnp.maximum(resist, at.onset + at.sleeve.root * top / 2)
     peak = jnp.where(slides, jnp.maximum(highest, at.onset), elastic)
-    left = jnp.where(stops | ~slides, 0.0, jnp.maximum(kinetic_energy(slip, at), 0.0))
+    left = jnp.where(stops | ~slides, 0.0, jnp.maximum(_quartic(at, whole).at(root), 0.0))
     force = jnp.where(slides, resist, elastic)
     heat = at.onset * slip - at.c * slip**2 / 2 + backbone_dissipated(slip, at.sleeve)
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
@@ -163,12 +220,11 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     )
 
 
-def _polished(slip: Any, at: _Setup) -> Any:
-    """One more Newton step, which carries the gradient (implicit function theorem)."""
-    value, slope = jax.jvp(lambda s: kinetic_energy(s, at), (slip,), (jnp.ones_like(slip),))
-    slope = jax.lax.stop_gradient(slope)
-    step = jnp.where(slope < 0, value / jnp.where(slope < 0, slope, -1.0), 0.0)
-    return jnp.maximum(slip - step, 0.0)
+def _polished(root: Any, energy: _Quartic) -> Any:
+    """The root after one more Newton step, which carries the gradient (implicit function)."""
+    slope = jax.lax.stop_gradient(energy.slopes(root)[0])
+    step = jnp.where(slope < 0, energy.at(root) / jnp.where(slope < 0, slope, -1.0), 0.0)
+    return jnp.maximum(root - step, 0.0)
 
 
 def _elastic_time(mass: Any, speed: Any, gravity: Any, at: _Setup, slides: Any) -> Any:
