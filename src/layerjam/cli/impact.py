@@ -36,7 +36,13 @@ def drop(
     ] = None,
     rope_stiffness: Rope = None,
     rope_damping: Annotated[
-        str | None, typer.Option(metavar="Q", help="Damping of the rope (not yet).")
+        str | None, typer.Option(metavar="Q", help="Damping of the rope, e.g. '20 N s/m'.")
+    ] = None,
+    vacuum_history: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="CSV of time and vacuum, instead of one.")
+    ] = None,
+    duration: Annotated[
+        str | None, typer.Option(metavar="Q", help="Follow the rebound up to this time.")
     ] = None,
     no_brake: Annotated[bool, typer.Option("--no-brake", help="The rope alone.")] = False,
     horizontal: Horizontal = False,
@@ -51,8 +57,6 @@ def drop(
     """Stop a falling mass with the brake."""
     opt.check_figure(figure, force)
     opt.check_target(out, force, (".csv", ".nc"))
-    if rope_damping is not None:
-        raise QuantityError("--rope-damping: is not part of this version yet; leave it out")
     if no_brake and (out is not None or figure is not None):
         raise QuantityError("--no-brake: has no record to write or draw")
     opt.engine()
@@ -61,8 +65,8 @@ def drop(
 
     answer = impact.drop(
         brake, mass=mass, speed=speed, height=height, vacuum=vacuum, travel=travel,
-        rope_stiffness=rope_stiffness, no_brake=no_brake, horizontal=horizontal,
-        atmosphere=atmosphere,
+        rope_stiffness=rope_stiffness, rope_damping=rope_damping, vacuum_history=vacuum_history,
+        duration=duration, no_brake=no_brake, horizontal=horizontal, atmosphere=atmosphere,
     )  # fmt: skip
     done = answer.record is not None and answer.values.get("feasible") is not False
     if out is not None and done:

@@ -46,7 +46,7 @@ def sleeve_of(stiffness: Any, friction: Any, reach: Any) -> Sleeve:
 
 def backbone(slip: Any, sleeve: Sleeve) -> Any:
     """f(x) [N], both faces, first loading: 2 sqrt(EA q x), then EA x/l + q l."""
-    spread = sleeve.root * safe_sqrt(jnp.minimum(slip, sleeve.saturation))
+    spread = sleeve.root * safe_sqrt(slip)
     whole = sleeve.stiffness * slip / sleeve.reach + sleeve.friction * sleeve.reach
     return jnp.where(slip < sleeve.saturation, spread, jnp.where(slip > 0, whole, 0.0))
 
@@ -67,12 +67,11 @@ def backbone_stored(slip: Any, sleeve: Sleeve) -> Any:
     A third of f x while part of the face rests, i.e. half of the work; beyond saturation from the
     tension F - q s along the half length, s from 0 to l.
     """
-    start = jnp.minimum(slip, sleeve.saturation)
-    spread = sleeve.root * start * safe_sqrt(start) / 3
-    face = backbone(jnp.maximum(slip, start), sleeve) / 2
+    spread = sleeve.root * slip * safe_sqrt(slip) / 3
+    face = backbone(slip, sleeve) / 2
     q, reach = sleeve.friction, sleeve.reach
     whole = 2 * reach * (face**2 - face * q * reach + (q * reach) ** 2 / 3) / sleeve.stiffness
-    return jnp.where(slip < sleeve.saturation, spread, jnp.where(slip > 0, whole, 0.0))
+    return jnp.where(slip < sleeve.saturation, spread, whole)
 
 
 def slipped_area(slip: Any, sleeve: Sleeve) -> Any:

@@ -70,7 +70,7 @@ class State(NamedTuple):
     snapped: Any
 
 
-class _Setting(NamedTuple):
+class Setting(NamedTuple):
     """Constants of a move at one vacuum."""
 
     c: Any
@@ -79,8 +79,8 @@ class _Setting(NamedTuple):
     sleeve: Sleeve
 
 
-def _setting(vacuum: Any, brake: Brake) -> _Setting:
-    return _Setting(
+def setting(vacuum: Any, brake: Brake) -> Setting:
+    return Setting(
         friction_per_contact(vacuum, brake),
         jnp.asarray(working_stiffness(brake), jnp.float64),
         brake.sheets.overlap,
@@ -88,7 +88,20 @@ def _setting(vacuum: Any, brake: Brake) -> _Setting:
     )
 
 
-def _slide_out(memory: Memory, elongation: Any, at: _Setting) -> Any:
+def first_slip(memory: Memory, elongation: Any, at: Setting) -> Any:
+    """Slip where k (u - x) = F_e(x) + F_f(x) on the outermost loading; -inf where it is not met."""
+    onset = at.k * (elongation - memory.origin) - at.c * (at.overlap - memory.origin)
+    first = memory.origin + rising_root(onset, at.k - at.c, at.sleeve)
+    # before the backbone is joined the base leads there; one that lies ahead, behind a loop, is
+    # not reached while it drives nothing
+    base = memory.base
+    drive = at.k * (elongation - base.slip) - base.force - at.c * (at.overlap - base.slip)
+    start = base.slip + rising_root(drive, at.k - at.c, branch(base.strength, at.sleeve))
+    start = jnp.where(drive >= 0, jnp.minimum(start, memory.join), -jnp.inf)
+    return jnp.where(first >= memory.join, first, start)
+
+
+def _slide_out(memory: Memory, elongation: Any, at: Setting) -> Any:
     """Slip where k (u - x) = F_e(x) + F_f(x): the farthest root over all loading branches."""
 
     def root(turns: Turns) -> Any:
@@ -97,20 +110,13 @@ def _slide_out(memory: Memory, elongation: Any, at: _Setting) -> Any:
         return turns.slip + rising_root(drive, at.k - at.c, branch(turns.strength, at.sleeve))
 
     branches = jnp.where(jnp.arange(DEPTH) < memory.lows.count, root(memory.lows), -jnp.inf)
-    onset = at.k * (elongation - memory.origin) - at.c * (at.overlap - memory.origin)
-    first = memory.origin + rising_root(onset, at.k - at.c, at.sleeve)
-    # before the backbone is joined the base leads there; one that lies ahead, behind a loop, is
-    # not reached while it drives nothing
-    base = memory.base
-    reached = at.k * (elongation - base.slip) >= base.force + at.c * (at.overlap - base.slip)
-    start = jnp.where(reached, jnp.minimum(root(base), memory.join), -jnp.inf)
-    first = jnp.where(first >= memory.join, first, start)
+    first = first_slip(memory, elongation, at)
     inside = (memory.lows.count > 0) & (first < memory.highs.slip[0])
     first = jnp.where(inside, -jnp.inf, first)
     return jnp.maximum(jnp.maximum(first, branches.max()), memory.slip)
 
 
-def _slide_back(memory: Memory, elongation: Any, at: _Setting) -> Any:
+def _slide_back(memory: Memory, elongation: Any, at: Setting) -> Any:
     """Slip where k (u - x) = F_e(x) - F_f(x), or F_e = F_f once the brake is slack."""
     highs = memory.highs
 
@@ -130,7 +136,7 @@ def _slide_back(memory: Memory, elongation: Any, at: _Setting) -> Any:
     return jnp.where(elongation >= taut, taut, root(0.0, 0.0))
 
 
-def move(state: State, elongation: Any, at: _Setting) -> State:
+def move(state: State, elongation: Any, at: Setting) -> State:
     """Move the crosshead at constant vacuum; work and heat are exact."""
     memory = state.sleeve
     trial = at.k * (elongation - memory.slip)
@@ -164,7 +170,7 @@ def move(state: State, elongation: Any, at: _Setting) -> State:
     )
 
 
-def change_vacuum(state: State, vacuum: Any, before: _Setting, after: _Setting) -> State:
+def change_vacuum(state: State, vacuum: Any, before: Setting, after: Setting) -> State:
     """Another vacuum at a fixed crosshead: no work is done, what is released becomes heat."""
     held = at_vacuum(state.sleeve, before.sleeve, after.sleeve)
     moved = move(state._replace(sleeve=held), state.elongation, after)
@@ -186,7 +192,7 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
 
     def step(state: State, point: tuple[Any, Any]) -> tuple[State, Cycle]:
         target, pressure = point
-        before, after = _setting(state.vacuum, brake), _setting(pressure, brake)
+        before, after = setting(state.vacuum, brake), setting(pressure, brake)
         changed = change_vacuum(state, pressure, before, after)
         same = pressure == state.vacuum
         state = jax.tree.map(lambda a, b: jnp.where(same, a, b), state, changed)

@@ -147,6 +147,20 @@ def unloading_force(state: Memory, slip: Any, sleeve: Sleeve) -> Any:
     return jnp.where(jnp.arange(DEPTH) < state.highs.count, branches, -jnp.inf).max()
 
 
+def first_work(state: Memory, start: Any, end: Any, sleeve: Sleeve) -> tuple[Any, Any]:
+    """Work and heat [J] of the outermost loading from slip `start` to `end`."""
+    base = state.base
+    joined = jnp.clip(state.join, start, end)
+    on, strip = joined > start, branch(base.strength, sleeve)
+    a, b = (jnp.where(on, x - base.slip, 0.0) for x in (start, joined))
+    work = jnp.where(on, base.force * (joined - start), 0.0)
+    work = work + backbone_work(b, strip) - backbone_work(a, strip)
+    heat = sleeve.friction * (slipped_area(b, strip) - slipped_area(a, strip))
+    a, b = (jnp.maximum(x - state.origin, 0.0) for x in (joined, end))
+    work = work + backbone_work(b, sleeve) - backbone_work(a, sleeve)
+    return work, heat + backbone_dissipated(b, sleeve) - backbone_dissipated(a, sleeve)
+
+
 def _along(
     turns: Turns, on: Any, start: Any, end: Any, friction: Any, sleeve: Sleeve
 ) -> tuple[Any, Any]:
@@ -174,11 +188,8 @@ def load_to(state: Memory, slip: Any, sleeve: Sleeve) -> Memory:
     end = jnp.where(on, jnp.clip(highs.slip, start, slip), start)
     work, heat = _along(lows, on, start, end, lows.strength - sleeve.friction, sleeve)
     first = jnp.where(lows.count > 0, jnp.clip(highs.slip[0], state.slip, slip), state.slip)
-    joined = jnp.clip(state.join, first, slip)
-    more, warmer = _along(state.base, joined > first, first, joined, sleeve.friction, sleeve)
-    a, b = jnp.maximum(joined - state.origin, 0.0), jnp.maximum(slip - state.origin, 0.0)
-    work = work + more + backbone_work(b, sleeve) - backbone_work(a, sleeve)
-    heat = heat + warmer + backbone_dissipated(b, sleeve) - backbone_dissipated(a, sleeve)
+    more, warmer = first_work(state, first, slip, sleeve)
+    work, heat = work + more, heat + warmer
     left = ((highs.slip > slip) & (index < highs.count)).sum()
     return state._replace(
         slip=slip,

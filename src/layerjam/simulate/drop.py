@@ -9,6 +9,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
+from layerjam.mechanics.energy import slip_heat
 from layerjam.mechanics.pull import brake_force, least_stiffness, peak
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.mechanics.stop import (
@@ -45,6 +46,42 @@ def rope_only(mass: float, speed: float, spring: float, gravity: float) -> tuple
     force = weight + (weight**2 + spring * mass * speed**2) ** 0.5
     phase = float(np.arctan2(gravity / omega**2, speed / omega))
     return force, (np.pi / 2 + phase) / omega
+
+
+def damped_rope_only(
+    mass: float, speed: float, spring: float, damping: float, gravity: float
+) -> tuple[float, float, float]:
+    """Peak force [N], time to the first standstill [s] and heat [J] of a mass on a damped rope."""
+    from scipy.integrate import quad
+    from scipy.optimize import brentq, minimize_scalar
+
+    omega = (spring / mass) ** 0.5
+    # z = sag + Re(...) of the two complex modes, which coincide only at critical damping exactly
+    decay = damping / (2 * mass)
+    swing = np.sqrt(complex(omega**2 - decay**2)) or 1e-8 * omega
+    modes = np.array([-decay + 1j * swing, -decay - 1j * swing])
+    sag = gravity / omega**2
+    parts = np.linalg.solve(np.array([[1, 1], modes]), np.array([-sag, speed]))
+
+    def place(time: float, order: int) -> float:
+        value = (parts * modes**order * np.exp(modes * time)).sum().real
+        return float(value) + (sag if order == 0 else 0.0)
+
+    end = 1 / omega
+    while place(end, 1) > 0:
+        end *= 1.5
+    time = brentq(lambda t: place(t, 1), 0.0, end, xtol=1e-16, rtol=1e-14)
+    grid = np.linspace(0, time, 2001)
+    pull = np.array([spring * place(t, 0) + damping * place(t, 1) for t in grid])
+    top = int(np.argmax(pull))
+    around = (grid[max(top - 1, 0)], grid[min(top + 1, 2000)])
+    best = minimize_scalar(
+        lambda t: -(spring * place(t, 0) + damping * place(t, 1)), bounds=around, method="bounded",
+        options={"xatol": 1e-12},
+    )  # fmt: skip
+    force = max(float(pull[top]), -float(best.fun))
+    heat, _ = quad(lambda t: damping * place(t, 1) ** 2, 0, time, epsabs=0, epsrel=1e-12)
+    return force, time, heat
 
 
 def drop(
@@ -101,7 +138,7 @@ def _record(
     travel = sag * (1 - np.cos(omega * time)) + swing * np.sin(omega * time)
     moving = sag * omega * np.sin(omega * time) + speed * np.cos(omega * time)
     slip = np.zeros_like(time)
-    force = spring * travel
+    force, heat = spring * travel, np.zeros_like(time)
     if result.slip > 0:
         # dense at both ends, where the force bends and the speed falls away
         share = np.sin(np.linspace(0, np.pi / 2, SAMPLES + 1)[1:]) ** 2
@@ -111,12 +148,15 @@ def _record(
         moving = np.append(moving, np.asarray(speed_at_slip(slid, *case)))
         travel = np.append(travel, slid + resist / spring)
         slip, force = np.append(slip, slid), np.append(force, resist)
+        heat = np.append(heat, np.asarray(slip_heat(slid, vacuum, brake)))
     return DropRecord(
         time=time,
         travel=travel,
         speed_of_mass=moving,
         force=force,
         slip=slip,
+        vacuum_in_time=np.full_like(time, vacuum),
+        dissipated_energy=heat,
         mass=mass,
         speed=speed,
         vacuum=vacuum,

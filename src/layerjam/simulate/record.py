@@ -32,6 +32,9 @@ class Outcome(StrEnum):
     STOPPED = "STOPPED"
     NEVER_SLID = "NEVER_SLID"
     BOTTOMED_OUT = "BOTTOMED_OUT"
+    STEADY_SLIDING = "STEADY_SLIDING"
+    JUDDERS = "JUDDERS"
+    STUCK = "STUCK"
 
 
 def column(unit: str, text: str) -> Any:
@@ -152,8 +155,9 @@ class TensileRecord(Record):
 class DropRecord(Record):
     """A simulated stop of a mass; arrays have shape (N,), SI units; time counts from the taut rope.
 
-    `mass`, `speed` (on arrival), `vacuum`, `rope_stiffness` (None without a rope) and `gravity`
-    (along the pull) run it again.
+    `mass`, `speed` (on arrival), `vacuum` (at the taut rope), `rope_stiffness` (None without a
+    rope), `rope_damping` and `gravity` (along the pull) run it again; a vacuum that changed is the
+    column `vacuum_in_time`. `step` [s] is that of the solver in time, None for the exact one.
     """
 
     command: ClassVar[str] = "drop"
@@ -162,21 +166,29 @@ class DropRecord(Record):
     speed_of_mass: np.ndarray = column("m/s", "speed of the mass")
     force: np.ndarray = column("N", "force on the mass")
     slip: np.ndarray = column("m", "slip of the sheets")
+    vacuum_in_time: np.ndarray = column("Pa", "vacuum inside the sleeve")
+    dissipated_energy: np.ndarray = column("J", "energy turned into heat in brake and rope")
     mass: float
     speed: float
     vacuum: float
     rope_stiffness: float | None
+    rope_damping: float = 0.0
     gravity: float
+    step: float | None = None
 
     def conditions(self) -> dict[str, str]:
-        """Mass, speed, vacuum, rope and gravity in SI."""
+        """Mass, speed, vacuum, rope, gravity and solver in SI."""
         rope = "none" if self.rope_stiffness is None else f"{self.rope_stiffness!r} N/m"
+        changes = bool((self.vacuum_in_time != self.vacuum).any())
+        solver = "exact" if self.step is None else f"in time, steps of {self.step!r} s"
         return {
             "mass": f"{self.mass!r} kg",
             "speed": f"{self.speed!r} m/s",
-            "vacuum": f"{self.vacuum!r} Pa",
+            "vacuum": "as in the column" if changes else f"{self.vacuum!r} Pa",
             "rope stiffness": rope,
+            "rope damping": f"{self.rope_damping!r} N s/m",
             "gravity along the pull": f"{self.gravity!r} m/s^2",
+            "solver": solver,
         }
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -11,25 +13,28 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.mount import Rope
 from layerjam.errors import QuantityError
+from layerjam.identify.history import read_history
 from layerjam.mechanics.energy import slip_work
 from layerjam.mechanics.pull import brake_force, least_stiffness, peak, vacuum_for_force
 from layerjam.mechanics.stop import STOPPED, stop
 from layerjam.mechanics.tune import tuned_vacuum, vacuum_eq10
 from layerjam.simulate.drop import drop as run_drop
-from layerjam.simulate.drop import rope_only, spring_of
-from layerjam.simulate.record import Outcome
+from layerjam.simulate.drop import damped_rope_only, rope_only, spring_of
+from layerjam.simulate.drop_in_time import History, drop_in_time
+from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.units import Meaning, meaning_of, show
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at, si, vacuum_of
 
 MASS = Meaning("kg", "mass", open_lo=True, hi=1e6)
 SPEED = Meaning("m/s", "speed on arrival", open_lo=True, hi=1e4)
 HEIGHT = Meaning("m", "height of the fall", open_lo=True, hi=1e5)
+DURATION = Meaning("s", "time to simulate", open_lo=True, hi=3600)
 TRAVEL = Meaning("m", "slip of the brake", lo=1e-6, hi=10)
 MOST_SHEETS, MOST_BRAKES = 500, 1000
 DROP_UNITS = {
     "slip": "m", "peak_force": "N", "peak_deceleration": "m/s^2", "peak_g": "1",
     "stopping_time": "s", "dissipated_energy": "J", "end_speed": "m/s", "vacuum": "Pa",
-    "speed": "m/s", "least_stiffness": "N/m",
+    "speed": "m/s", "least_stiffness": "N/m", "slip_at_end": "m",
 }  # fmt: skip
 
 
@@ -64,23 +69,38 @@ def drop(
     vacuum: Quantity | None = None,
     travel: Quantity | None = None,
     rope_stiffness: Quantity | None = None,
+    rope_damping: Quantity | None = None,
+    vacuum_history: str | Path | History | None = None,
+    duration: Quantity | None = None,
     no_brake: bool = False,
     horizontal: bool = False,
     atmosphere: Quantity | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Answer:
     """Stop a falling mass with the brake, at a vacuum or at ``"tuned"`` for a travel (slip).
 
     Without `rope_stiffness` the mass hangs on the brake alone; with `no_brake` on the rope alone.
-    Slip, peak and time refer to the first standstill or the end of travel. `record` is the
-    DropRecord (None without a brake).
+    Slip, peak and time refer to the first standstill or the end of travel. Exact at constant
+    vacuum; with `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a History) or a
+    `duration` (to follow the rebound) it is marched in time. `record` is the DropRecord (None
+    without a brake).
     """
     file = brake_at(brake, atmosphere)
     weighs, rope = si(mass, MASS, "mass"), _rope(rope_stiffness)
+    damping = _damping(rope_damping, rope)
     g = file.brake.site.gravity
     arrives = _arrival(speed, height, horizontal, g)
     along = 0.0 if horizontal else g
+    until = None if duration is None else si(duration, DURATION, "duration")
     if no_brake:
-        return _without_brake(weighs, arrives, rope, along, g, vacuum, travel)
+        if vacuum_history is not None or until is not None:
+            raise QuantityError("vacuum: without a brake there is none, and no time to follow it")
+        return _without_brake(weighs, arrives, rope, damping, along, g, vacuum, travel)
+    if vacuum_history is not None:
+        if vacuum is not None or travel is not None:
+            raise QuantityError("vacuum: a history is given; leave vacuum and travel out")
+        history = _history(vacuum_history, file.brake.site.atmosphere)
+        return _in_time(file, weighs, arrives, history, rope, damping, along, until, progress)
     if vacuum is None:
         raise QuantityError("vacuum: missing; give one, or 'tuned' together with travel")
     pressure = 0.0 if vacuum == "tuned" else vacuum_of(vacuum, file.brake)
@@ -97,32 +117,73 @@ def drop(
     else:
         if travel is not None:
             raise QuantityError("travel: goes only with a tuned vacuum")
+    if damping or until is not None:
+        return _in_time(file, weighs, arrives, pressure, rope, damping, along, until, progress)
     result, record = run_drop(
         file, mass=weighs, speed=arrives, vacuum=pressure, rope_stiffness=rope, gravity=along
     )
     if record.outcome is Outcome.SNAPS:
         least = float(least_stiffness(pressure, file.brake))
         return _cannot(arrives, record.warnings[-1], record.warnings[:-1], pressure, least, record)
-    return Answer(
-        values={
-            "slip": result.slip,
-            "peak_force": result.peak_force,
-            "peak_deceleration": result.peak_force / weighs - along,
-            "peak_g": result.peak_force / (weighs * g) if g else None,
-            "stopping_time": float(record.time[-1]),
-            "dissipated_energy": result.heat,
-            "end_speed": result.end_speed,
-            "vacuum": pressure,
-            "outcome": str(record.outcome),
-            "speed": arrives,
-            "feasible": True,
-            "reason": None,
-            "least_stiffness": float(least_stiffness(pressure, file.brake)),
-        },
-        units=DROP_UNITS,
-        warnings=record.warnings,
-        record=record,
-    )
+    numbers = {
+        "slip": result.slip, "peak_force": result.peak_force, "end_speed": result.end_speed,
+        "dissipated_energy": result.heat, "stopping_time": float(record.time[-1]),
+    }  # fmt: skip
+    return _stopped(numbers, record, pressure, arrives, along, g)
+
+
+def _stopped(
+    numbers: dict[str, float], record: DropRecord, vacuum: float | None, speed: float, along: float,
+    g: float, at_end: tuple[float, str] | tuple[None, None] = (None, None),
+) -> Answer:  # fmt: skip
+    force, file = numbers["peak_force"], record.brake
+    values: dict[str, object] = {
+        **numbers,
+        "peak_deceleration": force / record.mass - along,
+        "peak_g": force / (record.mass * g) if g else None,
+        "vacuum": vacuum,
+        "outcome": str(record.outcome),
+        "speed": speed,
+        "feasible": True,
+        "reason": None,
+        "least_stiffness": float(least_stiffness(record.vacuum, file.brake)),
+        "slip_at_end": at_end[0],
+        "outcome_at_end": at_end[1],
+    }
+    return Answer(values=values, units=DROP_UNITS, warnings=record.warnings, record=record)
+
+
+def _in_time(
+    file: BrakeFile, mass: float, speed: float, vacuum: float | History, rope: float | None,
+    damping: float, along: float, until: float | None, progress: Callable[[float], None] | None,
+) -> Answer:  # fmt: skip
+    """The answer of the solver in time."""
+    timed, record = drop_in_time(
+        file, mass=mass, speed=speed, vacuum=vacuum, rope_stiffness=rope, rope_damping=damping,
+        gravity=along, duration=until, progress=progress,
+    )  # fmt: skip
+    pressure = None if isinstance(vacuum, History) else vacuum
+    if record.outcome is Outcome.SNAPS:
+        least = float(least_stiffness(record.vacuum, file.brake))
+        return _cannot(speed, record.warnings[-1], record.warnings[:-1], pressure, least, record)
+    numbers = {
+        "slip": timed.slip, "peak_force": timed.peak_force, "end_speed": timed.end_speed,
+        "dissipated_energy": timed.heat, "stopping_time": timed.time,
+    }  # fmt: skip
+    end = (timed.slip_at_end, str(timed.outcome_at_end)) if until is not None else (None, None)
+    return _stopped(numbers, record, pressure, speed, along, file.brake.site.gravity, end)
+
+
+def _damping(damping: Quantity | None, rope: float | None) -> float:
+    if damping is None:
+        return 0.0
+    if rope is None:
+        raise QuantityError("rope damping: there is no rope; give its stiffness too")
+    return si(damping, meaning_of(Rope, "damping"), "rope damping")
+
+
+def _history(source: str | Path | History, atmosphere: float) -> History:
+    return source if isinstance(source, History) else read_history(source, atmosphere)
 
 
 def _cannot(
@@ -135,12 +196,13 @@ def _cannot(
         **nothing, "dissipated_energy": None, "end_speed": None, "vacuum": vacuum,
         "outcome": str(Outcome.SNAPS) if record is not None else None, "speed": speed,
         "feasible": False, "reason": reason, "least_stiffness": least,
+        "slip_at_end": None, "outcome_at_end": None,
     }  # fmt: skip
     return Answer(values=values, units=DROP_UNITS, warnings=list(warnings), record=record)  # type: ignore[call-overload]
 
 
 def _without_brake(
-    mass: float, speed: float, rope: float | None, along: float, g: float,
+    mass: float, speed: float, rope: float | None, damping: float, along: float, g: float,
     vacuum: Quantity | None, travel: Quantity | None,
 ) -> Answer:  # fmt: skip
     if rope is None:
@@ -150,7 +212,9 @@ def _without_brake(
         )
     if vacuum is not None or travel is not None:
         raise QuantityError("vacuum: without a brake there is none to give, nor a travel")
-    force, time = rope_only(mass, speed, rope, along)
+    force, time, heat = damped_rope_only(mass, speed, rope, damping, along) if damping else (
+        *rope_only(mass, speed, rope, along), 0.0,
+    )  # fmt: skip
     return Answer(
         values={
             "slip": None,
@@ -158,7 +222,7 @@ def _without_brake(
             "peak_deceleration": force / mass - along,
             "peak_g": force / (mass * g) if g else None,
             "stopping_time": time,
-            "dissipated_energy": 0.0,
+            "dissipated_energy": heat,
             "end_speed": 0.0,
             "vacuum": None,
             "outcome": str(Outcome.STOPPED),
@@ -166,6 +230,8 @@ def _without_brake(
             "feasible": True,
             "reason": None,
             "least_stiffness": None,
+            "slip_at_end": None,
+            "outcome_at_end": None,
         },
         units=DROP_UNITS,
     )

@@ -1,0 +1,61 @@
+"""Reading a vacuum over time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from layerjam.errors import FileError
+from layerjam.identify.history import read_history
+
+ATMOSPHERE = 101325.0
+
+
+def write(tmp_path, text):
+    path = tmp_path / "pump.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time [s],vacuum [kPa]\n0,0\n0.5,40\n2,94.5\n",
+        "# from the sensor\nDruck (kPa);t (ms)\n0;0\n40;500\n94.5;2000\n",
+        "t [s],note,vacuum [mbar]\n0,a,0\n0.5,b,400\n2,c,945\n",
+    ],
+)
+def test_units_say_which_column_is_which(tmp_path, text):
+    history = read_history(write(tmp_path, text), ATMOSPHERE)
+    np.testing.assert_allclose(history.time, [0, 0.5, 2])
+    np.testing.assert_allclose(history.vacuum, [0, 40e3, 94.5e3])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "at least two rows"),
+        ("time [s],vacuum [kPa]\n", "at least two rows"),
+        ("time,vacuum [kPa]\n0,0\n1,2\n", "no column of time"),
+        ("time [s],vacuum\n0,0\n1,2\n", "no column of vacuum"),
+        ("time [s],a [kPa],b [Pa]\n0,0,0\n1,2,2\n", "2 columns of vacuum"),
+        ("time [s],vacuum [kPa]\n0,0\n1,x\n", "'x' is no number"),
+        ("time [s],vacuum [kPa]\n0,0\n1\n", "'' is no number"),
+        ("time [s],vacuum [kPa]\n0,0\n1,nan\n", "'nan' is no number"),
+        ("time [s],vacuum [kPa]\n0,0\n1,1\n1,2\n", "time does not rise"),
+        ("time [s],vacuum [kPa]\n0,0\n1,120\n", "vacuum 120 kPa is not allowed"),
+        ("time [s],vacuum [kPa]\n0,-1\n1,20\n", "vacuum -1 kPa is not allowed"),
+    ],
+)
+def test_what_is_refused_and_how(tmp_path, text, words):
+    with pytest.raises(FileError, match=words):
+        read_history(write(tmp_path, text), ATMOSPHERE)
+
+
+def test_no_file_and_no_text(tmp_path):
+    with pytest.raises(FileError, match="cannot be read"):
+        read_history(tmp_path / "none.csv", ATMOSPHERE)
+    path = tmp_path / "bytes.csv"
+    path.write_bytes(b"\xff\xfe\x00\x01" * 10)
+    with pytest.raises(FileError, match="cannot be read"):
+        read_history(path, ATMOSPHERE)

@@ -1,0 +1,109 @@
+"""The drop marched in time: rebound, slack rope, histories, and the record of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from layerjam.device.load import load
+from layerjam.errors import QuantityError
+from layerjam.simulate.drop import damped_rope_only, drop, rope_only
+from layerjam.simulate.drop_in_time import History, drop_in_time
+from layerjam.simulate.record import Outcome
+
+FILE = load("choi2018-kapton")
+CASE = {"mass": 1.0, "speed": 2.5, "rope_stiffness": 16.8e3}
+G, SPRING = 9.80665, 1 / (1 / 131e3 + 1 / 16.8e3)
+
+
+def test_at_constant_vacuum_it_is_the_exact_one():
+    timed, record = drop_in_time(FILE, vacuum=94.5e3, **CASE)
+    exact, other = drop(FILE, vacuum=94.5e3, **CASE)
+    assert timed.slip == pytest.approx(exact.slip, abs=1e-8 * 0.06)
+    assert timed.peak_force == pytest.approx(exact.peak_force, rel=1e-9)
+    assert timed.time == pytest.approx(other.time[-1], rel=1e-6)
+    assert record.outcome is other.outcome is Outcome.STOPPED
+    there = np.interp(other.slip[150:-1], record.slip, record.dissipated_energy)
+    np.testing.assert_allclose(there, other.dissipated_energy[150:-1], rtol=2e-3, atol=1e-3)
+
+
+def test_the_rebound_swings_on_the_spring_and_comes_back_without_sliding():
+    timed, record = drop_in_time(FILE, vacuum=94.5e3, duration=0.2, **CASE)
+    assert timed.outcome is Outcome.STOPPED
+    assert timed.outcome_at_end is Outcome.FINISHED
+    assert timed.slip_at_end == pytest.approx(timed.slip, rel=1e-9)
+    after = record.time > timed.time
+    # thrown back: taut up to force zero, then free flight, and nothing is lost
+    energy = record.speed_of_mass**2 / 2 - G * record.travel + record.force**2 / (2 * SPRING)
+    np.testing.assert_allclose(energy[after], energy[after][0], rtol=1e-9)
+    slack = after & (record.force == 0)
+    assert slack.sum() > 20
+    flight = np.polyfit(record.time[slack][:10], record.travel[slack][:10], 2)
+    assert 2 * flight[0] == pytest.approx(G, rel=1e-6)
+    assert (record.travel[slack] <= record.slip[slack] + 1e-15).all()
+
+
+def test_a_damped_rope_comes_to_rest_at_the_weight():
+    timed, record = drop_in_time(FILE, vacuum=94.5e3, rope_damping=60.0, duration=1.0, **CASE)
+    assert record.force[-1] == pytest.approx(G, rel=1e-3)
+    assert abs(record.speed_of_mass[-1]) < 1e-4
+    assert timed.slip < drop(FILE, vacuum=94.5e3, **CASE)[0].slip
+    assert (np.diff(record.dissipated_energy) >= -1e-15).all()
+    assert (np.diff(record.slip) >= 0).all()
+
+
+def test_venting_after_the_stop_lets_the_weight_down():
+    vent = History(np.array([0.0, 0.05, 0.15, 1.0]), np.array([94.5e3, 94.5e3, 3e3, 3e3]))
+    timed, record = drop_in_time(
+        FILE, mass=3.0, speed=1.0, vacuum=vent, rope_stiffness=16.8e3, rope_damping=100.0,
+        duration=1.0,
+    )  # fmt: skip
+    assert timed.outcome is Outcome.STOPPED
+    assert timed.outcome_at_end is Outcome.BOTTOMED_OUT
+    assert timed.slip_at_end == FILE.brake.sheets.usable_travel
+    assert any("slid on" in words for words in record.warnings)
+    np.testing.assert_allclose(
+        record.vacuum_in_time, np.interp(record.time, vent.time, vent.vacuum)
+    )
+    assert record.conditions()["vacuum"] == "as in the column"
+
+
+def test_progress_is_told_and_can_stop_it():
+    told: list[float] = []
+    drop_in_time(FILE, vacuum=94.5e3, duration=0.1, progress=told.append, **CASE)
+    assert told == sorted(told)
+    assert told[-1] == pytest.approx(0.1, rel=0.05)
+
+    def stop_it(_: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        drop_in_time(FILE, vacuum=94.5e3, duration=0.1, progress=stop_it, **CASE)
+
+
+def test_damping_without_a_rope_is_refused():
+    with pytest.raises(QuantityError, match="there is no rope"):
+        drop_in_time(FILE, mass=1.0, speed=1.0, vacuum=5e4, rope_damping=3.0)
+
+
+@pytest.mark.parametrize("damping", [1e-6, 30.0, 2 * np.sqrt(16.8e3), 900.0])
+def test_a_damped_rope_alone(damping):
+    force, time, heat = damped_rope_only(1.0, 2.5, 16.8e3, damping, G)
+    # the mass at its standstill: came in = weight's work + energy of motion = heat + spring
+    from scipy.integrate import solve_ivp
+
+    def standstill(_, y):
+        return y[1]
+
+    standstill.terminal = True
+    run = solve_ivp(
+        lambda _, y: [y[1], G - 16.8e3 * y[0] - damping * y[1], damping * y[1] ** 2], (0, 1),
+        [0, 2.5, 0], events=[standstill], rtol=1e-11, atol=1e-14, method="Radau",
+        dense_output=True,
+    )  # fmt: skip
+    assert time == pytest.approx(run.t_events[0][0], rel=1e-7)
+    assert heat == pytest.approx(run.y_events[0][0][2], rel=1e-6, abs=1e-12)
+    fine = run.sol(np.linspace(0, time, 4001))
+    assert force == pytest.approx((16.8e3 * fine[0] + damping * fine[1]).max(), rel=1e-6)
+    if damping < 1e-3:
+        assert force == pytest.approx(rope_only(1.0, 2.5, 16.8e3, G)[0], rel=1e-6)
