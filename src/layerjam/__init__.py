@@ -37,9 +37,16 @@ _PUBLIC = {
     "layerjam.simulate.procedure": "Procedure parse_procedure",
     "layerjam.simulate.record": "DropRecord Outcome TensileRecord",
     "layerjam.verbs.answer": "Answer",
+    "layerjam.mechanics.heat": "local_rise stops_per_minute temperature_rise "
+    "temperature_rise_of_sheets",
+    "layerjam.mechanics.motion": "stop_in_time",
+    "layerjam.simulate.accelerometer": "Accelerometer Reading seen",
+    "layerjam.simulate.drop_in_time": "History drop_in_time",
     "layerjam.mechanics.stop": "speed_at_slip stop time_at_slip",
     "layerjam.mechanics.tune": "tuned_vacuum vacuum_eq10",
-    "layerjam.verbs.impact": "drop tune",
+    "layerjam.verbs.impact": "drop",
+    "layerjam.verbs.sensor": "heating observed reading",
+    "layerjam.verbs.tuning": "tune",
     "layerjam.verbs.laboratory": "calibrate friction validate",
     "layerjam.verbs.predict": "force new show tensile vacuum",
 }

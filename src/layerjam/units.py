@@ -83,6 +83,8 @@ def unit_factor(unit: str, si: str) -> Fraction | None:
         return None
     if not isinstance(factor, int | float) or not math.isfinite(factor) or factor <= 0:
         return None
+    if registry.Quantity(0, registry.parse_units(text)).to(_pint_name(si)).magnitude != 0:
+        return None  # a scale with another zero, such as °C, has no factor
     # pint multiplies floats: 14 digits undo its rounding (g/cm^3 comes as 999.9999999999999)
     return Fraction(f"{factor:.14g}") if isinstance(factor, float) else Fraction(factor)
 

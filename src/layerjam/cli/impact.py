@@ -44,6 +44,25 @@ def drop(
     duration: Annotated[
         str | None, typer.Option(metavar="Q", help="Follow the rebound up to this time.")
     ] = None,
+    accelerometer: Annotated[
+        str, typer.Option(metavar="NAME", help="What measures the stop: ideal or adxl193.")
+    ] = "ideal",
+    filter_class: Annotated[
+        str | None,
+        typer.Option("--filter", metavar="CLASS", help="SAE J211: cfc60, 180, 600 or 1000."),
+    ] = None,
+    low_pass: Annotated[
+        str | None, typer.Option(metavar="Q", help="Low-pass of the accelerometer, e.g. 400Hz.")
+    ] = None,
+    sampling: Annotated[
+        str | None, typer.Option(metavar="Q", help="Sampling of the accelerometer, e.g. 10kHz.")
+    ] = None,
+    allowed_rise: Annotated[
+        str | None, typer.Option(metavar="Q", help="Warmth the sheets may reach, 20K if not given.")
+    ] = None,
+    film_coefficient: Annotated[
+        str | None, typer.Option(metavar="Q", help="Heat to the air, e.g. '10 W/(m^2 K)'.")
+    ] = None,
     no_brake: Annotated[bool, typer.Option("--no-brake", help="The rope alone.")] = False,
     horizontal: Horizontal = False,
     out: Annotated[
@@ -61,12 +80,16 @@ def drop(
         raise QuantityError("--no-brake: has no record to write or draw")
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import impact
+    from layerjam.verbs import impact, sensor
 
     answer = impact.drop(
         brake, mass=mass, speed=speed, height=height, vacuum=vacuum, travel=travel,
         rope_stiffness=rope_stiffness, rope_damping=rope_damping, vacuum_history=vacuum_history,
         duration=duration, no_brake=no_brake, horizontal=horizontal, atmosphere=atmosphere,
+    )  # fmt: skip
+    answer = sensor.observed(
+        answer, accelerometer=accelerometer, filter=filter_class, low_pass=low_pass,
+        sampling=sampling, allowed_rise=allowed_rise, film_coefficient=film_coefficient,
     )  # fmt: skip
     done = answer.record is not None and answer.values.get("feasible") is not False
     if out is not None and done:
@@ -76,7 +99,13 @@ def drop(
 
         impact_figures.save(impact_figures.drop(answer.record), figure, force)
     unknown = tuple(key for key, value in answer.values.items() if value is None)
-    extra = ("feasible", "least_stiffness") if answer.feasible else ()
+    extra: tuple[str, ...] = ()
+    if answer.feasible:
+        extra = ("feasible", "least_stiffness", "allowed_rise", "film_coefficient", "saturated")
+    if accelerometer == "ideal" and (filter_class, low_pass, sampling) == (None, None, None):
+        # nothing to tell beside the peak that stands there already
+        extra += ("measured_peak", "measured_peak_g", "measured_peak_time", "peak_loss", "filter",
+                  "accelerometer")  # fmt: skip
     return say(answer, as_json, hidden=unknown + extra)
 
 
@@ -93,9 +122,9 @@ def tune(
     """Vacuum that stops a mass within a travel."""
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import impact
+    from layerjam.verbs import tuning
 
-    answer = impact.tune(
+    answer = tuning.tune(
         brake, mass=mass, speed=speed, travel=travel, rope_stiffness=rope_stiffness,
         horizontal=horizontal, atmosphere=atmosphere,
     )  # fmt: skip

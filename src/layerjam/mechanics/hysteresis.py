@@ -80,6 +80,7 @@ class Setting(NamedTuple):
 
 
 def setting(vacuum: Any, brake: Brake) -> Setting:
+    """The constants of a brake on its working stiffness, at a vacuum [Pa]."""
     return Setting(
         friction_per_contact(vacuum, brake),
         jnp.asarray(working_stiffness(brake), jnp.float64),

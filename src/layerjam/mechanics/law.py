@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import inspect
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -33,13 +34,15 @@ def law(function: F) -> F:
     precision it raises PrecisionError instead of answering in float32.
     """
     register_records()
-    compiled = jax.jit(function)
+    compiled, places = jax.jit(function), inspect.signature(function)
 
     @functools.wraps(function)
-    def wrapper(*args: Any) -> Any:
+    def wrapper(*args: Any, **named: Any) -> Any:
         if not jax.config.jax_enable_x64:
             raise PrecisionError
-        return compiled(*(_as_float64(a) for a in args))
+        # by place, so that a call by name does not compile a second time
+        placed = places.bind(*args, **named).args if named else args
+        return compiled(*(_as_float64(a) for a in placed))
 
     return wrapper  # type: ignore[return-value]
 

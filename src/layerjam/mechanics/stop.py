@@ -14,19 +14,32 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import (
-    Sleeve,
-    backbone,
-    backbone_dissipated,
-    backbone_stored,
-    backbone_work,
-    sleeve_at,
-)
+from layerjam.mechanics.enclosure import backbone, backbone_work, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.stop_algebra import (
+    BOTTOMED_OUT,
+    NEVER_SLID,
+    SNAPS,
+    STOPPED,
+    Quartic,
+    Setup,
+    curved,
+    end_of,
+    guess,
+    polished,
+    search,
+    setup,
+    slope_of,
+    value,
+)
 
-STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS = 0, 1, 2, 3
-"""Outcome codes."""
+__all__ = [
+    "BOTTOMED_OUT", "NEVER_SLID", "SNAPS", "STOPPED", "Stop", "kinetic_energy", "speed_at_slip",
+    "stop", "time_at_slip",
+]  # fmt: skip
+SETTLED = 1e-5
+"""Last step of the root's search, over its bracket, below which the next one changes nothing."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
@@ -48,120 +61,41 @@ class Stop(NamedTuple):
     """STOPPED, NEVER_SLID, BOTTOMED_OUT or SNAPS."""
 
 
-class _Setup(NamedTuple):
-    """Constants of one stop."""
-
-    weight: Any
-    c: Any
-    onset: Any
-    k: Any
-    sleeve: Sleeve
-    kinetic: Any
-    """Kinetic energy when slip begins [J]."""
+def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Setup:
+    c, sleeve = friction_per_contact(vacuum, brake), sleeve_at(vacuum, brake)
+    return setup(mass, speed, c, brake.sheets.overlap, sleeve, spring, gravity)
 
 
-def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> _Setup:
-    c, weight = friction_per_contact(vacuum, brake), mass * gravity
-    onset = c * brake.sheets.overlap
-    kinetic = mass * speed**2 / 2 + (weight * onset - onset**2 / 2) / spring
-    return _Setup(weight, c, onset, spring, sleeve_at(vacuum, brake), kinetic)
-
-
-def _resist(slip: Any, at: _Setup) -> Any:
-    return at.onset - at.c * slip + backbone(slip, at.sleeve)
-
-
-def kinetic_energy(slip: Any, at: _Setup) -> Any:
+def kinetic_energy(slip: Any, at: Setup) -> Any:
     """K(s) [J]: what is left of the mass's energy of motion at slip s [m]."""
-    change = _resist(slip, at) - at.onset
+    change = backbone(slip, at.sleeve) - at.c * slip
     spring = (at.weight - at.onset) * change - change**2 / 2
     work = at.onset * slip - at.c * slip**2 / 2 + backbone_work(slip, at.sleeve)
     return at.kinetic + at.weight * slip - work + spring / at.k
 
 
-def _falling_balance(at: _Setup, travel: Any) -> Any:
-    """The slip at which the falling force meets the weight, or `travel` if that comes first.
-
-    Up to there the kinetic energy falls (or first rises, then falls), so its first root is the
-    only one.
-    """
-    # c x - e sqrt(x) = Y(0) - weight, the larger root; then the linear, saturated part
-    over = at.onset - at.weight
-    square = at.sleeve.root**2 + 4 * at.c * over
-    falls = at.c > 0
-    root = (at.sleeve.root + safe_sqrt(jnp.maximum(square, 0.0))) / jnp.where(falls, 2 * at.c, 1.0)
-    slope = at.c - at.sleeve.stiffness / at.sleeve.reach
-    linear = over + at.sleeve.friction * at.sleeve.reach
-    linear = linear / jnp.where(slope > 0, slope, 1.0)
-    balance = jnp.where(root**2 < at.sleeve.saturation, root**2, linear)
-    rises = (slope <= 0) & (root**2 >= at.sleeve.saturation)
-    heavy = square < 0
-    limit = jnp.where(falls & ~rises & ~heavy, jnp.maximum(balance, 0.0), travel)
-    return jnp.minimum(limit, travel)
-
-
-class _Quartic(NamedTuple):
-    """K(w) = a0 + a1 w + ... + a4 w^4 [J] in w = sqrt(slip), where the sleeve keeps one form."""
-
-    a0: Any
-    a1: Any
-    a2: Any
-    a3: Any
-    a4: Any
-
-    def at(self, w: Any) -> Any:
-        return self.a0 + w * (self.a1 + w * (self.a2 + w * (self.a3 + w * self.a4)))
-
-    def slopes(self, w: Any) -> tuple[Any, Any]:
-        first = self.a1 + w * (2 * self.a2 + w * (3 * self.a3 + w * 4 * self.a4))
-        return first, 2 * self.a2 + w * (6 * self.a3 + w * 12 * self.a4)
-
-
-def _quartic(at: _Setup, saturated: Any) -> _Quartic:
-    """The kinetic energy while the sleeve spreads, or (where `saturated`) once it moves whole."""
-    c, e, k, over = at.c, at.sleeve.root, at.k, at.weight - at.onset
-    slope, step = at.sleeve.stiffness / at.sleeve.reach, at.sleeve.friction * at.sleeve.reach
-    fall = c - slope
-    whole = at.kinetic + step * at.sleeve.saturation / 6 + (over - step / 2) * step / k
-    bend = over - step + (step - over) * fall / k
-    return _Quartic(
-        a0=jnp.where(saturated, whole, at.kinetic),
-        a1=jnp.where(saturated, 0.0, over * e / k),
-        a2=jnp.where(saturated, bend, over - over * c / k - e**2 / (2 * k)),
-        a3=jnp.where(saturated, 0.0, (c / k - 2 / 3) * e),
-        a4=jnp.where(saturated, fall - fall**2 / k, c - c**2 / k) / 2,
-    )
-
-
-def _first_root(energy: _Quartic, low: Any, high: Any) -> Any:
+def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
     """sqrt of the slip in [low, high] where the kinetic energy, falling, passes zero.
 
-    Three steps that follow slope and curvature (Euler's, cubic) from the root without a sleeve; if
-    anywhere they have not settled, Newton steps kept in their bracket for all.
+    Three curved steps from the root without a sleeve; if anywhere they have not settled, Newton
+    steps kept in their bracket for all.
     """
-
-    def curved(w: Any) -> Any:
-        value, (first, second) = energy.at(w), energy.slopes(w)
-        down = jnp.sqrt(jnp.maximum(first**2 - 2 * value * second, 0.0)) - first
-        return jnp.clip(w + 2 * value / jnp.where(down > 0, down, 1.0), low, high)
-
-    near = jnp.sqrt(jnp.maximum(energy.a2**2 - 4 * energy.a0 * energy.a4, 0.0)) - energy.a2
-    near = 2 * energy.a0 / jnp.where(near > 0, near, 1.0)
-    start = jnp.clip(jnp.sqrt(jnp.maximum(near, 0.0)), low, high)
-    before = curved(curved(start))
-    found = curved(before)
-    settled = jnp.all(~(jnp.abs(found - before) > 1e-5 * high))
+    before = guess(energy, low, high)
+    for _ in range(2):
+        before = curved(energy, before, low, high)
+    found = curved(energy, before, low, high)
+    settled = jnp.all(~(jnp.abs(found - before) > SETTLED * high))
     return jax.lax.cond(settled, lambda: found, lambda: _bracketed(energy, low, high))
 
 
-def _bracketed(energy: _Quartic, low: Any, high: Any) -> Any:
+def _bracketed(energy: Quartic, low: Any, high: Any) -> Any:
     def step(_: int, state: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
         low, high, w = state
-        value, (slope, _unused) = energy.at(w), energy.slopes(w)
-        low, high = jnp.where(value > 0, w, low), jnp.where(value > 0, high, w)
-        guess = w - value / jnp.where(slope != 0, slope, 1.0)
-        inside = (guess > low) & (guess < high) & (slope != 0)
-        return low, high, jnp.where(inside, guess, (low + high) / 2)
+        here, slope = value(energy, w), slope_of(energy, w)
+        low, high = jnp.where(here > 0, w, low), jnp.where(here > 0, high, w)
+        near = w - here / jnp.where(slope != 0, slope, 1.0)
+        inside = (near > low) & (near < high) & (slope != 0)
+        return low, high, jnp.where(inside, near, (low + high) / 2)
 
     return jax.lax.fori_loop(0, 60, step, (low, high, (low + high) / 2))[2]
 
@@ -178,56 +112,18 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     )
     at = _setup(mass, speed, vacuum, spring, gravity, brake)
     travel = brake.sheets.usable_travel + jnp.zeros_like(at.kinetic)
-    elastic = at.weight + jnp.sqrt(at.weight**2 + spring * mass * speed**2)
-    slides = elastic > at.onset
-    # on a spring softer than the fall of the force the brake runs on by itself from here
-    soft = at.c - spring
-    snap = (at.sleeve.root / (2 * jnp.where(soft > 0, soft, 1.0))) ** 2
-    snap = jnp.where(soft > 0, snap, jnp.inf)
-    end = jnp.minimum(_falling_balance(at, travel), snap)
-    edge = jnp.minimum(at.sleeve.saturation, end)
-    spread = _quartic(at, jnp.array(False))
-    # beyond its saturation the sleeve has another quartic
-    beyond = (spread.at(jnp.sqrt(edge)) > 0) & (edge < end)
-    energy = _quartic(at, beyond)
-    low, high = jnp.where(beyond, edge, 0.0), jnp.where(beyond, end, edge)
-    stops = energy.at(jnp.sqrt(high)) <= 0
-    constants, low, high = jax.lax.stop_gradient((energy, jnp.sqrt(low), jnp.sqrt(high)))
-    root = _polished(_first_root(constants, low, high), energy)
-    far = jnp.minimum(travel, snap)
-    root = jnp.where(slides, jnp.where(stops, root, jnp.sqrt(far)), 0.0)
-    slip = root**2
-    outcome = jnp.where(stops, STOPPED, jnp.where(snap < travel, SNAPS, BOTTOMED_OUT))
-    outcome = jnp.where(slides, outcome, NEVER_SLID)
-    whole = slip >= at.sleeve.saturation
-    sleeve = at.sleeve.stiffness * slip / at.sleeve.reach + at.sleeve.friction * at.sleeve.reach
-    resist = at.onset - at.c * slip + jnp.where(whole, sleeve, at.sleeve.root * root)
-    ratio = at.sleeve.root / (2 * jnp.where(at.c > 0, at.c, 1.0))
-    top = jnp.where((at.c > 0) & (ratio**2 < jnp.minimum(slip, at.sleeve.saturation)), ratio, 0.0)
-    highest = jnp.maximum(resist, at.onset + at.sleeve.root * top / 2)
-    peak = jnp.where(slides, jnp.maximum(highest, at.onset), elastic)
-    left = jnp.where(stops | ~slides, 0.0, jnp.maximum(_quartic(at, whole).at(root), 0.0))
-    force = jnp.where(slides, resist, elastic)
-    heat = at.onset * slip - at.c * slip**2 / 2 + backbone_dissipated(slip, at.sleeve)
+    found = search(at, travel)
+    # the search is not differentiated: the polishing step carries the gradient of the root
+    energy, low, high = jax.lax.stop_gradient((found.energy, found.low, found.high))
+    root = _first_root(energy, low, high)
+    root = polished(found.energy, root, jax.lax.stop_gradient(slope_of(energy, root)))
+    end = end_of(at, found, root, travel)
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
-    return Stop(
-        slip=within(fine, slip),
-        peak_force=within(fine, peak),
-        end_speed=within(fine, safe_sqrt(2 * left / mass)),
-        heat=within(fine, heat),
-        stored=within(fine, force**2 / (2 * spring) + backbone_stored(slip, at.sleeve)),
-        outcome=outcome,
-    )
+    *numbers, outcome = end
+    return Stop(*(within(fine, x) for x in numbers), outcome=outcome)  # type: ignore[misc]
 
 
-def _polished(root: Any, energy: _Quartic) -> Any:
-    """The root after one more Newton step, which carries the gradient (implicit function)."""
-    slope = jax.lax.stop_gradient(energy.slopes(root)[0])
-    step = jnp.where(slope < 0, energy.at(root) / jnp.where(slope < 0, slope, -1.0), 0.0)
-    return jnp.maximum(root - step, 0.0)
-
-
-def _elastic_time(mass: Any, speed: Any, gravity: Any, at: _Setup, slides: Any) -> Any:
+def _elastic_time(mass: Any, speed: Any, gravity: Any, at: Setup, slides: Any) -> Any:
     """Seconds until the brake begins to slide, or (if it never does) to the first standstill."""
     omega = jnp.sqrt(at.k / mass)
     sag, swing = gravity / omega**2, speed / omega

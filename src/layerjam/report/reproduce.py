@@ -18,7 +18,16 @@ from layerjam.identify.fit import Calibration
 from layerjam.identify.friction_test import FrictionResult
 from layerjam.identify.metrics import Validation
 from layerjam.identify.trace import Trace
-from layerjam.report import impact_figures, paper_figures, paper_lab, paper_model
+from layerjam.report import (
+    impact_figures,
+    paper_figures,
+    paper_impact,
+    paper_lab,
+    paper_model,
+    paper_speed,
+    sensor_figures,
+    speed_figures,
+)
 from layerjam.report.figures import calibration, force_over_vacuum, friction, validation
 from layerjam.report.page import Part, Picture, check_extras, render_page, tally
 from layerjam.report.paper_lab import FilmRun
@@ -141,12 +150,35 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
         Part(
             id="materials",
             title="Films, air and water (III-A, III-B)",
-            claims=[*paper_model.materials(), *paper_model.fluids()],
+            claims=[
+                *paper_model.materials(), *paper_speed.judder_claims(),
+                *paper_model.fluids(), *paper_speed.wet_claims(),
+            ],
             pictures=[
                 Picture(
                     name="fig4", figure=fig.fig4(),
                     caption="Fig. 4 from the model: 94.5, 65.5, 31.0 and 0 kPa. Quasi-static, "
                     "without stick–slip. Polyester and fibreglass rest on handbook friction.",
+                ),
+                Picture(
+                    name="fig4-judder", figure=speed_figures.fig4_judder(),
+                    caption="Why Fig. 4 shows the opposite of table I. Left: the saw of a slow "
+                    "pull, all interfaces at once and let go one after another. Right: which film "
+                    "judders at 1 mm/s over the Stribeck speed and the damping, neither of which "
+                    "is measured; the moving mass, half of a brake, is assumed.",
+                ),
+                Picture(
+                    name="judder-map", figure=speed_figures.amplitude(),
+                    caption="Not in the paper: how fast one must pull. Half of the force's swing "
+                    "over pulling speed and vacuum (blank: it slides steadily; the line is the "
+                    "closed form, which holds while the spring stays taut), and the critical speed "
+                    "over the stiffness of brake and mount.",
+                ),
+                Picture(
+                    name="fig6", figure=speed_figures.fig6(),
+                    caption="Fig. 6 redrawn: Kapton dry (solid) and wet. The wet parameters are "
+                    "illustrative, chosen after the paper's words and fitted to nothing; at 25 mm/s "
+                    "two sets show the two readings of its sentence.",
                 ),
             ],
         ),
@@ -180,7 +212,7 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
         Part(
             id="damping",
             title="Collisions (III-E)",
-            claims=paper_model.damping(),
+            claims=[*paper_model.damping(), *paper_impact.claims()],
             pictures=[
                 Picture(
                     name="fig11",
@@ -189,6 +221,18 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
                     "parts included, so that the brake slips 40 mm; dashed: the least peak of any "
                     "stop within that way, whatever does the stopping. Red: what the paper reads "
                     "off its figure.",
+                ),
+                Picture(
+                    name="accelerometer", figure=sensor_figures.readings(),
+                    caption="The stop at 2.5 m/s as accelerometers show it: ideal, with the "
+                    "ADXL193's low-pass (400 Hz; its order is assumed), and through the filters of "
+                    "SAE J211-1. None hides more than a thirtieth of the peak.",
+                ),
+                Picture(
+                    name="filter-and-rope", figure=sensor_figures.what_it_takes(),
+                    caption="What it would take to show the paper's peaks. Left: a low-pass of a "
+                    "few hertz, behind which the bare drop would not show its 50 g. Right: no rope "
+                    "does; on one soft enough the brake never slips.",
                 ),
             ],
         ),

@@ -1,0 +1,68 @@
+"""One definition, two compilers: an element-by-element law of JAX as machine code by numba.
+
+XLA cuts a long formula into dozens of passes over memory. Where a law is plain algebra, numba makes
+one loop of the same source, three times as fast on millions of drops; gradients stay with JAX.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import types
+from collections.abc import Callable
+from typing import Any
+
+import numba
+
+_made: dict[Any, Any] = {}
+
+
+@numba.njit(forceinline=True)  # type: ignore[untyped-decorator]
+def _where(condition, yes, no):  # type: ignore[no-untyped-def]  # pragma: no cover
+    return yes if condition else no
+
+
+@numba.njit(forceinline=True)  # type: ignore[untyped-decorator]
+def _maximum(a, b):  # type: ignore[no-untyped-def]  # pragma: no cover
+    return a if a > b else b
+
+
+@numba.njit(forceinline=True)  # type: ignore[untyped-decorator]
+def _minimum(a, b):  # type: ignore[no-untyped-def]  # pragma: no cover
+    return a if a < b else b
+
+
+@numba.njit(forceinline=True)  # type: ignore[untyped-decorator]
+def _logical_not(a):  # type: ignore[no-untyped-def]  # pragma: no cover
+    return not a
+
+
+def _scalars() -> types.ModuleType:
+    module = types.ModuleType("scalars")
+    module.__dict__.update(
+        where=_where, maximum=_maximum, minimum=_minimum, logical_not=_logical_not,
+        sqrt=math.sqrt, inf=math.inf,
+    )  # fmt: skip
+    return module
+
+
+_SCALARS = _scalars()
+
+
+def scalar(function: Callable[..., Any]) -> Any:
+    """The function for one element, compiled by numba, with all it calls from its own module.
+
+    `function` and what it calls use arithmetic, named tuples and `jnp.where`, `sqrt`, `maximum`,
+    `minimum`, `logical_not`, `inf` only.
+    """
+    if function not in _made:
+        home = sys.modules[function.__module__].__dict__
+        names = {n: home[n] for n in function.__code__.co_names if n in home}
+        for name, there in names.items():
+            if name == "jnp":
+                names[name] = _SCALARS
+            elif isinstance(there, types.FunctionType):
+                names[name] = scalar(there)
+        plain = types.FunctionType(function.__code__, names, function.__name__)
+        _made[function] = numba.njit(error_model="numpy", forceinline=True)(plain)
+    return _made[function]

@@ -1,0 +1,95 @@
+"""Heat of a stop in the sheets: how warm they get, and how often one may stop.
+
+Adiabatic: a stop lasts tens of milliseconds, and heat takes some ten seconds through stack and
+sleeve, so it stays where it arose. All of it is counted as the sheets', also the part that arises
+on the faces of the sleeve and warms silicone too, so the mean is a little high. Between stops the
+sleeve gives the heat off to the air.
+
+Wear is not modelled: neither that of the film nor what a warm or worn surface does to friction.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake, sheet_mass
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.law import law, within
+
+
+def _specific_heat(brake: Brake) -> Any:
+    """Of the film [J/(kg K)]; NaN where the brake does not say."""
+    known = brake.film.specific_heat
+    return jnp.nan if known is None else known
+
+
+def rubbing_mass(brake: Brake) -> Any:
+    """Mass of film within the overlap at rest [kg], all sheets: the part that rubs."""
+    return brake.sheets.count * sheet_mass(brake) * brake.sheets.overlap / brake.sheets.length
+
+
+def outer_area(brake: Brake) -> Any:
+    """Outer surface of the sleeve from cap to cap at rest [m^2], the ends left out."""
+    sheets, wall = brake.sheets, brake.enclosure.wall
+    around = 2 * (sheets.width + sheets.count * sheets.thickness) + 8 * wall
+    return around * (sheets.free_left + sheets.overlap + sheets.free_right)
+
+
+@law
+def temperature_rise(heat: Any, brake: Brake) -> Any:
+    """Mean rise [K] of the sheets' rubbing part, the overlap at rest, from a heat [J].
+
+    m c dT = heat. NaN below zero heat or where the film's specific heat is not known.
+    """
+    capacity = rubbing_mass(brake) * _specific_heat(brake)
+    return within(heat >= 0, heat / capacity)
+
+
+@law
+def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
+    """Mean rise [K] of the whole sheets, clamped and free parts too, from a heat [J].
+
+    What a stop leaves once the warmth has spread along the sheets, before any is given off.
+    """
+    capacity = brake.sheets.count * sheet_mass(brake) * _specific_heat(brake)
+    return within(heat >= 0, heat / capacity)
+
+
+@law
+def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
+    """Rise [K] through the thickness where an inner sheet rubs for the whole slip [m].
+
+    The hottest place: both its faces take half of the friction's work per area, a mu_k P d, and
+    none is led along the film. Slip and vacuum [Pa] broadcast. The surface itself is warmer for
+    some milliseconds, and the contact spots warmer still; neither is modelled.
+    """
+    sheets = brake.sheets
+    # the law of friction holds the pressure's exponent too
+    shear = friction_per_contact(vacuum, brake) / ((sheets.count - 1) * sheets.width)
+    rise = shear * slip / (brake.film.density * _specific_heat(brake) * sheets.thickness)
+    fine = (slip >= 0) & (slip <= sheets.overlap) & (vacuum >= 0)
+    return within(fine, rise)
+
+
+@law
+def stops_per_minute(heat: Any, allowed_rise: Any, film_coefficient: Any, brake: Brake) -> Any:
+    """Stops a minute [1/min], each of the same heat [J], for ever, up to a mean rise [K].
+
+    Equally spaced. A stop warms the rubbing sheets by `temperature_rise`, and between stops they
+    cool with the time constant C/(h A), h the `film_coefficient` [W/(m^2 K)] from the sleeve's
+    outer surface to still air. In the lasting state the rise just after a stop is
+    dT/(1 - exp(-h A t/C)) at the spacing t; it is let reach `allowed_rise` over the air. Zero where
+    one stop alone is too much. For small dT this is h A (allowed rise)/heat, whatever C.
+
+    The sleeve's own heat capacity and thermal resistance, conduction into the caps and the drift of
+    friction with temperature are left out. NaN unless all three are positive.
+    """
+    capacity = rubbing_mass(brake) * _specific_heat(brake)
+    share = heat / (capacity * allowed_rise)
+    rate = film_coefficient * outer_area(brake) / capacity
+    possible = share < 1
+    spacing = -jnp.log1p(-jnp.where(possible, share, 0.5)) / rate
+    fine = (heat > 0) & (allowed_rise > 0) & (film_coefficient > 0) & ~jnp.isnan(share)
+    return within(fine, jnp.where(possible, 60 / spacing, 0.0))

@@ -1,0 +1,204 @@
+"""The algebra of a stop, element by element: JAX runs it on arrays, numba on one drop at a time.
+
+Only what both understand stands here: arithmetic, and `where`, `sqrt`, `maximum`, `minimum`,
+`logical_not` of `jnp`, for which `compiled.scalar` puts scalar ones.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from layerjam.mechanics.enclosure import Sleeve
+
+STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS = 0, 1, 2, 3
+"""Outcome codes."""
+
+
+class Setup(NamedTuple):
+    """Constants of one stop."""
+
+    mass: Any
+    arriving: Any
+    """Kinetic energy on arrival [J]."""
+    weight: Any
+    c: Any
+    onset: Any
+    k: Any
+    sleeve: Sleeve
+    kinetic: Any
+    """Kinetic energy when slip begins [J]."""
+
+
+class Quartic(NamedTuple):
+    """K(w) = a0 + a1 w + ... + a4 w^4 [J] in w = sqrt(slip), where the sleeve keeps one form."""
+
+    a0: Any
+    a1: Any
+    a2: Any
+    a3: Any
+    a4: Any
+
+
+class Search(NamedTuple):
+    """Where the first root lies, in w = sqrt(slip)."""
+
+    energy: Quartic
+    low: Any
+    high: Any
+    stops: Any
+    snap: Any
+    """Slip at which the brake runs on by itself [m]; infinite on a stiff spring."""
+
+
+class End(NamedTuple):
+    """What the end of a stop is like, in SI; see `stop.Stop`."""
+
+    slip: Any
+    peak_force: Any
+    end_speed: Any
+    heat: Any
+    stored: Any
+    outcome: Any
+
+
+def setup(
+    mass: Any, speed: Any, c: Any, overlap: Any, sleeve: Sleeve, spring: Any, gravity: Any
+) -> Setup:
+    """Constants of a stop from the friction per contact c [N/m] and the sleeve."""
+    weight, onset = mass * gravity, c * overlap
+    arriving = mass * speed * speed / 2
+    kinetic = arriving + (weight * onset - onset * onset / 2) / spring
+    return Setup(mass, arriving, weight, c, onset, spring, sleeve, kinetic)
+
+
+def root_of(square: Any) -> Any:
+    """Square root of what is positive, else 0 with the gradient 0."""
+    positive = square > 0
+    return jnp.where(positive, jnp.sqrt(jnp.where(positive, square, 1.0)), 0.0)
+
+
+def falling_balance(at: Setup, travel: Any) -> Any:
+    """The slip at which the falling force meets the weight, or `travel` if that comes first.
+
+    Up to there the kinetic energy falls (or first rises, then falls), so its first root is the
+    only one.
+    """
+    # c x - e sqrt(x) = Y(0) - weight, the larger root; then the linear, saturated part
+    over = at.onset - at.weight
+    square = at.sleeve.root * at.sleeve.root + 4 * at.c * over
+    falls = at.c > 0
+    root = (at.sleeve.root + root_of(square)) / jnp.where(falls, 2 * at.c, 1.0)
+    slope = at.c - at.sleeve.stiffness / at.sleeve.reach
+    linear = over + at.sleeve.friction * at.sleeve.reach
+    linear = linear / jnp.where(slope > 0, slope, 1.0)
+    spreads = root * root < at.sleeve.saturation
+    balance = jnp.where(spreads, root * root, linear)
+    meets = falls & (square >= 0) & (spreads | (slope > 0))
+    return jnp.minimum(jnp.where(meets, jnp.maximum(balance, 0.0), travel), travel)
+
+
+def quartic(at: Setup, saturated: Any) -> Quartic:
+    """The kinetic energy while the sleeve spreads, or (where `saturated`) once it moves whole."""
+    c, e, k, over = at.c, at.sleeve.root, at.k, at.weight - at.onset
+    slope, step = at.sleeve.stiffness / at.sleeve.reach, at.sleeve.friction * at.sleeve.reach
+    fall = c - slope
+    whole = at.kinetic + step * at.sleeve.saturation / 6 + (over - step / 2) * step / k
+    bend = over - step + (step - over) * fall / k
+    return Quartic(
+        jnp.where(saturated, whole, at.kinetic),
+        jnp.where(saturated, 0.0, over * e / k),
+        jnp.where(saturated, bend, over - over * c / k - e * e / (2 * k)),
+        jnp.where(saturated, 0.0, (c / k - 2 / 3) * e),
+        jnp.where(saturated, fall - fall * fall / k, c - c * c / k) / 2,
+    )
+
+
+def value(p: Quartic, w: Any) -> Any:
+    """K(w) [J]."""
+    return p.a0 + w * (p.a1 + w * (p.a2 + w * (p.a3 + w * p.a4)))
+
+
+def slope_of(p: Quartic, w: Any) -> Any:
+    """dK/dw."""
+    return p.a1 + w * (2 * p.a2 + w * (3 * p.a3 + w * 4 * p.a4))
+
+
+def search(at: Setup, travel: Any) -> Search:
+    """Between which slips the kinetic energy passes zero, and as which quartic."""
+    # on a spring softer than the fall of the force the brake runs on by itself from here
+    soft = at.c - at.k
+    snap = at.sleeve.root / (2 * jnp.where(soft > 0, soft, 1.0))
+    snap = jnp.where(soft > 0, snap * snap, jnp.inf)
+    end = jnp.minimum(falling_balance(at, travel), snap)
+    edge = jnp.minimum(at.sleeve.saturation, end)
+    spread = quartic(at, at.c < 0)
+    # beyond its saturation the sleeve has another quartic
+    beyond = (value(spread, root_of(edge)) > 0) & (edge < end)
+    energy = quartic(at, beyond)
+    low = root_of(jnp.where(beyond, edge, 0.0))
+    high = root_of(jnp.where(beyond, end, edge))
+    return Search(energy, low, high, value(energy, high) <= 0, snap)
+
+
+def guess(p: Quartic, low: Any, high: Any) -> Any:
+    """The root without what the sleeve adds, in the bracket."""
+    down = root_of(p.a2 * p.a2 - 4 * p.a0 * p.a4) - p.a2
+    near = 2 * p.a0 / jnp.where(down > 0, down, 1.0)
+    return jnp.minimum(jnp.maximum(root_of(near), low), high)
+
+
+def curved(p: Quartic, w: Any, low: Any, high: Any) -> Any:
+    """One step that follows slope and curvature (Euler's, cubic), kept in the bracket."""
+    first, second = slope_of(p, w), 2 * p.a2 + w * (6 * p.a3 + w * 12 * p.a4)
+    here = value(p, w)
+    down = root_of(first * first - 2 * here * second) - first
+    new = w + 2 * here / jnp.where(down > 0, down, 1.0)
+    return jnp.minimum(jnp.maximum(new, low), high)
+
+
+def polished(p: Quartic, root: Any, slope: Any) -> Any:
+    """The root after one more Newton step, with a slope that may be held fixed."""
+    down = slope < 0
+    step = jnp.where(down, value(p, root) / jnp.where(down, slope, -1.0), 0.0)
+    return jnp.maximum(root - step, 0.0)
+
+
+def end_of(at: Setup, found: Search, root: Any, travel: Any) -> End:
+    """How it ends: at the `root` (sqrt of the slip), at the end of travel, or without slip."""
+    mass, sleeve = at.mass, at.sleeve
+    elastic = at.weight + root_of(at.weight * at.weight + 2 * at.k * at.arriving)
+    slides = elastic > at.onset
+    stops = found.stops
+    far = root_of(jnp.minimum(travel, found.snap))
+    w = jnp.where(slides, jnp.where(stops, root, far), 0.0)
+    slip = w * w
+    outcome = jnp.where(stops, STOPPED, jnp.where(found.snap < travel, SNAPS, BOTTOMED_OUT))
+    outcome = jnp.where(slides, outcome, NEVER_SLID)
+    whole = slip >= sleeve.saturation
+    push = sleeve.friction * sleeve.reach
+    moved = sleeve.stiffness * slip / sleeve.reach + push
+    pull = jnp.where(whole, moved, sleeve.root * w)
+    resist = at.onset - at.c * slip + pull
+    falls = at.c > 0
+    ratio = sleeve.root / (2 * jnp.where(falls, at.c, 1.0))
+    passed = falls & (ratio * ratio < jnp.minimum(slip, sleeve.saturation))
+    top = at.onset + sleeve.root * jnp.where(passed, ratio, 0.0) / 2
+    highest = jnp.maximum(jnp.maximum(resist, top), at.onset)
+    rest = stops | jnp.logical_not(slides)
+    left = jnp.where(rest, 0.0, jnp.maximum(value(quartic(at, whole), w), 0.0))
+    # the sleeve: half of the work is heat while it spreads; then from its tension, q s over l
+    force, spread = jnp.where(slides, resist, elastic), sleeve.root * slip * w / 3
+    rubbed = push * (slip - sleeve.saturation) + 2 * push * sleeve.saturation / 3
+    face = moved / 2
+    held = 2 * sleeve.reach * (face * face - face * push + push * push / 3) / sleeve.stiffness
+    heat = at.onset * slip - at.c * slip * slip / 2 + jnp.where(whole, rubbed, spread)
+    return End(
+        slip,
+        jnp.where(slides, highest, elastic),
+        root_of(2 * left / mass),
+        heat,
+        force * force / (2 * at.k) + jnp.where(whole, held, spread),
+        outcome,
+    )

@@ -1,0 +1,259 @@
+"""A law over millions of cases: any mix of swept quantities, all cores, bounded memory."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import itertools
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError
+from layerjam.mechanics.stop import Stop, stop
+from layerjam.mechanics.stop_many import Axis, constants_of, kernel
+from layerjam.units import quantities
+
+if TYPE_CHECKING:
+    import xarray
+
+CHUNK = 1 << 17
+"""Cases between two reports of progress: their results stay in the cache of the cores."""
+LARGEST = 4 << 30
+"""Bytes of results kept in memory; more goes to a sink."""
+Array = np.ndarray[Any, Any]
+Sink = Callable[[int, Mapping[str, Array]], None]
+Run = Callable[[int, int, Mapping[str, Array]], None]
+"""Evaluates flat cases, given the first and how many, into arrays of that length."""
+_NOTHING = np.empty(0)
+_UNITS = {
+    "mass": "kg", "speed": "m/s", "vacuum": "Pa", "spring": "N/m", "gravity": "m/s^2",
+    "slip": "m", "elongation": "m", "force": "N", "travel": "m", "peak_force": "N",
+    "end_speed": "m/s", "heat": "J", "stored": "J",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Swept:
+    """One quantity of a batch: its dimension, its values and its stride over the flat grid."""
+
+    name: str
+    dimension: str | None
+    values: Array
+    stride: int = 1
+
+    def at(self, cases: Array) -> Array:
+        """Values of the flat cases."""
+        return self.values[(cases // self.stride) % len(self.values)]
+
+
+def batch(
+    law: Callable[..., Any],
+    sweep: Mapping[str, Any],
+    *,
+    brake: Brake,
+    wanted: Sequence[str] | None = None,
+    sink: Sink | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    block: int = 8192,
+) -> xarray.Dataset | int:
+    """Evaluate a law of the mechanics on every combination of swept quantities; SI.
+
+    `sweep` gives each argument of `law` but the brake: a number, an array (its own axis, named
+    after it) or (axis, array), so that quantities share an axis. ``"brake.film.kinetic"`` and its
+    like sweep a field of the device. The result is labelled: a Dataset with the axes in the order
+    given. With `sink`, called as sink(first, {name: values}) with flat pieces in order, nothing is
+    kept and the number of cases is returned. `wanted` picks of the law's results. `progress` is
+    called with (done, all). Ctrl-C ends it with what is done; the rest is NaN, attribute `done`.
+
+    Works in blocks of `block` cases on all cores; the exact `stop` runs as one compiled loop.
+    Raises QuantityError for arrays that do not fit, and for more than 4 GiB without a sink.
+    """
+    swept = _laid_out(law, sweep, brake)
+    sizes = {s.dimension: len(s.values) for s in swept if s.dimension}
+    total = math.prod(sizes.values())
+    run, names = _runner(law, swept, brake, block)
+    kept = names if wanted is None else tuple(wanted)
+    for name in kept:
+        if name not in names:
+            raise UnknownNameError("result of the law", name, names)
+    if sink is None and total * len(kept) * 8 > LARGEST:
+        raise QuantityError(
+            f"batch: {total} cases of {len(kept)} results take "
+            f"{total * len(kept) * 8 / 1e9:.3g} GB; give a sink, or fewer of the results as wanted"
+        )
+    size = total if sink is None else min(CHUNK, total)
+    whole = {n: np.full(size, np.nan) for n in kept}
+    done = 0
+    with ThreadPoolExecutor(_cores()) as pool:
+        try:
+            while done < total:
+                count = min(CHUNK, total - done)
+                place = slice(done, done + count) if sink is None else slice(0, count)
+                piece = {n: values[place] for n, values in whole.items()}
+                _shared(run, pool, done, count, piece)
+                if sink is not None:
+                    sink(done, piece)
+                done += count
+                if progress is not None:
+                    progress(done, total)
+        except KeyboardInterrupt:
+            if sink is not None:
+                return done
+    if sink is not None:
+        return done
+    return _labelled(whole, swept, sizes, law, done)
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _laid_out(law: Callable[..., Any], sweep: Mapping[str, Any], brake: Brake) -> list[Swept]:
+    """Every argument with its stride; QuantityError or UnknownNameError for what does not fit."""
+    arguments = [n for n in inspect.signature(law).parameters if n != "brake"]
+    fields = [f"brake.{path}" for path, _, _ in quantities(type(brake))]
+    for name in sweep:
+        if name not in arguments and name not in fields:
+            raise UnknownNameError("quantity", name, arguments + fields)
+    for name in arguments:
+        if name not in sweep:
+            raise QuantityError(f"{name}: missing; the law {law.__name__} needs it")
+    lengths: dict[str, int] = {}
+    plain: list[tuple[str, str | None, Array]] = []
+    for name, given in sweep.items():
+        pair = isinstance(given, tuple) and len(given) == 2 and isinstance(given[0], str)
+        values = np.asarray(given[1] if pair else given, float)
+        if values.ndim > 1 or values.size == 0:
+            raise QuantityError(f"{name}: has shape {values.shape}; it is a number or one row")
+        dimension = (given[0] if pair else name) if values.ndim else None
+        if dimension is not None and lengths.setdefault(dimension, len(values)) != len(values):
+            raise QuantityError(
+                f"{name}: has {len(values)} values, others on the axis '{dimension}' have "
+                f"{lengths[dimension]}"
+            )
+        plain.append((name, dimension, np.ascontiguousarray(np.atleast_1d(values))))
+    strides, stride = {}, 1
+    for dimension in reversed(lengths):
+        strides[dimension] = stride
+        stride *= lengths[dimension]
+    return [Swept(n, d, v, strides[d] if d else 1) for n, d, v in plain]
+
+
+def _shared(
+    run: Run, pool: ThreadPoolExecutor, first: int, count: int, out: Mapping[str, Array]
+) -> None:
+    """One chunk, split over the cores."""
+    edges = np.linspace(0, count, _cores() + 1).astype(int)
+    parts = [(int(a), int(b)) for a, b in itertools.pairwise(edges) if b > a]
+    work = [
+        pool.submit(run, first + a, b - a, {n: values[a:b] for n, values in out.items()})
+        for a, b in parts
+    ]
+    for part in work:
+        part.result()
+
+
+def _runner(
+    law: Callable[..., Any], swept: list[Swept], brake: Brake, block: int
+) -> tuple[Run, tuple[str, ...]]:
+    """What evaluates flat cases, and the names of its results."""
+    constants = constants_of(brake) if law is stop else None
+    if constants is not None and not any(s.name.startswith("brake.") for s in swept):
+        order = [n for n in inspect.signature(law).parameters if n != "brake"]
+        by_name = {s.name: s for s in swept}
+        axes = tuple(Axis(by_name[n].values, by_name[n].stride) for n in order)
+        return functools.partial(_stops, axes, constants, by_name, brake), Stop._fields
+    return _traced(law, swept, brake, block)
+
+
+def _stops(
+    axes: tuple[Axis, ...], constants: Any, swept: Mapping[str, Swept], brake: Brake,
+    first: int, count: int, out: Mapping[str, Array],
+) -> None:  # fmt: skip
+    into = tuple(out.get(n, _NOTHING) for n in Stop._fields)
+    settled = np.empty(count, bool)
+    kernel()(first, count, axes, constants, into, settled)
+    if not settled.all():
+        # the few whose root three steps did not find: bracketed, by the law itself
+        where = np.flatnonzero(~settled)
+        given = {name: one.at(first + where) for name, one in swept.items()}
+        again = stop(**given, brake=brake)
+        for name, values in out.items():
+            values[where] = np.asarray(getattr(again, name))
+
+
+def _traced(
+    law: Callable[..., Any], swept: list[Swept], brake: Brake, block: int
+) -> tuple[Run, tuple[str, ...]]:
+    """Any law by JAX: blocks that stay in the cache, one after the other."""
+    order = [n for n in inspect.signature(law).parameters if n != "brake"]
+    names = [s.name for s in swept]
+
+    def one(values: tuple[Any, ...]) -> Any:
+        given = dict(zip(names, values, strict=True))
+        device = brake
+        for name in names:
+            if name.startswith("brake."):
+                device = _with(device, name.split(".")[1:], given[name])
+        return law(*(given[n] for n in order), device)
+
+    shape = jax.eval_shape(one, tuple(jax.ShapeDtypeStruct((1,), jnp.float64) for _ in swept))
+    fields = tuple(shape._fields) if hasattr(shape, "_fields") else (law.__name__,)
+    many = jax.jit(lambda values: jax.lax.map(one, values))
+
+    def run(first: int, count: int, out: Mapping[str, Array]) -> None:
+        size = min(block, max(count, 1))
+        rows = 1 << max(0, math.ceil(math.log2(count / size)))
+        # filled up with the last case, so that every piece has one of few shapes
+        cases = np.minimum(np.arange(first, first + rows * size), first + count - 1)
+        made = many(tuple(s.at(cases).reshape(rows, size) for s in swept))
+        parts = made if hasattr(made, "_fields") else (made,)
+        flat = dict(zip(fields, parts, strict=True))
+        for name, values in out.items():
+            values[:] = np.asarray(flat[name]).reshape(-1)[:count]
+
+    return run, fields
+
+
+def _with(record: Any, path: list[str], value: Any) -> Any:
+    """The record with one field, however deep, replaced; nothing is checked, as it is traced."""
+    names = {n: getattr(record, n) for n in record.__dataclass_fields__}
+    names[path[0]] = value if len(path) == 1 else _with(names[path[0]], path[1:], value)
+    new = object.__new__(type(record))
+    for name, held in names.items():
+        object.__setattr__(new, name, held)
+    return new
+
+
+def _labelled(
+    whole: Mapping[str, Array], swept: list[Swept], sizes: Mapping[Any, int],
+    law: Callable[..., Any], done: int,
+) -> xarray.Dataset:  # fmt: skip
+    try:
+        import xarray
+    except ImportError:
+        raise MissingExtraError("a labelled result (xarray)", "labelled") from None
+    shape, axes = tuple(sizes.values()), tuple(sizes)
+    data = {
+        name: (axes, values.reshape(shape), {"units": _UNITS.get(name, "")})
+        for name, values in whole.items()
+    }
+    fields = {f"brake.{path}": m.unit for path, m, _ in quantities(Brake)}
+    coordinates = {
+        s.name: (s.dimension, s.values, {"units": _UNITS.get(s.name, fields.get(s.name, ""))})
+        for s in swept
+        if s.dimension
+    }
+    fixed = {s.name: float(s.values[0]) for s in swept if not s.dimension}
+    return xarray.Dataset(
+        data, coords=coordinates, attrs={"law": law.__name__, "done": done, **fixed}
+    )

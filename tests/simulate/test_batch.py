@@ -1,0 +1,131 @@
+"""Batches: the same numbers as one by one, labelled, bounded, stoppable."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.mechanics.pull import brake_force, peak
+from layerjam.mechanics.stop import stop
+from layerjam.mechanics.tune import tuned_vacuum
+from layerjam.simulate import batch as module
+from layerjam.simulate.batch import batch
+from strategies import KAPTON, PTFE
+
+G, SPRING = 9.80665, 14.9e3
+SWEEP = {
+    "mass": np.linspace(0.3, 3.0, 6), "speed": np.linspace(0.1, 4.0, 11),
+    "vacuum": np.linspace(0.0, 101e3, 13), "spring": SPRING, "gravity": G,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("brake", [KAPTON, PTFE])
+def test_the_compiled_loop_is_the_law(brake):
+    made = batch(stop, SWEEP, brake=brake)
+    right = stop(
+        SWEEP["mass"][:, None, None], SWEEP["speed"][:, None], SWEEP["vacuum"], SPRING, G, brake
+    )
+    assert made.slip.dims == ("mass", "speed", "vacuum")
+    np.testing.assert_array_equal(made.outcome, right.outcome)
+    for name in ("slip", "peak_force", "end_speed", "heat", "stored"):
+        np.testing.assert_allclose(made[name], getattr(right, name), rtol=1e-11, atol=1e-12)
+    assert made.mass.units == "kg"
+    assert made.slip.units == "m"
+    assert made.attrs["spring"] == SPRING
+
+
+def test_odd_drops_too():
+    """Wide over all decades: soft springs, weak vacuums, no gravity, what three steps miss."""
+    random, n = np.random.default_rng(4), 20000
+    values = {
+        "mass": 10 ** random.uniform(-2, 1.3, n), "speed": 10 ** random.uniform(-2, 1, n),
+        "vacuum": 10 ** random.uniform(0, 5, n), "spring": 10 ** random.uniform(3.0, 6, n),
+        "gravity": random.choice([0.0, G], n),
+    }  # fmt: skip
+    made = batch(stop, {k: ("drop", v) for k, v in values.items()}, brake=KAPTON)
+    right = stop(**values, brake=KAPTON)
+    np.testing.assert_array_equal(made.outcome, right.outcome)
+    np.testing.assert_allclose(made.slip, right.slip, rtol=1e-9, atol=1e-13)
+    np.testing.assert_allclose(made.peak_force, right.peak_force, rtol=1e-12)
+    assert len(np.unique(made.outcome)) == 4
+
+
+def test_impossible_input_is_nan_as_in_the_law():
+    made = batch(stop, SWEEP | {"mass": ("mass", [-1.0, 0.0, 1.0]), "speed": 2.0}, brake=KAPTON)
+    assert np.isnan(made.slip[:2]).all()
+    assert np.isfinite(made.slip[2]).all()
+
+
+def test_fields_of_the_device_sweep_too():
+    made = batch(
+        stop, SWEEP | {"vacuum": 9e4, "brake.film.kinetic": np.array([0.2, 0.24])}, brake=KAPTON,
+        wanted=["slip"],
+    )  # fmt: skip
+    assert list(made.data_vars) == ["slip"]
+    less = dataclasses.replace(KAPTON, film=dataclasses.replace(KAPTON.film, kinetic=0.2))
+    right = stop(SWEEP["mass"][:, None], SWEEP["speed"], 9e4, SPRING, G, less).slip
+    np.testing.assert_allclose(made.slip[..., 0], right, rtol=1e-12, atol=1e-15)
+
+
+def test_other_laws_and_shared_axes():
+    force = batch(brake_force, {"slip": [0.0, 0.02], "vacuum": [1e4, 5e4, 9e4]}, brake=KAPTON)
+    right = brake_force(np.array([[0.0], [0.02]]), np.array([1e4, 5e4, 9e4]), KAPTON)
+    np.testing.assert_allclose(force.brake_force, right, rtol=1e-14)
+    tops = batch(peak, {"vacuum": [1e4, 5e4], "travel": 0.06}, brake=KAPTON)
+    np.testing.assert_allclose(tops.force, peak(np.array([1e4, 5e4]), 0.06, KAPTON).force)
+    way = ("drop", np.array([0.02, 0.04]))
+    tuned = batch(
+        tuned_vacuum, {"mass": 1.0, "speed": ("drop", [2.0, 2.5]), "slip": way, "spring": SPRING,
+                       "gravity": G}, brake=KAPTON,
+    )  # fmt: skip
+    assert tuned.tuned_vacuum.dims == ("drop",)
+
+
+def test_a_sink_gets_everything_in_order_and_nothing_is_kept(monkeypatch):
+    monkeypatch.setattr(module, "CHUNK", 100)
+    got, told = [], []
+
+    def sink(first, values):
+        got.append((first, values["slip"].copy()))
+
+    count = batch(
+        stop, SWEEP, brake=KAPTON, wanted=["slip"], sink=sink, progress=lambda *a: told.append(a)
+    )
+    whole = batch(stop, SWEEP, brake=KAPTON, wanted=["slip"]).slip.values.ravel()
+    assert count == whole.size == 6 * 11 * 13
+    assert [first for first, _ in got] == list(range(0, count, 100))
+    np.testing.assert_array_equal(np.concatenate([v for _, v in got]), whole)
+    assert told[-1] == (count, count)
+
+
+def test_stopped_it_keeps_what_is_done(monkeypatch):
+    monkeypatch.setattr(module, "CHUNK", 100)
+
+    def enough(done, _):
+        if done >= 300:
+            raise KeyboardInterrupt
+
+    made = batch(stop, SWEEP, brake=KAPTON, progress=enough)
+    flat = made.slip.values.ravel()
+    assert made.attrs["done"] == 300
+    assert np.isfinite(flat[:300]).all()
+    assert np.isnan(flat[300:]).all()
+
+
+def test_what_does_not_fit_is_refused():
+    with pytest.raises(UnknownNameError, match="weight"):
+        batch(stop, SWEEP | {"weight": 1.0}, brake=KAPTON)
+    with pytest.raises(QuantityError, match="gravity: missing"):
+        batch(stop, {k: v for k, v in SWEEP.items() if k != "gravity"}, brake=KAPTON)
+    with pytest.raises(QuantityError, match="others on the axis 'a' have 2"):
+        batch(stop, SWEEP | {"mass": ("a", [1, 2]), "speed": ("a", [1, 2, 3])}, brake=KAPTON)
+    with pytest.raises(QuantityError, match="a number or one row"):
+        batch(stop, SWEEP | {"mass": np.ones((2, 2))}, brake=KAPTON)
+    with pytest.raises(UnknownNameError, match="result of the law"):
+        batch(stop, SWEEP, brake=KAPTON, wanted=["slips"])
+    huge = {k: np.linspace(1, 2, 1000) for k in ("mass", "speed", "vacuum")}
+    with pytest.raises(QuantityError, match="give a sink"):
+        batch(stop, SWEEP | huge, brake=KAPTON)
