@@ -19,7 +19,7 @@ from layerjam.mechanics.enclosure import (
     sleeve_stretch,
 )
 from layerjam.mechanics.energy import energy_capacity, pull_work, slip_heat, slip_work
-from layerjam.mechanics.limits import self_closing_vacuum
+from layerjam.mechanics.limits import buckling_force, self_closing_vacuum
 from layerjam.mechanics.pull import brake_force, peak, rising_root, slip_at_elongation
 from strategies import KAPTON, PTFE, change, one, random_brakes
 
@@ -165,6 +165,35 @@ def test_self_closing_at_the_ends_of_the_overlap():
     assert float(self_closing_vacuum(0.0, KAPTON)) == 0.0
     assert np.isinf(float(self_closing_vacuum(0.068, KAPTON)))
     assert np.isnan(float(self_closing_vacuum(-1e-3, KAPTON)))
+
+
+def test_self_closing_with_a_pressure_exponent_just_below_the_atmosphere():
+    """Where full vacuum holds the sleeve by less than a newton, the closing vacuum is near it."""
+    brake = change(KAPTON, pressure_exponent=0.1, test_pressure=3900.0)
+    full = brake.site.atmosphere
+
+    def spare(x: float) -> float:
+        held = float(brake_force(x, full, brake))
+        pull = float(sleeve_force(x, full, brake.sheets, brake.film, brake.enclosure))
+        return held - 2 * pull
+
+    x = brentq(lambda x: spare(x) - 0.5, 0.03, 0.0679)
+    assert 0.9 * full < float(self_closing_vacuum(x, brake)) < full
+    assert np.isinf(float(self_closing_vacuum(brentq(spare, 0.03, 0.0679) + 1e-5, brake)))
+
+
+def test_the_longer_free_length_buckles_first():
+    left = change(KAPTON, sheets__free_left=0.02)
+    right = change(KAPTON, sheets__free_right=0.02)
+    assert float(buckling_force(0.0, left)) == float(buckling_force(0.0, right))
+    assert float(buckling_force(0.0, left)) < float(buckling_force(0.0, KAPTON))
+
+
+def test_a_relaxed_sleeve_stores_and_pulls_nothing_at_any_vacuum():
+    for vacuum in (0.0, 10.0, 9e4):
+        at = sleeve_at(vacuum, KAPTON)
+        assert float(backbone(0.0, at)) == 0.0
+        assert float(backbone_stored(0.0, at)) == 0.0
 
 
 def test_capacity_uses_travel_and_atmosphere():

@@ -259,3 +259,25 @@ def test_the_sheets_are_apart_once_the_slip_is_the_overlap_to_rounding(vacuum):
     made = run([apart * (1 - 1e-9), apart], vacuum)
     assert made.separated.tolist() == [False, True]
     assert made.force[1] == pytest.approx(made.sleeve_force[1], rel=1e-9)
+
+
+def test_vented_under_tension_it_slides_back_to_where_spring_and_friction_hold_the_sleeve():
+    """A sleeve that slid back as a whole and goes on doing so, by many small steps."""
+    vacuum = np.concatenate([[9e4, 9e4], np.full(20, 60.0), np.linspace(60.0, 5.0, 20)])
+    u = np.concatenate([[0.05, 0.04], np.linspace(0.04, 0.02, 20), np.full(20, 0.02)])
+    made = run(u, vacuum)
+    back = np.flatnonzero(np.diff(made.slip) < -1e-9) + 1
+    assert len(back) > 10
+    friction = np.asarray(sheet_friction(made.slip, vacuum, KAPTON))
+    rest = made.sleeve_force - made.force - friction
+    np.testing.assert_allclose(rest[back], 0.0, atol=1e-8)
+    assert (made.slip[back] > 0).all()
+
+
+def test_swinging_while_it_sticks_is_not_remembered():
+    """Fifty times to and fro below the friction: no turn of the sleeve, nothing overflows."""
+    u = np.concatenate([[0.02], np.tile([0.0196, 0.0199], 50), [0.021]])
+    made = run(u, FULL)
+    assert not made.overflow.any()
+    assert np.ptp(made.slip[:-1]) == 0.0
+    assert made.slip[-1] == pytest.approx(float(slip_at_elongation(0.021, FULL, KAPTON)), rel=1e-9)

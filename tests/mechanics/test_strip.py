@@ -109,3 +109,12 @@ def test_lowered_a_little_after_unloading_is_softer_than_the_strip_by_a_stated_p
 def test_pulled_on_after_a_rise_of_vacuum_agrees_with_strip():
     ours, theirs = after_change((0, 0.02), 2000.0, 50000.0, 0.024)
     assert ours[-1] == pytest.approx(theirs[-1], rel=0.02)
+
+
+@pytest.mark.parametrize("slip_end", [0.0195, 0.017])
+def test_let_back_after_a_rise_of_vacuum_agrees_with_strip(slip_end):
+    """Backwards it moves against the old friction and the new one, q + q'."""
+    ours, theirs = after_change((0, 0.02), 2000.0, 4000.0, slip_end)
+    assert ours[-1] == pytest.approx(theirs[-1], abs=0.01 * ours.max())
+    alone, _ = after_change((0, 0.02), 4000.0, 4000.0, slip_end)
+    assert abs(alone[-1] - theirs[-1]) > 0.03 * ours.max()
