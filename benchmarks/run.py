@@ -18,10 +18,11 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from benchmarks import force_law, readers
+from benchmarks import force_law, impact, readers, stack
 from benchmarks.timing import Row, median, table
 
 jax.config.update("jax_enable_x64", True)
+OUT = Path("out/bench")
 
 
 def process(*words: str, runs: int = 5) -> float:
@@ -67,12 +68,15 @@ def main() -> None:
         ("command line, whole processes", command_line),
         ("force law, 10 million points", force_law.rows),
         ("reading a 40,000-row export, and one calibration", readers.rows),
+        ("the stack, sheet by sheet", stack.rows),
     ]
     for title, measure in parts:
         print(f"\n{title} ...", flush=True)
         with contextlib.redirect_stdout(io.StringIO()):
             rows = measure()
         print(table(rows))
+    print("\ndrop tests ...\n", flush=True)
+    print(impact.report(OUT))
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ from layerjam.device.file import parse_toml
 from layerjam.device.load import catalogue, load, materials
 from layerjam.device.source import KINDS
 from layerjam.identify.sidecar import Facts
+from layerjam.simulate.judder import JudderRecord
 from layerjam.simulate.record import DropRecord, TensileRecord
 from layerjam.units import Meaning, quantities, show
 
@@ -115,10 +116,15 @@ _FACTS = {
 }
 
 
+PULLS_AND_STOPS = (
+    ("A pull", TensileRecord), ("A stop", DropRecord), ("A pull that judders", JudderRecord)
+)  # fmt: skip
+
+
 def record_columns() -> str:
     """Columns of simulated pulls and stops."""
     parts = []
-    for name, record in (("A pull", TensileRecord), ("A stop", DropRecord)):
+    for name, record in PULLS_AND_STOPS:
         rows = [
             row(f"`{f.name}`", unit(f.metadata["quantity"]), f.metadata["quantity"].text)
             for f in fields(record)
@@ -207,7 +213,7 @@ def _for(name: str) -> Callable[[], str]:
 
 
 COMMANDS = (
-    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "friction", "calibrate",
+    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "judder", "friction", "calibrate",
     "validate", "reproduce",
 )  # fmt: skip
 PARTS: dict[str, Callable[[], str]] = {

@@ -35,7 +35,7 @@ ORDER = (
     "test_law.py",
     "test_gradients.py",
 )
-OTHER = ("stack", "stickslip", "stop", "tune")
+OTHER = ("heat", "motion", "stack", "stack_batch", "stickslip", "stop", "tune")
 """Modules with tests of their own: run last for everything else, first for themselves."""
 
 SWAP = {
@@ -195,7 +195,9 @@ def test_files(tests: Path, changed: str) -> list[str]:
     there = sorted(p.name for p in tests.glob("test_*.py"))
     near = HISTORY if changed in ("memory.py", "hysteresis.py") else ORDER
     far = ORDER if near is HISTORY else HISTORY
-    first = [f"test_{Path(changed).stem}.py"] if Path(changed).stem in OTHER else []
+    stem = Path(changed).stem
+    own = stem if stem in OTHER else stem.split("_")[0]
+    first = [f"test_{own}.py"] if own in OTHER else []
     order = [*first, "test_values.py", *near, *far, *there]
     return [str(tests / name) for name in dict.fromkeys(order) if name in there]
 

@@ -37,6 +37,17 @@ _PUBLIC = {
     "layerjam.simulate.procedure": "Procedure parse_procedure",
     "layerjam.simulate.record": "DropRecord Outcome TensileRecord",
     "layerjam.verbs.answer": "Answer",
+    "layerjam.identify.history": "read_history",
+    "layerjam.identify.stribeck": "fit_dry fit_wet speed_points",
+    "layerjam.mechanics.stickslip": "Stribeck critical_speed slow_saw sliding_force stable_speed "
+    "stiffness_without_judder stribeck_friction undamped_saw",
+    "layerjam.mechanics.wet": "WetFilm wet_force wet_stress",
+    "layerjam.simulate.batch": "batch",
+    "layerjam.simulate.judder": "JudderRecord amplitude_map",
+    "layerjam.simulate.stack": "tensile_stack",
+    "layerjam.simulate.stack_layout": "Housing Interfaces stack_of",
+    "layerjam.simulate.stack_spread": "Spread peak_spread",
+    "layerjam.verbs.judder": "judder",
     "layerjam.mechanics.heat": "local_rise stops_per_minute temperature_rise "
     "temperature_rise_of_sheets",
     "layerjam.mechanics.motion": "stop_in_time",

@@ -31,6 +31,7 @@ COMMANDS = {
     "tensile": "tensile choi2018-kapton --vacuum 50kPa --speed 13mm/s --travel 40mm",
     "drop": "drop choi2018-kapton --mass 1kg --speed 2.5m/s --vacuum 94.5kPa",
     "tune": "tune choi2018-kapton --mass 1kg --speed 2.5m/s --travel 40mm",
+    "judder": "judder choi2018-kapton --vacuum 94.5kPa --speed 1mm/s",
     "friction": f"friction {MEASURED}/friction-kapton-1.csv --normal-force 2.45N",
     "calibrate": f"calibrate choi2018-kapton {PULL}",
     "validate": f"validate choi2018-kapton {PULL}",

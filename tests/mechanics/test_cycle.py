@@ -275,7 +275,7 @@ def test_vented_under_tension_it_slides_back_to_where_spring_and_friction_hold_t
 
 
 def test_swinging_while_it_sticks_is_not_remembered():
-    """Fifty times to and fro below the friction: no turn of the sleeve, nothing overflows."""
+    """Fifty times up and down below the friction: no turn of the sleeve, nothing overflows."""
     u = np.concatenate([[0.02], np.tile([0.0196, 0.0199], 50), [0.021]])
     made = run(u, FULL)
     assert not made.overflow.any()

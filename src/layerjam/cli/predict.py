@@ -106,6 +106,14 @@ def tensile(
         ),
     ] = None,
     model: Annotated[str, typer.Option(help="lumped, or stack: sheet by sheet.")] = "lumped",
+    static: Annotated[
+        bool, typer.Option("--static", help="Stack: static friction before an interface slides.")
+    ] = False,
+    scatter: Annotated[
+        str | None, typer.Option(metavar="Q", help="Stack: scatter of the friction, e.g. 10%.")
+    ] = None,
+    samples: Annotated[int, typer.Option(help="Stack: how many stacks tell the scatter.")] = 1000,
+    seed: Annotated[int, typer.Option(help="Stack: seed of the scatter.")] = 1,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the record: .csv or .nc.")
     ] = None,
@@ -119,12 +127,15 @@ def tensile(
     opt.check_target(out, replace, (".csv", ".nc"))
     opt.engine()
     from layerjam.cli.output import say
+    from layerjam.cli.ticker import Ticker
     from layerjam.verbs import predict
 
-    answer = predict.tensile(
-        brake, vacuum=vacuum, speed=speed, travel=travel, procedure=procedure, model=model,
-        atmosphere=atmosphere,
-    )  # fmt: skip
+    with Ticker() as ticker:
+        answer = predict.tensile(
+            brake, vacuum=vacuum, speed=speed, travel=travel, procedure=procedure, model=model,
+            static=static, scatter=scatter, samples=samples, seed=seed, progress=ticker,
+            atmosphere=atmosphere,
+        )  # fmt: skip
     if out is not None:
         answer.record.save(out, force=replace)
     if figure:

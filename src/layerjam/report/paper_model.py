@@ -145,8 +145,6 @@ def materials() -> list[Claim]:
             "with eq. 4 and 5 the force rises to the end only below these vacuums (Kapton, PTFE); "
             f"at 31 kPa, the lowest tested above zero, it falls by {-slope / 1e3:.2f} N a mm",
         ),
-        later("Fig. 4: Kapton and polyester judder at 1 mm/s, PTFE hardly does", "III-A",
-              "as stated", "", "stick–slip"),
     ]  # fmt: skip
 
 
@@ -172,7 +170,6 @@ def fluids() -> list[Claim]:
             "peak of simulated pulls, Kapton at 94.5 kPa; the law takes the finding over, it does "
             "not explain it",
         ),
-        later("Fig. 6: wet force at two speeds", "III-B", "curves", "", "wet friction"),
         beyond(
             "peak force at high speed, wet against dry", "III-B", "as stated", "",
             "the sentence contradicts itself: it opens with 'conversely', then says again that the "

@@ -27,6 +27,7 @@ from layerjam.report import (
     paper_speed,
     sensor_figures,
     speed_figures,
+    stack_figures,
 )
 from layerjam.report.figures import calibration, force_over_vacuum, friction, validation
 from layerjam.report.page import Part, Picture, check_extras, render_page, tally
@@ -177,8 +178,8 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
                 Picture(
                     name="fig6", figure=speed_figures.fig6(),
                     caption="Fig. 6 redrawn: Kapton dry (solid) and wet. The wet parameters are "
-                    "illustrative, chosen after the paper's words and fitted to nothing; at 25 mm/s "
-                    "two sets show the two readings of its sentence.",
+                    "illustrative, chosen after the paper's words and fitted to nothing; at "
+                    "25 mm/s two sets show the two readings of its sentence.",
                 ),
             ],
         ),
@@ -206,6 +207,18 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
                     caption="Fig. 8 from the model with k of the paper's text. The three dashed "
                     "lines are the stiffness in the text, the one in the caption, and what eq. 9 "
                     "gives on this curve.",
+                ),
+                Picture(
+                    name="stack-onset", figure=stack_figures.onset(),
+                    caption="Not in the paper, which names it as the reason to leave static "
+                    "friction out: the sheets do not slide at once. Each sheet a spring, each "
+                    "interface a friction of its own.",
+                ),
+                Picture(
+                    name="stack-spread", figure=stack_figures.spread(),
+                    caption="Monte Carlo over the interfaces of the same brake in its rig: the "
+                    "friction of each is drawn anew, everything else stays. The scatter of 10 % "
+                    "is assumed.",
                 ),
             ],
         ),

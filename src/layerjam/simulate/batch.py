@@ -191,31 +191,36 @@ def _stops(
             values[where] = np.asarray(getattr(again, name))
 
 
+@functools.lru_cache(maxsize=64)
+def _many(law: Callable[..., Any], names: tuple[str, ...]) -> tuple[Any, Any]:
+    """The law on one block, and compiled for blocks one after the other that stay in the cache."""
+    order = [n for n in inspect.signature(law).parameters if n != "brake"]
+
+    def one(values: tuple[Any, ...], brake: Brake) -> Any:
+        given = dict(zip(names, values, strict=True))
+        for name in names:
+            if name.startswith("brake."):
+                brake = _with(brake, name.split(".")[1:], given[name])
+        return law(*(given[n] for n in order), brake)
+
+    return one, jax.jit(lambda values, brake: jax.lax.map(lambda v: one(v, brake), values))
+
+
 def _traced(
     law: Callable[..., Any], swept: list[Swept], brake: Brake, block: int
 ) -> tuple[Run, tuple[str, ...]]:
-    """Any law by JAX: blocks that stay in the cache, one after the other."""
-    order = [n for n in inspect.signature(law).parameters if n != "brake"]
-    names = [s.name for s in swept]
-
-    def one(values: tuple[Any, ...]) -> Any:
-        given = dict(zip(names, values, strict=True))
-        device = brake
-        for name in names:
-            if name.startswith("brake."):
-                device = _with(device, name.split(".")[1:], given[name])
-        return law(*(given[n] for n in order), device)
-
-    shape = jax.eval_shape(one, tuple(jax.ShapeDtypeStruct((1,), jnp.float64) for _ in swept))
+    """Any law by JAX."""
+    one, many = _many(law, tuple(s.name for s in swept))
+    row = tuple(jax.ShapeDtypeStruct((1,), jnp.float64) for _ in swept)
+    shape = jax.eval_shape(one, row, brake)
     fields = tuple(shape._fields) if hasattr(shape, "_fields") else (law.__name__,)
-    many = jax.jit(lambda values: jax.lax.map(one, values))
 
     def run(first: int, count: int, out: Mapping[str, Array]) -> None:
         size = min(block, max(count, 1))
         rows = 1 << max(0, math.ceil(math.log2(count / size)))
         # filled up with the last case, so that every piece has one of few shapes
         cases = np.minimum(np.arange(first, first + rows * size), first + count - 1)
-        made = many(tuple(s.at(cases).reshape(rows, size) for s in swept))
+        made = many(tuple(s.at(cases).reshape(rows, size) for s in swept), brake)
         parts = made if hasattr(made, "_fields") else (made,)
         flat = dict(zip(fields, parts, strict=True))
         for name, values in out.items():

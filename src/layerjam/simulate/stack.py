@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,84 +10,63 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import ProcedureError
-from layerjam.mechanics.enclosure import backbone_dissipated, backbone_stored, sleeve_at
-from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.pull import least_stiffness, peak
-from layerjam.mechanics.stack import Stack, StackPull, pull_stack
-from layerjam.mechanics.stiffness import sheet_section, stiffness_sliding, working_stiffness
-from layerjam.simulate.procedure import Evacuate, Procedure, Pull
+from layerjam.mechanics.stack import StackPull, pull_stack
+from layerjam.mechanics.stiffness import working_stiffness
+from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
 from layerjam.simulate.record import Outcome, TensileRecord
+from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
 from layerjam.units import show
 
 FINE, COARSE = 2400, 1200
+_NUMBERS = 50_000_000
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Interfaces:
-    """How the n - 1 interfaces differ; each entry is one number or one an interface.
-
-    `friction` multiplies the friction of each, `vacuum` the vacuum that reaches it (housing
-    friction is not an interface), `extra_overlap` [m] is added to its overlap.
-    """
-
-    friction: float | Array = 1.0
-    vacuum: float | Array = 1.0
-    extra_overlap: float | Array = 0.0
-
-
-def stack_of(
-    brake: Brake,
-    vacuum: float,
-    *,
-    interfaces: Interfaces | None = None,
-    static: bool = False,
-    sleeve: bool = True,
-    mount: float | None = None,
-) -> Stack:
-    """The stack of a brake at a vacuum [Pa].
-
-    `static` takes table I's static friction before an interface moves (the paper and the lumped
-    brake use the kinetic one throughout). `mount` [N/m] is by default what makes the stack as stiff
-    as measured before onset; infinite where nothing was measured.
-    """
-    sheets, film = brake.sheets, brake.film
-    count = sheets.count
-    each = interfaces or Interfaces()
-    right = np.arange(count) % 2 == 1
-    free = np.where(right, sheets.free_right, sheets.free_left)
-    springs = film.modulus * float(sheet_section(brake)) / free
-    share = np.broadcast_to(np.asarray(each.friction, float), count - 1)
-    pressure = vacuum * np.broadcast_to(np.asarray(each.vacuum, float), count - 1)
-    one = np.asarray(friction_per_contact(pressure, brake)) / (count - 1)
-    kinetic = np.ascontiguousarray(share * one)
-    face = sleeve_at(vacuum, brake)
-    if mount is None:
-        mount = np.inf
-        if brake.stiffness_measured is not None:
-            rest = 1 / brake.stiffness_measured - 1 / float(stiffness_sliding(0.0, brake))
-            mount = 1 / rest if rest > 0 else np.inf
-    values = [float(face.stiffness), float(face.friction), float(face.reach)]
-    return Stack(
-        springs=springs,
-        right=right,
-        static=kinetic * (film.static / film.kinetic if static else 1.0),
-        kinetic=kinetic,
-        overlap=sheets.overlap,
-        extra=np.broadcast_to(np.asarray(each.extra_overlap, float), count - 1).copy(),
-        mount=mount,
-        face=np.array(values if sleeve else [0.0, 0.0, 1.0]),
-    )
+def _checked(procedure: Procedure) -> float:
+    """The one vacuum of a procedure [Pa]; ProcedureError for what the stack cannot follow."""
+    first, *rest = procedure.steps
+    if not isinstance(first, Evacuate) or not any(isinstance(s, Pull) for s in rest):
+        raise ProcedureError(
+            "procedure: the stack model starts with an evacuation and then pulls at least once"
+        )
+    for step in rest:
+        if not isinstance(step, Pull | Return | Hold):
+            raise ProcedureError(
+                f"procedure: the stack model keeps the vacuum it starts with; '{step.text()}' "
+                "needs the lumped model"
+            )
+    return first.to
 
 
-def _places(brake: Brake, vacuum: float, end: float) -> Array:
-    """Elongations [m], dense where the sheets let go one after another."""
-    top = float(peak(vacuum, brake.sheets.overlap, brake).force)
-    near = min(end, 2.0 * top / float(working_stiffness(brake)))
-    # a stack of thousands of sheets is smooth anyway, and its history large
-    fewer = 1 + brake.sheets.count // 500
-    fine, coarse = FINE // fewer + 1, COARSE // fewer + 1
-    return np.union1d(np.linspace(0, near, fine), np.linspace(0, end, coarse))
+def _path(procedure: Procedure, brake: Brake) -> tuple[Array, Array]:
+    """Time and elongation of every sample, dense where the sheets let go one after another."""
+    first, *rest = procedure.steps
+    assert isinstance(first, Evacuate)
+    top = float(peak(first.to, brake.sheets.overlap, brake).force)
+    near = 2.0 * top / float(working_stiffness(brake))
+    moves = sum(not isinstance(s, Hold) for s in rest)
+    # a stack of thousands of sheets is smooth anyway, and a long history large
+    most = _NUMBERS // (4 * int(brake.sheets.count) * moves)
+    fine, coarse = (max(50, min(n, most * n // (FINE + COARSE))) for n in (FINE, COARSE))
+    times, places = [np.array([first.hold])], [np.array([0.0])]
+    for step in rest:
+        at, place = float(times[-1][-1]), float(places[-1][-1])
+        if isinstance(step, Hold):
+            times.append(np.array([at + step.duration]))
+            places.append(np.array([place]))
+            continue
+        assert isinstance(step, Pull | Return)
+        end = step.until if isinstance(step, Pull) else step.to
+        far = abs(end - place)
+        way = np.union1d(np.linspace(0, min(far, near), fine + 1), np.linspace(0, far, coarse + 1))[
+            1:
+        ]
+        times.append(at + way / step.speed)
+        way = place + way * np.sign(end - place)
+        way[-1] = end
+        places.append(way)
+    return np.concatenate(times), np.concatenate(places)
 
 
 def tensile_stack(
@@ -95,67 +74,58 @@ def tensile_stack(
     procedure: Procedure,
     *,
     interfaces: Interfaces | None = None,
+    housing: Housing | None = None,
     static: bool = False,
+    progress: Callable[[float], None] | None = None,
 ) -> tuple[TensileRecord, StackPull]:
-    """Pull a brake sheet by sheet; one evacuation, then one pull.
+    """Pull a brake sheet by sheet: one evacuation, then pulls, returns and holds.
 
     Gives the record (slip is the mean over the interfaces) and what every sheet and interface did.
-    Raises ProcedureError for any other procedure: the stack follows no unloading yet.
+    Outcomes as for the lumped brake; CLOSED_BY_SLEEVE where, unloaded, every interface slid back.
+    `progress` is told the share done. Raises ProcedureError for a procedure that changes the vacuum
+    or does not pull.
     """
-    steps = procedure.steps
-    if len(steps) != 2 or not isinstance(steps[0], Evacuate) or not isinstance(steps[1], Pull):
-        raise ProcedureError(
-            "procedure: the stack model follows one evacuation and one pull, nothing else yet"
-        )
-    brake, vacuum, pull = file.brake, steps[0].to, steps[1]
-    stack = stack_of(brake, vacuum, interfaces=interfaces, static=static)
-    path = _places(brake, vacuum, pull.until)
-    result = pull_stack(path, stack)
+    brake, vacuum = file.brake, _checked(procedure)
+    stack = stack_of(brake, vacuum, interfaces=interfaces, housing=housing, static=static)
+    time, path = _path(procedure, brake)
+    result = pull_stack(path, stack, progress)
     count = len(result.force)
-    least, k = float(least_stiffness(vacuum, brake)), float(working_stiffness(brake))
-    snaps = k <= least and float(result.slip.max(initial=0.0)) > 0
-    if snaps:
-        count = int(np.argmax(result.force)) + 1
-        result = StackPull(*(a[:count] for a in result))  # type: ignore[arg-type]
-    path = path[:count]
-    ends = [
-        result.sheets[:, end] if stack.right[end] else result.cap - result.sheets[:, end]
-        for end in (0, brake.sheets.count - 1)
-    ]
-    face = sleeve_at(vacuum, brake)
-    gaps = np.maximum(np.stack(ends), 0.0)
-    # the laws count both faces; each end is one
-    sleeve_heat = np.asarray(backbone_dissipated(gaps, face)).sum(axis=0) / 2
-    sleeve_held = np.asarray(backbone_stored(gaps, face)).sum(axis=0) / 2
-    home = np.where(stack.right, result.cap[:, None], 0.0)
-    sheets_held = (stack.springs * (result.sheets - home) ** 2).sum(axis=1) / 2
-    mount_held = np.zeros(count) if np.isinf(stack.mount) else result.force**2 / (2 * stack.mount)
-    sign = np.where(stack.right[:-1], -1.0, 1.0)
-    rubbed = _summed(result.interface * sign, result.slip).sum(axis=1)
-    done = count == 0 or bool((result.slip[-1] >= stack.overlap + stack.extra).all())
+    first, last = stack.ends
+    slip = result.slip[:, first:last]
     warnings = list(file.warnings())
-    if snaps:
-        done = False
+    outcome = Outcome.FINISHED
+    if result.snapped:
+        least, k = float(least_stiffness(vacuum, brake)), float(working_stiffness(brake))
+        outcome = Outcome.SNAPS
         warnings.append(
             f"the brake softens by {show(least, 'N/m')} once it slides: on a rig of "
             f"{show(k, 'N/m')} it snaps; needed is more than that"
         )
-    if float(result.slip.max(initial=0.0)) > brake.sheets.usable_travel and not done:
+    elif (slip[-1] >= stack.length[first:last]).all():
+        outcome = Outcome.SEPARATED
         warnings.append(
-            f"slip {show(float(result.slip.max()), 'm')} is beyond the usable travel of "
+            f"the sheets came apart at {show(float(path[count - 1]), 'm')} of elongation; the "
+            "record ends there"
+        )
+    elif _closed(slip, result.slack, brake):
+        outcome = Outcome.CLOSED_BY_SLEEVE
+    most = float(slip.max(initial=0.0))
+    if most > brake.sheets.usable_travel and outcome is not Outcome.SEPARATED:
+        warnings.append(
+            f"slip {show(most, 'm')} is beyond the usable travel of "
             f"{show(brake.sheets.usable_travel, 'm')}"
         )
     record = TensileRecord(
-        time=path / pull.speed + steps[0].hold,
-        elongation=path,
+        time=time[:count],
+        elongation=path[:count],
         force=result.force,
-        slip=result.slip.mean(axis=1),
-        sleeve_force=result.force - (result.interface * sign).sum(axis=1),
+        slip=slip.mean(axis=1),
+        sleeve_force=result.faces.sum(axis=1),
         vacuum=np.full(count, vacuum),
-        work=_summed(result.force[:, None], path[:, None])[:, 0],
-        dissipated_energy=rubbed + sleeve_heat,
-        stored_energy=sheets_held + mount_held + sleeve_held,
-        outcome=Outcome.SNAPS if snaps else Outcome.SEPARATED if done else Outcome.FINISHED,
+        work=result.work,
+        dissipated_energy=result.heat,
+        stored_energy=result.stored,
+        outcome=outcome,
         procedure=procedure.text(),
         brake=file,
         model="stack",
@@ -164,31 +134,9 @@ def tensile_stack(
     return record, result
 
 
-def _summed(force: Array, way: Array) -> Array:
-    """Running integral of force over way along the first axis, by trapezoids."""
-    steps = (force[1:] + force[:-1]) / 2 * np.diff(way, axis=0)
-    return np.vstack([np.zeros((1, force.shape[1])), np.cumsum(steps, axis=0)])
-
-
-def peak_spread(
-    file: BrakeFile, vacuum: float, scatter: float, samples: int = 200, seed: int = 1
-) -> tuple[Array, Array]:
-    """Peak force [N] and stiffness before onset [N/m] of pulls whose interfaces scatter.
-
-    Each interface's friction is drawn log-normally with relative SD `scatter`; shape (samples,).
-    """
-    random = np.random.Generator(np.random.PCG64(seed))
-    brake = file.brake
-    width = float(np.sqrt(np.log1p(scatter**2)))
-    path = _places(brake, vacuum, 3 * float(peak(vacuum, brake.sheets.overlap, brake).elongation))
-    tops, springs = np.zeros(samples), np.zeros(samples)
-    for i in range(samples):
-        draw = np.exp(width * random.standard_normal(brake.sheets.count - 1) - width**2 / 2)
-        force = pull_stack(
-            path, stack_of(brake, vacuum, interfaces=Interfaces(friction=draw))
-        ).force
-        tops[i] = force.max()
-        rise = (force > 0.1 * tops[i]) & (force < 0.4 * tops[i])
-        rise[int(np.argmax(force)) :] = False
-        springs[i] = np.polyfit(path[rise], force[rise], 1)[0]
-    return tops, springs
+def _closed(slip: Array, slack: Any, brake: Brake) -> bool:
+    """Unloaded, all interfaces slid back: not only the outer ones that the sleeve pulls at."""
+    if not slack.any():
+        return False
+    back = np.maximum.accumulate(slip, axis=0) - slip
+    return bool((back[slack].min(axis=1) > 1e-9 * brake.sheets.overlap).any())

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from layerjam.device.brake import mass
-from layerjam.device.file import read_brake, render
+from layerjam.device.file import BrakeFile, read_brake, render
 from layerjam.device.load import load, materials, write_whole
 from layerjam.errors import ProcedureError, QuantityError
 from layerjam.mechanics import energy, friction, limits, pull, stiffness
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.simulate.procedure import Procedure, parse_procedure, simple_pull
 from layerjam.simulate.tensile import tensile as run_tensile
+from layerjam.units import Meaning
 from layerjam.units import show as in_words
 from layerjam.verbs.answer import (
     FORCE,
@@ -30,7 +33,13 @@ from layerjam.verbs.answer import (
     vacuum_of,
 )
 
+if TYPE_CHECKING:
+    from layerjam.simulate.stack_layout import Housing, Interfaces
+
 MODELS = ("lumped", "stack")
+_SCATTER = Meaning("1", "relative scatter of the interfaces' friction", hi=2)
+_SAMPLES = Meaning("1", "stacks pulled", lo=2, hi=10_000_000, whole=True)
+_SEED = Meaning("1", "seed", hi=2**63 - 1, whole=True)
 
 
 def new(name: str, start: str, out: str | Path, *, force: bool = False) -> Answer:
@@ -166,22 +175,49 @@ def tensile(
     travel: Quantity | None = None,
     procedure: str | Procedure | None = None,
     model: str = "lumped",
+    static: bool = False,
+    interfaces: Interfaces | None = None,
+    housing: Housing | None = None,
+    scatter: Quantity | None = None,
+    samples: int = 1000,
+    seed: int = 1,
+    progress: Callable[[str, float], None] | None = None,
     atmosphere: Quantity | None = None,
 ) -> Answer:
     """Pull a brake in a simulated test machine; `record` is the TensileRecord.
 
-    Either vacuum, speed and travel (elongation of the crosshead), or a procedure. Raises
-    ProcedureError or QuantityError for what contradicts itself.
+    Either vacuum, speed and travel (elongation of the crosshead), or a procedure. Only for the
+    model "stack": `static` friction before an interface slides, `interfaces` that differ, a
+    `housing` that rubs, and `scatter`, the relative SD of the interfaces' friction: then `samples`
+    stacks, drawn from `seed`, tell mean and SD of peak, stiffness and onset; interrupted from the
+    keyboard, of those that are done. `progress` is told (what, share done). Raises ProcedureError
+    or QuantityError for what contradicts itself.
     """
     if model not in MODELS:
         raise QuantityError(f"model: '{model[:40]}' is not known; {' and '.join(MODELS)} are")
     file = brake_at(brake, atmosphere)
     steps = _steps(file.brake, vacuum, speed, travel, procedure)
+    more: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    notes: list[str] = []
     if model == "stack":
         from layerjam.simulate.stack import tensile_stack  # compiled loops, only where asked for
 
         vacuum_of(steps.highest_vacuum(), file.brake)
-        record, _ = tensile_stack(file, steps)
+        wide = None if scatter is None else si(scatter, _SCATTER, "scatter")
+        layout: dict[str, Any] = {"static": static, "interfaces": interfaces, "housing": housing}
+        tell = progress or (lambda _what, _share: None)
+        tell("pull", 0.0)
+        record, _ = tensile_stack(file, steps, **layout, progress=lambda p: tell("pull", p))
+        if wide is not None:
+            _SAMPLES.check(samples, "samples")
+            _SEED.check(seed, "seed")
+            more, units, notes = _spread(file, steps, wide, samples, seed, layout, tell)
+    elif static or scatter is not None or interfaces is not None or housing is not None:
+        raise QuantityError(
+            "static, scatter, interfaces and housing belong to the model 'stack'; the lumped brake "
+            "has one friction"
+        )
     else:
         record = run_tensile(file, steps)
     top = int(np.argmax(record.force))
@@ -194,6 +230,7 @@ def tensile(
             "dissipated_energy": float(record.dissipated_energy[-1]),
             "outcome": str(record.outcome),
             "procedure": record.procedure,
+            **more,
         },
         units={
             "peak_force": "N",
@@ -201,10 +238,45 @@ def tensile(
             "force_at_end": "N",
             "work": "J",
             "dissipated_energy": "J",
+            **units,
         },
-        warnings=record.warnings,
+        warnings=[*record.warnings, *notes],
         record=record,
     )
+
+
+def _spread(
+    file: BrakeFile,
+    steps: Procedure,
+    scatter: float,
+    samples: int,
+    seed: int,
+    layout: dict[str, Any],
+    tell: Callable[[str, float], None],
+) -> tuple[dict[str, Any], dict[str, str], list[str]]:
+    """Mean and sample SD over stacks whose interfaces scatter; units; what there is to say."""
+    from layerjam.simulate.stack_spread import peak_spread
+
+    tell("scatter", 0.0)
+    spread = peak_spread(
+        file, steps.highest_vacuum(), scatter, samples, seed, **layout,
+        progress=lambda done, asked: tell("scatter", done / asked),
+    )  # fmt: skip
+    values: dict[str, Any] = {"samples": spread.done, "seed": seed, "scatter": scatter}
+    units = {"samples": "1", "seed": "1", "scatter": "1"}
+    for name, unit in (("peak", "N"), ("stiffness", "N/m"), ("onset", "N")):
+        found = getattr(spread, name)
+        found = found[np.isfinite(found)]
+        values[f"{name}_mean"] = float(found.mean()) if len(found) else None
+        values[f"{name}_sd"] = float(found.std(ddof=1)) if len(found) > 1 else None
+        units |= {f"{name}_mean": unit, f"{name}_sd": unit}
+    notes = []
+    if spread.done < samples:
+        notes.append(f"stopped: {spread.done} of {samples} stacks were pulled, and those count")
+    if not np.isfinite(spread.peak).all():
+        lost = int((~np.isfinite(spread.peak)).sum())
+        notes.append(f"{lost} of {spread.done} stacks could not be followed to their peak")
+    return values, units, notes
 
 
 def _steps(

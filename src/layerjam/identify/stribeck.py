@@ -1,0 +1,311 @@
+"""Stribeck laws fitted to forces at several speeds: dry and wet, with errors and a verdict.
+
+Given v_s both laws are linear in all else, so the fit is a search over one number with bounded
+linear least squares inside: it finds the best v_s whatever the start. v_s is seldom well known;
+a wide prior on its logarithm keeps it finite, and the verdict says whether the data say more than
+the prior does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.errors import FitError
+from layerjam.identify.checks import Check
+from layerjam.mechanics.enclosure import backbone, sleeve_at
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.stickslip import Stribeck
+from layerjam.mechanics.wet import WetFilm
+from layerjam.units import show
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+PRIOR = (np.log(1e-2), 2 * np.log(10.0))
+"""Mean and SD of ln v_s [m/s]: 10 mm/s, two decades either way."""
+_RANGE = (1e-7, 1e2)
+_WORST_CONDITION = 100.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedPoints:
+    """Forces of a sliding brake, arrays of shape (N,); build with `speed_points`."""
+
+    speed: Array
+    """[m/s]"""
+    force: Array
+    """[N]"""
+    slip: Array
+    """[m]"""
+    vacuum: Array
+    """[Pa]"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedFit:
+    """A fitted law: numbers, their standard errors, and whether to believe them.
+
+    `law` is a Stribeck or a WetFilm. Standard errors are None where the parameter lies at its
+    bound or nothing estimates the noise; that of `speed` is relative (of ln v_s). Fitted together
+    with the brake's scale factor: friction and factor only ever appear as a product.
+    """
+
+    law: Stribeck | WetFilm
+    standard_errors: dict[str, float | None]
+    noise: float
+    """SD of the residuals [N]."""
+    residuals: Array
+    checks: tuple[Check, ...]
+
+    @property
+    def trusted(self) -> bool:
+        """True where every check passed."""
+        return all(check.passed for check in self.checks)
+
+
+def speed_points(
+    speed: Sequence[float] | Array, force: Sequence[float] | Array, *,
+    vacuum: float | Sequence[float] | Array, slip: float | Sequence[float] | Array = 0.0,
+    brake: Brake,
+) -> SpeedPoints:  # fmt: skip
+    """Points of speed [m/s], force [N], slip [m] and vacuum [Pa]; the last two may be one number.
+
+    Raises FitError for arrays that do not fit together, numbers that are not finite or negative,
+    and slips beyond the overlap.
+    """
+    try:
+        speeds, forces = (np.asarray(a, float).ravel() for a in (speed, force))
+        slips, vacuums = (
+            np.broadcast_to(np.asarray(a, float), speeds.shape) for a in (slip, vacuum)
+        )
+    except ValueError:
+        raise FitError(
+            "points: speed, force, slip and vacuum must be lists of one length"
+        ) from None
+    if len(forces) != len(speeds):
+        raise FitError(f"points: {len(speeds)} speeds do not go with {len(forces)} forces")
+    named = {"speed": speeds, "force": forces, "slip": slips, "vacuum": vacuums}
+    for name, values in named.items():
+        bad = np.flatnonzero(~np.isfinite(values) | (values < 0))
+        if len(bad):
+            raise FitError(
+                f"points: {name} {values[bad[0]]} of point {bad[0] + 1} is not allowed; it is zero "
+                "or more"
+            )
+    if len(slips) and slips.max() >= brake.sheets.overlap:
+        raise FitError(
+            f"points: slip {show(float(slips.max()), 'm')} is beyond the overlap of "
+            f"{show(brake.sheets.overlap, 'm')}"
+        )
+    return SpeedPoints(speed=speeds, force=forces, slip=slips, vacuum=vacuums)
+
+
+def fit_dry(
+    points: SpeedPoints, brake: Brake, *, exponent: float = 1.0, viscous: bool = False
+) -> SpeedFit:
+    """Stribeck law of dry sheets; `viscous` also fits growth with speed. Raises FitError."""
+    coulomb, other = _lever(points, brake)
+    if not (points.vacuum > 0).all():
+        raise FitError("points: a dry sheet without vacuum has no friction to fit")
+    speed = points.speed
+
+    def columns(stribeck: float) -> Array:
+        parts = [coulomb, coulomb * _left(speed, stribeck, exponent)]
+        return np.stack(parts + [coulomb * speed] * viscous, axis=1)
+
+    names = ("kinetic", "drop", "viscous")[: 2 + viscous]
+    best = _Search(columns, points.force - other, names, points).run()
+    kinetic, drop = best.values[:2]
+    law = Stribeck(
+        static=kinetic + drop, kinetic=kinetic, speed=best.speed, exponent=exponent,
+        viscous=best.values[2] if viscous else 0.0,
+    )  # fmt: skip
+    return best.result(law)
+
+
+def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> SpeedFit:
+    """Wet Stribeck law with adhesion and viscous part. Needs several vacuums; raises FitError."""
+    coulomb, other = _lever(points, brake)
+    if np.ptp(points.vacuum) <= 0.05 * points.vacuum.max(initial=0.0):
+        raise FitError(
+            "points: one vacuum cannot tell adhesion from friction; measure at two or more"
+        )
+    sheets = brake.sheets
+    area = (sheets.count - 1) * sheets.width * (sheets.overlap - points.slip)
+
+    def columns(stribeck: float) -> Array:
+        left = _left(points.speed, stribeck, exponent)
+        return np.stack([coulomb, coulomb * left, area, area * points.speed], axis=1)
+
+    names = ("kinetic", "drop", "adhesion", "viscosity")
+    best = _Search(columns, points.force - other, names, points).run()
+    kinetic, drop, adhesion, viscosity = best.values
+    law = WetFilm(
+        static=kinetic + drop, kinetic=kinetic, speed=best.speed, exponent=exponent,
+        adhesion=adhesion, viscosity=viscosity,
+    )  # fmt: skip
+    return best.result(law)
+
+
+def _lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
+    """(force per unit of friction coefficient, sleeve's force) [N]."""
+    contact = brake.sheets.overlap - points.slip
+    per_metre = np.asarray(friction_per_contact(points.vacuum, brake)) / brake.film.kinetic
+    return per_metre * contact, np.asarray(backbone(points.slip, sleeve_at(points.vacuum, brake)))
+
+
+def _left(speed: Array, stribeck: float, exponent: float) -> Array:
+    return np.asarray(np.exp(-((speed / stribeck) ** exponent)))
+
+
+class _Search:
+    """The best v_s and what belongs to it."""
+
+    def __init__(
+        self, columns: Callable[[float], Array], target: Array, names: Sequence[str],
+        points: SpeedPoints,
+    ) -> None:  # fmt: skip
+        self.columns, self.target, self.names, self.points = columns, target, names, points
+        self.values: list[float] = []
+        self.speed = 0.0
+        unknowns = len(names) + 1
+        if len(target) <= unknowns:
+            raise FitError(f"points: {len(target)} are too few to fit {unknowns} numbers")
+        if len(np.unique(points.speed)) < 3:
+            raise FitError("points: forces at three speeds or more are needed")
+
+    def solved(self, logarithm: float) -> tuple[Array, float]:
+        """Bounded least squares at one ln v_s: (values, sum of squares)."""
+        from scipy.optimize import nnls
+
+        table = self.columns(float(np.exp(logarithm)))
+        size = np.linalg.norm(table, axis=0)
+        size[size == 0] = 1.0
+        values, rest = nnls(table / size, self.target)
+        return values / size, float(rest**2)
+
+    def run(self) -> _Search:
+        """Search without the prior for the noise, then with it for v_s."""
+        grid = np.linspace(np.log(_RANGE[0]), np.log(_RANGE[1]), 240)
+        sums = np.array([self.solved(g)[1] for g in grid])
+        self.freedom = len(self.target) - len(self.names) - 1
+        size = float(np.abs(self.target).max(initial=0.0))
+        least = min(float(sums.min()), self._polished(grid, sums, 0.0))
+        self.variance = max(least / self.freedom, (1e-12 * size) ** 2, 1e-300)
+        weight = self.variance / PRIOR[1] ** 2
+        self._polished(grid, sums + weight * (grid - PRIOR[0]) ** 2, weight)
+        return self
+
+    def _polished(self, grid: Array, costs: Array, weight: float) -> float:
+        from scipy.optimize import minimize_scalar
+
+        near = int(np.argmin(costs))
+        ends = grid[max(near - 1, 0)], grid[min(near + 1, len(grid) - 1)]
+
+        def cost(g: float) -> float:
+            return self.solved(g)[1] + weight * (g - PRIOR[0]) ** 2
+
+        found = minimize_scalar(cost, bounds=ends, method="bounded", options={"xatol": 1e-10})
+        self.logarithm = float(found.x)
+        self.speed = float(np.exp(self.logarithm))
+        self.values = [float(v) for v in self.solved(self.logarithm)[0]]
+        return float(found.fun)
+
+    def _covariance(self) -> tuple[Array, list[bool], float]:
+        """(covariance of values and ln v_s, which are free, condition number)."""
+        table = self.columns(self.speed)
+        step = 1e-5
+        bent = self.columns(self.speed * np.exp(step)) - self.columns(self.speed * np.exp(-step))
+        slope = bent @ np.array(self.values) / (2 * step)
+        full = np.column_stack([table, slope])
+        free = [v > 0 for v in self.values] + [self.values[1] > 0]
+        part = full[:, free] / np.sqrt(self.variance)
+        size = np.linalg.norm(part, axis=0)
+        size[size == 0] = 1.0
+        condition = float(np.linalg.cond(part / size))
+        information = part.T @ part
+        if free[-1]:
+            information[-1, -1] += 1 / PRIOR[1] ** 2
+        cov = np.zeros((len(free), len(free)))
+        cov[np.ix_(free, free)] = np.linalg.pinv(information, hermitian=True)
+        return cov, free, condition
+
+    def result(self, law: Stribeck | WetFilm) -> SpeedFit:
+        """Errors and checks."""
+        cov, free, condition = self._covariance()
+        rest = self.target - self.columns(self.speed) @ np.array(self.values)
+        noise = float(np.sqrt((rest**2).sum() / self.freedom))
+        noisy = noise > 1e-9 * float(np.abs(self.target).max())
+        errors: dict[str, float | None] = {}
+        for i, name in enumerate(self.names):
+            errors[name] = float(np.sqrt(cov[i, i])) if free[i] and noisy else None
+        both = float(np.sqrt(max(cov[0, 0] + cov[1, 1] + 2 * cov[0, 1], 0.0)))
+        errors["static"] = both if free[0] and free[1] and noisy else errors["kinetic"]
+        errors["speed"] = float(np.sqrt(cov[-1, -1])) if free[-1] and noisy else None
+        known = float(np.sqrt(cov[-1, -1])) if free[-1] else PRIOR[1]
+        checks = (
+            self._identifiable(known, condition), self._inside(), self._trend(rest, noise),
+            self._spans(), _plausible(float(law.kinetic)),
+        )  # fmt: skip
+        return SpeedFit(law=law, standard_errors=errors, noise=noise, residuals=rest, checks=checks)
+
+    def _identifiable(self, known: float, condition: float) -> Check:
+        fine = known < 0.25 * PRIOR[1] and condition < _WORST_CONDITION
+        factor = float(np.exp(min(known, 50.0)))
+        sentence = (
+            f"v_s is known within a factor of {factor:.3g} (the prior: {np.exp(PRIOR[1]):.3g}); "
+            f"condition number {condition:.3g}"
+        )
+        if not fine:
+            sentence += ": the points do not tell the parameters apart, more speeds would"
+        return Check(name="identifiable", passed=bool(fine), sentence=sentence)
+
+    def _inside(self) -> Check:
+        low, high = np.log(_RANGE)
+        stuck = [n for n, v in zip(self.names, self.values, strict=True) if v <= 0]
+        edge = not low + 0.1 < self.logarithm < high - 0.1
+        named = stuck + ["v_s"] * edge
+        sentence = "no parameter lies at its bound"
+        if named:
+            sentence = f"{', '.join(named)} at the bound: the law has no use for it on these points"
+        return Check(name="bounds", passed=not named, sentence=sentence)
+
+    def _trend(self, rest: Array, noise: float) -> Check:
+        """Residuals over the logarithm of speed: straight, bent, or each like its neighbour."""
+        moving = self.points.speed > 0
+        x = np.log(self.points.speed[moving])
+        worst = 0.0
+        if len(np.unique(x)) >= 4 and noise > 1e-9 * float(np.abs(self.target).max()):
+            x = (x - x.mean()) / x.std()
+            for shape in (x, x**2 - (x**2).mean()):
+                part = rest[moving]
+                worst = max(worst, abs(float(shape @ part)) / noise / float(np.linalg.norm(shape)))
+            part = rest[np.argsort(self.points.speed, kind="stable")]
+            alike = float(part[1:] @ part[:-1]) / float(part @ part)
+            worst = max(worst, alike * float(np.sqrt(len(part))))
+        return Check(
+            name="trend over speed",
+            passed=worst < 2.5,
+            sentence=f"residuals follow the logarithm of speed by {worst:.2g} standard errors",
+        )
+
+    def _spans(self) -> Check:
+        moving = self.points.speed[self.points.speed > 0]
+        low, high = float(moving.min()), float(moving.max())
+        fine = low / 2 <= self.speed <= high
+        word = "within" if fine else "outside"
+        return Check(
+            name="span",
+            passed=bool(fine),
+            sentence=f"v_s = {show(self.speed, 'm/s')} lies {word} the speeds measured, "
+            f"{show(low, 'm/s')} to {show(high, 'm/s')}",
+        )
+
+
+def _plausible(kinetic: float) -> Check:
+    fine = 0.02 <= kinetic <= 1.5
+    sentence = f"kinetic friction {kinetic:.4g} is {'usual' if fine else 'unusual'} for films"
+    return Check(name="plausible", passed=fine, sentence=sentence)

@@ -1,0 +1,70 @@
+"""One increment of the stack: a weighted one-dimensional fused lasso, solved exactly.
+
+The kernels of the stack are plain loops for numba: state and branches in them are what array code
+is worst at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def inlined(function: F) -> F:
+    """A small kernel, put where it is called: tuples of arrays are slow to hand over."""
+    compiled: Any = numba.njit(error_model="numpy", inline="always")(function)
+    return compiled
+
+
+def kernel(function: F) -> F:
+    """A compiled loop. Not cached by itself: see `stack.kernel_stamp`."""
+    compiled: Any = numba.njit(error_model="numpy")(function)
+    return compiled
+
+
+@kernel
+def fused_lasso(d: Array, b: Array, c: Array, z: Array, work: Array) -> None:  # pragma: no cover
+    """z minimising 1/2 sum d (z - b)^2 + sum c |z_{i+1} - z_i|, exactly; `work` is (4, 2 n).
+
+    Dynamic programming over the derivative of the cost (Johnson 2013). The cost of z_i over all to
+    its left has a piecewise linear derivative; an interface clips it to its bound, which is the box
+    of the dual variable f_i and leaves two knots. Every knot is met once on either side: linear.
+    """
+    n = len(d)
+    x, slope, level, bounds = work[0], work[1], work[2], work[3]
+    left, right = n - 1, n
+    low, high = bounds[:n], bounds[n:]
+    low[0], high[0] = b[0] - c[0] / d[0], b[0] + c[0] / d[0]
+    x[left], x[right] = low[0], high[0]
+    slope[left], level[left] = d[0], -d[0] * b[0] + c[0]
+    slope[right], level[right] = -d[0], d[0] * b[0] + c[0]
+    for k in range(1, n):
+        first_slope, first_level = d[k], -d[k] * b[k] - c[k - 1]
+        last_slope, last_level = -d[k], d[k] * b[k] - c[k - 1]
+        bound = c[k] if k < n - 1 else 0.0
+        i = left
+        while i <= right and first_slope * x[i] + first_level <= -bound:
+            first_slope += slope[i]
+            first_level += level[i]
+            i += 1
+        if k == n - 1:
+            z[k] = -first_level / first_slope
+            break
+        j = right
+        while j >= i and -last_slope * x[j] - last_level >= bound:
+            last_slope += slope[j]
+            last_level += level[j]
+            j -= 1
+        low[k] = (-bound - first_level) / first_slope
+        high[k] = -(bound + last_level) / last_slope
+        left, right = i - 1, j + 1
+        x[left], slope[left], level[left] = low[k], first_slope, first_level + bound
+        x[right], slope[right], level[right] = high[k], last_slope, last_level + bound
+    for k in range(n - 2, -1, -1):
+        z[k] = min(max(z[k + 1], low[k]), high[k])

@@ -1,0 +1,258 @@
+"""Friction that falls with speed, and what it does to a mass pulled through a spring (ours).
+
+A mass m is pulled through a spring k at a constant speed V against friction: the static bound F_s
+holds it, the kinetic force F_k resists its motion. Stribeck's curve leads from one to the other,
+
+    mu(v) = mu_k + (mu_s - mu_k) exp(-(|v|/v_s)^delta) + c |v|,
+
+and v_s = 0 is the limit in which the static friction is gone at once (the jump law). All closed
+forms below are of the jump law unless they say otherwise. Forces count per brake, not per sheet.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.enclosure import backbone, sleeve_at
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
+from layerjam.units import quantity, record
+
+
+@record
+class Stribeck:
+    """A friction coefficient over sliding speed; v_s of the paper's films is not measured."""
+
+    static: float = quantity("1", "static friction", hi=10, symbol="mu_s")
+    kinetic: float = quantity("1", "kinetic friction", hi=10, symbol="mu_k")
+    speed: float = quantity(
+        "m/s", "speed over which static friction is lost (0: at once)", hi=100, symbol="v_s"
+    )
+    exponent: float = quantity(
+        "1", "exponent of the loss", lo=0.1, hi=10, symbol="delta", default=1.0
+    )
+    viscous: float = quantity(
+        "s/m", "growth of the coefficient with speed", hi=1e6, symbol="c", default=0.0
+    )
+
+
+def of_film(brake: Brake, speed: Any = 0.0, exponent: Any = 1.0, viscous: Any = 0.0) -> Stribeck:
+    """Static and kinetic friction of a brake's film with a Stribeck speed [m/s]."""
+    film = brake.film
+    return Stribeck(
+        static=film.static, kinetic=film.kinetic, speed=speed, exponent=exponent, viscous=viscous
+    )
+
+
+def static_left(speed: Any, stribeck_speed: Any, exponent: Any) -> Any:
+    """Share of the static excess that is left at a speed: exp(-(|v|/v_s)^delta), 1 at rest."""
+    weakens = (stribeck_speed > 0) & (speed != 0)
+    ratio = jnp.abs(speed) / jnp.where(weakens, stribeck_speed, 1.0)
+    power = jnp.where(weakens, ratio, 1.0) ** exponent
+    return jnp.where(speed == 0, 1.0, jnp.where(weakens, jnp.exp(-power), 0.0))
+
+
+@law
+def stribeck_friction(speed: Any, curve: Stribeck) -> Any:
+    """Friction coefficient at a sliding speed [m/s]; the static bound at rest.
+
+    Even in speed. At zero speed, a kink for delta <= 1, the gradient is taken as 0: the mean of
+    both sides. NaN where the kinetic coefficient is above the static one.
+    """
+    left = static_left(speed, curve.speed, curve.exponent)
+    friction = curve.kinetic + (curve.static - curve.kinetic) * left
+    friction = friction + curve.viscous * jnp.abs(speed)
+    return within((curve.kinetic >= 0) & (curve.static >= curve.kinetic), friction)
+
+
+@law
+def sliding_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, curve: Stribeck) -> Any:
+    """Force of the brake sliding steadily [N]; slip [m], speed [m/s], vacuum [Pa] broadcast.
+
+    The sheets' part follows `curve` in place of the film's kinetic friction; the sleeve's does not
+    depend on speed. Equal to `brake_force` for a flat curve with the film's kinetic friction.
+    """
+    contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
+    sheets = friction_per_contact(vacuum, brake) / brake.film.kinetic * contact
+    force = sheets * stribeck_friction(speed, curve) + backbone(slip, sleeve_at(vacuum, brake))
+    return within((slip >= 0) & (vacuum >= 0), force)
+
+
+class Saw(NamedTuple):
+    """One tooth of judder."""
+
+    force_high: Any
+    """Greatest force of the spring [N]."""
+    force_low: Any
+    """Least force [N]; zero where the spring goes slack."""
+    slip: Any
+    """Slip of one event [m]."""
+    period: Any
+    """Time from one event to the next [s]."""
+    slip_time: Any
+    """Time the mass moves in each [s]."""
+    slack: Any
+    """True where the spring goes slack."""
+
+
+def _physical(static: Any, kinetic: Any, stiffness: Any) -> Any:
+    return (kinetic >= 0) & (static >= kinetic) & (stiffness > 0)
+
+
+@law
+def slow_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -> Saw:
+    """The saw of a slow pull without damping: F_s [N], F_k [N], k [N/m], m [kg], V [m/s].
+
+    The limit V -> 0: between F_s and 2 F_k - F_s with slips 2 (F_s - F_k)/k, period
+    2 (F_s - F_k)/(k V) plus the slip's own half period. For F_s > 2 F_k the spring goes slack and
+    friction alone stops the mass after F_s^2/(2 k F_k). Needs F_k > 0 then; NaN otherwise.
+    """
+    drop = static - kinetic
+    slack = drop > kinetic
+    stops = jnp.where(kinetic > 0, kinetic, jnp.nan)
+    run = static**2 / (2 * stiffness * jnp.where(slack, stops, 1.0))
+    slip = jnp.where(slack, run, 2 * drop / stiffness)
+    omega = jnp.sqrt(stiffness / mass)
+    bound = jnp.where(slack, kinetic / jnp.where(slack, drop, 1.0), 1.0)
+    # sliding against k and F_k for a part of the half period, then against F_k alone
+    after = safe_sqrt(jnp.maximum(drop**2 - kinetic**2, 0.0)) / jnp.where(slack, stops, 1.0)
+    time = (jnp.arccos(jnp.where(slack, -bound, 0.0)) + after) / omega
+    time = jnp.where(slack, time, jnp.pi / omega)
+    fine = _physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0)
+    return Saw(
+        force_high=within(fine, static),
+        force_low=within(fine, jnp.where(slack, 0.0, 2 * kinetic - static)),
+        slip=within(fine, slip),
+        period=within(fine, slip / speed + time),
+        slip_time=within(fine, time),
+        slack=slack,
+    )
+
+
+@law
+def undamped_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -> Saw:
+    """The saw at any speed without damping, exactly; arguments as in `slow_saw`.
+
+    The mass always sticks again: with R = sqrt((F_s - F_k)^2 + k m V^2) the force swings by R
+    around F_k and is 2 F_k - F_s when the mass stops. NaN where the spring goes slack through
+    speed alone (R > F_k >= F_s - F_k): there it tightens again before the mass has stopped.
+    """
+    drop = static - kinetic
+    omega = jnp.sqrt(stiffness / mass)
+    swing = jnp.sqrt(drop**2 + stiffness * mass * speed**2)
+    slack = swing > kinetic
+    known = ~slack | (drop > kinetic)
+    hard = jnp.where(drop > 0, drop, 1.0)
+    taut_time = 2 * (jnp.pi - jnp.arctan2(drop, speed * jnp.sqrt(stiffness * mass))) / omega
+    taut_slip = 2 * drop / stiffness + speed * taut_time
+    # until the spring is slack: from the phase at which it broke to the one of no force
+    phase = jnp.arccos(jnp.where(slack, -kinetic / swing, 0.0))
+    phase = phase + jnp.arctan2(speed * jnp.sqrt(stiffness * mass), hard)
+    first = jnp.where(slack, phase, 0.0) / omega
+    pace = speed + safe_sqrt(jnp.maximum(swing**2 - kinetic**2, 0.0)) / (stiffness / omega)
+    stops = jnp.where(slack & (kinetic > 0), kinetic, jnp.where(slack, jnp.nan, 1.0))
+    slack_slip = static / stiffness + speed * first + mass * pace**2 / (2 * stops)
+    slip = jnp.where(slack, slack_slip, taut_slip)
+    fine = _physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0) & known
+    return Saw(
+        force_high=within(fine, kinetic + swing),
+        force_low=within(fine, jnp.where(slack, 0.0, kinetic - swing)),
+        slip=within(fine, slip),
+        period=within(fine, slip / speed),
+        slip_time=within(fine, jnp.where(slack, first + mass * pace / stops, taut_time)),
+        slack=slack,
+    )
+
+
+def _critical_drop(ratio: Any) -> Any:
+    """kappa = (F_s - F_k)/(V sqrt(k m)) at which a mass just fails to stick again.
+
+    From the tangent point (speed V, acceleration 0) the damped swing is followed back to the start
+    of the slip, theta before it; `ratio` is the damping ratio, between 0 and 1.
+    """
+    inner = jnp.where((ratio > 0) & (ratio < 1), ratio, 0.5)
+    root = jnp.sqrt(1 - inner**2)
+    lean = inner / root
+
+    def inside(theta: Any) -> Any:
+        return jnp.cos(theta) - lean * jnp.sin(theta)
+
+    def excess(theta: Any) -> Any:
+        value = inside(theta)
+        known = jnp.log(jnp.where(value > 0, value, 1.0))
+        return lean * theta + jnp.where(value > 0, known, -jnp.inf)
+
+    low = jnp.pi + jnp.arctan2(root, inner)
+    theta = rising_zero(excess, low, jnp.full_like(low, 2 * jnp.pi))
+    # one Newton step more carries the gradient; close to the aperiodic limit the root is `low`
+    room = inside(theta)
+    resolved = room > 1e-9
+    slope = -jnp.sin(theta) / (root**2 * jnp.where(resolved, room, 1.0))
+    step = (lean * theta + jnp.log(jnp.where(resolved, room, 1.0))) / slope
+    theta = jnp.where(resolved, theta - step, low)
+    return -jnp.exp(lean * theta) * jnp.sin(theta) / root
+
+
+@law
+def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping: Any) -> Any:
+    """Pulling speed [m/s] above which judder from a standing start dies at once; jump law.
+
+    `damping` [N s/m] acts beside the spring. Exact while the spring stays taut (a slack one lets
+    the mass stop, so that judder may go on above); for little damping (ratio zeta)
+    (F_s - F_k)/sqrt(4 pi zeta k m). Infinite without damping, zero from the aperiodic limit on.
+    """
+    impedance = jnp.sqrt(stiffness * mass)
+    ratio = damping / (2 * impedance)
+    speed = (static - kinetic) / (impedance * _critical_drop(ratio))
+    speed = jnp.where(ratio >= 1, 0.0, jnp.where(ratio == 0, jnp.inf, speed))
+    speed = jnp.where(static == kinetic, 0.0, speed)
+    return within(_physical(static, kinetic, stiffness) & (mass > 0) & (damping >= 0), speed)
+
+
+@law
+def stiffness_without_judder(
+    speed: Any, static: Any, kinetic: Any, mass: Any, damping_ratio: Any
+) -> Any:
+    """Least stiffness [N/m] at which a pull at `speed` [m/s] does not judder, jump law.
+
+    At a given damping ratio (that of the mount as built), ((F_s - F_k)/(kappa V))^2/m. Infinite
+    without damping, zero from the aperiodic limit on.
+    """
+    needed = ((static - kinetic) / (_critical_drop(damping_ratio) * speed)) ** 2 / mass
+    needed = jnp.where(damping_ratio >= 1, 0.0, jnp.where(damping_ratio == 0, jnp.inf, needed))
+    fine = (kinetic >= 0) & (static >= kinetic) & (mass > 0) & (speed > 0) & (damping_ratio >= 0)
+    return within(fine, needed)
+
+
+@law
+def stable_speed(drop: Any, stribeck_speed: Any, exponent: Any, damping: Any) -> Any:
+    """Pulling speed [m/s] above which steady sliding is stable against small disturbances.
+
+    `drop` is F_s - F_k [N], `damping` [N s/m] that of the mount plus the friction's own viscous
+    slope. Stability needs damping > -dF/dv; the greatest speed where they are equal is v_s w^(1/d)
+    with w - (1 - 1/d) ln w = -ln(damping v_s/(drop d)), for d = 1 v_s ln(drop/(damping v_s)).
+    Zero where sliding is stable at every speed, infinite without damping. Neither stiffness nor
+    mass comes in. Judder already under way may live on above it.
+    """
+    power = 1 - 1 / exponent
+    share = damping * stribeck_speed / jnp.where(drop > 0, drop * exponent, 1.0)
+    some = jnp.where((share > 0) & (drop > 0), share, 1.0)
+    turn = jnp.maximum(power, 0.0)
+    steepest = jnp.where(turn > 0, jnp.where(turn > 0, turn, 1.0) ** turn * jnp.exp(-turn), 1.0)
+    weakens = (drop > 0) & (stribeck_speed > 0) & ((share < steepest) | (power < 0))
+
+    def rest(w: Any) -> Any:
+        return w - power * jnp.log(w) + jnp.log(some)
+
+    low = jnp.maximum(turn, 1e-300) * jnp.ones_like(some)
+    high = 2 * (turn + 2 + jnp.abs(jnp.log(some)))
+    w = rising_zero(rest, low, high + jnp.zeros_like(low))
+    slope = 1 - power / w
+    w = w - rest(w) / jnp.where(slope > 0, slope, 1.0)
+    speed = stribeck_speed * jnp.where(weakens & (w > 0), w, 1.0) ** (1 / exponent)
+    speed = jnp.where(weakens, jnp.where(share > 0, speed, jnp.inf), 0.0)
+    fine = (drop >= 0) & (stribeck_speed >= 0) & (exponent > 0) & (damping >= 0)
+    return within(fine, speed)

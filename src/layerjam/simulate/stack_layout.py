@@ -1,0 +1,151 @@
+"""How a brake's stack is put together: interfaces that differ, misaligned sheets, a housing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.errors import QuantityError
+from layerjam.mechanics.enclosure import sleeve_at
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.stack_solve import Stack
+from layerjam.mechanics.stiffness import sheet_section, stiffness_sliding
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Interfaces:
+    """How the n - 1 interfaces differ; each entry is one number or one an interface.
+
+    `friction` multiplies the friction of each, `vacuum` the vacuum that reaches it, `extra_overlap`
+    [m] is added to its overlap. For several at once: ``dataclasses.replace``.
+    """
+
+    friction: float | Array = 1.0
+    vacuum: float | Array = 1.0
+    extra_overlap: float | Array = 0.0
+
+    @classmethod
+    def misaligned(cls, shifts: Array) -> Interfaces:
+        """Sheets that sit `shifts` [m], shape (n,), further out of their caps than they should.
+
+        An interface overlaps by what both of its sheets are shifted; free lengths stay (the parts
+        of a sheet that stretch beside a neighbour's end are not told apart).
+        """
+        shifts = np.asarray(shifts, float)
+        return cls(extra_overlap=shifts[:-1] + shifts[1:])
+
+    @classmethod
+    def missing_vacuum(cls, count: int, middle: float) -> Interfaces:
+        """A thick stack of `count` sheets whose middle gets only the share `middle` of the vacuum.
+
+        The share falls like a parabola from 1 at the outermost interfaces (assumed: what a uniform
+        leak through sheets that resist alike would leave). An interface is pressed by the vacuum
+        in it, because the stack's pressure is the atmosphere all through.
+        """
+        if not 0 <= middle <= 1:
+            raise QuantityError(f"middle: {middle!r} is not a share; 0 to 1 is allowed")
+        place = np.linspace(-1, 1, count - 1) if count > 2 else np.zeros(1)
+        return cls(vacuum=1 - (1 - middle) * (1 - place**2))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Housing:
+    """A stiff housing that rubs on the outer side of the outermost sheets (ours, assumed).
+
+    Either wall hangs on the cap opposite to the sheet it rubs on; on the sheet's own cap it would
+    move with the sheet and only share its stretch. `friction` [N] is what a wall holds at rest, one
+    number or (first, last); nobody has measured it. Over the wall's `contact` length [m] it falls
+    to zero as the sheet is drawn out; without one (a lip, a guide) it stays. `stiffness` [N/m] is a
+    wall's own; the default is a hundred times a sheet's.
+    """
+
+    friction: float | tuple[float, float]
+    contact: float = np.inf
+    stiffness: float = 1e8
+
+
+def _each(values: float | Array, count: int, name: str) -> Array:
+    """One number an interface."""
+    array = np.asarray(values, float)
+    if array.shape not in ((), (count,)):
+        raise QuantityError(f"{name}: {array.shape} numbers for {count} interfaces")
+    if not np.isfinite(array).all():
+        raise QuantityError(f"{name}: not all are finite numbers")
+    return np.broadcast_to(array, count).copy()
+
+
+def stack_of(
+    brake: Brake,
+    vacuum: float,
+    *,
+    interfaces: Interfaces | None = None,
+    housing: Housing | None = None,
+    static: bool = False,
+    sleeve: bool = True,
+    mount: float | None = None,
+) -> Stack:
+    """The stack of a brake at a vacuum [Pa].
+
+    `static` takes table I's static friction before an interface moves (the paper and the lumped
+    brake use the kinetic one throughout; of a housing it is not known). `mount` [N/m] is by default
+    what makes the stack as stiff as measured before onset; infinite where nothing was measured.
+    Raises QuantityError for interfaces or a housing that do not fit the brake.
+    """
+    sheets, film = brake.sheets, brake.film
+    count = int(sheets.count)
+    each = interfaces or Interfaces()
+    right = np.arange(count) % 2 == 1
+    free = np.where(right, sheets.free_right, sheets.free_left)
+    springs = film.modulus * float(sheet_section(brake)) / free
+    pressure = vacuum * _each(each.vacuum, count - 1, "interfaces.vacuum")
+    share = _each(each.friction, count - 1, "interfaces.friction")
+    if (pressure < 0).any() or (share < 0).any():
+        raise QuantityError("interfaces: friction and vacuum must not be negative")
+    length = sheets.overlap + _each(each.extra_overlap, count - 1, "interfaces.extra_overlap")
+    if (length <= 0).any():
+        raise QuantityError("interfaces.extra_overlap: some interfaces would not overlap at all")
+    friction = share * np.asarray(friction_per_contact(pressure, brake)) / (count - 1) * length
+    face = sleeve_at(vacuum, brake)
+    if mount is None:
+        mount = np.inf
+        if brake.stiffness_measured is not None:
+            rest = 1 / brake.stiffness_measured - 1 / float(stiffness_sliding(0.0, brake))
+            mount = 1 / rest if rest > 0 else np.inf
+    values = [float(face.stiffness), float(face.friction), float(face.reach)]
+    stack = Stack(
+        springs=springs,
+        right=right,
+        friction=friction,
+        ratio=np.full(count - 1, film.static / film.kinetic if static else 1.0),
+        length=length,
+        mount=float(mount),
+        ends=np.array([0, count - 1]),
+        face=np.array(values if sleeve else [0.0, 0.0, 1.0]),
+    )
+    return stack if housing is None else _housed(stack, housing)
+
+
+def _housed(stack: Stack, housing: Housing) -> Stack:
+    """The stack with a wall as one more sheet on either side; the sleeve stays on the sheets."""
+    rub = np.broadcast_to(np.asarray(housing.friction, float), 2)
+    if not (np.isfinite(rub).all() and (rub >= 0).all()):
+        raise QuantityError(f"housing.friction: {housing.friction!r} N; 0 or more is allowed")
+    if not (housing.contact > 0 and 0 < housing.stiffness < np.inf):
+        raise QuantityError("housing: contact and stiffness must be above 0, stiffness finite")
+
+    def around(inner: Any, first: float, last: float) -> Any:
+        return np.concatenate([[first], inner, [last]]).astype(inner.dtype)
+
+    return stack._replace(
+        springs=around(stack.springs, housing.stiffness, housing.stiffness),
+        right=around(stack.right, not stack.right[0], not stack.right[-1]),
+        friction=around(stack.friction, *rub),
+        ratio=around(stack.ratio, 1.0, 1.0),
+        length=around(stack.length, housing.contact, housing.contact),
+        ends=stack.ends + 1,
+    )

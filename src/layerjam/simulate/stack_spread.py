@@ -1,0 +1,116 @@
+"""How much peak and stiffness scatter where interfaces do: a Monte Carlo over whole stacks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from layerjam.device.file import BrakeFile
+from layerjam.errors import LayerjamError, QuantityError
+from layerjam.mechanics.pull import peak
+from layerjam.mechanics.stack_batch import peaks_of
+from layerjam.mechanics.stiffness import working_stiffness
+from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+CHUNK = 2000
+"""Stacks between two words of progress."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spread:
+    """What the stacks did; arrays have shape (M,), M at most `asked` (less if it was stopped)."""
+
+    peak: Array
+    """Greatest force of each pull [N]; NaN where the rig was too soft to follow."""
+    elongation: Array
+    """Elongation there [m]."""
+    slip: Array
+    """Mean slip of the interfaces there [m]."""
+    stiffness: Array
+    """Secant between a fifth and four fifths of the peak [N/m], as a calibration takes it."""
+    onset: Array
+    """Force at which the first interface let go [N]."""
+    asked: int
+    scatter: float
+    seed: int
+
+    @property
+    def done(self) -> int:
+        """How many stacks were pulled."""
+        return len(self.peak)
+
+
+def draws(first: int, last: int, count: int, seed: int) -> Array:
+    """Standard normal numbers for samples `first` to `last`, shape (last - first, count).
+
+    Each sample has its own place in a counter-based generator: the numbers do not depend on how the
+    samples are cut into chunks.
+    """
+    from scipy.special import ndtri
+
+    words = -(-count // 4)
+    source = np.random.Philox(key=seed).advance(first * words)
+    raw = source.random_raw((last - first) * words * 4).reshape(last - first, -1)[:, :count]
+    return np.asarray(ndtri(((raw >> np.uint64(11)).astype(float) + 0.5) * 2.0**-53))
+
+
+def peak_spread(
+    file: BrakeFile,
+    vacuum: float,
+    scatter: float,
+    samples: int = 200,
+    seed: int = 1,
+    *,
+    interfaces: Interfaces | None = None,
+    housing: Housing | None = None,
+    static: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+    chunk: int = CHUNK,
+) -> Spread:
+    """Pull many stacks whose interfaces' friction scatters log-normally, relative SD `scatter`.
+
+    Mean friction is kept. `interfaces`, `housing` and `static` hold for all of them. Numbers depend
+    on `seed` only, not on `chunk` or the number of threads. `progress` is told (done, asked) after
+    each chunk; interrupted from the keyboard, what is done is returned.
+    """
+    if not 0 <= scatter <= 2:
+        raise QuantityError(f"scatter: {scatter!r} is not allowed; 0 to 2 is")
+    if samples < 1 or chunk < 1 or seed < 0:
+        raise QuantityError("samples and chunk must be at least 1, seed at least 0")
+    brake = file.brake
+    stack = stack_of(brake, vacuum, interfaces=interfaces, housing=housing, static=static)
+    top = float(peak(vacuum, brake.sheets.overlap, brake).force)
+    end = brake.sheets.usable_travel + 2 * top / float(working_stiffness(brake))
+    first, last = (int(e) for e in stack.ends)
+    width = float(np.sqrt(np.log1p(scatter**2)))
+    parts: list[Array] = []
+    try:
+        for start in range(0, samples, chunk):
+            stop = min(start + chunk, samples)
+            friction = np.tile(stack.friction, (stop - start, 1))
+            normal = draws(start, stop, last - first, seed)
+            friction[:, first:last] *= np.exp(width * normal - width**2 / 2)
+            length = np.broadcast_to(stack.length, friction.shape)
+            parts.append(np.array(peaks_of(stack, friction, length, end)))
+            if progress:
+                progress(stop, samples)
+    except KeyboardInterrupt:
+        if not parts:
+            raise
+    force, elongation, slip, stiffness, onset = np.concatenate(parts, axis=1)
+    if (force < 0).any():
+        raise LayerjamError("stack: no equilibrium was found; please report this brake")
+    return Spread(
+        peak=force,
+        elongation=elongation,
+        slip=slip,
+        stiffness=stiffness,
+        onset=onset,
+        asked=samples,
+        scatter=scatter,
+        seed=seed,
+    )

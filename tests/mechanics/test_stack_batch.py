@@ -1,0 +1,61 @@
+"""Many stacks at once give what one after another gives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from layerjam.mechanics.stack import pull_stack
+from layerjam.mechanics.stack_batch import peaks_of
+from layerjam.simulate.stack_layout import stack_of
+from strategies import KAPTON
+
+FULL = 94.5e3
+C = 175.4298
+
+
+def test_many_stacks_are_each_what_one_is():
+    random = np.random.default_rng(2)
+    for stack in (
+        stack_of(KAPTON, FULL),
+        stack_of(KAPTON, FULL, sleeve=False, mount=np.inf),
+        stack_of(KAPTON, FULL, static=True),
+    ):
+        friction = stack.friction * np.exp(random.normal(0, 0.1, (6, 10)))
+        friction[0] = stack.friction
+        length = np.broadcast_to(stack.length, friction.shape)
+        peaks = peaks_of(stack, friction, length, 0.06)
+        for j in range(6):
+            one = stack._replace(friction=friction[j])
+            run = pull_stack(np.linspace(0, 1.1 * peaks.elongation[j], 30001), one)
+            # breaks of static friction lie between the increments: the batch meets them exactly
+            assert peaks.force[j] == pytest.approx(run.force.max(), rel=5e-4)
+            if stack.ratio[0] == 1:
+                assert peaks.force[j] == pytest.approx(run.force.max(), rel=1e-5)
+                top = int(run.force.argmax())
+                assert peaks.slip[j] == pytest.approx(run.slip[top].mean(), rel=2e-2)
+            first = run.sliding.any(axis=1).argmax()
+            assert peaks.onset[j] == pytest.approx(run.force[first - 1], rel=3e-3)
+            low, high = (np.interp(s * run.force.max(), run.force[: run.force.argmax()],
+                                   np.linspace(0, 1.1 * peaks.elongation[j], 30001)[
+                                       : run.force.argmax()]) for s in (0.2, 0.8))  # fmt: skip
+            if stack.ratio[0] == 1:
+                slope = 0.6 * run.force.max() / (high - low)
+                assert peaks.stiffness[j] == pytest.approx(slope, rel=5e-3)
+
+
+def test_a_batch_keeps_what_could_not_be_followed_apart():
+    stack = stack_of(KAPTON, FULL, mount=2000.0)
+    friction = np.stack([stack.friction, stack.friction * 0.5])
+    length = np.broadcast_to(stack.length, friction.shape)
+    peaks = peaks_of(stack, friction, length, 0.2)
+    assert np.isnan(peaks.force[0])
+    assert peaks.force[1] == pytest.approx(C / 2, rel=3e-2)
+
+
+def test_no_peak_within_the_travel_gives_the_end():
+    stack = stack_of(KAPTON, 500.0)
+    peaks = peaks_of(stack, stack.friction[None], stack.length[None], 0.03)
+    run = pull_stack(np.linspace(0, 0.03, 500), stack)
+    assert peaks.elongation[0] == pytest.approx(0.03)
+    assert peaks.force[0] == pytest.approx(run.force[-1], rel=1e-9)

@@ -1,0 +1,264 @@
+"""True stick, exact saw, order of the integrator, energy, and when judder dies."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import load
+from layerjam.errors import FitError
+from layerjam.mechanics.friction import holding_force, sheet_friction
+from layerjam.mechanics.slide import slide
+from layerjam.mechanics.slide_step import Slide
+from layerjam.mechanics.stickslip import critical_speed, of_film, undamped_saw
+from layerjam.simulate.judder import (
+    JudderRecord,
+    amplitude_map,
+    bounds_at,
+    critical_speed_of,
+    judder,
+    moving_mass,
+    series_stiffness,
+    slide_of,
+)
+from layerjam.simulate.record import Outcome
+
+FULL = 94.5e3
+KAPTON, PTFE = load("choi2018-kapton"), load("choi2018-ptfe")
+
+
+def block(**given: Any) -> Slide:
+    """A block of constant friction, 100 N kinetic, 130 N static."""
+    values: dict[str, Any] = {
+        "mass": 0.01, "spring": 131e3, "damping": 0.0, "speed": 0.05, "ramp": np.inf, "end": 1.0,
+        "step": np.inf, "level": 100.0, "fall": 0.0, "rise": 0.3, "stribeck": 0.0, "exponent": 1.0,
+        "viscous": 0.0, "base": 0.0, "sleeve": None, "overlap": np.inf, "start": 0.0,
+        "events": 3.0, "tolerance": 1e-10,
+    }  # fmt: skip
+    return Slide(**{**values, **given})
+
+
+@pytest.mark.parametrize(
+    ("step", "start", "pace"),
+    [(np.inf, 0.0, 0.0), (600.0, 0.0123, 0.0), (7.0, 0.0, 1e-3), (0.1, 0.0123, 1e-3)],
+)
+def test_a_load_below_static_friction_is_held_for_an_hour(
+    step: float, start: float, pace: float
+) -> None:
+    frozen = slide_of(
+        KAPTON.brake, vacuum=FULL, speed=1e-3, mass=0.01, stiffness=131e3, slip=start, frozen=True
+    )
+    load = 0.999 * float(bounds_at(frozen).static)
+    record = judder(
+        KAPTON, vacuum=FULL, speed=1e-3, slip=start, travel=load / 131e3, hold=3600.0, step=step,
+        stribeck=of_film(KAPTON.brake, pace),
+    )  # fmt: skip
+    assert record.outcome is Outcome.STUCK and len(record.events) == 0
+    assert record.time[-1] == pytest.approx(3600.0 + load / 131.0, rel=1e-14)
+    assert {s.hex() for s in record.slip.tolist()} == {start.hex()}, "bit for bit"
+    assert not record.sliding.any() and not record.speed_of_mass.any()
+    held = record.time >= load / 131.0
+    # force F stretches the spring by F/k and nothing more
+    assert np.allclose(record.elongation[held], load / 131e3, rtol=1e-12, atol=0)
+    assert np.allclose(record.elongation, record.force / 131e3, rtol=1e-12, atol=1e-17)
+    if np.isfinite(step) and step < 10:
+        assert len(record.time) > 3600 / step
+
+
+def test_a_little_more_breaks_loose() -> None:
+    static = float(holding_force(FULL, KAPTON.brake))
+    record = judder(KAPTON, vacuum=FULL, speed=1e-3, travel=1.001 * static / 131e3, hold=1.0)
+    assert len(record.events) == 1
+    assert record.events.force_at_break[0] == pytest.approx(static, rel=1e-13)
+    # it holds again on the lower force for the rest of the second
+    assert record.sliding[-1] == 0 and record.force[-1] < static
+
+
+@pytest.mark.parametrize("exact", [True, False])
+@pytest.mark.parametrize(
+    ("kinetic", "rise", "speed"),
+    [(175.4, 1 / 3, 1e-3), (175.4, 1 / 3, 1.0), (51.8, 1.4, 1e-3), (51.8, 1.4, 0.3)],
+)
+def test_undamped_block_follows_the_closed_form(
+    exact: bool, kinetic: float, rise: float, speed: float
+) -> None:
+    at = block(level=kinetic, rise=rise, speed=speed, end=1e3)
+    state = slide(at, exact=exact)
+    saw = undamped_saw(kinetic * (1 + rise), kinetic, 131e3, 0.01, speed)
+    row = np.asarray(state.table)[:3]
+    tight = 1e-9 if exact else 1e-6
+    assert int(state.count) == 3
+    assert np.allclose(row[:, 2], kinetic * (1 + rise), rtol=1e-11)
+    assert np.allclose(row[:, 3], float(saw.force_high), rtol=1e-4)  # from a cubic over a step
+    assert np.allclose(row[:, 4], float(saw.force_low), rtol=1e-4, atol=1e-6)
+    assert np.allclose(row[:, 5], float(saw.slip), rtol=tight)
+    assert np.allclose(np.diff(row[:, 0]), float(saw.period), rtol=tight)
+    assert np.allclose(row[:, 1] - row[:, 0], float(saw.slip_time), rtol=tight)
+
+
+def test_order_of_the_integrator_is_five() -> None:
+    """Stribeck friction through break, slip and stop: halving the step, events included."""
+    at = block(stribeck=0.4, damping=4.0, speed=0.2, end=1.0, events=1.0)
+    best = np.asarray(slide(at._replace(tolerance=1e-13)).table)[0]
+    sizes = 5e-5 / 2.0 ** np.arange(4)
+    errors = []
+    for size in sizes:
+        row = np.asarray(slide(at._replace(tolerance=0.0, step=size)).table)[0]
+        errors.append(abs(row[5] - best[5]) / best[5])
+    order = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    assert 4.6 < order < 5.6, (order, errors)
+
+
+def test_the_tolerance_is_kept() -> None:
+    at = block(stribeck=2e-3, damping=4.0, events=1.0)
+    best = np.asarray(slide(at._replace(tolerance=1e-13)).table)[0, 5]
+    for tolerance in (1e-6, 1e-8, 1e-10):
+        found = np.asarray(slide(at._replace(tolerance=tolerance)).table)[0, 5]
+        assert found == pytest.approx(best, rel=100 * tolerance)
+
+
+def test_batched_runs_equal_single_ones() -> None:
+    speeds = np.geomspace(1e-3, 5, 4)
+    at = block(damping=3.0, stribeck=1e-2, speed=speeds)
+    many = slide(at)
+    for i, speed in enumerate(speeds):
+        one = slide(at._replace(speed=speed))
+        assert int(one.reason) == int(many.reason[i]) and int(one.count) == int(many.count[i])
+        assert np.allclose(one.table, many.table[i], rtol=1e-9, equal_nan=True)
+
+
+@pytest.mark.parametrize("ratio", [0.05, 0.6])
+@pytest.mark.parametrize("pace", [0.0, 1e-9])
+def test_judder_dies_at_the_critical_speed(ratio: float, pace: float) -> None:
+    drag = 2 * ratio * np.sqrt(131e3 * 0.01)
+    critical = float(critical_speed(130.0, 100.0, 131e3, 0.01, drag))
+    speeds = critical * np.array([0.9, 0.999, 1.001, 1.1])
+    at = block(damping=drag, speed=speeds, end=130 / (131e3 * speeds) + 1.0, stribeck=pace)
+    assert np.asarray(slide(at).count > 0).tolist() == [True, True, False, False]
+
+
+def test_critical_speed_by_runs_meets_the_closed_form() -> None:
+    at = block(damping=5.0)
+    closed = critical_speed_of(at)
+    assert closed == pytest.approx(float(critical_speed(130, 100, 131e3, 0.01, 5.0)), rel=1e-12)
+    assert np.isinf(critical_speed_of(block()))
+    assert critical_speed_of(block(rise=0.0, damping=1.0)) == 0.0
+
+
+@given(
+    st.floats(1e-3, 3.0), st.floats(0.0, 1.2), st.sampled_from([0.0, 1e-3, 0.1]),
+    st.floats(5e3, 101e3), st.sampled_from([KAPTON, PTFE]), st.floats(0, 0.03),
+)  # fmt: skip
+@settings(deadline=None, max_examples=12)
+def test_energy_is_kept(
+    speed: float, ratio: float, pace: float, vacuum: float, file: BrakeFile, slip: float
+) -> None:
+    mass, spring = moving_mass(file.brake), series_stiffness(file.brake)
+    record = judder(
+        file, vacuum=vacuum, speed=speed, damping=2 * ratio * np.sqrt(mass * spring), slip=slip,
+        stribeck=of_film(file.brake, pace),
+    )  # fmt: skip
+    balance = record.work - record.dissipated_energy - record.stored_energy
+    size = float(record.work.max()) + float(record.stored_energy[0])
+    assert np.abs(balance + record.stored_energy[0]).max() < 1e-8 * size
+    # heat and work only ever grow; the mass never runs backwards; the spring only pulls
+    assert (np.diff(record.dissipated_energy) > -1e-9 * size).all()
+    assert (record.speed_of_mass > -1e-9).all() and (record.force >= 0).all()
+    assert (np.diff(record.slip) >= -1e-15).all()
+    stuck = (record.sliding[:-1] == 0) & (record.sliding[1:] == 0)
+    assert (np.diff(record.slip)[stuck] == 0).all()
+
+
+def test_kapton_saws_and_ptfe_goes_slack() -> None:
+    for file, high, slack in ((KAPTON, 233.9064, False), (PTFE, 124.3045, True)):
+        record = judder(file, vacuum=FULL, speed=1e-3)
+        assert record.outcome is Outcome.JUDDERS and len(record.events) >= 12
+        assert record.events.force_high[0] == pytest.approx(high, rel=1e-6)
+        kinetic = float(sheet_friction(0.0, FULL, file.brake))
+        low = 0.0 if slack else 2 * kinetic - high
+        # the sleeve carries half a newton by the end of the first slip
+        assert record.events.force_low[0] == pytest.approx(low, abs=1.0)
+        # friction, and with it every tooth, falls as the overlap is used up
+        assert (np.diff(record.events.force_high) < 0).all()
+
+
+def test_amplitude_map() -> None:
+    brake = KAPTON.brake
+    mass, spring = moving_mass(brake), series_stiffness(brake)
+    drag = 0.1 * np.sqrt(mass * spring)
+    speeds, vacuums = np.geomspace(1e-3, 5, 8)[:, None], np.array([20e3, 50e3, FULL])[None, :]
+    found = amplitude_map(
+        brake, speeds, vacuums, mass=mass, stiffness=spring, damping=drag, swings=60
+    )
+    assert found.amplitude.shape == (8, 3)
+    edge = np.asarray(critical_speed(
+        *bounds_at(slide_of(brake, vacuum=vacuums[0], speed=1.0, mass=mass, stiffness=spring,
+                            frozen=True)), spring, mass, drag,
+    ))  # fmt: skip
+    assert (found.judders == (speeds < edge)).all()
+    assert (found.amplitude[~found.judders] == 0).all()
+    # slow: proportional to vacuum
+    assert np.allclose(found.amplitude[0] / vacuums[0], found.amplitude[0, 0] / 20e3, rtol=1e-4)
+
+
+@pytest.mark.slow
+def test_critical_speed_with_a_slack_spring() -> None:
+    # a slack spring lets the mass stop above the taut one's critical speed
+    slack = block(level=50.0, rise=1.5, damping=3.0)
+    assert critical_speed_of(slack) > 1.02 * float(critical_speed(125, 50, 131e3, 0.01, 3.0))
+
+
+@pytest.mark.slow
+def test_critical_speed_of_a_steep_curve_is_the_jump_laws() -> None:
+    at = block(damping=5.0)
+    found = critical_speed_of(at._replace(stribeck=1e-6))
+    assert found == pytest.approx(critical_speed_of(at), rel=2e-3)
+
+
+def test_faster_than_critical_it_slides_steadily() -> None:
+    record = judder(KAPTON, vacuum=FULL, speed=2.5, damping=7.2)
+    assert record.outcome is Outcome.STEADY_SLIDING and len(record.events) == 0
+    assert record.speed_of_mass[-1] == pytest.approx(2.5, rel=0.03)
+
+
+def test_other_ends() -> None:
+    assert judder(KAPTON, vacuum=FULL, speed=1e-3, travel=1e-3).outcome is Outcome.STUCK
+    heavy = judder(PTFE, vacuum=FULL, speed=0.5, mass=20.0, slip=0.02, travel=0.047)
+    assert heavy.outcome is Outcome.SEPARATED
+    closed = judder(KAPTON, vacuum=1e3, speed=1e-3, slip=0.04, travel=1e-6)
+    assert closed.outcome is Outcome.CLOSED_BY_SLEEVE
+    flat = dataclasses.replace(of_film(KAPTON.brake), static=KAPTON.brake.film.kinetic)
+    with pytest.raises(FitError, match="more than"):
+        judder(KAPTON, vacuum=FULL, speed=1e-3, stribeck=flat, mass=1e-6, travel=0.03)
+
+
+def test_record_states_its_conditions(tmp_path: Any) -> None:
+    record = judder(KAPTON, vacuum=FULL, speed=1e-3, travel=3e-3)
+    assert isinstance(record, JudderRecord)
+    frame = record.to_frame()
+    assert frame.attrs["units"]["speed_of_mass"] == "m/s"
+    text = record.to_csv(tmp_path / "run.csv").read_text()
+    for line in (
+        "# made_by",
+        "# mass: ",
+        "# damping: 0.0 N s/m",
+        "# Stribeck speed: ",
+        "synthetic",
+    ):
+        assert line in text or line == "# made_by"
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        record.speed = 1.0  # type: ignore[misc]
+
+
+def test_single_precision_is_refused() -> None:
+    from layerjam.errors import PrecisionError
+
+    with jax.enable_x64(False), pytest.raises(PrecisionError):
+        slide(block())
