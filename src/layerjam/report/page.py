@@ -45,12 +45,17 @@ class Part:
     pictures: Sequence[Picture] = field(default_factory=tuple)
 
 
-def svg_of(figure: Figure, name: str) -> str:
-    """The figure as SVG to stand inside a page; ids carry `name` so that two do not clash."""
+def drawn(figure: Figure) -> str:
+    """The figure as an SVG file's text; the same figure gives the same bytes."""
     buffer = io.StringIO()
     with look():
         figure.savefig(buffer, format="svg", metadata={"Date": None})
-    text = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
+    return buffer.getvalue()
+
+
+def svg_of(file: str, name: str) -> str:
+    """A drawn SVG to stand inside a page; ids carry `name` so that two do not clash."""
+    text = re.sub(r"^.*?(?=<svg)", "", file, flags=re.DOTALL)
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{name}-", text)
     width = re.search(r'<svg[^>]*? width="([0-9.]+)pt"', text)
@@ -76,11 +81,12 @@ def render_page(
     title: str,
     lead: str,
     parts: Sequence[Part],
+    pictures: Mapping[str, str],
     footer: str,
     numbers: Sequence[tuple[str, str]] = (),
     banner: str = "",
 ) -> str:
-    """The page's HTML; raises MissingExtraError without jinja2."""
+    """The page's HTML, with `pictures` by name as drawn; MissingExtraError without jinja2."""
     environment = _environment()
     environment.filters["value"] = _value
     environment.filters["cell"] = lambda v: "value" if isinstance(v, int | float) else "words"
@@ -92,7 +98,8 @@ def render_page(
             "text": part.text,
             "claims": part.claims,
             "figures": [
-                {"svg": svg_of(p.figure, p.name), "caption": p.caption} for p in part.pictures
+                {"svg": svg_of(pictures[p.name], p.name), "caption": p.caption}
+                for p in part.pictures
             ],
         }
         for part in parts

@@ -22,9 +22,9 @@ from layerjam.units import show
 
 FULL, SLOW, FAST = 94.5e3, 1e-3, 25e-3
 FILMS = {"Kapton": "choi2018-kapton", "PTFE": "choi2018-ptfe"}
-STRIBECK = np.geomspace(1e-5, 1e2, 22)
+STRIBECK = np.geomspace(1e-5, 1e2, 15)
 """Stribeck speeds of the study [m/s]: log-uniform prior, nothing is measured."""
-DAMPING = np.geomspace(0.3, 300.0, 19)
+DAMPING = np.geomspace(0.3, 300.0, 16)
 """Damping of mount and film of the study [N s/m], alike for both films; log-uniform prior."""
 Array = np.ndarray[Any, np.dtype[Any]]
 

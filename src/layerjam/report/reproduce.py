@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import tempfile
@@ -30,9 +31,8 @@ from layerjam.report import (
     stack_figures,
 )
 from layerjam.report.figures import calibration, force_over_vacuum, friction, validation
-from layerjam.report.page import Part, Picture, check_extras, render_page, tally
+from layerjam.report.page import Part, Picture, check_extras, drawn, render_page, tally
 from layerjam.report.paper_lab import FilmRun
-from layerjam.report.style import save
 
 TITLE = "A soft brake on paper, recomputed"
 LEAD = (
@@ -87,13 +87,14 @@ def reproduce(
             lab = paper_lab.run_lab(Path(folder), say)
     say("claims and figures")
     parts = [*extra, *_parts(lab)]
-    for part in parts:
-        for picture in part.pictures:
-            save(picture.figure, out / "figures" / f"{picture.name}.svg", force=True)
+    pictures = {p.name: drawn(p.figure) for part in parts for p in part.pictures}
+    for name, svg in pictures.items():
+        write_whole(out / "figures" / f"{name}.svg", functools.partial(_fill, text=svg), True)
     page = render_page(
         title=TITLE,
         lead=LEAD,
         parts=parts,
+        pictures=pictures,
         numbers=numbers,
         banner=BANNER,
         footer=f"layerjam {__version__}, {datetime.now(UTC).date().isoformat()}. Verdicts are "

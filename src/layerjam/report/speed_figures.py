@@ -120,8 +120,8 @@ def _one_slip(axes: Axes, record: JudderRecord) -> None:
 
 def amplitude() -> Figure:
     """Judder over pulling speed and vacuum for both films, and the mount that stops it."""
-    speeds = np.geomspace(1e-3, 20, 60)
-    vacuums = np.linspace(2e3, 100e3, 30)
+    speeds = np.geomspace(1e-3, 20, 44)
+    vacuums = np.linspace(2e3, 100e3, 22)
     with look():
         figure, (*maps, design) = canvas(columns=3, width=11.4, height=4.0)
         shown: Any = None
