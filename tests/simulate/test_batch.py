@@ -101,6 +101,17 @@ def test_a_sink_gets_everything_in_order_and_nothing_is_kept(monkeypatch):
     assert told[-1] == (count, count)
 
 
+def test_it_fills_the_arrays_it_is_given():
+    slip = np.empty((6, 11, 13))
+    made = batch(stop, SWEEP, brake=KAPTON, out={"slip": slip})
+    assert list(made.data_vars) == ["slip"]
+    np.testing.assert_array_equal(slip, batch(stop, SWEEP, brake=KAPTON).slip)
+    with pytest.raises(QuantityError, match="row of 858 float64"):
+        batch(stop, SWEEP, brake=KAPTON, out={"slip": np.empty(5)})
+    with pytest.raises(UnknownNameError):
+        batch(stop, SWEEP, brake=KAPTON, out={"slap": np.empty(858)})
+
+
 def test_stopped_it_keeps_what_is_done(monkeypatch):
     monkeypatch.setattr(module, "CHUNK", 100)
 

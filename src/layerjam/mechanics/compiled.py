@@ -64,5 +64,7 @@ def scalar(function: Callable[..., Any]) -> Any:
             elif isinstance(there, types.FunctionType):
                 names[name] = scalar(there)
         plain = types.FunctionType(function.__code__, names, function.__name__)
-        _made[function] = numba.njit(error_model="numpy", forceinline=True)(plain)
+        _made[function] = numba.njit(error_model="numpy", forceinline=True, fastmath={"contract"})(
+            plain
+        )
     return _made[function]

@@ -26,6 +26,8 @@ class Setup(NamedTuple):
     c: Any
     onset: Any
     k: Any
+    give: Any
+    """1/k [m/N]; a division costs several products."""
     sleeve: Sleeve
     kinetic: Any
     """Kinetic energy when slip begins [J]."""
@@ -68,9 +70,9 @@ def setup(
 ) -> Setup:
     """Constants of a stop from the friction per contact c [N/m] and the sleeve."""
     weight, onset = mass * gravity, c * overlap
-    arriving = mass * speed * speed / 2
-    kinetic = arriving + (weight * onset - onset * onset / 2) / spring
-    return Setup(mass, arriving, weight, c, onset, spring, sleeve, kinetic)
+    arriving, give = mass * speed * speed / 2, 1 / spring
+    kinetic = arriving + (weight * onset - onset * onset / 2) * give
+    return Setup(mass, arriving, weight, c, onset, spring, give, sleeve, kinetic)
 
 
 def root_of(square: Any) -> Any:
@@ -101,17 +103,17 @@ def falling_balance(at: Setup, travel: Any) -> Any:
 
 def quartic(at: Setup, saturated: Any) -> Quartic:
     """The kinetic energy while the sleeve spreads, or (where `saturated`) once it moves whole."""
-    c, e, k, over = at.c, at.sleeve.root, at.k, at.weight - at.onset
+    c, e, give, over = at.c, at.sleeve.root, at.give, at.weight - at.onset
     slope, step = at.sleeve.stiffness / at.sleeve.reach, at.sleeve.friction * at.sleeve.reach
     fall = c - slope
-    whole = at.kinetic + step * at.sleeve.saturation / 6 + (over - step / 2) * step / k
-    bend = over - step + (step - over) * fall / k
+    whole = at.kinetic + step * at.sleeve.saturation / 6 + (over - step / 2) * step * give
+    bend = over - step + (step - over) * fall * give
     return Quartic(
         jnp.where(saturated, whole, at.kinetic),
-        jnp.where(saturated, 0.0, over * e / k),
-        jnp.where(saturated, bend, over - over * c / k - e * e / (2 * k)),
-        jnp.where(saturated, 0.0, (c / k - 2 / 3) * e),
-        jnp.where(saturated, fall - fall * fall / k, c - c * c / k) / 2,
+        jnp.where(saturated, 0.0, over * e * give),
+        jnp.where(saturated, bend, over - over * c * give - e * e * give / 2),
+        jnp.where(saturated, 0.0, (c * give - 2 / 3) * e),
+        jnp.where(saturated, fall - fall * fall * give, c - c * c * give) / 2,
     )
 
 
@@ -199,6 +201,6 @@ def end_of(at: Setup, found: Search, root: Any, travel: Any) -> End:
         jnp.where(slides, highest, elastic),
         root_of(2 * left / mass),
         heat,
-        force * force / (2 * at.k) + jnp.where(whole, held, spread),
+        force * force * at.give / 2 + jnp.where(whole, held, spread),
         outcome,
     )

@@ -84,7 +84,7 @@ def kernel() -> Any:
                 rest, j = 0, (j + 1) % n
             done += run
 
-    @numba.njit(error_model="numpy")  # type: ignore[untyped-decorator]
+    @numba.njit(error_model="numpy", fastmath={"contract"})  # type: ignore[untyped-decorator]
     def block(  # type: ignore[no-untyped-def]
         mass, speed, vacuum, spring, gravity, count, of, slip, peak, pace, heat, stored, outcome,
         settled,

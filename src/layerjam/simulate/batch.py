@@ -62,6 +62,7 @@ def batch(
     brake: Brake,
     wanted: Sequence[str] | None = None,
     sink: Sink | None = None,
+    out: Mapping[str, Array] | None = None,
     progress: Callable[[int, int], None] | None = None,
     block: int = 8192,
 ) -> xarray.Dataset | int:
@@ -71,8 +72,9 @@ def batch(
     after it) or (axis, array), so that quantities share an axis. ``"brake.film.kinetic"`` and its
     like sweep a field of the device. The result is labelled: a Dataset with the axes in the order
     given. With `sink`, called as sink(first, {name: values}) with flat pieces in order, nothing is
-    kept and the number of cases is returned. `wanted` picks of the law's results. `progress` is
-    called with (done, all). Ctrl-C ends it with what is done; the rest is NaN, attribute `done`.
+    kept and the number of cases is returned. `wanted` picks of the law's results; `out` gives
+    arrays of float64 to put them into, which saves making new ones. `progress` is called with
+    (done, all). Ctrl-C ends it with what is done; the rest is NaN, attribute `done`.
 
     Works in blocks of `block` cases on all cores; the exact `stop` runs as one compiled loop.
     Raises QuantityError for arrays that do not fit, and for more than 4 GiB without a sink.
@@ -81,7 +83,7 @@ def batch(
     sizes = {s.dimension: len(s.values) for s in swept if s.dimension}
     total = math.prod(sizes.values())
     run, names = _runner(law, swept, brake, block)
-    kept = names if wanted is None else tuple(wanted)
+    kept = tuple(out or names) if wanted is None else tuple(wanted)
     for name in kept:
         if name not in names:
             raise UnknownNameError("result of the law", name, names)
@@ -91,7 +93,7 @@ def batch(
             f"{total * len(kept) * 8 / 1e9:.3g} GB; give a sink, or fewer of the results as wanted"
         )
     size = total if sink is None else min(CHUNK, total)
-    whole = {n: np.full(size, np.nan) for n in kept}
+    whole = {n: _flat(n, out, size) for n in kept}
     done = 0
     with ThreadPoolExecutor(_cores()) as pool:
         try:
@@ -110,7 +112,19 @@ def batch(
                 return done
     if sink is not None:
         return done
+    for values in whole.values():
+        values[done:] = np.nan
     return _labelled(whole, swept, sizes, law, done)
+
+
+def _flat(name: str, out: Mapping[str, Array] | None, size: int) -> Array:
+    """Where a result goes: the array given, seen as one row, or a new one."""
+    if out is None:
+        return np.empty(size)
+    given = out[name]
+    if given.size != size or given.dtype != np.float64 or not given.flags.c_contiguous:
+        raise QuantityError(f"out: {name} must be a row of {size} float64 numbers")
+    return given.reshape(-1)
 
 
 def _cores() -> int:
