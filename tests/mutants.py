@@ -67,17 +67,55 @@ EQUIVALENT = {
     ("energy.py", "return (heat)"): "as above",
     ("energy.py", "return within(((slip >= 0) | (vacuum >= 0)), heat)"): "as above",
     (
+        "friction.py",
+        "return (c * ratio ** brake.pressure_exponent)",
+    ): "c is zero already where nothing is jammed",
+    (
         "hysteresis.py",
         "back = (0.0) < memory.force - hold",
     ): "the root is clipped to the present slip, so that nothing moves",
+    ("hysteresis.py", "back = (trial) < memory.force - hold"): "as above",
     (
         "hysteresis.py",
         "near = (_slide_back(closing, elongation, at))",
     ): "as above: used only where `back` holds, elsewhere it is the present slip",
     (
+        "hysteresis.py",
+        "slip = jnp.where(highs.count > 0, slip, memory.slip - (whole))",
+    ): "clipped to the present slip in the next line",
+    (
+        "hysteresis.py",
+        "lambda a, b, c: jnp.where(out, a, (b)),",
+    ): "a turn remembered where nothing moved is met at once and forgotten",
+    (
+        "hysteresis.py",
+        "inside = (memory.lows.count > (1)) & (first < memory.highs.slip[0])",
+    ): "inside a single loop its own branch leads already, being the lower one",
+    (
+        "hysteresis.py",
+        "start = State(at_rest(), zero, zero, zero, zero, vacuum[(1)], no, no)",
+    ): "a relaxed sleeve at zero slip does not care which vacuum it comes from",
+    (
+        "law.py",
+        "return jax.lax.stop_gradient(jax.lax.fori_loop((1), 80, halve, (low, high))[1])",
+    ): "one halving more or less is below rounding",
+    (
+        "law.py",
+        "return jax.lax.stop_gradient(jax.lax.fori_loop(0, (81), halve, (low, high))[1])",
+    ): "as above",
+    (
+        "limits.py",
+        "slope = jax.lax.stop_gradient((slope))",
+    ): "a slope that does not rise belongs to an answer that is infinite",
+    (
+        "limits.py",
+        "return within(slip >= 0, jnp.where(slip == (1), 0.0, closing))",
+    ): "at zero slip the halving ends at 1e-13 of the atmosphere, which is what zero means here",
+    (
         "memory.py",
-        "turns = Turns(none, none, jnp.array((1)))",
+        "turns = Turns(none, none, none, jnp.array((1)))",
     ): "a turn at slip 0, force 0 is forgotten by the first loading",
+    ("memory.py", "base = Turns(zero, zero, zero, jnp.array((1)))"): "as above",
     (
         "memory.py",
         "work = (lows.force) * jnp.where(on, end - start, 0.0)",
@@ -88,6 +126,18 @@ EQUIVALENT = {
     ): "what is made of it is masked by the same condition",
     (
         "memory.py",
+        "behind = (state.highs.slip - slip)",
+    ): "negative only for turns that do not count, which are masked",
+    (
+        "memory.py",
+        "first = jnp.where(lows.count > 0, (highs.slip[0]), state.slip)",
+    ): "beyond the target nothing of the first loading is passed either way",
+    (
+        "memory.py",
+        "ends = inverse_backbone(force + 2 * (new - q) * (zone), after)",
+    ): "where the whole strip moves, its branch and the backbone are one line",
+    (
+        "memory.py",
         "force=(loading_force(state, slip, sleeve)),",
     ): "used only where the slip has grown",
     (
@@ -95,13 +145,13 @@ EQUIVALENT = {
         "more = load_to(facing(state, True), (target), sleeve)",
     ): "used only where the target is above the slip",
     (
-        "pull.py",
-        "below = c2 + safe_sqrt(c2**2 + 4 * c1 * (force))",
-    ): "a negative force is out of reach and NaN",
-    (
         "memory.py",
         "less = unload_to(facing(state, False), (target), sleeve)",
     ): "used only where the target is below the slip",
+    (
+        "pull.py",
+        "below = c2 + safe_sqrt(c2**2 + 4 * c1 * (force))",
+    ): "a negative force is out of reach and NaN",
     (
         "pull.py",
         "return jnp.where(root**2 < sleeve.saturation, root**2, (linear))",

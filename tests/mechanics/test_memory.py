@@ -272,3 +272,26 @@ def test_let_back_and_vented_a_little_it_slides_and_rejoins_first_loading():
     first = np.asarray(enclosure_force(np.array([x + turn, 0.05]), low, KAPTON))
     assert force[3:] == pytest.approx(first, rel=1e-9)
     assert (np.diff(heat) >= -1e-15).all() and (stored > 0).all()
+
+
+def test_a_strip_that_slides_back_as_a_whole_heats_by_its_friction_and_falls_by_its_spring():
+    low, x, back = 60.0, 0.02, 0.015
+    strip = sleeve_at(low, KAPTON)
+    force, stored, heat = cycle([0.04, x, x, back], np.array([2e3, 2e3, low, low]))
+    way = x - back
+    assert force[3] == pytest.approx(
+        force[2] - float(strip.stiffness / strip.reach) * way, rel=1e-12
+    )
+    rubbed = float(strip.friction * strip.reach) * way
+    assert heat[3] - heat[2] == pytest.approx(rubbed, rel=1e-9)
+    work = -(force[2] + force[3]) / 2 * way
+    assert stored[3] - stored[2] == pytest.approx(work - rubbed, rel=1e-9)
+
+
+def test_a_sleeve_that_pushes_is_let_go_by_any_change_of_vacuum():
+    for after in (1e3, 4e3):
+        force, stored, heat = cycle([0.04, 1e-4, 1e-4], np.array([2e3, 2e3, after]))
+        assert force[1] < 0 < stored[1]
+        assert force[2] == 0.0
+        assert stored[2] == 0.0
+        assert heat[2] == pytest.approx(heat[1] + stored[1], rel=1e-12)

@@ -118,3 +118,10 @@ def test_let_back_after_a_rise_of_vacuum_agrees_with_strip(slip_end):
     assert ours[-1] == pytest.approx(theirs[-1], abs=0.01 * ours.max())
     alone, _ = after_change((0, 0.02), 4000.0, 4000.0, slip_end)
     assert abs(alone[-1] - theirs[-1]) > 0.03 * ours.max()
+
+
+def test_pulled_on_after_a_rise_from_a_whole_strip_in_motion_agrees_with_strip():
+    """Saturated before: only the strip's own length has friction to spare."""
+    edge = float(saturation_slip(500.0, KAPTON))
+    ours, theirs = after_change((0, 2 * edge), 500.0, 900.0, 2.25 * edge)
+    assert ours[-3:] == pytest.approx(theirs[-3:], abs=0.005 * ours.max())
