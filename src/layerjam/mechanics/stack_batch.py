@@ -6,6 +6,7 @@ the threads change its answer.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numba
@@ -25,6 +26,7 @@ from layerjam.mechanics.stack_solve import (
     Trial,
 )
 from layerjam.mechanics.stack_step import advance, at_rest, room_for
+from layerjam.mechanics.threads import cores, shared
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -91,7 +93,7 @@ def _reached(force: float, track: Array, points: int) -> float:  # pragma: no co
 @kernel
 def _one(
     probe: float, end: float, stack: Stack, states: tuple[State, State, State], trial: Trial,
-    which: Flags, out: Array,
+    which: Flags, track: Array, out: Array,
 ) -> int:  # pragma: no cover  # fmt: skip
     """Pull one stack to its peak; `probe` is a small elongation, `end` the last one."""
     state, last, before = states
@@ -110,7 +112,8 @@ def _one(
     unit = most * state.values[WAY] / state.values[FORCE]
     step, falling, top = unit / COARSE, 0, 0.0
     _copy(before, state)
-    wide, track, points = step, np.zeros((2, _MOST + 2)), 1
+    wide, points = step, 1
+    track[0, 0], track[1, 0] = 0.0, 0.0
     for _ in range(_MOST):
         _copy(last, state)
         track[0, points], track[1, points] = state.values[WAY], state.values[FORCE]
@@ -151,18 +154,19 @@ def _one(
 def _compiled(stamp: str) -> Any:
     """The loop over stacks; its cache is valid for this stamp only."""
 
-    @numba.njit(cache=True, parallel=True, error_model="numpy")
+    @numba.njit(cache=True, nogil=True, error_model="numpy")
     def many(
         probe: float, end: float, friction: Array, length: Array, stack: Stack, out: Array
     ) -> None:  # pragma: no cover
         len(stamp)
-        for j in numba.prange(len(friction)):
+        track = np.zeros((2, _MOST + 2))
+        for j in range(len(friction)):
             one = Stack(
                 stack.springs, stack.right, friction[j], stack.ratio, length[j], stack.mount,
                 stack.ends, stack.face,
             )  # fmt: skip
             states, (trial, which) = (at_rest(one), at_rest(one), at_rest(one)), room_for(one)
-            code = _one(probe, end, one, states, trial, which, out[j])
+            code = _one(probe, end, one, states, trial, which, track, out[j])
             if code != DONE:
                 for k in range(5):
                     out[j, k] = np.nan if code in (SNAPPED, CHATTER) else -1.0
@@ -187,7 +191,12 @@ def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
     strength = float(stack.springs.sum()) / 4
     soft = 1 / strength + (0.0 if np.isinf(stack.mount) else 1 / stack.mount)
     probe = 0.01 * float(stack.friction.sum()) * soft
-    _many[0](
-        probe, end, np.ascontiguousarray(friction), np.ascontiguousarray(length), stack, out
-    )  # fmt: skip
+    friction, length = np.ascontiguousarray(friction), np.ascontiguousarray(length)
+
+    def some(first: int, last: int) -> None:
+        part = slice(first, last)
+        _many[0](probe, end, friction[part], length[part], stack, out[part])
+
+    with ThreadPoolExecutor(cores()) as pool:
+        shared(pool, len(out), some)
     return Peaks(*out.T)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-import itertools
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -20,6 +18,7 @@ from layerjam.device.brake import Brake
 from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError
 from layerjam.mechanics.stop import Stop, stop
 from layerjam.mechanics.stop_many import Axis, constants_of, kernel
+from layerjam.mechanics.threads import cores, shared
 from layerjam.units import quantities
 
 if TYPE_CHECKING:
@@ -95,13 +94,13 @@ def batch(
     size = total if sink is None else min(CHUNK, total)
     whole = {n: _flat(n, out, size) for n in kept}
     done = 0
-    with ThreadPoolExecutor(_cores()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         try:
             while done < total:
                 count = min(CHUNK, total - done)
                 place = slice(done, done + count) if sink is None else slice(0, count)
                 piece = {n: values[place] for n, values in whole.items()}
-                _shared(run, pool, done, count, piece)
+                shared(pool, count, functools.partial(_some, run, done, piece))
                 if sink is not None:
                     sink(done, piece)
                 done += count
@@ -117,6 +116,10 @@ def batch(
     return _labelled(whole, swept, sizes, law, done)
 
 
+def _some(run: Run, done: int, piece: Mapping[str, Array], first: int, last: int) -> None:
+    run(done + first, last - first, {n: values[first:last] for n, values in piece.items()})
+
+
 def _flat(name: str, out: Mapping[str, Array] | None, size: int) -> Array:
     """Where a result goes: the array given, seen as one row, or a new one."""
     if out is None:
@@ -125,10 +128,6 @@ def _flat(name: str, out: Mapping[str, Array] | None, size: int) -> Array:
     if given.size != size or given.dtype != np.float64 or not given.flags.c_contiguous:
         raise QuantityError(f"out: {name} must be a row of {size} float64 numbers")
     return given.reshape(-1)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _laid_out(law: Callable[..., Any], sweep: Mapping[str, Any], brake: Brake) -> list[Swept]:
@@ -160,20 +159,6 @@ def _laid_out(law: Callable[..., Any], sweep: Mapping[str, Any], brake: Brake) -
         strides[dimension] = stride
         stride *= lengths[dimension]
     return [Swept(n, d, v, strides[d] if d else 1) for n, d, v in plain]
-
-
-def _shared(
-    run: Run, pool: ThreadPoolExecutor, first: int, count: int, out: Mapping[str, Array]
-) -> None:
-    """One chunk, split over the cores."""
-    edges = np.linspace(0, count, _cores() + 1).astype(int)
-    parts = [(int(a), int(b)) for a, b in itertools.pairwise(edges) if b > a]
-    work = [
-        pool.submit(run, first + a, b - a, {n: values[a:b] for n, values in out.items()})
-        for a, b in parts
-    ]
-    for part in work:
-        part.result()
 
 
 def _runner(
