@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
@@ -27,10 +27,10 @@ MARKS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A drawn figure with its file name and caption."""
+    """A figure, how to draw it, its file name and caption."""
 
     name: str
-    figure: Figure
+    figure: Callable[[], Figure]
     caption: str
 
 

@@ -258,8 +258,8 @@ def damping() -> list[Claim]:
             "Fig. 11: full vacuum gives about 20 % of 50 g", "III-E", 10.0,
             float(full.peak_force) / G, "g", 0.5,
             otherwise="any mass of 1 kg that makes the brake slide meets its peak force, "
-            f"{float(full.peak_force):.1f} N; a filter before the maximum or a softer rope may "
-            "explain it",
+            f"{float(full.peak_force):.1f} N; neither an accelerometer's filter nor a softer rope "
+            "explains it (below)",
         ),
         statement(
             "Fig. 11: at full vacuum 1 kg is stopped at 3.7 m/s", "III-E",

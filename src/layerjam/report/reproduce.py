@@ -7,7 +7,8 @@ import json
 import os
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -30,6 +31,7 @@ from layerjam.report import (
     speed_figures,
     stack_figures,
 )
+from layerjam.report.claims import Claim
 from layerjam.report.figures import calibration, force_over_vacuum, friction, validation
 from layerjam.report.page import Part, Picture, check_extras, drawn, render_page, tally
 from layerjam.report.paper_lab import FilmRun
@@ -85,9 +87,19 @@ def reproduce(
     if lab is None:
         with tempfile.TemporaryDirectory() as folder:
             lab = paper_lab.run_lab(Path(folder), say)
-    say("claims and figures")
-    parts = [*extra, *_parts(lab)]
-    pictures = {p.name: drawn(p.figure) for part in parts for p in part.pictures}
+    say("figures and claims")
+    pool = ThreadPoolExecutor(2)
+    try:
+        claims = _claims(lab, pool)
+        parts = [*extra, *_parts(lab)]
+        pictures = {}
+        for picture in (p for part in parts for p in part.pictures):
+            say(f"  figure {picture.name}")
+            pictures[picture.name] = drawn(picture.figure())
+        say("  claims")
+        parts = [replace(part, claims=claims(part.id) or part.claims) for part in parts]
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
     for name, svg in pictures.items():
         write_whole(out / "figures" / f"{name}.svg", functools.partial(_fill, text=svg), True)
     page = render_page(
@@ -121,7 +133,31 @@ def _fill(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
+def _claims(lab: dict[str, FilmRun], pool: ThreadPoolExecutor) -> Callable[[str], list[Claim]]:
+    """The claims of each part, worked out while the figures are drawn."""
+    pool.submit(stack_figures.warm_up)
+    of: dict[str, list[Callable[[], list[Claim]]]] = {
+        "device": [paper_model.structure, paper_model.equations],
+        "materials": [
+            paper_model.materials, paper_speed.judder_claims, paper_model.fluids,
+            paper_speed.wet_claims,
+        ],
+        "friction": [
+            functools.partial(paper_lab.friction_claims, lab),
+            functools.partial(paper_lab.validation_claims, lab),
+        ],
+        "calibration": [
+            functools.partial(paper_lab.calibration_claims, lab), paper_model.stiffnesses,
+        ],
+        "damping": [paper_model.damping, paper_impact.claims],
+        "density": [paper_model.force_density],
+    }  # fmt: skip
+    begun = {part: [pool.submit(claims) for claims in each] for part, each in of.items()}
+    return lambda part: [claim for some in begun.get(part, ()) for claim in some.result()]
+
+
 def _parts(lab: dict[str, FilmRun]) -> list[Part]:
+    """The page without its claims."""
     fig = paper_figures
     exact = {
         name: {
@@ -134,16 +170,15 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
         Part(
             id="device",
             title="The brake and its equations (II)",
-            claims=[*paper_model.structure(), *paper_model.equations()],
             pictures=[
                 Picture(
-                    name="eq5", figure=fig.eq5(),
+                    name="eq5", figure=fig.eq5,
                     caption="Left: equation 5 with x inside the root, and as printed. Right: the "
                     "force of the whole Kapton brake at low vacuum; only below 1.06 kPa does it "
                     "rise all the way.",
                 ),
                 Picture(
-                    name="closing", figure=fig.buckling_and_closing(),
+                    name="closing", figure=fig.buckling_and_closing,
                     caption="Not in the paper: an unloaded brake is closed again by its own sleeve "
                     "below this vacuum.",
                 ),
@@ -152,32 +187,28 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
         Part(
             id="materials",
             title="Films, air and water (III-A, III-B)",
-            claims=[
-                *paper_model.materials(), *paper_speed.judder_claims(),
-                *paper_model.fluids(), *paper_speed.wet_claims(),
-            ],
             pictures=[
                 Picture(
-                    name="fig4", figure=fig.fig4(),
+                    name="fig4", figure=fig.fig4,
                     caption="Fig. 4 from the model: 94.5, 65.5, 31.0 and 0 kPa. Quasi-static, "
                     "without stick–slip. Polyester and fibreglass rest on handbook friction.",
                 ),
                 Picture(
-                    name="fig4-judder", figure=speed_figures.fig4_judder(),
+                    name="fig4-judder", figure=speed_figures.fig4_judder,
                     caption="Why Fig. 4 shows the opposite of table I. Left: the saw of a slow "
                     "pull, all interfaces at once and let go one after another. Right: which film "
                     "judders at 1 mm/s over the Stribeck speed and the damping, neither of which "
                     "is measured; the moving mass, half of a brake, is assumed.",
                 ),
                 Picture(
-                    name="judder-map", figure=speed_figures.amplitude(),
+                    name="judder-map", figure=speed_figures.amplitude,
                     caption="Not in the paper: how fast one must pull. Half of the force's swing "
                     "over pulling speed and vacuum (blank: it slides steadily; the line is the "
                     "closed form, which holds while the spring stays taut), and the critical speed "
                     "over the stiffness of brake and mount.",
                 ),
                 Picture(
-                    name="fig6", figure=speed_figures.fig6(),
+                    name="fig6", figure=speed_figures.fig6,
                     caption="Fig. 6 redrawn: Kapton dry (solid) and wet. The wet parameters are "
                     "illustrative, chosen after the paper's words and fitted to nothing; at "
                     "25 mm/s two sets show the two readings of its sentence.",
@@ -189,10 +220,9 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
             title="Friction and validation before calibration (III-C)",
             text=["Procedures run on synthetic files, three repeats a film, whose truth is the "
                   "paper's table I with its standard deviations."],
-            claims=[*paper_lab.friction_claims(lab), *paper_lab.validation_claims(lab)],
             pictures=[
                 Picture(
-                    name="fig7-9", figure=fig.fig7_9(),
+                    name="fig7-9", figure=fig.fig7_9,
                     caption="Fig. 7 and 9 from the model at 80.6, 46.1 and 18.6 kPa: dashed before "
                     "calibration, solid after; the band is what the scale factor changes.",
                 ),
@@ -201,22 +231,21 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
         Part(
             id="calibration",
             title="Calibration (III-D)",
-            claims=[*paper_lab.calibration_claims(lab), *paper_model.stiffnesses()],
             pictures=[
                 Picture(
-                    name="fig8", figure=fig.fig8(exact),
+                    name="fig8", figure=functools.partial(fig.fig8, exact),
                     caption="Fig. 8 from the model with k of the paper's text. The three dashed "
                     "lines are the stiffness in the text, the one in the caption, and what eq. 9 "
                     "gives on this curve.",
                 ),
                 Picture(
-                    name="stack-onset", figure=stack_figures.onset(),
+                    name="stack-onset", figure=stack_figures.onset,
                     caption="Not in the paper, which names it as the reason to leave static "
                     "friction out: the sheets do not slide at once. Each sheet a spring, each "
                     "interface a friction of its own.",
                 ),
                 Picture(
-                    name="stack-spread", figure=stack_figures.spread(),
+                    name="stack-spread", figure=stack_figures.spread,
                     caption="Monte Carlo over the interfaces of the same brake in its rig: the "
                     "friction of each is drawn anew, everything else stays. The scatter of 10 % "
                     "is assumed.",
@@ -226,24 +255,23 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
         Part(
             id="damping",
             title="Collisions (III-E)",
-            claims=[*paper_model.damping(), *paper_impact.claims()],
             pictures=[
                 Picture(
                     name="fig11",
-                    figure=impact_figures.fig11(),
+                    figure=impact_figures.fig11,
                     caption="Fig. 11 from the model. Green: the vacuum tuned, gravity and elastic "
                     "parts included, so that the brake slips 40 mm; dashed: the least peak of any "
                     "stop within that way, whatever does the stopping. Red: what the paper reads "
                     "off its figure.",
                 ),
                 Picture(
-                    name="accelerometer", figure=sensor_figures.readings(),
+                    name="accelerometer", figure=sensor_figures.readings,
                     caption="The stop at 2.5 m/s as accelerometers show it: ideal, with the "
                     "ADXL193's low-pass (400 Hz; its order is assumed), and through the filters of "
                     "SAE J211-1. None hides more than a thirtieth of the peak.",
                 ),
                 Picture(
-                    name="filter-and-rope", figure=sensor_figures.what_it_takes(),
+                    name="filter-and-rope", figure=sensor_figures.what_it_takes,
                     caption="What it would take to show the paper's peaks. Left: a low-pass of a "
                     "few hertz, behind which the bare drop would not show its 50 g. Right: no rope "
                     "does; on one soft enough the brake never slips.",
@@ -253,10 +281,9 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
         Part(
             id="density",
             title="Force density (III-F)",
-            claims=paper_model.force_density(),
             pictures=[
                 Picture(
-                    name="sheets", figure=fig.sheets_and_mass(),
+                    name="sheets", figure=fig.sheets_and_mass,
                     caption="Peak force over mass as sheets are added to the Kapton brake.",
                 ),
             ],
@@ -278,10 +305,10 @@ def main_job(
     """
     names = ("friction", "calibration", "validation", "vacuum")
     figures = (
-        friction(traces, reduced),
-        calibration(file, fitted),
-        validation(file, compared),
-        force_over_vacuum(file, *vacuum),
+        functools.partial(friction, traces, reduced),
+        functools.partial(calibration, file, fitted),
+        functools.partial(validation, file, compared),
+        functools.partial(force_over_vacuum, file, *vacuum),
     )
     captions = (
         "Three friction tests read from Bluehill files. Static is the maximum of each, kinetic the "

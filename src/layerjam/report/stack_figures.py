@@ -31,10 +31,17 @@ from layerjam.simulate.stack_spread import Spread, peak_spread
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["onset", "save", "spread"]
+__all__ = ["onset", "save", "spread", "warm_up"]
 VACUUM = 94.5e3
 UM = 1e6
 _PAIRS = (RED, ORANGE, GREEN, PURPLE, BLUE)
+
+
+def warm_up() -> None:
+    """Compile the loops of the stack, ten seconds on a first run, while another core does more."""
+    file = load("choi2018-kapton")
+    pull_stack(np.zeros(2), stack_of(file.brake, VACUUM, mount=np.inf))
+    peak_spread(file, VACUUM, 0.0, samples=1)
 
 
 def onset() -> Figure:
