@@ -58,7 +58,9 @@ _PUBLIC = {
     "layerjam.verbs.impact": "drop",
     "layerjam.verbs.sensor": "heating observed reading",
     "layerjam.verbs.tuning": "tune",
-    "layerjam.verbs.laboratory": "calibrate friction validate",
+    "layerjam.verbs.calibration": "calibrate",
+    "layerjam.verbs.friction": "friction",
+    "layerjam.verbs.validation": "validate",
     "layerjam.verbs.predict": "force new show tensile vacuum",
 }
 _WHERE = {

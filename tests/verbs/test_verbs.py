@@ -13,13 +13,15 @@ import pytest
 from hypothesis import given, settings
 
 import layerjam
-from layerjam.cli import laboratory as lab_commands
+from layerjam.cli import calibration as calibration_commands
+from layerjam.cli import friction as friction_commands
 from layerjam.cli import predict as predict_commands
+from layerjam.cli import validation as validation_commands
 from layerjam.device.load import load
 from layerjam.errors import FileError, FitError, LayerjamError, ProcedureError, QuantityError
 from layerjam.identify import virtual
 from layerjam.simulate.procedure import parse_procedure, simple_pull
-from layerjam.verbs import laboratory, predict
+from layerjam.verbs import calibration, friction, predict, validation
 from layerjam.verbs.answer import Answer, brake_at, si, slip_of, vacuum_of
 from strategies import one, points, random_brakes, seeds
 
@@ -31,8 +33,8 @@ KAPTON = load("choi2018-kapton")
     [
         (predict, predict_commands.show), (predict, predict_commands.force),
         (predict, predict_commands.vacuum), (predict, predict_commands.tensile),
-        (predict, predict_commands.new), (laboratory, lab_commands.friction),
-        (laboratory, lab_commands.calibrate), (laboratory, lab_commands.validate),
+        (predict, predict_commands.new), (friction, friction_commands.friction),
+        (calibration, calibration_commands.calibrate), (validation, validation_commands.validate),
     ],
     ids=lambda x: getattr(x, "__name__", "").split(".")[-1],
 )  # fmt: skip
@@ -251,14 +253,14 @@ def test_the_same_measurement_counts_once(tmp_path: Path) -> None:
     first = _pull_csv(tmp_path / "one.csv")
     copy = tmp_path / "two.csv"
     copy.write_bytes(first.read_bytes())
-    answer = laboratory.calibrate(KAPTON, [first, copy], vacuum=94.5e3)
+    answer = calibration.calibrate(KAPTON, [first, copy], vacuum=94.5e3)
     assert "same measurement" in answer.refused[str(copy)]
     assert "one pull" in answer.standard_errors["rests_on"]
 
 
 def test_a_pull_far_beyond_the_overlap_has_the_wrong_unit(tmp_path: Path) -> None:
     path = _pull_csv(tmp_path / "metres.csv", scale=1000.0)
-    for use in (laboratory.calibrate, laboratory.validate):
+    for use in (calibration.calibrate, validation.validate):
         with pytest.raises(
             FileError, match=r"pulls to \d+\.?\d* m, but the sheets overlap by 68 mm"
         ):
@@ -269,9 +271,9 @@ def test_our_own_simulated_pull_brings_its_vacuum(tmp_path: Path) -> None:
     out = tmp_path / "pull.csv"
     answer = predict.tensile(KAPTON, vacuum="40 kPa", speed="13 mm/s", travel="40 mm")
     answer.record.save(out)
-    fitted = laboratory.calibrate(KAPTON, [out])
+    fitted = calibration.calibrate(KAPTON, [out])
     assert fitted.scale_factor == pytest.approx(0.875, rel=1e-6)
-    clash = laboratory.calibrate(KAPTON, [out], vacuum="94.5 kPa")
+    clash = calibration.calibrate(KAPTON, [out], vacuum="94.5 kPa")
     assert any("not --vacuum" in w for w in clash.warnings)
 
 
@@ -279,5 +281,5 @@ def test_an_unlikely_friction_is_said(tmp_path: Path) -> None:
     machine = virtual.Machine(sampling_rate=25.0, load_cell_noise=0.002, load_cell_range=10.0)
     trace = virtual.friction(0.32, 0.24, 2.45, machine=machine, string_stiffness=30.0)
     path = virtual.write_bluehill(trace, tmp_path / "sled.csv")
-    said = laboratory.friction([path], normal_force="245 N").warnings
+    said = friction.friction([path], normal_force="245 N").warnings
     assert any("unusual for films" in w for w in said)

@@ -12,7 +12,7 @@ import typer
 from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
-from layerjam.cli import impact, judder, laboratory, paper, predict
+from layerjam.cli import calibration, friction, impact, judder, paper, predict, validation
 from layerjam.errors import LayerjamError
 
 app = typer.Typer(
@@ -22,7 +22,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for group in (predict, impact, judder, laboratory, paper):
+for group in (predict, impact, judder, friction, calibration, validation, paper):
     group.register(app)
 
 

@@ -125,3 +125,8 @@ def check_target(
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FileError(str(path)[:200], f"cannot be written: {reason}") from None
+
+
+def hidden_keys(file: str | None, *keys: str) -> tuple[str, ...]:
+    """Keys of an answer that are not printed as a line; `file` only where one was written."""
+    return keys if file else (*keys, "file")
