@@ -45,6 +45,14 @@ _BREAKS = 500  # times the sheets, in one increment
 @kernel
 def _overload(stack: Stack, state: State, t: Trial, which: Flags) -> float:  # pragma: no cover
     """The most by which an interface exceeds its static bound, over that; marks those at it."""
+    return _over(-1e-9, stack, state, t, which)
+
+
+@kernel
+def _over(
+    level: float, stack: Stack, state: State, t: Trial, which: Flags
+) -> float:  # pragma: no cover
+    """`_overload`, which marks the interfaces above `level`."""
     worst, stiff = -1.0, stiffness_sum(stack)
     reach = 2 * abs(t.values[CAP]) + abs(state.values[WAY])
     for i in range(len(stack.friction)):
@@ -52,7 +60,7 @@ def _overload(stack: Stack, state: State, t: Trial, which: Flags) -> float:  # p
             most = stack.ratio[i] * bound(i, state.past[i], stack)
             over = (abs(t.force[i]) - margin(i, reach, stiff, stack)) / most - 1.0
             worst = max(worst, over)
-            which[i] = over > -1e-9
+            which[i] = over > level
         else:
             which[i] = False
     return worst
@@ -139,6 +147,8 @@ def _breaking(
         code = _load(at, stack, state, t)
         over = _overload(stack, state, t, which)
         if code != DONE or (over <= 0.0 and over > -1e-11) or at in (low, high):
+            # rounding may leave the bracket closed a little short of the bound: the nearest breaks
+            _over(min(over, 0.0) - 1e-9, stack, state, t, which)
             return code, at
         if over > 0.0:
             high, above = at, over
