@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from layerjam.device.file import BrakeFile
@@ -15,9 +16,9 @@ from layerjam.simulate.drop import damped_rope_only, rope_only
 from layerjam.simulate.drop import drop as run_drop
 from layerjam.simulate.drop_in_time import History, drop_in_time
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.units import Meaning, meaning_of
+from layerjam.units import Meaning, meaning_of, show
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at, si, vacuum_of
-from layerjam.verbs.tuning import MASS, SPEED, rope_of, tune
+from layerjam.verbs.tuning import MASS, SPEED, TRAVEL, rope_of, tune
 
 HEIGHT = Meaning("m", "height of the fall", open_lo=True, hi=1e5)
 DURATION = Meaning("s", "time to simulate", open_lo=True, hi=3600)
@@ -102,7 +103,15 @@ def drop(
         if travel is not None:
             raise QuantityError("travel: goes only with a tuned vacuum")
     if damping or until is not None:
-        return _in_time(file, weighs, arrives, pressure, rope, damping, along, until, progress)
+        answer = _in_time(file, weighs, arrives, pressure, rope, damping, along, until, progress)
+        if damping and vacuum == "tuned" and answer.slip is not None:
+            wanted = si(travel or 0.0, TRAVEL, "travel")
+            said = (
+                "the vacuum is tuned for a rope without damping; with it the brake slips "
+                f"{show(answer.slip, 'm')}, not {show(wanted, 'm')}"
+            )
+            answer = replace(answer, warnings=[*answer.warnings, said])
+        return answer
     result, record = run_drop(
         file, mass=weighs, speed=arrives, vacuum=pressure, rope_stiffness=rope, gravity=along
     )
