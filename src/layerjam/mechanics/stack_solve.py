@@ -28,6 +28,8 @@ Signs = np.ndarray[Any, np.dtype[np.int64]]
 CAP, FORCE, WAY, WORK, HEAT, STORED, SLACK, TOP, TOP_WAY, TOP_SLIP = range(10)
 """Places in `State.values`; the first two also in `Trial.values`."""
 _ROUNDS = 150
+_SNAPS = 40
+"""Tries to find another pattern before the mount is called too soft."""
 # rounding must not decide whether an interface slides: of its own friction, of spring times cap
 _TIGHT, _ROUNDED = 1e-11, 4e-16
 
@@ -265,6 +267,7 @@ def solve(
         if holds(i, stack, state):
             t.slides[i] = 0
     cap, stiff = state.values[CAP], stiffness_sum(stack)
+    before, snapped = cap, 0
     t.pull[0], t.pull[1] = state.faces.push
     for turn in range(_ROUNDS):
         code = place(target, slack, stack, state, t)
@@ -282,8 +285,11 @@ def solve(
         if fine:
             return DONE
         if code != DONE:
-            if turn > 4:
+            snapped += 1
+            if snapped > _SNAPS:
                 return code
+            # where all slid one way before and the other way now, the answer lies between
+            cap = (cap + before) / 2
             # a pattern that slides on is no start for one that turns back
             for i in range(n - 1):
                 t.slides[i], t.slip[i] = 0, state.past[i]
@@ -293,6 +299,7 @@ def solve(
         # answer lies between, and steps that get shorter find it
         part = 1.0 if turn < 5 else 0.5 if turn < 25 else 12.0 / turn
         if code == DONE:
+            before = cap
             cap += part * (t.values[CAP] - cap)
             for e in range(2):
                 t.pull[e] += part * (t.push[e] - t.pull[e])

@@ -14,7 +14,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 from layerjam.mechanics.stack_lasso import kernel
-from layerjam.mechanics.stack_sleeve import CHATTER, DEPTH, DONE, STALLED, Faces, move_face
+from layerjam.mechanics.stack_sleeve import CHATTER, DEPTH, DONE, SNAPPED, STALLED, Faces, move_face
 from layerjam.mechanics.stack_solve import (
     CAP,
     FORCE,
@@ -39,6 +39,7 @@ from layerjam.mechanics.stack_solve import (
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 _ROUNDS = 100
+_LEAST = 1e-12  # of the elongation: no increment is cut to less
 _BREAKS = 500  # times the sheets, in one increment
 
 
@@ -183,7 +184,8 @@ def advance(
         brittle |= stack.ratio[i] > 1.0
     for _ in range(_BREAKS * len(stack.springs)):
         code = _load(at, stack, state, t)
-        if code == STALLED and jump == 0.0 and values[WAY] != at:
+        short = abs(at - values[WAY]) <= _LEAST * abs(at)
+        if code in (STALLED, SNAPPED) and jump == 0.0 and not short:
             at = values[WAY] + (at - values[WAY]) / 2  # fewer interfaces change their minds
             continue
         if code != DONE:
