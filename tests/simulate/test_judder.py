@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
-from layerjam.errors import FitError
+from layerjam.errors import FitError, QuantityError
 from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.slide import slide
 from layerjam.mechanics.slide_step import Slide
@@ -262,3 +262,23 @@ def test_single_precision_is_refused() -> None:
 
     with jax.enable_x64(False), pytest.raises(PrecisionError):
         slide(block())
+
+
+def test_without_vacuum_nothing_sticks() -> None:
+    run = judder(KAPTON, vacuum=0.0, speed=1e-3)
+    assert np.isfinite(run.force).all()
+    # only the unloaded sleeve is left
+    assert run.force.max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("given", "word"),
+    [
+        ({"vacuum": np.nan}, "vacuum"), ({"vacuum": 2e5}, "vacuum"), ({"speed": 0.0}, "speed"),
+        ({"mass": -1.0}, "mass"), ({"travel": np.nan}, "travel"), ({"step": np.nan}, "step"),
+        ({"hold": np.inf}, "hold"), ({"hold": 3600.0, "step": 0.05}, "longer steps"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_pulled_is_refused(given: dict[str, float], word: str) -> None:
+    with pytest.raises(QuantityError, match=word):
+        judder(KAPTON, **{"vacuum": 94.5e3, "speed": 1e-3, **given})

@@ -112,8 +112,10 @@ def tensile(
     scatter: Annotated[
         str | None, typer.Option(metavar="Q", help="Stack: scatter of the friction, e.g. 10%.")
     ] = None,
-    samples: Annotated[int, typer.Option(help="Stack: how many stacks tell the scatter.")] = 1000,
-    seed: Annotated[int, typer.Option(help="Stack: seed of the scatter.")] = 1,
+    samples: Annotated[
+        int | None, typer.Option(help="Stack: how many stacks tell the scatter (1000).")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Stack: seed of the scatter (1).")] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the record: .csv or .nc.")
     ] = None,

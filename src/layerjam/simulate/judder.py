@@ -13,7 +13,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake, mass
 from layerjam.device.file import BrakeFile
-from layerjam.errors import FitError
+from layerjam.errors import FitError, QuantityError
 from layerjam.mechanics.enclosure import backbone, backbone_stored, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.slide import (
@@ -191,6 +191,24 @@ def judder(
     it while the sheets stick. Raises FitError where the run would be too long to follow.
     """
     brake = file.brake
+    if not (0 <= vacuum <= brake.site.atmosphere):
+        raise QuantityError(
+            f"vacuum: {vacuum:g} Pa is not allowed; 0 to {show(brake.site.atmosphere, 'Pa')} is"
+        )
+    for name, value, unit in (
+        ("speed", speed, "m/s"), ("mass", mass, "kg"), ("travel", travel, "m"), ("step", step, "s"),
+        ("mount stiffness", mount_stiffness, "N/m"),
+    ):  # fmt: skip
+        if value is not None and not value > 0:
+            raise QuantityError(f"{name}: {value:g} {unit} is not allowed; more than 0 is")
+    for name, value, unit in (("damping", damping, "N s/m"), ("hold", hold, "s")):
+        if not 0 <= value < np.inf:
+            raise QuantityError(f"{name}: {value:g} {unit} is not allowed; 0 or more is")
+    if not hold / step <= 0.9 * SAMPLES:
+        raise QuantityError(
+            f"step: {step:g} s makes too many steps ({hold / step:.0f}) of the hold of {hold:g} s; "
+            "longer steps give the same answer"
+        )
     curve = stribeck or of_film(brake)
     weighs = moving_mass(brake) if mass is None else mass
     spring = series_stiffness(brake, mount_stiffness)
@@ -207,7 +225,8 @@ def judder(
     if reason == TOO_LONG:
         raise FitError(
             f"speed: at {show(speed, 'm/s')} the motion over {show(way, 'm')} has more than "
-            f"{SAMPLES} steps; pull a shorter way or give more damping"
+            f"{SAMPLES} steps; pull a shorter way, give more damping or, if the Stribeck speed is "
+            "very small, 0 for it"
         )
     table = np.asarray(state.table)[: min(count, EVENTS)]
     rows = np.asarray(state.trace)[: int(state.written)]
@@ -243,13 +262,14 @@ def judder(
 def _travel(at: Slide, brake: Brake, speed: float, slip: float) -> float:
     """Crosshead travel [m] for TEETH events, or for the swings of a fast pull."""
     static = float(at.level - at.fall * slip) * (1 + float(at.rise))
-    kinetic = max(float(at.level - at.fall * slip), 1e-12)
-    saw = slow_saw(static, kinetic, at.spring, at.mass, speed)
+    kinetic = float(at.level - at.fall * slip)
+    # without friction there are no teeth
+    tooth = float(slow_saw(static, kinetic, at.spring, at.mass, speed).slip) if kinetic else 0.0
     swings = 30 * 2 * np.pi * np.sqrt(at.mass / at.spring) * speed
     sleeve = 0.0 if at.sleeve is None else float(backbone(slip, at.sleeve))
     onset = (static + sleeve) / float(at.spring)
     room = onset + max(brake.sheets.usable_travel - slip, 0.0)
-    return float(min(onset + max(TEETH * float(saw.slip), swings), room))
+    return float(min(onset + max(TEETH * tooth, swings), room))
 
 
 def _outcome(state: Any, rows: Array, table: Array) -> Outcome:

@@ -81,6 +81,10 @@ def peak_spread(
         raise QuantityError(f"scatter: {scatter!r} is not allowed; 0 to 2 is")
     if samples < 1 or chunk < 1 or seed < 0:
         raise QuantityError("samples and chunk must be at least 1, seed at least 0")
+    if not vacuum > 0:
+        raise QuantityError(
+            f"vacuum: at {vacuum!r} Pa the sheets do not rub and nothing scatters; more is allowed"
+        )
     brake = file.brake
     stack = stack_of(brake, vacuum, interfaces=interfaces, housing=housing, static=static)
     top = float(peak(vacuum, brake.sheets.overlap, brake).force)

@@ -179,8 +179,8 @@ def tensile(
     interfaces: Interfaces | None = None,
     housing: Housing | None = None,
     scatter: Quantity | None = None,
-    samples: int = 1000,
-    seed: int = 1,
+    samples: int | None = None,
+    seed: int | None = None,
     progress: Callable[[str, float], None] | None = None,
     atmosphere: Quantity | None = None,
 ) -> Answer:
@@ -189,12 +189,14 @@ def tensile(
     Either vacuum, speed and travel (elongation of the crosshead), or a procedure. Only for the
     model "stack": `static` friction before an interface slides, `interfaces` that differ, a
     `housing` that rubs, and `scatter`, the relative SD of the interfaces' friction: then `samples`
-    stacks, drawn from `seed`, tell mean and SD of peak, stiffness and onset; interrupted from the
-    keyboard, of those that are done. `progress` is told (what, share done). Raises ProcedureError
-    or QuantityError for what contradicts itself.
+    (1000) stacks, drawn from `seed` (1), tell mean and SD of peak, stiffness and onset; interrupted
+    from the keyboard, of those that are done. `progress` is told (what, share done). Raises
+    ProcedureError or QuantityError for what contradicts itself.
     """
     if model not in MODELS:
         raise QuantityError(f"model: '{model[:40]}' is not known; {' and '.join(MODELS)} are")
+    if scatter is None and (samples is not None or seed is not None):
+        raise QuantityError("samples and seed belong to scatter; give it too")
     file = brake_at(brake, atmosphere)
     steps = _steps(file.brake, vacuum, speed, travel, procedure)
     more: dict[str, Any] = {}
@@ -210,9 +212,10 @@ def tensile(
         tell("pull", 0.0)
         record, _ = tensile_stack(file, steps, **layout, progress=lambda p: tell("pull", p))
         if wide is not None:
-            _SAMPLES.check(samples, "samples")
-            _SEED.check(seed, "seed")
-            more, units, notes = _spread(file, steps, wide, samples, seed, layout, tell)
+            count, start = 1000 if samples is None else samples, 1 if seed is None else seed
+            _SAMPLES.check(count, "samples")
+            _SEED.check(start, "seed")
+            more, units, notes = _spread(file, steps, wide, count, start, layout, tell)
     elif static or scatter is not None or interfaces is not None or housing is not None:
         raise QuantityError(
             "static, scatter, interfaces and housing belong to the model 'stack'; the lumped brake "
