@@ -213,15 +213,16 @@ def _for(name: str) -> Callable[[], str]:
 
 
 COMMANDS = (
-    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "judder", "friction", "calibrate",
-    "validate", "reproduce",
+    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "judder", "lab", "pull",
+    "friction", "calibrate", "validate", "report", "sleeve", "leak", "pump-down", "crash",
+    "reproduce",
 )  # fmt: skip
 PARTS: dict[str, Callable[[], str]] = {
     f.__name__: f
     for f in (
         brake_fields, sidecar_fields, record_columns, source_kinds, films, silicones, brakes,
     )
-} | {f"options_{name}": _for(name) for name in COMMANDS}  # fmt: skip
+} | {f"options_{name.replace('-', '_')}": _for(name) for name in COMMANDS}  # fmt: skip
 
 
 def generated(text: str) -> str:

@@ -32,9 +32,16 @@ COMMANDS = {
     "drop": "drop choi2018-kapton --mass 1kg --speed 2.5m/s --vacuum 94.5kPa",
     "tune": "tune choi2018-kapton --mass 1kg --speed 2.5m/s --travel 40mm",
     "judder": "judder choi2018-kapton --vacuum 94.5kPa --speed 1mm/s",
+    "lab": "lab practice --out lab",
+    "pull": f"pull {PULL}",
     "friction": f"friction {MEASURED}/friction-kapton-1.csv --normal-force 2.45N",
     "calibrate": f"calibrate choi2018-kapton {PULL}",
     "validate": f"validate choi2018-kapton {PULL}",
+    "report": f"report choi2018-kapton --validate {PULL} --out pages",
+    "sleeve": "sleeve sleeve.csv",
+    "leak": "leak hold.csv --volume 100mL",
+    "pump-down": "pump-down line.csv line-and-10mL.csv --added-volume 10mL",
+    "crash": "crash drop.csv",
     "reproduce": "reproduce --out report",
 }
 # Being built; they leave these lists once they have their row in docs/commands.md and their
@@ -57,6 +64,10 @@ def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with practice files."""
     folder = tmp_path_factory.mktemp("pages") / "reader"
     examples.practice_files(folder)
+    page = (ROOT / "docs" / "measurements.md").read_text(encoding="utf-8")
+    logs = re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0]
+    with contextlib.chdir(folder):
+        exec(logs, {})
     return folder
 
 
@@ -92,7 +103,7 @@ def test_every_command_has_its_row() -> None:
 def _rows() -> dict[str, set[str]]:
     """{command: JSON keys} of the table on the page."""
     text = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| `layerjam (\w+)[^|]* \| (.*) \|$", text, re.MULTILINE)
+    rows = re.findall(r"^\| `layerjam ([\w-]+)(?:[^|]|\\\|)* \| (.*) \|$", text, re.MULTILINE)
     return {name: set(re.findall(r"`([^`]+)`", keys)) for name, keys in rows}
 
 

@@ -233,12 +233,7 @@ def test_energy_closes_with_the_sleeve_at_second_order():
 @example(seed=0, turns=[1.0, 1.0], static=True, vacuum=1e3)
 # at rest without force between sliding one way and the other: no mount has snapped
 @example(seed=616, turns=[0.5, 0.875], static=False, vacuum=2e4)
-@example(
-    seed=880836,
-    turns=[0.159056, 0.27586629, 0.27586629, 0.35581429, 1.0],
-    static=True,
-    vacuum=2e4,
-)
+@example(seed=880836, turns=[0.159056, 0.27586629, 0.27586629, 1.0], static=True, vacuum=2e4)
 def test_no_history_wins_energy(seed, turns, static, vacuum):
     random = np.random.default_rng(seed)
     brake = (KAPTON, PTFE)[seed % 2]

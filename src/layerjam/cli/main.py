@@ -12,7 +12,19 @@ import typer
 from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
-from layerjam.cli import calibration, friction, impact, judder, paper, predict, validation
+from layerjam.cli import (
+    calibration,
+    friction,
+    impact,
+    judder,
+    lab,
+    measurements,
+    paper,
+    predict,
+    pull,
+    report,
+    validation,
+)
 from layerjam.errors import LayerjamError
 
 app = typer.Typer(
@@ -22,7 +34,19 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for group in (predict, impact, judder, friction, calibration, validation, paper):
+for group in (
+    predict,
+    impact,
+    judder,
+    lab,
+    pull,
+    friction,
+    calibration,
+    validation,
+    report,
+    measurements,
+    paper,
+):
     group.register(app)
 
 

@@ -45,25 +45,53 @@ Negative = Annotated[
 ]
 Column = Annotated[
     list[str] | None,
-    typer.Option(metavar="ROLE=NAME", help="Which column is force, elongation or time."),
+    typer.Option(
+        metavar="ROLE[:UNIT]=NAME", help="Which column is force, elongation or time, in what unit."
+    ),
+]
+Columns = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ROLE:UNIT,skip,...", help="Every column in order: time:ms,force:N,elongation:mm."
+    ),
 ]
 Decimal = Annotated[str | None, typer.Option(metavar=". or ,", help="Decimal sign of the files.")]
+Specimen = Annotated[
+    int | None, typer.Option(metavar="N", help="Which specimen of files that hold several.")
+]
+Sheet = Annotated[str | None, typer.Option(metavar="NAME", help="Which sheet of workbooks.")]
 
 
 def choices(
-    negative: list[str] | None, column: list[str] | None, decimal: str | None
+    negative: list[str] | None,
+    column: list[str] | None,
+    decimal: str | None,
+    columns: str | None = None,
+    specimen: int | None = None,
+    sheet: str | None = None,
 ) -> Choices | None:
     """What the user says of the files where they leave something open."""
-    if not (negative or column or decimal):
+    if not (negative or column or decimal or columns or sheet) and specimen is None:
         return None
     from layerjam.identify.columns import Choices
 
-    pairs = [entry.partition("=") for entry in column or []]
-    for role, equals, name in pairs:
+    names, units = {}, {}
+    for entry in column or []:
+        said, equals, name = entry.partition("=")
+        role, colon, unit = said.partition(":")
         if not (equals and name):
-            raise QuantityError(f"--column: '{role}' is not of the form force='Standard force'")
+            raise QuantityError(f"--column: '{said}' is not of the form force='Standard force'")
+        names[role] = name
+        if colon:
+            units[role] = unit
     return Choices(
-        negative=tuple(negative or ()), columns={r: n for r, _, n in pairs}, decimal=decimal
+        negative=tuple(negative or ()),
+        columns=names,
+        decimal=decimal,
+        units=units,
+        places=tuple(e.strip() for e in columns.split(",")) if columns else (),
+        specimen=specimen,
+        sheet=sheet,
     )
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
-from layerjam._version import __version__
 from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile, updated_text
+from layerjam.device.file import BrakeFile
 from layerjam.device.source import Source
 from layerjam.errors import FitError
 from layerjam.identify.checks import (
@@ -23,7 +21,9 @@ from layerjam.identify.checks import (
     plausible,
     stiffness_possible,
 )
-from layerjam.identify.provenance import sha256
+from layerjam.identify.curves import levels
+from layerjam.identify.influence import Move, bootstrap_intervals, moves
+from layerjam.identify.intervals import Interval, Population, mean_interval
 from layerjam.identify.pull import FALL, FEWEST, LINEAR, PullFeatures
 from layerjam.mechanics.enclosure import sleeve_at
 from layerjam.mechanics.pull import (
@@ -34,6 +34,11 @@ from layerjam.mechanics.pull import (
 )
 from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.units import show
+
+WINDOW = (
+    f"peak fitted from onset until the force has fallen by {FALL:.0%}; slope over "
+    f"{LINEAR[0]:.0%} to {LINEAR[1]:.0%} of the greatest force"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +61,8 @@ class Calibration:
     Peak and eq. 9 are None over pulls at different vacuums: no pull had their mean. Standard errors
     are None where nothing estimates the noise; `errors_rest_on` says what they
     come from: the scatter between pulls, or (one pull) the noise within it, which says nothing
-    about repeatability.
+    about repeatability. `intervals` and `bootstrap` (95 %) rest on the scatter between pulls only
+    and are None for one pull; `leave_one_out` says how far each value moves without one file.
     """
 
     scale_factor: float
@@ -70,6 +76,14 @@ class Calibration:
     errors_rest_on: str
     fits: tuple[PullFit, ...]
     checks: tuple[Check, ...]
+    intervals: Mapping[str, Interval | None]
+    bootstrap: Mapping[str, Interval | None]
+    leave_one_out: Mapping[str, tuple[Move, ...]]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Paths of the pulls' files."""
+        return tuple(f.pull.path for f in self.fits)
 
     def sources(self, old: BrakeFile) -> dict[str, tuple[float, Source]]:
         """What to write into a brake file: {path: (value, Source)}."""
@@ -167,15 +181,27 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
     else:
         factor_se = spring_se = None
         rest = "nothing: the record is free of noise"
+    values = {"scale_factor": float(factors.mean()), "stiffness": float(springs.mean())}
     vacuums = [f.vacuum for f in fits]
+    each = np.column_stack([factors, springs])
+    # plain means are a least squares in which every pull counts alike
+    shared = Population(
+        estimate=each.mean(axis=0),
+        design=np.tile(np.eye(2), (count, 1, 1)),
+        residual=each - each.mean(axis=0),
+    )
+    level = levels(vacuums)
+    groups = [tuple(i for i, n in enumerate(level) if n == one) for one in sorted({*level})]
+    contrasts = dict(zip(values, np.eye(2), strict=True))
+    named = [Path(f.pull.path).name for f in fits]
+    sets = [show(vacuums[group[0]], "Pa") for group in groups]
     alike = np.ptp(vacuums) <= 0.01 * max(vacuums)
 
     def mean(values: list[float]) -> float | None:
         return float(np.mean(values)) if alike else None
 
     return Calibration(
-        scale_factor=float(factors.mean()),
-        stiffness=float(springs.mean()),
+        **values,
         scale_factor_eq8=float(np.mean([f.scale_factor_eq8 for f in fits])),
         stiffness_eq9=mean([f.stiffness_eq9 for f in fits]),
         peak_force=mean([f.pull.peak_force for f in fits]),
@@ -185,6 +211,12 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
         errors_rest_on=rest,
         fits=fits,
         checks=calibration_checks(fits, brake),
+        intervals={
+            "scale_factor": mean_interval(factors.tolist()),
+            "stiffness": mean_interval(springs.tolist()),
+        },
+        bootstrap=bootstrap_intervals(shared, groups, contrasts),
+        leave_one_out=moves(shared, contrasts, named, dict(zip(sets, groups, strict=True))),
     )
 
 
@@ -205,19 +237,3 @@ def calibration_checks(fits: Sequence[PullFit], brake: Brake) -> tuple[Check, ..
         end_of_curve(float(np.mean(ends)), float(np.mean(measured))),
     ]
     return tuple(c for c in checks if c is not None)
-
-
-def calibrated_text(file: BrakeFile, result: Calibration, name: str) -> str:
-    """The brake's file with scale factor and stiffness, and a [made_by] table that says how."""
-    failed = [c.sentence for c in result.checks if not c.passed]
-    made_by = {
-        "program": f"layerjam {__version__} calibrate",
-        "date": datetime.now(UTC).date().isoformat(),
-        "window": "peak fitted from onset until the force has fallen by "
-        f"{FALL:.0%}; slope over {LINEAR[0]:.0%} to {LINEAR[1]:.0%} of the greatest force",
-        "verdict": "; ".join(failed) if failed else "all checks passed",
-        "files": [
-            {"name": Path(f.pull.path).name, "sha256": sha256(f.pull.path)} for f in result.fits
-        ],
-    }
-    return updated_text(file, name, result.sources(file), made_by)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 
-from layerjam.device.file import BrakeFile
+from layerjam._version import __version__
+from layerjam.device.file import BrakeFile, updated_text
+from layerjam.device.source import Source
+from layerjam.identify.checks import Check
 
 
 def sha256(path: str) -> str:
@@ -26,3 +30,32 @@ def calibrated_on(file: BrakeFile, paths: Iterable[str]) -> list[str]:
         if isinstance(entry, dict) and isinstance(entry.get("sha256"), str)
     }
     return [path for path in paths if known and sha256(path) in known]
+
+
+def calibrated_text(
+    file: BrakeFile,
+    name: str,
+    changes: Mapping[str, tuple[float, Source]],
+    *,
+    depth: str,
+    window: str,
+    checks: Sequence[Check],
+    paths: Sequence[str],
+) -> str:
+    """The brake's file with `changes` {path: (value, Source)}, and a [made_by] table on them.
+
+    The table holds program and version, date, depth, the window of the fit, the verdict (the
+    sentences of failed checks) and every file's name and SHA-256.
+    """
+    failed = [c.sentence for c in checks if not c.passed]
+    made_by = {
+        "program": f"layerjam {__version__} calibrate",
+        "date": datetime.now(UTC).date().isoformat(),
+        "depth": depth,
+        "window": window,
+        "verdict": "; ".join(failed) if failed else "all checks passed",
+        "files": [
+            {"name": Path(path).name, "sha256": sha256(path)} for path in dict.fromkeys(paths)
+        ],
+    }
+    return updated_text(file, name, changes, made_by)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.errors import FileError
+from layerjam.identify.judder_in_record import noise_of, running_mean
 from layerjam.identify.trace import Trace
 from layerjam.units import show
 
@@ -18,6 +19,10 @@ FEWEST = 10
 """Samples needed around the peak to calibrate on it."""
 FALL = 0.10
 """The peak is fitted from onset until the force has fallen by this part."""
+ROUGH = 0.02
+"""Noise of one sample above this part of the greatest force is smoothed before levels are read."""
+SLIP = 0.2
+"""A fall by this part of the greatest force before it is a slip: the first rise ends there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +74,27 @@ def _running_mean(force: np.ndarray, most: int) -> np.ndarray:
     return np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")
 
 
+def _first_rise(smooth: np.ndarray) -> int:
+    """Index of the greatest force, or of the first one a pull that judders slips from."""
+    top = int(np.argmax(smooth))
+    highest = np.maximum.accumulate(smooth[: top + 1])
+    slipped = highest - smooth[: top + 1] > SLIP * smooth[top]
+    slipped &= highest > 0.5 * smooth[top]
+    if not slipped.any():
+        return top
+    return int(np.argmax(smooth[: int(np.argmax(slipped)) + 1]))
+
+
+def _calmed(rise: np.ndarray, height: float) -> np.ndarray:
+    """The rise as it is, or smoothed where one sample's noise would pass for another level."""
+    noise = noise_of(rise)
+    if noise <= ROUGH * height:
+        return rise
+    wanted = int((noise / (ROUGH * height)) ** 2)
+    steep = int(np.sum((rise > LINEAR[0] * height) & (rise < LINEAR[1] * height)))
+    return running_mean(rise, 2 * (min(wanted, steep // 3) // 2) + 1)
+
+
 def pull_features(trace: Trace) -> PullFeatures:
     """Stiffness, peak and loading branch of one pull.
 
@@ -80,12 +106,13 @@ def pull_features(trace: Trace) -> PullFeatures:
     elongation, force = loading_branch(trace)
     # one spike of noise is no peak
     smooth = _running_mean(force, 9)
-    top = int(np.argmax(smooth))
+    top = _first_rise(smooth)
     height = float(smooth[top])
     rise = slice(0, top + 1)
     # the last passage through each level, so that slack and wiggles before the rise do not count
-    low, high = (int(np.flatnonzero(force[rise] <= part * height)[-1])
-                 if (force[rise] <= part * height).any() else 0 for part in LINEAR)  # fmt: skip
+    steps = _calmed(force[rise], height)
+    low, high = (int(np.flatnonzero(steps <= part * height)[-1])
+                 if (steps <= part * height).any() else 0 for part in LINEAR)  # fmt: skip
     if high - low < 5:
         raise FileError(
             trace.path,

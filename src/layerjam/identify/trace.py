@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +37,8 @@ class Trace:
     understood: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     facts: Facts = field(default_factory=Facts)
+    specimen: str = ""
+    """What the file calls the specimen, where it holds several."""
 
     def __len__(self) -> int:
         return len(self.force)
@@ -74,16 +76,7 @@ def checked(trace: Trace, line: Callable[[int], int | None]) -> Trace:
             )
     warnings = [*trace.warnings, *_check_time(trace, line), *_check_signs(trace)]
     _check_stuck(trace)
-    return Trace(
-        trace.force,
-        trace.elongation,
-        trace.time,
-        trace.path,
-        trace.format,
-        trace.understood,
-        tuple(warnings),
-        trace.facts,
-    )
+    return replace(trace, warnings=tuple(warnings))
 
 
 def _check_time(trace: Trace, line: Callable[[int], int | None]) -> list[str]:

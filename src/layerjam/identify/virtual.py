@@ -6,17 +6,16 @@ synthetic, in its own text and in the sidecar beside it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from layerjam._version import __version__
 from layerjam.device.brake import Brake
-from layerjam.device.load import write_whole
-from layerjam.errors import FileError, QuantityError
-from layerjam.identify.sidecar import Facts, sidecar_path, write_facts
+from layerjam.errors import QuantityError
+from layerjam.identify.exports import Form, file_bytes, write_pair
+from layerjam.identify.faults import stepped
+from layerjam.identify.sidecar import Facts
 from layerjam.identify.trace import Array, Trace
 
 FORMAT = "virtual test machine"
@@ -75,11 +74,7 @@ def _measured(force: Array, time: Array, machine: Machine, random: np.random.Gen
     shown = force + machine.zero_offset + machine.drift * time
     shown = shown + machine.load_cell_noise * random.standard_normal(len(force))
     shown = np.clip(shown, -machine.load_cell_range, machine.load_cell_range)
-    return _stepped(shown, machine.force_quantisation)
-
-
-def _stepped(values: Array, step: float) -> Array:
-    return np.round(values / step) * step if step > 0 else values
+    return stepped(shown, machine.force_quantisation)
 
 
 def pull(
@@ -117,7 +112,7 @@ def pull(
         )
     return Trace(
         _measured(force, time, machine, random),
-        _stepped(elongation, machine.elongation_quantisation),
+        stepped(elongation, machine.elongation_quantisation),
         time,
         "",
         FORMAT,
@@ -164,12 +159,11 @@ def friction(
     elongation = speed * time
     of_static = static + static_sd * random.standard_normal()
     of_kinetic = kinetic + kinetic_sd * random.standard_normal()
-    rising = string_stiffness * elongation
-    broken = np.maximum.accumulate(rising >= of_static * normal_force)
-    sliding = of_kinetic * normal_force * (1 + texture * _rough(elongation, random))
+    sliding = of_kinetic * normal_force * (1 + texture * rough(elongation, random))
+    drawn = sled_force(elongation, of_static * normal_force, sliding, string_stiffness)
     return Trace(
-        _measured(np.where(broken, sliding, rising), time, machine, random),
-        _stepped(elongation, machine.elongation_quantisation),
+        _measured(drawn, time, machine, random),
+        stepped(elongation, machine.elongation_quantisation),
         time,
         "",
         FORMAT,
@@ -183,74 +177,36 @@ def friction(
     )
 
 
-def _rough(elongation: Array, random: np.random.Generator) -> Array:
+def sled_force(elongation: Array, static: float, sliding: Array, stiffness: float) -> Array:
+    """Force of a sled's string [N]: along `stiffness` [N/m] up to `static` [N], then `sliding`."""
+    rising = stiffness * elongation
+    broken = np.maximum.accumulate(rising >= static)
+    return np.where(broken, sliding, rising)
+
+
+def rough(elongation: Array, random: np.random.Generator) -> Array:
     """A random profile with unit standard deviation that changes over about 1 mm."""
     knots = np.arange(0.0, elongation[-1] + 2e-3, 1e-3)
     return np.interp(elongation, knots, random.standard_normal(len(knots)))
 
 
-def _statement(facts: Facts) -> str:
-    return f"SYNTHETIC, layerjam {__version__} virtual test machine, seed {facts.seed}"
-
-
 def write_own(trace: Trace, path: str | Path, force: bool = False) -> Path:
     """Write our own CSV (SI, every digit) and its sidecar; FileError where they exist already."""
-    head = [f"# layerjam {__version__} measurement", f"# data: {_statement(trace.facts)}"]
-    head.append("time [s],elongation [m],force [N]")
-    rows = [f"{t!r},{u!r},{f!r}" for t, u, f in _rows(trace, 1.0)]
-    return _write(trace, path, "\n".join([*head, *rows, ""]).encode(), force)
+    return _write(trace, path, "own", force)
 
 
 def write_bluehill(trace: Trace, path: str | Path, force: bool = False) -> Path:
     """Write as Instron Bluehill does: everything in quotes, names over units, s, mm and N."""
-    head = [
-        '"Sample description"',
-        f'"Operator","{_statement(trace.facts)}"',
-        "",
-        '"Time","Extension","Load"',
-        '"(s)","(mm)","(N)"',
-        "",
-    ]
-    rows = [f'"{t:.6f}","{u:.6f}","{f:.5f}"' for t, u, f in _rows(trace, 1000.0)]
-    return _write(trace, path, "\r\n".join([*head, *rows, ""]).encode(), force)
+    return _write(trace, path, "bluehill", force)
 
 
 def write_testxpert(trace: Trace, path: str | Path, force: bool = False) -> Path:
     """Write as Zwick testXpert does (.TRA): Latin-1, specimen lines, numbers of six digits."""
-    speed = trace.facts.speed
-    head = [
-        f'"Gage length, standard travel",{float(np.ptp(trace.elongation)) * 1e3:g},"mm"',
-        '"Cross-section",1,"mm²"',
-        '"Extensometer",""',
-        '"Load cell",""',
-        f'"Operator","{_statement(trace.facts)}"',
-        f'"v1",{(speed or 0.0) * 60e3:g},"mm/min"',
-        '"Time","Crosshead absolute","Standard force","Standard travel"',
-        '"s","mm","N","mm"',
-    ]
-    rows = [f"{t:.6g},{u + 250.0:.6g},{f:.6g},{u:.6g}" for t, u, f in _rows(trace, 1000.0)]
-    return _write(trace, path, "\n".join([*head, *rows, ""]).encode("latin-1"), force)
+    return _write(trace, path, "testxpert", force)
 
 
 WRITERS = {"own": write_own, "bluehill": write_bluehill, "testxpert": write_testxpert}
 
 
-def _rows(trace: Trace, scale: float) -> zip[tuple[float, float, float]]:
-    if trace.time is None:
-        raise QuantityError("a trace without time cannot be written")
-    columns: Sequence[Array] = (trace.time, trace.elongation * scale, trace.force)
-    return zip(*(c.tolist() for c in columns), strict=True)
-
-
-def _write(trace: Trace, path: str | Path, data: bytes, force: bool) -> Path:
-    """The data file and its sidecar; neither where one of them exists and `force` is not set."""
-    beside = sidecar_path(path)
-    if beside.exists() and not force:
-        raise FileError(beside, "exists already; --force replaces it")
-    made = write_whole(path, lambda place: _put(place, data), force)
-    write_facts(path, replace(trace.facts, synthetic=True), force)
-    return made
-
-
-def _put(place: Path, data: bytes) -> None:
-    place.write_bytes(data)
+def _write(trace: Trace, path: str | Path, layout: str, force: bool) -> Path:
+    return write_pair(trace, path, file_bytes(trace, Form(layout=layout)), force)

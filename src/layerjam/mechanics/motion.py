@@ -16,289 +16,66 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import (
-    Sleeve,
-    backbone,
-    backbone_dissipated,
-    backbone_stored,
-    backbone_work,
-    sleeve_at,
+from layerjam.mechanics.enclosure import backbone_stored, sleeve_at
+from layerjam.mechanics.hysteresis import Setting
+from layerjam.mechanics.law import law, within
+from layerjam.mechanics.memory import branch
+from layerjam.mechanics.motion_step import (
+    Load,
+    Motion,
+    ahead,
+    at_start,
+    pump,
+    setting_of,
+    sleeve_force,
 )
-from layerjam.mechanics.friction import friction_per_contact
-from layerjam.mechanics.hysteresis import Setting, first_slip
-from layerjam.mechanics.law import law, safe_sqrt, within
-from layerjam.mechanics.memory import Memory, Turns, at_vacuum, first_force, first_work
-from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.stiffness import working_stiffness
+from layerjam.mechanics.stop_algebra import NOT_A_CASE
 
+__all__ = [
+    "CLOSED", "LONGEST", "MOVING", "NOT_A_CASE", "SNAPPED", "STANDSTILL", "TRAVEL_USED", "Load",
+    "Motion", "Vacuum", "at_start", "ended", "load_of", "series_of", "setting_of", "step_on",
+    "stop_in_time", "stored_energy",
+]  # fmt: skip
 MOVING, STANDSTILL, TRAVEL_USED, CLOSED, SNAPPED = 0, 1, 2, 3, 4
-"""How far it got: still moving, first standstill, end of travel, sleeve closes the brake, snaps."""
-_NEWTON = 3
+"""How far it got: still moving, first standstill, end of travel, sleeve closes the brake, snaps.
 
-
-class Load(NamedTuple):
-    """What hangs on the brake, in SI; arrays broadcast."""
-
-    mass: Any
-    gravity: Any
-    spring: Any
-    """Brake and rope in series, or the brake alone where the rope is damped [N/m]."""
-    rope: Any
-    """Stiffness of a damped rope [N/m]; not used without damping."""
-    damping: Any
-    """[N s/m]"""
-
-
-class Motion(NamedTuple):
-    """State between two steps; arrays of one shape."""
-
-    time: Any
-    place: Any
-    """Way of the mass from the taut rope [m]."""
-    speed: Any
-    drawn: Any
-    """Elongation of the spring `Load.spring` and the brake [m]."""
-    stretch: Any
-    """Stretch of a damped rope [m]."""
-    slack: Any
-    slip: Any
-    force: Any
-    """Force in brake and rope [N]."""
-    sleeve: Memory | None
-    """Loading state of the sleeve; None at constant vacuum, where the backbone is enough."""
-    vacuum: Any
-    """What acted in the last step [Pa]."""
-    heat: Any
-    """Turned into heat in brake and rope so far [J], summed on its own."""
-    peak: Any
-    """Greatest force so far [N]."""
-    outcome: Any
-
-
-class _Pulled(NamedTuple):
-    """The brake after being drawn by some way at one vacuum."""
-
-    drawn: Any
-    slip: Any
-    force: Any
-    work: Any
-    heat: Any
-    held: Any
-    """What the sleeve stores more than before [J]."""
-
-
-def at_start(speed: Any, vacuum: Any, steady: bool) -> Motion:
-    """Just taut, everything relaxed; the shape is that of `speed` [m/s] and `vacuum` [Pa]."""
-    speed, vacuum = jnp.broadcast_arrays(speed, vacuum)
-    zero = jnp.zeros_like(speed)
-    no, none = jnp.zeros(speed.shape, bool), jnp.zeros(speed.shape, int)
-    turns = Turns(zero, zero, zero, none)
-    memory = Memory(zero, zero, zero, turns, zero, zero, turns, turns, ~no, zero, zero, no)
-    return Motion(
-        time=zero, place=zero, speed=speed, drawn=zero, stretch=zero, slack=no, slip=zero,
-        force=zero, sleeve=None if steady else memory, vacuum=vacuum, heat=zero, peak=zero,
-        outcome=none,
-    )  # fmt: skip
-
-
-def setting_of(vacuum: Any, spring: Any, brake: Brake) -> Setting:
-    """What resists at a vacuum [Pa] on a series spring [N/m]."""
-    c, overlap = friction_per_contact(vacuum, brake), brake.sheets.overlap
-    return Setting(c, spring, overlap, sleeve_at(vacuum, brake))
-
-
-def _sleeve_force(slip: Any, sleeve: Memory | None, at: Sleeve) -> Any:
-    return backbone(slip, at) if sleeve is None else first_force(sleeve, slip, at)
-
-
-def _pulled(motion: Motion, way: Any, slides: Any, at: Setting, c: Any = None) -> _Pulled:
-    """Draw the brake by `way` [m] from a taut state; it slides where `slides`, else it sticks.
-
-    Friction goes from `c` [N/m] to that of `at` evenly over the slip.
-    """
-    drawn = motion.drawn + way
-    if motion.sleeve is None:
-        out = rising_root(at.k * drawn - at.c * at.overlap, at.k - at.c, at.sleeve)
-    else:
-        out = first_slip(motion.sleeve, drawn, at)
-    slip = jnp.where(slides, jnp.maximum(out, motion.slip), motion.slip)
-    more = slip - motion.slip
-    force = motion.force + at.k * (way - more)
-    rubbed = at.c * more * (at.overlap - (slip + motion.slip) / 2)
-    if c is not None:
-        rubbed = rubbed - (at.c - c) * more * ((at.overlap - motion.slip) / 2 - more / 6)
-    if motion.sleeve is None:
-        work = backbone_work(slip, at.sleeve) - backbone_work(motion.slip, at.sleeve)
-        warm = backbone_dissipated(slip, at.sleeve) - backbone_dissipated(motion.slip, at.sleeve)
-    else:
-        work, warm = first_work(motion.sleeve, motion.slip, slip, at.sleeve)
-    elastic = (force - motion.force) * (force + motion.force) / (2 * at.k)
-    return _Pulled(drawn, slip, force, elastic + rubbed + work, rubbed + warm, work - warm)
-
-
-def _meet(motion: Motion, alpha: Any, beta: Any, at: Setting, c: Any) -> tuple[_Pulled, Any]:
-    """Draw the brake until its mean force is alpha - beta way; the way [m] goes with it."""
-    hold = at.c * (at.overlap - motion.slip)
-    hold = hold + _sleeve_force(motion.slip, motion.sleeve, at.sleeve)
-    way = (alpha - motion.force) / (beta + at.k / 2)
-    slides = motion.force + at.k * way > hold
-    least = (hold - motion.force) / at.k
-    sliding = jnp.maximum((alpha - hold) / beta, least * (1 + 1e-9))
-    far = jnp.where(slides & (sliding > 0), sliding, way)
-
-    def newton(_: int, far: Any) -> Any:
-        pulled = _pulled(motion, far, slides, at, c)
-        part = jnp.where(far != 0, far, 1.0)
-        mean = pulled.work / part
-        step = (mean + beta * far - alpha) / ((pulled.force - mean) / part + beta)
-        return jnp.where(slides, jnp.maximum(far - step, least), way)
-
-    # at constant vacuum the loop is short enough to be written out, which batches like
-    steady = motion.sleeve is None
-    far = jax.lax.fori_loop(0, _NEWTON, newton, far, unroll=steady)
-    return _pulled(motion, far, slides, at, c), far
-
-
-def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load, damped: bool) -> Motion:
-    """One step on the taut rope."""
-    m, g, v = load.mass, load.gravity, motion.speed
-    if damped:
-        kappa = load.rope / 2 + load.damping / dt
-        share = 1 + kappa * dt**2 / (2 * m)
-        alpha = (load.rope * motion.stretch + kappa * (v * dt + g * dt**2 / 2)) / share
-        beta = kappa / share
-    else:
-        alpha, beta = m * (g + 2 * v / dt), 2 * m / dt**2
-    pulled, way = _meet(motion, alpha, beta, at, c)
-    mean = alpha - beta * way
-    place = v * dt + (g - mean / m) * dt**2 / 2
-    stretch = place - way if damped else jnp.zeros_like(way)
-    rope = load.damping * stretch**2 / dt if damped else 0.0
-    # nobody sees the force between two steps: its top is that of the backbone, if passed
-    top = (at.sleeve.root / (2 * jnp.where(at.c > 0, at.c, 1.0))) ** 2
-    passed = (motion.slip < top) & (top < pulled.slip) & (top < at.sleeve.saturation)
-    highest = jnp.where(passed, at.c * at.overlap + at.sleeve.root**2 / (4 * at.c), pulled.force)
-    return motion._replace(
-        time=motion.time + dt,
-        place=motion.place + place if damped else pulled.drawn,
-        speed=v + (g - mean / m) * dt,
-        drawn=pulled.drawn,
-        stretch=motion.stretch + stretch,
-        slip=pulled.slip,
-        force=pulled.force,
-        sleeve=_kept(motion.sleeve, pulled),
-        heat=motion.heat + pulled.heat + rope,
-        peak=jnp.maximum(motion.peak, highest),
-    )
-
-
-def _until_slack(motion: Motion, dt: Any, at: Setting, load: Load, damped: bool) -> Motion:
-    """The part of a step after which the brake, shrinking elastically, pulls no more."""
-    m, v, force = load.mass, motion.speed, motion.force
-    pull, give = load.gravity - force / (2 * m), force / at.k
-    time = safe_sqrt(jnp.maximum(v**2 - 2 * pull * give, 0.0)) - v
-    time = jnp.clip(2 * give / jnp.where(time > 0, time, 1.0), 0.0, dt)
-    if damped:
-        for _ in range(6):
-            short = give + v * time + pull * time**2 / 2
-            off = (load.rope * motion.stretch - force / 2) * time
-            off = off + (load.rope * time / 2 + load.damping) * short
-            slope = load.rope * motion.stretch - force / 2 + load.rope * short / 2
-            slope = slope + (load.rope * time / 2 + load.damping) * (v + pull * time)
-            time = jnp.clip(time - off / jnp.where(slope != 0, slope, 1.0), 0.0, dt)
-    place = v * time + pull * time**2 / 2
-    more = place + give if damped else jnp.zeros_like(place)
-    rope = load.damping * more**2 / jnp.where(time > 0, time, 1.0) if damped else 0.0
-    return motion._replace(
-        time=motion.time + time,
-        place=motion.place + place if damped else motion.slip,
-        speed=v + pull * time,
-        drawn=motion.slip,
-        stretch=motion.stretch + more,
-        slack=jnp.ones_like(motion.slack),
-        force=jnp.zeros_like(force),
-        heat=motion.heat + rope,
-    )
-
-
-def _slack(motion: Motion, dt: Any, load: Load, damped: bool) -> Motion:
-    """Free flight for a step, or up to the place where the rope is taut again."""
-    g, v = load.gravity, motion.speed
-
-    def rest(time: Any) -> Any:
-        if not damped:
-            return motion.stretch
-        return motion.stretch * jnp.exp(-load.rope / load.damping * time)
-
-    gap = motion.slip + motion.stretch - motion.place
-    root = v + safe_sqrt(jnp.maximum(v**2 + 2 * g * gap, 0.0))
-    # falling back, or never where nothing falls and the mass flies off
-    time = jnp.where(root > 0, 2 * gap / jnp.where(root > 0, root, 1.0), jnp.inf)
-    if damped:
-        time = jnp.minimum(time, dt)
-        for _ in range(6):
-            ahead = motion.place + v * time + g * time**2 / 2 - motion.slip - rest(time)
-            slope = v + g * time + load.rope / load.damping * rest(time)
-            time = jnp.maximum(time - ahead / jnp.where(slope != 0, slope, 1.0), 0.0)
-        reached = (time <= dt) & (v + g * time >= 0)
-    else:
-        reached = (time <= dt) & (root > 0)
-    time = jnp.where(reached, time, dt)
-    stretch = rest(time)
-    place = motion.place + v * time + g * time**2 / 2
-    return motion._replace(
-        time=motion.time + time,
-        place=jnp.where(reached, motion.slip + stretch, place),
-        speed=v + g * time,
-        stretch=stretch,
-        slack=~reached,
-        heat=motion.heat + (load.rope * (motion.stretch**2 - stretch**2) / 2 if damped else 0.0),
-    )
-
-
-def _kept(sleeve: Memory | None, pulled: _Pulled) -> Memory | None:
-    return None if sleeve is None else sleeve._replace(stored=sleeve.stored + pulled.held)
-
-
-def _pump(motion: Motion, vacuum: Any, before: Setting, at: Setting) -> Motion:
-    """Another vacuum while the mass rests: what the brake gives way for turns into heat."""
-    assert motion.sleeve is not None
-    force = first_force(motion.sleeve, motion.slip, before.sleeve)
-    held = motion.sleeve._replace(slip=motion.slip, force=force)
-    sleeve = at_vacuum(held, before.sleeve, at.sleeve)
-    new = motion._replace(sleeve=sleeve)
-    gives = motion.force > at.c * (at.overlap - motion.slip) + sleeve.force
-    pulled = _pulled(new, jnp.zeros_like(motion.slip), gives & ~motion.slack, at)
-    # the spring drives the sheets harder than friction holds: all it gives but the sleeve's share
-    spring = (motion.force - pulled.force) * (motion.force + pulled.force) / (2 * at.k)
-    lost = held.stored - sleeve.stored + spring - pulled.held
-    return new._replace(
-        sleeve=_kept(sleeve, pulled),
-        slip=pulled.slip,
-        force=pulled.force,
-        vacuum=vacuum + jnp.zeros_like(motion.vacuum),
-        heat=motion.heat + lost,
-    )
-
-
-def _ahead(motion: Motion, dt: Any, at: Setting, c: Any, load: Load, damped: bool) -> Motion:
-    """One step, shorter where the rope goes slack or taut within it."""
-    taut = _taut(motion, dt, at, c, load, damped)
-    parted = _until_slack(motion, dt, at, load, damped)
-    free = _slack(motion, dt, load, damped)
-    taut = jax.tree.map(lambda a, b: jnp.where(taut.force < 0, a, b), parted, taut)
-    return jax.tree.map(lambda a, b: jnp.where(motion.slack, a, b), free, taut)
+NOT_A_CASE (-1) where a quantity lies outside the domain and all numbers are NaN."""
+LONGEST = 0.25
+"""Longest step over sqrt(M/k): longer ones pass over a standstill."""
 
 
 def _event(old: Motion, new: Motion, at: Setting, travel: Any) -> Any:
     """What happened in a step that the run must not go past."""
     hold = at.c * (at.overlap - new.slip)
-    sleeve = _sleeve_force(new.slip, new.sleeve, at.sleeve)
+    sleeve = sleeve_force(new.slip, new.sleeve, at.sleeve)
     closes = sleeve * (1 - 1e-9) - new.force > hold
     code = jnp.where((old.speed > 0) & (new.speed <= 0), STANDSTILL, MOVING)
     code = jnp.where(new.slip >= travel, TRAVEL_USED, code)
     code = jnp.where((new.slip > 0) & closes, CLOSED, code)
-    return jnp.where((new.slip > old.slip) & (at.k <= at.c), SNAPPED, code)
+    return jnp.where(_snaps(old, new, at), SNAPPED, code)
+
+
+def _snaps(old: Motion, new: Motion, at: Setting) -> Any:
+    """Whether in sliding from `old` to `new` the force fell faster than the spring gives.
+
+    1 + Y'/k > 0 must hold where it got to, and the brake must hold the spring there.
+    """
+    slip, strip = new.slip, at.sleeve
+    if new.sleeve is not None:
+        base = new.sleeve.base
+        early = slip < new.sleeve.join
+        slip = slip - jnp.where(early, base.slip, new.sleeve.origin)
+        root = jnp.where(early, branch(base.strength, strip).root, strip.root)
+    else:
+        root = strip.root
+    steep = root / (2 * jnp.sqrt(jnp.where(slip > 0, slip, 1.0)))
+    steep = jnp.where(slip > 0, jnp.maximum(steep, strip.stiffness / strip.reach), jnp.inf)
+    soft = at.c - at.k
+    hold = at.c * (at.overlap - new.slip) + sleeve_force(new.slip, new.sleeve, strip)
+    torn = (new.force > hold * (1 + 1e-6)) & (soft > 0)
+    falls = soft >= steep * (1 - 1e-9)
+    return ((new.slip > old.slip) & (falls | torn)) | (jnp.isnan(new.force) & (soft > 0))
 
 
 class Vacuum(NamedTuple):
@@ -327,7 +104,7 @@ def _ready(
     level = jnp.where(falls, (begin + end) / 2, end)
     before = setting_of(motion.vacuum, load.spring, brake)
     at = setting_of(level, load.spring, brake)
-    pumped = _pump(motion, level, before, at)
+    pumped = pump(motion, level, before, at)
     same = level == motion.vacuum
     pumped = jax.tree.map(lambda a, b: jnp.where(same, a, b), motion, pumped)
     return pumped, at, jnp.where(falls, at.c, before.c)
@@ -338,7 +115,7 @@ def step_on(
 ) -> Motion:
     """One step of `dt` [s]; a state whose next step holds an event stays, with its outcome."""
     ready, at, c = _ready(motion, dt, vacuum, load, brake)
-    new = _ahead(ready, dt, at, c, load, damped)
+    new = ahead(ready, dt, at, c, load, damped)
     code = _event(motion, new, at, brake.sheets.usable_travel)
     going = (motion.outcome == MOVING) & (code == MOVING)
     still = motion._replace(outcome=jnp.where(motion.outcome == MOVING, code, motion.outcome))
@@ -348,38 +125,60 @@ def step_on(
 def ended(
     motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake, damped: bool
 ) -> Motion:
-    """Go to the standstill or the end of travel that the next step holds, by 60 halvings."""
+    """Go to the standstill, end of travel or snap that the next step holds, by 60 halvings."""
     travel = brake.sheets.usable_travel
 
-    def reached(time: Any) -> Motion:
+    def reached(time: Any) -> tuple[Motion, Any]:
         ready, at, c = _ready(motion, time, vacuum, load, brake)
-        new = _ahead(ready, time, at, c, load, damped)
+        new = ahead(ready, time, at, c, load, damped)
+        snaps = _snaps(motion, new, at)
         if new.sleeve is None:
-            return new
+            return new, snaps
         # what is left of a fall of the vacuum when it stands
         now = vacuum.at(new.time)
-        left = _pump(new, now, at, setting_of(now, load.spring, brake))
-        return jax.tree.map(lambda a, b: jnp.where(now < new.vacuum, a, b), left, new)
+        left = pump(new, now, at, setting_of(now, load.spring, brake))
+        return _chosen(now < new.vacuum, left, new), snaps
 
-    def halve(_: int, state: tuple[Any, Any, Motion]) -> tuple[Any, Any, Motion]:
-        low, high, best = state
-        middle = (low + high) / 2
-        there = reached(middle)
-        over = (there.speed <= 0) | (there.slip >= travel)
-        best = jax.tree.map(lambda a, b: jnp.where(over, a, b), there, best)
-        return jnp.where(over, low, middle), jnp.where(over, middle, high), best
+    def halve(_: int, state: _Halved) -> _Halved:
+        middle = (state.low + state.high) / 2
+        there, snaps = reached(middle)
+        over = (there.speed <= 0) | (there.slip >= travel) | snaps
+        return _Halved(
+            jnp.where(over, state.low, middle),
+            jnp.where(over, middle, state.high),
+            _chosen(over, state.before, there),
+            _chosen(over, there, state.after),
+            jnp.where(over, snaps, state.snaps),
+        )
 
     # the first of them is the whole step, known to hold the event
-    least = jnp.zeros_like(motion.time)
-    last = jax.lax.fori_loop(0, 60, halve, (least, least + 2 * dt, motion))[2]
-    used = last.slip >= travel
+    least, no = jnp.zeros_like(motion.time), jnp.zeros_like(motion.slack)
+    end = jax.lax.fori_loop(0, 60, halve, _Halved(least, least + 2 * dt, motion, motion, no))
+    last = _chosen(end.snaps, end.before, end.after)
+    used = ~end.snaps & (last.slip >= travel)
+    code = jnp.where(end.snaps, SNAPPED, jnp.where(used, TRAVEL_USED, STANDSTILL))
     last = last._replace(
-        speed=jnp.where(used, last.speed, 0.0),
+        speed=jnp.where(used | end.snaps, last.speed, 0.0),
         slip=jnp.where(used, travel, last.slip),
-        outcome=jnp.where(used, TRAVEL_USED, STANDSTILL).astype(motion.outcome.dtype),
+        outcome=code.astype(motion.outcome.dtype),
     )
     on = (motion.outcome == STANDSTILL) | (motion.outcome == TRAVEL_USED)
-    return jax.tree.map(lambda a, b: jnp.where(on, a, b), last, motion)
+    return _chosen(on | (motion.outcome == SNAPPED), last, motion)
+
+
+class _Halved(NamedTuple):
+    """The two times [s] between which something happens, and the states there."""
+
+    low: Any
+    high: Any
+    before: Motion
+    after: Motion
+    snaps: Any
+
+
+def _chosen(condition: Any, yes: Motion, no: Motion) -> Motion:
+    """One state or the other, drop by drop."""
+    return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
 
 
 def stored_energy(motion: Motion, load: Load, brake: Brake) -> Any:
@@ -394,10 +193,15 @@ def stored_energy(motion: Motion, load: Load, brake: Brake) -> Any:
 
 def load_of(mass: Any, gravity: Any, rope: Any, damping: Any, brake: Brake) -> Load:
     """The load of a mass [kg] on a rope [N/m] (None: on the brake alone) with damping [N s/m]."""
-    own = working_stiffness(brake)
     if damping is not None:
-        return Load(mass, gravity, own, rope, damping)
-    return Load(mass, gravity, own if rope is None else 1 / (1 / own + 1 / rope), 0.0, 0.0)
+        return Load(mass, gravity, working_stiffness(brake), rope, damping)
+    return Load(mass, gravity, series_of(rope, brake), 0.0, 0.0)
+
+
+def series_of(rope: Any, brake: Brake) -> Any:
+    """Rope [N/m] (None: no rope) and brake in series [N/m]."""
+    own = working_stiffness(brake)
+    return own if rope is None else 1 / (1 / own + 1 / rope)
 
 
 @law
@@ -411,7 +215,8 @@ def stop_in_time(
     holds samples of a history. `rope` [N/m] and `damping` [N s/m] may be None. `step` [s] may
     differ from drop to drop, `steps` is the most that are taken; outcome MOVING where they did not
     do. Energy is kept to rounding, time and slip are of second order in the step (slip exact at
-    constant vacuum without damping).
+    constant vacuum without damping). NaN and NOT_A_CASE outside the domain, to which a step longer
+    than a quarter of sqrt(M/k) belongs, k of rope and brake in series: it may pass over events.
     """
     damped, steady = damping is not None, times is None
     history = Vacuum(vacuum, times)
@@ -421,13 +226,18 @@ def stop_in_time(
     speed = jnp.broadcast_to(speed, jnp.broadcast_shapes(*(jnp.shape(a) for a in parts)))
     start = at_start(speed, first, steady)
 
+    setting = setting_of(first, load.spring, brake)
+    fine = (mass > 0) & (speed >= 0) & (gravity >= 0) & (step > 0) & (jnp.min(vacuum) >= 0)
+    fine = fine & (setting.c * setting.overlap + setting.sleeve.root >= 0)
+    fine = fine & (step <= LONGEST * jnp.sqrt(mass / series_of(rope, brake)))
+
     def going(state: tuple[Any, Motion]) -> Any:
-        return (state[0] < steps) & jnp.any(state[1].outcome == MOVING)
+        return (state[0] < steps) & jnp.any(fine & (state[1].outcome == MOVING))
 
     def on(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
         return state[0] + 1, step_on(state[1], step, history, load, brake, damped)
 
     last = jax.lax.while_loop(going, on, (jnp.zeros_like(steps), start))[1]
     last = ended(last, step, history, load, brake, damped)
-    fine = (mass > 0) & (speed >= 0) & (gravity >= 0) & (step > 0) & (jnp.min(vacuum) >= 0)
+    last = last._replace(outcome=jnp.where(fine, last.outcome, NOT_A_CASE))
     return jax.tree.map(lambda a: within(fine, a) if a.dtype == jnp.float64 else a, last)

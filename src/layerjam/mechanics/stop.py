@@ -20,6 +20,7 @@ from layerjam.mechanics.law import law, safe_sqrt, within
 from layerjam.mechanics.stop_algebra import (
     BOTTOMED_OUT,
     NEVER_SLID,
+    NOT_A_CASE,
     SNAPS,
     STOPPED,
     Quartic,
@@ -35,8 +36,8 @@ from layerjam.mechanics.stop_algebra import (
 )
 
 __all__ = [
-    "BOTTOMED_OUT", "NEVER_SLID", "SNAPS", "STOPPED", "Stop", "kinetic_energy", "speed_at_slip",
-    "stop", "time_at_slip",
+    "BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED", "Stop", "kinetic_energy",
+    "speed_at_slip", "stop", "time_at_slip",
 ]  # fmt: skip
 SETTLED = 1e-5
 """Last step of the root's search, over its bracket, below which the next one changes nothing."""
@@ -58,7 +59,7 @@ class Stop(NamedTuple):
     stored: Any
     """Elastic energy held then in rope, sheets, mount and sleeve [J]."""
     outcome: Any
-    """STOPPED, NEVER_SLID, BOTTOMED_OUT or SNAPS."""
+    """STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS (0 to 3), or NOT_A_CASE (-1): all else is NaN."""
 
 
 def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Setup:
@@ -119,7 +120,9 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     root = polished(found.energy, root, jax.lax.stop_gradient(slope_of(energy, root)))
     end = end_of(at, found, root, travel)
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
+    fine = fine & (at.onset + at.sleeve.root >= 0)
     *numbers, outcome = end
+    outcome = jnp.where(fine, outcome, NOT_A_CASE)
     return Stop(*(within(fine, x) for x in numbers), outcome=outcome)  # type: ignore[misc]
 
 

@@ -12,8 +12,8 @@ import jax.numpy as jnp
 
 from layerjam.mechanics.enclosure import Sleeve
 
-STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS = 0, 1, 2, 3
-"""Outcome codes."""
+STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS, NOT_A_CASE = 0, 1, 2, 3, -1
+"""Outcome codes; the last where a quantity lies outside the domain and all numbers are NaN."""
 
 
 class Setup(NamedTuple):
@@ -127,12 +127,20 @@ def slope_of(p: Quartic, w: Any) -> Any:
     return p.a1 + w * (2 * p.a2 + w * (3 * p.a3 + w * 4 * p.a4))
 
 
+def snap_slip(soft: Any, sleeve: Sleeve) -> Any:
+    """The slip [m] from which the brake runs on by itself, infinite where it never does.
+
+    There the force falls as fast as the spring gives, 1 + Y'/k = 0; `soft` is c - k [N/m]. What
+    the sleeve adds to Y' falls to EA/l and stays there: a spring above c - EA/l never lets go.
+    """
+    runs = soft > sleeve.stiffness / sleeve.reach
+    snap = sleeve.root / (2 * jnp.where(runs, soft, 1.0))
+    return jnp.where(runs, snap * snap, jnp.inf)
+
+
 def search(at: Setup, travel: Any) -> Search:
     """Between which slips the kinetic energy passes zero, and as which quartic."""
-    # on a spring softer than the fall of the force the brake runs on by itself from here
-    soft = at.c - at.k
-    snap = at.sleeve.root / (2 * jnp.where(soft > 0, soft, 1.0))
-    snap = jnp.where(soft > 0, snap * snap, jnp.inf)
+    snap = snap_slip(at.c - at.k, at.sleeve)
     end = jnp.minimum(falling_balance(at, travel), snap)
     edge = jnp.minimum(at.sleeve.saturation, end)
     spread = quartic(at, at.c < 0)

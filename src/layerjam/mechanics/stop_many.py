@@ -107,13 +107,14 @@ def kernel() -> Any:
             end = end_of(at, found, root, of.travel)
             fine = (mass[i] > 0) & (speed[i] >= 0) & (vacuum[i] >= 0)
             fine = fine & (spring[i] > 0) & (gravity[i] >= 0)
+            fine = fine & (at.onset + sleeve.root >= 0)
             bad = 0.0 if fine else math.nan
             slip[i] = end.slip + bad
             peak[i] = end.peak_force + bad
             pace[i] = end.end_speed + bad
             heat[i] = end.heat + bad
             stored[i] = end.stored + bad
-            outcome[i] = end.outcome
+            outcome[i] = end.outcome if fine else algebra.NOT_A_CASE
 
     @numba.njit(nogil=True)  # type: ignore[untyped-decorator]
     def run(first, count, axes, of, out, settled):  # type: ignore[no-untyped-def]

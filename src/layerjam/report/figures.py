@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from layerjam.device.file import BrakeFile
-from layerjam.identify.fit import Calibration
 from layerjam.identify.friction_test import FrictionResult
 from layerjam.identify.metrics import Validation
 from layerjam.identify.trace import Trace
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.friction import sheet_friction
-from layerjam.mechanics.pull import brake_force, force_at_elongation
+from layerjam.mechanics.pull import brake_force
 from layerjam.report.style import (
     BLUE,
     FAINT,
@@ -34,6 +33,7 @@ from layerjam.simulate.record import TensileRecord
 from layerjam.units import show
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 __all__ = [
@@ -116,29 +116,74 @@ def tensile(record: TensileRecord) -> Figure:
 
 
 def friction(traces: Sequence[Trace], result: FrictionResult) -> Figure:
-    """Friction coefficient over travel of every repeat, with the reduced values."""
+    """Friction coefficient over travel of every repeat, with the reduced values.
+
+    Shown are the kinetic window, where each repeat's static friction was taken, and the envelope
+    of repeats that judder, these enlarged beside it.
+    """
+    found = [r.teeth for r in result.repeats if r.teeth is not None]
+    count = len(result.repeats)
     with look():
-        figure, (axes,) = canvas()
+        figure, places = canvas(columns=1 + bool(found), width=8.8 if found else 6.4)
+        axes = places[0]
         start, end = (w * MM for w in result.window)
-        axes.axvspan(start, end, color="#f1f4f6", lw=0)
-        for trace in traces:
-            travel = np.abs(trace.elongation - trace.elongation[0]) * MM
-            axes.plot(travel, trace.force / result.normal_force, color=SKY, lw=0.8)
-        far = axes.get_xlim()[1]
-        axes.plot([start, end], [result.kinetic] * 2, color=RED, lw=2)
-        label(
-            axes, (start + end) / 2, result.kinetic * 1.12,
-            f"kinetic {result.kinetic:.4f}{_pm(result.kinetic_sd)}", RED, ha="center",
-        )  # fmt: skip
+        for place in places:
+            _friction_records(place, traces, result)
+        highest = max(r.static for r in result.repeats)
+        axes.axvspan(start, end, color="#eaeff2", lw=0)
+        axes.set(ylim=(0, highest * 1.22))
+        label(axes, (start + end) / 2, highest * 0.05, "kinetic window", GREY, ha="center")
+        ends = [(result.static, f"static {result.static:.4f}{_pm(result.static_sd)}", INK)]
         axes.axhline(result.static, color=INK, lw=1, ls=(0, (4, 3)))
-        words = f"static {result.static:.4f}{_pm(result.static_sd)} (maximum of each repeat)"
-        label(axes, end, result.static, words, INK, ha="right", va="bottom")
-        axes.set(
-            xlabel="travel [mm]", ylabel="force / normal force [-]", xlim=(0, far),
-            ylim=(0, result.static * 1.25),
-        )  # fmt: skip
-        title(axes, f"Friction, {len(result.repeats)} repeats", _made(traces))
+        if result.kinetic is not None:
+            word = "middle" if found else "kinetic"
+            axes.plot([start, end], [result.kinetic] * 2, color=RED, lw=2)
+            ends.append(
+                (result.kinetic, f"{word} {result.kinetic:.4f}{_pm(result.kinetic_sd)}", RED)
+            )
+        if found:
+            detail = f"{sum(r.teeth is not None for r in result.repeats)} of {count} stick and slip"
+            ends += _envelope(places, result, (start, end))
+        else:
+            detail = result.standard.title
+        which = "first maximum" if result.standard.first_maximum else "maximum"
+        title(axes, f"Friction, {count} repeat{'s' * (count > 1)}", f"{_made(traces)}; {detail}")
+        labels_right(axes, axes.get_xlim()[1], ends)
+        label(axes, 0.03 * axes.get_xlim()[1], highest * 1.15, f"circle: {which} of a repeat", GREY)
     return figure
+
+
+def _friction_records(axes: Axes, traces: Sequence[Trace], result: FrictionResult) -> None:
+    """Every repeat as a coefficient over travel, with its static point."""
+    for trace, one in zip(traces, result.repeats, strict=True):
+        travel = np.abs(trace.elongation - trace.elongation[0]) * MM
+        axes.plot(travel, trace.force / result.normal_force, color=SKY, lw=0.8)
+        axes.plot(one.static_at * MM, one.static, "o", color=INK, ms=4, mfc="white", zorder=3)
+    axes.set(xlabel="travel [mm]", ylabel="force / normal force [-]", xlim=(0, None))
+
+
+def _envelope(
+    places: Sequence[Axes], result: FrictionResult, span: tuple[float, float]
+) -> list[tuple[float, str, str]]:
+    """Ends of the stick-slip over the window, eight teeth enlarged; labels for the right side."""
+    axes, zoom = places
+    found = [r.teeth for r in result.repeats if r.teeth is not None]
+    upper, lower = (
+        float(np.mean([getattr(t, name) for t in found])) / result.normal_force
+        for name in ("upper", "lower")
+    )
+    spacing = float(np.mean([t.spacing for t in found]))
+    for place in places:
+        for level in (upper, lower):
+            place.plot(span, [level] * 2, color=ORANGE, lw=2)
+    first = found[0].start * MM
+    zoom.set(xlim=(first, first + 8 * spacing * MM), ylim=axes.get_ylim())
+    zoom.set(ylabel="")
+    title(zoom, "Eight teeth, enlarged", f"a slip every {show(spacing, 'm', 3)} of travel")
+    return [
+        (upper, f"upper end {upper:.4f}", "#8a5f00"),
+        (lower, f"lower end {lower:.4f}", "#8a5f00"),
+    ]
 
 
 def _pm(sd: float | None) -> str:
@@ -150,47 +195,11 @@ def _made(traces: Sequence[Trace]) -> str:
     return "synthetic data, made by the virtual test machine" if synthetic else "measured"
 
 
-def calibration(file: BrakeFile, result: Calibration) -> Figure:
-    """The pulls, the straight line that gave k, the peaks, and the calibrated law."""
-    from dataclasses import replace
+def calibration(file: BrakeFile, result: Any, synthetic: bool = False) -> Figure:
+    """The pulls, the fitted law with its bands and what is left between them, at any depth."""
+    from layerjam.report import calibration_figure
 
-    fitted = replace(
-        file.brake, scale_factor=result.scale_factor, stiffness_measured=result.stiffness
-    )
-    with look():
-        figure, (axes, zoom) = canvas(columns=2, width=8.6)
-        for one in result.fits:
-            for place in (axes, zoom):
-                place.plot(one.pull.elongation * MM, one.pull.force, color=SKY, lw=3.0)
-        ends = []
-        for vacuum in sorted({one.vacuum for one in result.fits}, reverse=True):
-            far = max(one.pull.elongation[-1] for one in result.fits if one.vacuum == vacuum)
-            u = np.linspace(0, far, 2000)
-            law = np.asarray(force_at_elongation(u, vacuum, fitted))
-            for place in (axes, zoom):
-                place.plot(u * MM, law, color=INK, lw=1.2, ls=(0, (5, 2)))
-            ends.append((float(law[-1]), show(vacuum, "Pa"), INK))
-        for one in result.fits:
-            zoom.plot(one.pull.peak_elongation * MM, one.pull.peak_force, "o", color=RED, ms=5)
-        peak = max(one.pull.peak_elongation for one in result.fits)
-        near = 4 * peak * MM
-        line = np.array([0, peak])
-        zoom.plot(line * MM, result.stiffness * line, color=ORANGE, lw=1.5)
-        highest = max(one.pull.peak_force for one in result.fits)
-        zoom.set(xlim=(0, near), ylim=(0, highest * 1.15), xlabel="elongation [mm]")
-        axes.set(
-            xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, None), ylim=(0, highest * 1.15)
-        )
-        labels_right(axes, axes.get_xlim()[1], ends)
-        title(
-            axes,
-            "Pulls (blue) and calibrated law (dashed)",
-            f"{file.name}, {len(result.fits)} pull{'s' * (len(result.fits) > 1)}",
-        )
-        words = f"k = {show(result.stiffness, 'N/m')}, a = {result.scale_factor:.4g}"
-        title(zoom, "Near the peak", words)
-        label(zoom, near * 0.42, highest * 0.35, "slope k (orange)\nfitted peak (red)", GREY)
-    return figure
+    return calibration_figure.calibration(file, result, synthetic)
 
 
 def validation(file: BrakeFile, result: Validation) -> Figure:

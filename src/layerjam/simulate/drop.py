@@ -23,8 +23,10 @@ from layerjam.mechanics.stop import (
     time_at_slip,
 )
 from layerjam.simulate.record import DropRecord, Outcome
+from layerjam.simulate.rope_alone import damped_rope_only, rope_only
 from layerjam.units import show
 
+__all__ = ["OUTCOMES", "damped_rope_only", "drop", "rope_only", "snap_reason", "spring_of"]
 OUTCOMES = {
     STOPPED: Outcome.STOPPED,
     NEVER_SLID: Outcome.NEVER_SLID,
@@ -40,48 +42,16 @@ def spring_of(brake: Brake, rope_stiffness: float | None) -> float:
     return own if rope_stiffness is None else 1 / (1 / own + 1 / rope_stiffness)
 
 
-def rope_only(mass: float, speed: float, spring: float, gravity: float) -> tuple[float, float]:
-    """Peak force [N] and time to the first standstill [s] of a mass on a spring alone."""
-    weight, omega = mass * gravity, (spring / mass) ** 0.5
-    force = weight + (weight**2 + spring * mass * speed**2) ** 0.5
-    phase = float(np.arctan2(gravity / omega**2, speed / omega))
-    return force, (np.pi / 2 + phase) / omega
-
-
-def damped_rope_only(
-    mass: float, speed: float, spring: float, damping: float, gravity: float
-) -> tuple[float, float, float]:
-    """Peak force [N], time to the first standstill [s] and heat [J] of a mass on a damped rope."""
-    from scipy.integrate import quad
-    from scipy.optimize import brentq, minimize_scalar
-
-    omega = (spring / mass) ** 0.5
-    # z = sag + Re(...) of the two complex modes, which coincide only at critical damping exactly
-    decay = damping / (2 * mass)
-    swing = np.sqrt(complex(omega**2 - decay**2)) or 1e-8 * omega
-    modes = np.array([-decay + 1j * swing, -decay - 1j * swing])
-    sag = gravity / omega**2
-    parts = np.linalg.solve(np.array([[1, 1], modes]), np.array([-sag, speed]))
-
-    def place(time: float, order: int) -> float:
-        value = (parts * modes**order * np.exp(modes * time)).sum().real
-        return float(value) + (sag if order == 0 else 0.0)
-
-    end = 1 / omega
-    while place(end, 1) > 0:
-        end *= 1.5
-    time = brentq(lambda t: place(t, 1), 0.0, end, xtol=1e-16, rtol=1e-14)
-    grid = np.linspace(0, time, 2001)
-    pull = np.array([spring * place(t, 0) + damping * place(t, 1) for t in grid])
-    top = int(np.argmax(pull))
-    around = (grid[max(top - 1, 0)], grid[min(top + 1, 2000)])
-    best = minimize_scalar(
-        lambda t: -(spring * place(t, 0) + damping * place(t, 1)), bounds=around, method="bounded",
-        options={"xatol": 1e-12},
-    )  # fmt: skip
-    force = max(float(pull[top]), -float(best.fun))
-    heat, _ = quad(lambda t: damping * place(t, 1) ** 2, 0, time, epsabs=0, epsrel=1e-12)
-    return force, time, heat
+def snap_reason(
+    spring: float, slip: float, vacuum: float, brake: Brake, damped: bool = False
+) -> str:
+    """Why the brake snapped at a slip [m] and a vacuum [Pa] on a spring [N/m], and what is safe."""
+    least = show(float(least_stiffness(vacuum, brake)), "N/m")
+    what = "the brake gives" if damped else "rope and brake together give"
+    return (
+        f"{what} {show(spring, 'N/m')}; at {show(slip, 'm')} of slip the force of the sliding "
+        f"brake falls faster than that, and it snaps. {least} or more cannot snap at any slip"
+    )
 
 
 def drop(
@@ -108,11 +78,7 @@ def drop(
     outcome = OUTCOMES[int(result.outcome)]
     warnings = list(file.warnings())
     if outcome is Outcome.SNAPS:
-        least = show(float(least_stiffness(vacuum, brake)), "N/m")
-        warnings.append(
-            f"rope and brake together give {show(spring, 'N/m')}; the sliding brake softens faster "
-            f"and snaps. Needed is more than {least}"
-        )
+        warnings.append(snap_reason(spring, result.slip, vacuum, brake))
     if outcome is Outcome.BOTTOMED_OUT:
         warnings.append(
             f"the brake ran out of its {show(brake.sheets.usable_travel, 'm')} with the mass at "

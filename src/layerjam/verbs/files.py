@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -13,7 +13,7 @@ from layerjam.errors import FileError, FitError, LayerjamError
 from layerjam.identify.columns import Choices
 from layerjam.identify.provenance import sha256
 from layerjam.identify.pull import PullFeatures, pull_features
-from layerjam.identify.readers import read_trace
+from layerjam.identify.readers import open_traces
 from layerjam.identify.trace import Trace
 from layerjam.units import show
 from layerjam.verbs.answer import Quantity, vacuum_of
@@ -32,20 +32,32 @@ def each(
     done: list[T] = []
     refused: dict[str, str] = {}
     seen: dict[str, str] = {}
-    for path in files:
+    said = choices or Choices()
+
+    def refuse(name: str, path: str | Path, error: LayerjamError) -> None:
+        if isinstance(error, FileError):
+            line = f"line {error.line}: " if error.line else ""
+            own = error.path == str(path)  # else the sidecar beside it
+            refused[name] = line + error.reason if own else str(error)
+        else:
+            refused[name] = str(error).removeprefix(f"{path}: ")
+
+    for path in _measurements(files):
         try:
-            trace = read_trace(path, choices)
-            digest = sha256(trace.path)
+            found = open_traces(path, said)
+            digest = sha256(str(path))
             if digest in seen:
                 raise FitError(f"holds the same measurement as {seen[digest]}, which counts once")
             seen[digest] = str(path)
-            done.append(use(trace))
-        except FileError as error:
-            line = f"line {error.line}: " if error.line else ""
-            own = error.path == str(path)  # else the sidecar beside it
-            refused[str(path)] = line + error.reason if own else str(error)
         except LayerjamError as error:
-            refused[str(path)] = str(error).removeprefix(f"{path}: ")
+            refuse(str(path), path, error)
+            continue
+        for number, one in enumerate(found, 1):
+            name = f"{path}, specimen {one.label or number}" if len(found) > 1 else str(path)
+            try:
+                done.append(use(one.read(said)))
+            except LayerjamError as error:
+                refuse(name, path, error)
     if not done:
         if not refused:
             raise FitError("no file was given")
@@ -53,6 +65,20 @@ def each(
         more = f" ({len(refused) - 1} more files were refused too)" if len(refused) > 1 else ""
         raise FileError(path, why + more)
     return done, refused
+
+
+def understood(traces: Iterable[Trace]) -> dict[str, list[str]]:
+    """{file, and specimen where it holds several: what was made of it}."""
+    return {
+        f"{t.path}, specimen {t.specimen}" if t.specimen else t.path: list(t.understood)
+        for t in traces
+    }
+
+
+def _measurements(files: Paths) -> list[str | Path]:
+    """The files without the sidecars of others among them: `*` catches both."""
+    given = {str(path) for path in files}
+    return [p for p in files if str(p).removesuffix(".toml") not in given - {str(p)}]
 
 
 def odd_facts(

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from layerjam.errors import FitError
 from layerjam.identify.columns import Choices
-from layerjam.identify.metrics import compare, validate_pulls
+from layerjam.identify.curves import curves_of
+from layerjam.identify.metrics import Validation, compare, uncalibrated, validate_curves
 from layerjam.identify.provenance import calibrated_on
+from layerjam.identify.trace import Trace
+from layerjam.identify.validation_table import UNITS, file_row, summary, validation_checks
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at
 from layerjam.verbs.files import Paths, pulls
 
@@ -19,32 +23,51 @@ def validate(
 ) -> Answer:
     """How far the brake's model lies from measured pulls (identify.metrics says over which window).
 
-    Says so where the brake was calibrated on one of the files. `record` is the Validation.
+    `uncalibrated` holds the same errors of the brake with a scale factor of 1 and the sheets' own
+    stiffness. Says so where the brake was calibrated on one of the files. `record` is
+    (BrakeFile, Validation).
     """
+    answer, _, _ = validated(brake, files, vacuum, atmosphere, choices)
+    return answer
+
+
+def validated(
+    brake: AnyBrake,
+    files: Paths,
+    vacuum: Quantity | None,
+    atmosphere: Quantity | None,
+    choices: Choices | None,
+) -> tuple[Answer, Validation | None, list[Trace]]:
+    """`validate`'s answer, the Validation before calibration, and the traces that were used."""
     file = brake_at(brake, atmosphere)
     used, refused, odd = pulls(files, file, vacuum, choices, compare)
-    result = validate_pulls([(pull, pressure) for _, pull, pressure in used], file.brake)
+    curves = curves_of(used)
+    result = validate_curves(curves, file.brake)
     warnings = file.warnings() + odd
+    try:
+        before: Validation | None = validate_curves(curves, uncalibrated(file.brake))
+    except FitError as error:
+        before = None
+        warnings.append(f"before calibration there is nothing to compare: {error}")
     same = calibrated_on(file, [t.path for t, _, _ in used])
     if same:
         warnings.append(
             f"{', '.join(same)}: this brake was calibrated on it, which is no test of the model"
         )
-    rows = [
-        {"path": c.path, "vacuum": c.vacuum, "mape": c.mape, "rmse": c.rmse, "bias": c.bias,
-         "points": len(c.elongation), "note": c.note}
-        for c in result.curves
-    ]  # fmt: skip
-    return Answer(
+    answer = Answer(
         values={
-            "mape": result.mape,
-            "mape_sd": result.mape_sd,
-            "rmse": result.rmse,
-            "files": rows,
+            **summary(result),
+            "uncalibrated": None if before is None else summary(before),
+            "checks": [
+                {"name": c.name, "passed": c.passed, "sentence": c.sentence}
+                for c in validation_checks(result, len(same))
+            ],
+            "files": [file_row(c) for c in result.curves],
             "refused": refused,
         },
-        units={"mape": "1", "mape_sd": "1", "rmse": "N"},
+        units=UNITS,
         warnings=warnings,
         refused=refused,
         record=(file, result),
     )
+    return answer, before, [t for t, _, _ in used]

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import FileError
-from layerjam.identify.readers.table import Grid, looks_numeric, no_row_of_numbers
+from layerjam.identify.readers.grid import Grid, no_row_of_numbers
+from layerjam.identify.readers.lines import looks_numeric
 
 Array = npt.NDArray[np.float64]
 
@@ -91,7 +92,8 @@ def _parse(grid: Grid, indices: Sequence[int], style: tuple[str, str]) -> list[A
     if thousands and not _grouped(grid, indices, style):
         return None
     words = bool(grid.text.translate(None, b"0123456789+-.,eE \t\n'"))
-    if words and re.search(rb"(?i)true|false", grid.text):
+    lower = grid.text.lower() if words else b""
+    if b"true" in lower or b"false" in lower:
         return _slow(grid, indices, style)  # pandas would read True as 1
     try:
         frame = pandas.read_csv(

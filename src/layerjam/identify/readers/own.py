@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from layerjam.errors import FileError, LayerjamError
 from layerjam.identify.columns import Choices, listed, sentence, split_unit, take
-from layerjam.identify.readers.assemble import trace_of
-from layerjam.identify.readers.source import Source
-from layerjam.identify.readers.table import Table, split
+from layerjam.identify.readers.assemble import Rows, trace_of
+from layerjam.identify.readers.content import Source
+from layerjam.identify.readers.grid import Table
+from layerjam.identify.readers.lines import split
 from layerjam.identify.trace import Trace
 from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
 
 NAME = "layerjam CSV"
 
 
-def why_not(source: Source, table: Table | None) -> str | None:
-    """None where the file is ours, else the reason."""
-    if source.data.startswith(b"# layerjam"):
-        return None
-    return "its first line does not begin with '# layerjam'"
+@dataclass(frozen=True)
+class Own:
+    """The one measurement of a file of ours; names are exact here (`force`, not `sleeve_force`)."""
+
+    source: Source
+    label: str = ""
+
+    def read(self, choices: Choices) -> Trace:
+        """The trace; FileError where a column is missing or in a unit of something else."""
+        return _read(self.source, choices)
 
 
-def read(source: Source, table: Table | None, choices: Choices) -> Trace:
-    """The trace; names are exact here (`force`, not `sleeve_force`), and units still count."""
+def _read(source: Source, choices: Choices) -> Trace:
     own = _head(source)
     taken = {}
     for role in ("time", "elongation", "force"):
@@ -37,7 +42,7 @@ def read(source: Source, table: Table | None, choices: Choices) -> Trace:
             there = listed(own.names, own.units)
             raise FileError(source.path, f"has no column '{name[:40]}'; {there}", own.line)
     said = [sentence(column, []) for column in taken.values()]
-    trace = trace_of(source, own, taken, said, choices, NAME, ".")
+    trace = trace_of(Rows(source, own, False), taken, said, choices, NAME, ".")
     if trace.facts.vacuum is not None:
         return trace
     return replace(trace, facts=replace(trace.facts, vacuum=_vacuum(source)))

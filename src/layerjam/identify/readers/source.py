@@ -2,54 +2,56 @@
 
 from __future__ import annotations
 
-import codecs
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from layerjam.errors import FileError
+from layerjam.identify.readers.content import IN_CELL, Source
+from layerjam.identify.readers.encoding import decoded
+from layerjam.identify.readers.workbook import sheets
 
 MAX_BYTES = 1_000_000_000
-_LONGEST_LINE = 20_000
+_HEAD = 65_536
 _KINDS = {
-    b"PK\x03\x04": "an Excel workbook or zip archive",
-    b"\xd0\xcf\x11\xe0": "an old Excel or Office file",
     b"%PDF": "a PDF",
     b"\x89HDF": "an HDF5 or NetCDF file",
     b"CDF\x01": "a NetCDF file",
+    b"<?xml": "XML",
+    b"<html": "a web page",
+    b"<!DOCTYPE": "a web page",
+    b"{\\rtf": "RTF",
+    b"\x1f\x8b": "a gzip archive",
 }
-
-
-@dataclass(frozen=True)
-class Source:
-    """A text file: `data` in UTF-8 or a one-byte code page, Unix newlines, no byte-order mark."""
-
-    path: str
-    data: bytes
-    encoding: str
-
-    def lines(self, offset: int = 0) -> Iterator[tuple[int, str]]:
-        """(byte offset, text) of each line from a byte offset on."""
-        data = self.data
-        while offset < len(data):
-            end = data.find(b"\n", offset)
-            end = len(data) if end < 0 else end
-            if end - offset > _LONGEST_LINE:
-                number = data.count(b"\n", 0, offset) + 1
-                raise FileError(
-                    self.path, f"has a line of {end - offset} bytes, no table of numbers", number
-                )
-            yield offset, data[offset:end].decode(self.encoding, errors="replace")
-            offset = end + 1
-
-    def line_number(self, offset: int) -> int:
-        """The line (from 1) that holds a byte offset."""
-        return self.data.count(b"\n", 0, offset) + 1
-
-
+_WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 def load_source(path: str | Path) -> Source:
-    """Read a text file; raises FileError where there is none, or none that is text."""
+    """A text file, or the largest sheet of a workbook; FileError where there is none."""
+    return max(load_sources(path), key=lambda s: len(s.data))
+
+
+def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
+    """A text file, or each sheet of a workbook that holds anything, or the one named `sheet`.
+
+    Raises FileError where there is no such file or sheet, or nothing that is text.
+    """
     name = str(path)
+    data = _read(name, path)
+    if not data or data.isspace():
+        raise FileError(name, "is empty")
+    if data.startswith(_WORKBOOKS):
+        return sheets(name, data, sheet)
+    if sheet is not None:
+        raise FileError(name, f"has no sheet '{sheet[:40]}': it is no workbook but text")
+    for start, kind in _KINDS.items():
+        if data[:99].lstrip()[: len(start)].lower() == start.lower():
+            raise FileError(name, f"is {kind}, not text; export it as CSV")
+    data, encoding = decoded(name, data)
+    if not data or data.isspace():
+        raise FileError(name, "is empty")
+    if b"\r" in data:
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return [Source(name, _cells_in_one_line(data), encoding)]
+
+
+def _read(name: str, path: str | Path) -> bytes:
     try:
         place = Path(path)
         if place.is_dir():
@@ -61,39 +63,30 @@ def load_source(path: str | Path) -> Source:
         size = place.stat().st_size
         if size > MAX_BYTES:
             raise FileError(name, f"is {size / 1e9:.1f} GB large, more than 1 GB is not read")
-        data = place.read_bytes()
+        return place.read_bytes()
     except (OSError, ValueError) as err:
         reason = getattr(err, "strerror", None) or err
         raise FileError(name[:200], f"cannot be read: {reason}") from None
-    if not data.strip():
-        raise FileError(name, "is empty")
-    for start, kind in _KINDS.items():
-        if data.startswith(start):
-            raise FileError(name, f"is {kind}, not text; export it as CSV")
-    data, encoding = _decoded(name, data)
-    if b"\r" in data:
-        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return Source(name, data, encoding)
 
 
-def _decoded(name: str, data: bytes) -> tuple[bytes, str]:
-    """The bytes in an encoding in which digits and separators are single ASCII bytes."""
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        try:
-            data = data.decode("utf-16").encode()
-        except (UnicodeDecodeError, UnicodeEncodeError):
-            raise FileError(
-                name, "is not whole: its UTF-16 text breaks off or is damaged"
-            ) from None
-    data = data.removeprefix(codecs.BOM_UTF8)
-    odd = next((c for c in data[:4096] if c < 32 and c not in b"\t\n\r\f\x1a"), None)
-    if odd is not None or b"\0" in data:
-        raise FileError(name, "is binary, not a text file of numbers")
-    if not data.strip():
-        raise FileError(name, "is empty")
-    try:
-        if not data.isascii():
-            data.decode("utf-8")
-        return data, "utf-8"
-    except UnicodeDecodeError:
-        return data, "cp1252"
+def _cells_in_one_line(data: bytes) -> bytes:
+    """Names over two lines in one quoted cell ("Load", line end, "(N)") get into one line."""
+    head = data[:_HEAD]
+    if b'"' not in head:
+        return data
+    lines = head.split(b"\n")
+    out, at = [], 0
+    joined = False
+    while at < len(lines):
+        line, last = lines[at], at
+        while line.count(b'"') % 2 and last + 1 < min(len(lines) - 1, at + 12):
+            last += 1
+            line += IN_CELL.encode() + lines[last]
+        if line.count(b'"') % 2 or last == at:
+            out.append(lines[at])
+            at += 1
+            continue
+        joined = True
+        out.append(line)
+        at = last + 1
+    return b"\n".join(out) + data[_HEAD:] if joined else data

@@ -1,297 +1,208 @@
-"""Where in a text the table is, and its columns as exact floats.
-
-The structure (which byte separates, which stands in quotes) is found with a few passes over the
-bytes as an array, so that 40,000 rows cost milliseconds and a broken row is known by its line.
-"""
+"""Where in a text its tables are: blocks of numbers, each with the names and units above it."""
 
 from __future__ import annotations
 
-import csv
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from layerjam.errors import FileError
-from layerjam.identify.columns import split_unit, unit_role
-from layerjam.identify.readers.source import Source
+from layerjam.identify import words
+from layerjam.identify.columns import named_role
+from layerjam.identify.readers.content import Source
+from layerjam.identify.readers.grid import (
+    Grid,
+    Table,
+    count_of,
+    no_row_of_numbers,
+    read_grid,
+)
+from layerjam.identify.readers.heads import Head, head_of, trimmed
+from layerjam.identify.readers.lines import (
+    Lines,
+    looks_numeric,
+    read_lines,
+    separator_of,
+    split,
+)
+from layerjam.identify.unit_words import unit_role
 
-_HEAD_LINES = 1000
-_ENOUGH_ROWS = 50
-_MOST_COLUMNS = 100
-_SAMPLE = 6000
-_LOOSE_NUMBER = re.compile(r"[+\-\u2212]?[\d.,'\u2019\s]*\d[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?")
+__all__ = [
+    "Block", "Grid", "Table", "blocks_of", "count_of", "find_table", "looks_numeric",
+    "no_row_of_numbers", "read_grid", "separator_of", "split",
+]  # fmt: skip
+
+_MOST_BLOCKS = 2000
+_MOST_HEADS = 200
+_LINES_ABOVE = 8
 
 
 @dataclass(frozen=True)
-class Table:
-    """A table's head: names and units by column, and where its numbers start.
+class Block:
+    """A run of lines of numbers and what stands above it; lines count from 0.
 
-    `style` says where the units stand: "bracket row", "plain row", "names" or "" (nowhere).
+    `rows`: its lines that are not blank; `width`: fields of its first line; `pure`: nothing but
+    numbers in it; `table`: as it is to be read, None where no line above can hold names.
     """
 
-    names: tuple[str, ...]
-    units: tuple[str | None, ...]
-    style: str
-    separator: str
-    line: int
-    """Line of the names, from 1."""
     first: int
-    """Byte offset of the first row of numbers; the length of the file where there is none."""
-
-
-def split(line: str, separator: str) -> list[str]:
-    """The fields of one line, quotes taken off."""
-    if '"' not in line:
-        return [field.strip() for field in line.split(separator)]
-    try:
-        return [f.strip() for f in next(csv.reader([line], delimiter=separator))]
-    except (csv.Error, StopIteration):
-        return [line]
-
-
-def looks_numeric(field: str) -> bool:
-    """Whether a field could be a number in some country; not yet which."""
-    # The pattern may try every pair of places in a text, so a long text is not given to it.
-    return len(field) <= 60 and _LOOSE_NUMBER.fullmatch(field) is not None
-
-
-def separator_of(lines: Iterable[str]) -> str:
-    """Tab or semicolon where most lines have them outside quotes, else comma."""
-    counts = {"\t": 0, ";": 0, ",": 0}
-    total = 0
-    for line in lines:
-        bare = re.sub(r'"[^"]*"', "", line)
-        if bare.strip() or '"' in line:
-            total += 1
-            for mark in counts:
-                counts[mark] += mark in bare
-    # A comma may be a decimal comma, so the other two come first.
-    return next((mark for mark in ("\t", ";") if counts[mark] * 2 > total), ",")
+    last: int
+    rows: int
+    width: int
+    pure: bool
+    above: tuple[int, ...]
+    table: Table | None
+    title: str = ""
 
 
 def find_table(source: Source) -> Table | None:
-    """The table with the most rows in the first thousand lines; None where none has a header."""
-    head: list[tuple[int, str]] = []
-    for item in source.lines():
-        head.append(item)
-        if len(head) == _HEAD_LINES:
-            break
-    separator = separator_of(text for _, text in head[-200:])
-    best: tuple[tuple[bool, int], Table] | None = None
-    texts: list[tuple[int, list[str]]] = []  # the latest run of rows without any number
-    rows, first = 0, len(source.data)
-
-    def close() -> None:
-        nonlocal best
-        table = _head_of(texts, separator, first)
-        if table is not None:
-            score = (bool(table.style), rows)
-            if best is None or score >= best[0]:
-                best = (score, table)
-
-    for number, (offset, text) in enumerate(head, 1):
-        fields = split(text, separator)
-        filled = [f for f in fields if f]
-        if not filled:
-            continue
-        if any(looks_numeric(f) for f in filled):
-            first = offset if rows == 0 else first
-            rows += 1
-            enough = _head_of(texts, separator, first) if rows == _ENOUGH_ROWS else None
-            if enough is not None and enough.style:
-                return enough
-        elif len(filled) >= 2:
-            if rows:
-                close()
-                texts, rows, first = [], 0, len(source.data)
-            texts.append((number, fields))
-            del texts[:-3]
-    close()
-    return best[1] if best else None
+    """The table with the most rows, one with units if there is one; None where none has a head."""
+    lines = read_lines(source)
+    blocks = blocks_of(lines)
+    with_head = [b for b in blocks if b.table is not None]
+    if not with_head:
+        return headless(lines, blocks)
+    best = max(with_head, key=lambda b: (bool(b.table and b.table.style), b.rows))
+    return best.table
 
 
-def _head_of(texts: Sequence[tuple[int, list[str]]], separator: str, first: int) -> Table | None:
-    """Names and units from the last one or two rows of text above the numbers."""
-    if not texts:
+def headless(lines: Lines, blocks: list[Block]) -> Table | None:
+    """A head with no number below it, at the end of the file."""
+    after = blocks[-1].last + 1 if blocks else 0
+    above = _texts(lines, range(after, len(lines.starts)))
+    if not above:
         return None
-    number, fields = texts[-1]
-    last = _trimmed(fields)
-    if not 2 <= len(last) <= _MOST_COLUMNS:
-        return None
-    if len(texts) > 1:
-        above_number, above = texts[-2][0], _trimmed(texts[-2][1])
-        bracketed = [bool(re.fullmatch(r"[(\[].*[)\]]", f)) for f in last if f]
-        units = tuple(re.sub(r"^[(\[]|[)\]]$", "", f).strip() or None for f in last)
-        short = all(len(u or "") <= 20 for u in units)
-        fits = len(above) >= len(last) and len(above) <= _MOST_COLUMNS and short
-        if fits and any(u and unit_role(u) for u in units):
-            padded = units + (None,) * (len(above) - len(units))
-            style = "bracket row" if all(bracketed) else "plain row"
-            return Table(tuple(above), padded, style, separator, above_number, first)
-    pairs = [split_unit(f) for f in last]
-    style = "names" if any(unit is not None for _, unit in pairs) else ""
-    return Table(
-        tuple(n for n, _ in pairs), tuple(u for _, u in pairs), style, separator, number, first
-    )
+    head = head_of([(n + 1, t) for n, t in above[-_LINES_ABOVE:]], lines.separator, 0)
+    return _table(head, lines, len(lines.source.data), None, 0) if head else None
 
 
-def _trimmed(fields: list[str]) -> list[str]:
-    """Without empty fields at the end, which a trailing separator leaves."""
-    count = len(fields)
-    while count and not fields[count - 1]:
-        count -= 1
-    return fields[:count]
+def blocks_of(lines: Lines) -> list[Block]:
+    """The blocks of numbers in order; FileError where there are too many to be tables.
 
-
-@dataclass(frozen=True)
-class Grid:
-    """Rows of one width in ASCII, tab-separated and without quotes, and the file's line of each."""
-
-    path: str
-    text: bytes
-    columns: int
-    lines: npt.NDArray[np.int64]
-    ended: bool
-    """Whether the file's last line has its line end."""
-
-    def line(self, row: int) -> int:
-        """The file's line of a row, from 1."""
-        return int(self.lines[row])
-
-    def rows(self) -> list[list[str]]:
-        """All rows as text."""
-        return _fields(self.text)
-
-    def sample(self) -> list[list[str]]:
-        """Some whole rows from the beginning and the end as text."""
-        if len(self.text) <= 2 * _SAMPLE:
-            return _fields(self.text)
-        head = self.text[: self.text.rfind(b"\n", 0, _SAMPLE) + 1]
-        return (_fields(head) + self.tail()) or _fields(self.text)
-
-    def tail(self) -> list[list[str]]:
-        """The last rows as text, about two hundred of common length."""
-        text = self.text[-_SAMPLE:]
-        return _fields(text if len(text) == len(self.text) else text.partition(b"\n")[2])
-
-
-def _fields(text: bytes) -> list[list[str]]:
-    return [line.split("\t") for line in text.decode("ascii").split("\n")[:-1]]
-
-
-def read_grid(source: Source, table: Table) -> Grid:
-    """The rows of a table; FileError, with the line, where a row has not one field per column."""
-    body = source.data[table.first :]
-    start = source.line_number(table.first)
-    if not body.strip():
-        raise FileError(source.path, "holds column names and no rows of numbers", table.line)
-    body = body.rstrip(b"\x1a")
-    ended = body.endswith(b"\n")
-    if not body.isascii():
-        body = _ascii(body, source.encoding)
-    if not ended:
-        body += b"\n"
-    raw = np.frombuffer(body, np.uint8).copy()
-    mark = ord(table.separator)
-    inside = _inside_quotes(raw, mark, source.path, start, ended) if b'"' in body else None
-    delimiter = (raw == mark) | (raw == 10)
-    if inside is not None:
-        delimiter &= ~inside
-    places = np.flatnonzero(delimiter)
-    ends = np.flatnonzero(raw[places] == 10)
-    fields = np.diff(ends, prepend=-1)
-    stops = places[ends]
-    lengths = np.diff(stops, prepend=-1) - 1
-    lines = np.arange(start, start + len(ends))
-    blank = lengths < fields  # nothing but separators
-    for row in np.flatnonzero((fields == 1) & ~blank):
-        blank[row] = not body[stops[row] - lengths[row] : stops[row]].strip()
-    wanted = len(table.names)
-    for row in np.flatnonzero((fields != wanted) & ~blank):
-        text = body[stops[row] - lengths[row] : stops[row]].decode("ascii")
-        parts = split(text, table.separator)
-        if fields[row] > wanted and not any(parts[wanted:]):
-            continue
-        last = not ended and row == len(ends) - 1
-        raise _broken_row(source.path, parts, wanted, int(lines[row]), last, int(row))
-    raw[raw == 9] = 32  # a tab within a field is a blank; separators become tabs
-    raw[places] = np.where(raw[places] == 10, 10, 9)
-    clean = raw.tobytes()
-    if blank.any():
-        kept = zip(clean.split(b"\n")[:-1], blank.tolist(), strict=True)
-        clean = b"".join([row + b"\n" for row, is_blank in kept if not is_blank])
-        lines = lines[~blank]
-    if inside is not None:
-        clean = clean.replace(b'"', b"")
-    return Grid(source.path, clean, wanted, lines, ended)
-
-
-def _broken_row(
-    path: str, parts: list[str], wanted: int, line: int, last: bool, row: int
-) -> FileError:
-    if last:
-        return FileError(
-            path,
-            f"the last line is cut off: {_count(len(parts))} where {wanted} are due; "
-            "the file is not whole",
-            line,
-        )
-    if not any(looks_numeric(p) for p in parts):
-        return no_row_of_numbers(path, parts, line)
-    hint = ""
-    if row == 0 and len(parts) > wanted:
-        hint = "; decimal commas need another separator than the comma"
-    return FileError(path, f"has {_count(len(parts))} where {wanted} are due{hint}", line)
-
-
-def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
-    """The error for a line of words below the numbers."""
-    return FileError(
-        path,
-        f"'{_short(' '.join(parts))}' is no row of numbers; a file may hold one specimen and "
-        "nothing below its numbers",
-        line,
-    )
-
-
-def _count(number: int) -> str:
-    return f"{number} value" if number == 1 else f"{number} values"
-
-
-def _short(text: str) -> str:
-    text = "".join(c if c.isprintable() else "?" for c in text)
-    return text if len(text) <= 40 else text[:37] + "..."
-
-
-def _ascii(body: bytes, encoding: str) -> bytes:
-    """Minus signs, hard blanks and apostrophes of typesetters as ASCII, the rest as '?'."""
-    text = body.decode(encoding, errors="replace")
-    text = text.translate({0x2212: "-", 0xA0: " ", 0x202F: " ", 0x2009: " ", 0x2019: "'"})
-    return text.encode("ascii", errors="replace")
-
-
-def _inside_quotes(
-    raw: npt.NDArray[np.uint8], mark: int, path: str, start: int, ended: bool
-) -> npt.NDArray[np.bool_]:
-    """Which bytes stand in quotes; FileError where a quote does not open or close a field."""
-    quote = raw == 34
-    inside = np.bitwise_xor.accumulate(quote.view(np.uint8)).view(np.bool_)
-    lost = np.flatnonzero(inside & (raw == 10))
-    places = np.flatnonzero(quote)
-    if not lost.size:
-        before = raw[np.maximum(places[0::2] - 1, 0)]
-        after = raw[places[1::2] + 1]
-        fine = (before == mark) | (before == 10) | (before == 32) | (places[0::2] == 0)
-        fine &= (after == mark) | (after == 10) | (after == 32)
-        lost = places[0::2][~fine]
-    if lost.size:
-        line = int((raw[: lost[0]] == 10).sum())
-        last = int((raw == 10).sum()) - 1 == line and not ended
-        reason = "a quote is not closed, or stands within a field"
+    The head is looked for above the largest two hundred only.
+    """
+    filled = np.flatnonzero(~lines.blank)
+    number = lines.number[filled]
+    for place in np.flatnonzero(number[1:] & ~number[:-1])[: 2 * _MOST_BLOCKS] + 1:
+        _words_first(lines, filled, number, int(place))
+    if len(filled) and number[0]:
+        _words_first(lines, filled, number, 0)
+    _words_last(lines, filled, number)
+    change = np.flatnonzero(np.diff(number)) + 1
+    bounds = [0, *change.tolist(), len(filled)]
+    spans = [(a, b) for a, b in pairwise(bounds) if a < b and number[a]]
+    if len(spans) > _MOST_BLOCKS:
         raise FileError(
-            path, f"the last line is cut off: {reason}" if last else reason, start + line
+            lines.source.path, f"has {len(spans)} blocks of numbers between words, no table"
         )
-    return inside
+    sizes = sorted((b - a for a, b in spans), reverse=True)
+    least = sizes[_MOST_HEADS] if len(sizes) > _MOST_HEADS else 0
+    blocks, before = [], 0
+    for a, b in spans:
+        above = tuple(filled[before:a][-_LINES_ABOVE:].tolist()) if b - a > least else ()
+        blocks.append(_block(lines, filled[a:b], above))
+        before = b
+    return blocks
+
+
+def _words_first(lines: Lines, filled: np.ndarray, number: np.ndarray, place: int) -> None:
+    """Names or units that hold a number among them ("Time (s)", "1") are words all the same."""
+    for k in range(place, min(place + 3, len(filled))):
+        if lines.pure[filled[k]]:
+            return
+        fields = [f for f in lines.fields(int(filled[k])) if f]
+        meaning = sum(bool(named_role(f) or unit_role(f)) for f in fields if not looks_numeric(f))
+        if meaning * 2 < len(fields) or meaning < 2:
+            return
+        number[k] = False
+
+
+def _words_last(lines: Lines, filled: np.ndarray, number: np.ndarray) -> None:
+    """Statistics below the numbers ("Mean;1.2;3.4") are words, where only they follow.
+
+    They begin with a word that says so, or stand apart by a blank line.
+    """
+    pure = lines.pure[filled]
+    at = np.flatnonzero(pure)
+    if not at.size or at[-1] == len(filled) - 1 or len(filled) - at[-1] > 200:
+        return
+    first = int(at[-1]) + 1
+    apart = filled[first] - filled[first - 1] > 1
+    head = next((f for f in lines.fields(int(filled[first])) if f), "")
+    if not looks_numeric(head) and (apart or re.search(words.STATISTIC, words.plain(head))):
+        number[first:] = False
+
+
+def _block(lines: Lines, inside: np.ndarray, above: tuple[int, ...]) -> Block:
+    first, last = int(inside[0]), int(inside[-1])
+    width = len(trimmed(lines.fields(first)))
+    texts = _texts(lines, above)
+    head = head_of([(n + 1, t) for n, t in texts], lines.separator, width) if texts else None
+    head = _without_empty_columns(head, width)
+    more = (~lines.blank[last + 1 :]).any()
+    end = int(lines.stops[last]) + 1 if more else None
+    table = _table(head, lines, int(lines.starts[first]), end, len(inside)) if head else None
+    alone = [lines.text(n).strip(' \t;,"|#') for n in above if n not in {t[0] for t in texts}]
+    title = alone[-1] if alone else ""
+    pure = bool(lines.pure[inside].all())
+    return Block(first, last, len(inside), width, pure, above, table, title)
+
+
+def _without_empty_columns(head: Head | None, width: int) -> Head | None:
+    """Names at the end that no row fills and that have no unit, such as a comment's, go."""
+    if head is None or not 2 <= width < len(head.names) or any(head.units[width:]):
+        return head
+    return replace(head, names=head.names[:width], units=head.units[:width])
+
+
+def _texts(lines: Lines, above: tuple[int, ...] | range) -> list[tuple[int, str]]:
+    """Those of the lines above that have two fields or more."""
+    found = []
+    for line in above:
+        if lines.blank[line]:
+            continue
+        text = lines.text(line)
+        if sum(1 for f in _any_fields(text, lines.separator) if f) >= 2:
+            found.append((line, text))
+    return found
+
+
+@lru_cache(maxsize=1024)
+def _any_fields(text: str, separator: str) -> list[str]:
+    fields = split(text, separator)
+    others = (split(text, mark) for mark in ("\t", ";", ",", "|") if mark in text)
+    return fields if len(fields) > 1 else max(others, key=len, default=fields)
+
+
+def _table(head: Head, lines: Lines, first: int, last: int | None, rows: int) -> Table:
+    names, units, label = head.names, head.units, head.label
+    return Table(names, units, head.style, lines.separator, head.line, first, last, rows, label)
+
+
+def under_one_head(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
+    """The blocks; those below a title such as "Specimen 2" take the head of the one before."""
+    before: Block | None = None
+    for found in blocks:
+        block = found
+        if (
+            before is not None
+            and before.table is not None
+            and block.width == before.width
+            and (block.table is None or not block.table.style)
+            and 0 < len(block.above) <= 3
+            and re.search(words.SPECIMEN, words.plain(lines.text(block.above[0])))
+        ):
+            end = int(lines.stops[block.last]) + 1
+            last = end if (~lines.blank[block.last + 1 :]).any() else None
+            table = replace(
+                before.table, first=int(lines.starts[block.first]), last=last, rows=block.rows
+            )
+            title = lines.text(block.above[0]).strip(' ;,"\t')
+            block = replace(block, table=table, title=title)
+        yield block
+        if block.table is not None and block.table.style:
+            before = block

@@ -1,0 +1,192 @@
+"""The faults of a test machine, each with a size, and what each does to a record.
+
+All arrays of force, travel and time have shape (M, N), M tests of N samples, and SI units. Random
+numbers are drawn by test and by fault, so that one fault more leaves the others' numbers alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.errors import QuantityError
+from layerjam.units import quantity
+
+Array = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+# One number for each use of random numbers; part of the seed, so never to be changed.
+STREAMS = {
+    "scatter": 1,
+    "jitter": 2,
+    "noise": 3,
+    "dropped": 4,
+    "repeated": 5,
+    "texture": 6,
+    "practice": 7,
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Faults:
+    """A test machine; as it stands here, one without any fault."""
+
+    sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=1000.0)
+    force_noise: float = quantity(
+        "N", "white noise of the load cell, standard deviation", hi=1e4, default=0.0
+    )
+    force_drift: float = quantity(
+        "N/s", "drift of the load cell's zero", lo=-100, hi=100, default=0.0
+    )
+    force_offset: float = quantity(
+        "N", "load cell's reading at no load", lo=-1e4, hi=1e4, default=0.0
+    )
+    load_cell_range: float | None = quantity(
+        "N", "force beyond which the load cell shows no more", lo=1e-3, hi=1e7, default=None
+    )
+    force_step: float = quantity("N", "step in which the force is recorded", hi=100, default=0.0)
+    travel_step: float = quantity("m", "step in which the travel is recorded", hi=1e-3, default=0.0)
+    slack: float = quantity("m", "travel before the brake is taut", hi=0.1, default=0.0)
+    preload: float = quantity(
+        "N", "force at which the record begins, its travel set to zero there", hi=1e4, default=0.0
+    )
+    crosshead_start: float = quantity(
+        "m", "travel shown by the first sample", lo=-2, hi=2, default=0.0
+    )
+    compliance: float = quantity(
+        "m/N", "stretch of frame and grips that the travel holds", hi=1e-3, default=0.0
+    )
+    lag: float = quantity("s", "time by which the force comes late", hi=10, default=0.0)
+    jitter: float = quantity(
+        "s", "scatter of the moment of a sample, standard deviation", hi=1, default=0.0
+    )
+    dropped: float = quantity("1", "part of the samples that are lost", hi=0.5, default=0.0)
+    repeated_stamps: float = quantity(
+        "1", "part of the samples that carry the time of the one before", hi=0.5, default=0.0
+    )
+    stick_slip: float = quantity(
+        "N", "stick-slip while sliding, from top to bottom", hi=1e4, default=0.0
+    )
+    vacuum_error: float = quantity(
+        "Pa", "vacuum in the brake less what the gauge shows", lo=-2e4, hi=2e4, default=0.0
+    )
+    vacuum_loss: float = quantity(
+        "Pa/s", "fall of the vacuum while the brake is pulled", hi=1e5, default=0.0
+    )
+    warming: float = quantity(
+        "K", "rise of the temperature from the first test to the last", lo=-30, hi=30, default=0.0
+    )
+    zero_per_kelvin: float = quantity(
+        "N", "load cell's zero, change for each kelvin", lo=-100, hi=100, default=0.0
+    )
+    span_per_kelvin: float = quantity(
+        "1", "load cell's span, relative change for each kelvin", lo=-0.01, hi=0.01, default=0.0
+    )
+    friction_per_kelvin: float = quantity(
+        "1", "sheets' friction, relative change for each kelvin", lo=-0.02, hi=0.02, default=0.0
+    )
+
+
+def consistent(machine: Faults) -> None:
+    """Raise QuantityError for faults that contradict each other."""
+    if machine.slack > 0 and machine.preload > 0:
+        raise QuantityError(
+            f"machine.slack: {machine.slack * 1e3:g} mm is not allowed together with a preload of "
+            f"{machine.preload:g} N, which takes the slack out; give one of them"
+        )
+    if machine.jitter * machine.sampling_rate > 0.2:
+        raise QuantityError(
+            f"machine.jitter: {machine.jitter:.4g} s is not allowed; it is at most 0.2 of the "
+            f"sampling period, {0.2 / machine.sampling_rate:.4g} s"
+        )
+
+
+def generator(seed: int, stream: str, test: int) -> np.random.Generator:
+    """The random numbers of one fault of one test."""
+    return np.random.Generator(np.random.PCG64([seed, STREAMS[stream], test]))
+
+
+def normal(seed: int, stream: str, tests: npt.NDArray[np.int64], count: int) -> Array:
+    """Standard normal numbers for some tests, shape (len(tests), count)."""
+    out = np.empty((len(tests), count))
+    for row, test in zip(out, tests.tolist(), strict=True):
+        generator(seed, stream, test).standard_normal(out=row)
+    return out
+
+
+def stepped(values: Array, step: float) -> Array:
+    """Values as a converter with that step shows them; unchanged for a step of 0."""
+    return np.round(values / step) * step if step > 0 else values
+
+
+def spread(relative: float, draws: Array) -> Array:
+    """Factors of mean 1 and standard deviation `relative`, never negative (log-normal)."""
+    width = float(np.sqrt(np.log1p(relative**2)))
+    return np.exp(width * draws - width**2 / 2)
+
+
+def moments(machine: Faults, seed: int, tests: npt.NDArray[np.int64], count: int) -> Array:
+    """Moments of the samples [s], rising, shape (M, count)."""
+    time = np.arange(count) / machine.sampling_rate
+    if machine.jitter <= 0:
+        return np.broadcast_to(time, (len(tests), count))
+    # cut at 2 standard deviations, so that stamps cannot overtake one another
+    shift = np.clip(normal(seed, "jitter", tests, count), -2, 2) * machine.jitter
+    shift[:, [0, -1]] = 0.0
+    return time + shift
+
+
+def saw(slip: Array, amplitude: float, stiffness: Array) -> Array:
+    """Stick-slip about the mean force [N] over slip [m]: a saw with the spring's own period.
+
+    Between two events the force rises by `amplitude` along `stiffness` [N/m], so an event comes
+    each amplitude/stiffness of travel; zero before the first slip.
+    """
+    if amplitude <= 0:
+        return np.zeros_like(slip)
+    phase = np.mod(0.5 + slip * stiffness / amplitude, 1.0) - 0.5
+    return np.where(slip > 0, amplitude * phase, 0.0)
+
+
+def shown_force(
+    force: Array,
+    time: Array,
+    warmer: Array,
+    machine: Faults,
+    seed: int,
+    tests: npt.NDArray[np.int64],
+) -> Array:
+    """What the load cell shows of a true force; `warmer` [K] of each test, shape (M, 1)."""
+    shown = force * (1 + machine.span_per_kelvin * warmer)
+    shown += machine.force_offset + machine.zero_per_kelvin * warmer + machine.force_drift * time
+    if machine.force_noise > 0:
+        shown += machine.force_noise * normal(seed, "noise", tests, force.shape[1])
+    if machine.load_cell_range is not None:
+        np.clip(shown, -machine.load_cell_range, machine.load_cell_range, out=shown)
+    return stepped(shown, machine.force_step)
+
+
+def shown_travel(travel: Array, machine: Faults) -> Array:
+    """What the crosshead shows of its travel."""
+    return stepped(travel + machine.crosshead_start, machine.travel_step)
+
+
+def kept(machine: Faults, seed: int, test: int, count: int) -> Bools | None:
+    """Which samples of a test are not lost, first and last never; None where all are there."""
+    if machine.dropped <= 0:
+        return None
+    keep = generator(seed, "dropped", test).random(count) >= machine.dropped
+    keep[[0, -1]] = True
+    return keep
+
+
+def shown_stamps(time: Array, machine: Faults, seed: int, test: int) -> Array:
+    """The time stamps of a test, shape (N,); some repeat the one before."""
+    if machine.repeated_stamps <= 0:
+        return time
+    again = generator(seed, "repeated", test).random(len(time)) < machine.repeated_stamps
+    again[0] = False
+    shown = np.where(again, -np.inf, time)
+    return np.maximum.accumulate(shown)

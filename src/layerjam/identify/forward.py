@@ -1,0 +1,143 @@
+"""The law as a fit sees it: many reduced curves, each with its own parameters, and derivatives.
+
+A curve of tens of thousands of samples is reduced to means over short stretches of elongation, fine
+where the force bends and wide where it is smooth; the number of samples in a stretch is its weight.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.identify.curves import Curve, fitted_part
+from layerjam.mechanics.pull import force_at_elongation
+
+FINE, COARSE = 320, 320
+"""Stretches of equal length up to `NEAR` times where the straight rise ends, and beyond."""
+NEAR = 2.0
+SHAPE = ("scale_factor", "stiffness", "enclosure_factor")
+"""What a single curve's shape depends on; the first two enter by their logarithms."""
+LEAST_ENCLOSURE = 1e-3
+"""The sleeve's factor is held above this within a fit."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reduced:
+    """Curves as arrays of shape (curves, stretches); stretches without samples weigh nothing.
+
+    `elongation` [m] and `force` [N] are means over a stretch, `weight` its samples over the mean
+    number of samples of a stretch that has any. `vacuum` [Pa], `height` (greatest force, [N]) and
+    `onset` (elongation at it were the rise straight, [m]) have shape (curves,).
+    """
+
+    elongation: np.ndarray
+    force: np.ndarray
+    weight: np.ndarray
+    vacuum: np.ndarray
+    height: np.ndarray
+    onset: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.vacuum)
+
+
+def reduce(curves: Sequence[Curve]) -> Reduced:
+    """Means over stretches of equal elongation, with their weights."""
+    parts = [_reduce(curve) for curve in curves]
+    height = np.array([c.pull.peak_force for c in curves])
+    return Reduced(
+        elongation=np.array([p[0] for p in parts]),
+        force=np.array([p[1] for p in parts]),
+        weight=np.array([p[2] for p in parts]),
+        vacuum=np.array([c.vacuum for c in curves]),
+        height=height,
+        onset=np.array([_onset(c) for c in curves]),
+    )
+
+
+def _onset(curve: Curve) -> float:
+    """Where the rise would reach the peak [m]; the peak's place if the rise is not straight."""
+    pull = curve.pull
+    place = pull.peak_force / pull.stiffness if pull.straight else pull.peak_elongation
+    return float(max(place, 1e-6))
+
+
+def _reduce(curve: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    part = fitted_part(curve)
+    u, force = curve.elongation[part], curve.force[part]
+    first, last = float(u[0]), float(u.max())
+    bend = min(first + NEAR * max(_onset(curve) - first, 0.0), last)
+    bend = bend if bend > first else first + 0.1 * (last - first)
+    near, far = (bend - first) / FINE, max(last - bend, 1e-12) / COARSE
+    place = np.where(u < bend, (u - first) / near, FINE + (u - bend) / far)
+    place = np.clip(place.astype(np.int64), 0, FINE + COARSE - 1)
+    count = np.bincount(place, minlength=FINE + COARSE).astype(float)
+    filled = np.maximum(count, 1.0)
+    mean_u = np.bincount(place, u, FINE + COARSE) / filled
+    mean_f = np.bincount(place, force, FINE + COARSE) / filled
+    return mean_u, mean_f, count / count[count > 0].mean()
+
+
+def with_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Brake:
+    """The brake with another scale factor, stiffness [N/m] and factor on the sleeve's force.
+
+    Only the product of the sleeve's modulus and friction shows in its force: both are multiplied
+    alike, so that the slip from which the whole sleeve moves stays as it was.
+    """
+    return replace(
+        brake,
+        scale_factor=factor,
+        stiffness_measured=stiffness,
+        enclosure=replace(brake.enclosure, modulus=brake.enclosure.modulus * enclosure),
+        film=replace(brake.film, friction_on_silicone=brake.film.friction_on_silicone * enclosure),
+    )
+
+
+def pull_force(
+    own: Any, elongation: Any, vacuum: Any, height: Any, onset: Any, brake: Brake
+) -> Any:
+    """Force [N] of one curve; `own` = (ln a, ln k, sleeve's factor, slack/onset, offset/height).
+
+    Zero before the slack is taken up. The gradient is that of the law: finite and right everywhere,
+    as the slip grows with the square of the elongation past the onset.
+    """
+    enclosure = jnp.maximum(own[2], LEAST_ENCLOSURE)
+    brake = with_shape(brake, jnp.exp(own[0]), jnp.exp(own[1]), enclosure)
+    taut = jnp.maximum(elongation - own[3] * onset, 0.0)
+    return force_at_elongation(taut, vacuum, brake) + own[4] * height
+
+
+def plain(brake: Brake) -> Brake:
+    """The brake without its pressure exponent, which a fit over curves keeps apart."""
+    return replace(brake, pressure_exponent=None, test_pressure=None)
+
+
+@functools.cache
+def _band() -> Any:
+    def band(own: Any, elongation: Any, vacuum: Any, covariance: Any, brake: Brake) -> Any:
+        def curve(p: Any) -> Any:
+            return pull_force(p, elongation, vacuum, 1.0, 1.0, brake)
+
+        slope = jax.jacfwd(curve)(own)[:, :3]
+        return curve(own), jnp.sqrt(jnp.einsum("ui,ij,uj->u", slope, covariance, slope))
+
+    return jax.jit(band)
+
+
+def law_with_error(
+    elongation: np.ndarray, vacuum: float, shape: np.ndarray, covariance: np.ndarray, brake: Brake
+) -> tuple[np.ndarray, np.ndarray]:
+    """Force [N] over elongation [m] and its standard deviation [N], to first order.
+
+    `shape` is (a, k, sleeve's factor), `covariance` (3, 3) that of (ln a, ln k, factor).
+    """
+    own = np.array([np.log(shape[0]), np.log(shape[1]), shape[2], 0.0, 0.0])
+    force, error = _band()(own, elongation, vacuum, covariance, plain(brake))
+    return np.asarray(force), np.asarray(error)

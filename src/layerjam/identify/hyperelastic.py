@@ -1,0 +1,320 @@
+"""Hyperelastic laws of an incompressible rubber in uniaxial tension, fitted and told apart.
+
+Stretch λ = 1 + strain, engineering stress σ = dW/dλ, I1 = λ² + 2/λ:
+
+    neo-hookean    W = C1 (I1 - 3)
+    mooney-rivlin  W = C1 (I1 - 3) + C2 (I2 - 3)
+    yeoh           W = C1 (I1 - 3) + C2 (I1 - 3)² + C3 (I1 - 3)³
+    ogden-n        W = Σ μi/αi (λ1^αi + λ2^αi + λ3^αi - 3)
+
+so that Young's modulus at rest is 6 C1, 6 (C1 + C2), 6 C1 and 3/2 Σ μi αi (Ogden 1972; Yeoh 1993).
+Ogden's terms are fitted with μi αi ≥ 0, which makes them stable in every mode; left free, two terms
+of opposite sign cancel to any curve and mean nothing. The others are fitted free and checked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.errors import FitError, UnknownNameError
+
+Array = npt.NDArray[np.float64]
+PARAMETERS = {
+    "neo-hookean": ("C1",),
+    "mooney-rivlin": ("C1", "C2"),
+    "ogden-1": ("mu1", "alpha1"),
+    "yeoh": ("C1", "C2", "C3"),
+    "ogden-2": ("mu1", "alpha1", "mu2", "alpha2"),
+}
+"""Models and their parameters, from few to many; C and mu in Pa, alpha is a pure number."""
+FOLDS = 8
+BINS = 400
+_EXPONENTS = np.concatenate([np.arange(-10.0, 0.0, 0.5), np.arange(0.5, 14.1, 0.5)])
+_LIMITS = (-15.0, 20.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """One model fitted to a curve.
+
+    `rmse` and `cv_rmse` [Pa]: over the curve, and over blocks of strain left out in turn (geometric
+    mean over the blocks). `stable_to`: per mode, the strain up to which Drucker's condition holds
+    within the fitted range. `error_at_100`: relative error at 100 % strain, None where not reached.
+    """
+
+    model: str
+    parameters: Mapping[str, float]
+    initial_modulus: float
+    rmse: float
+    aicc: float
+    cv_rmse: float
+    cv_blocks: tuple[float, ...]
+    stable: bool
+    stable_to: Mapping[str, float]
+    strain_range: tuple[float, float]
+    error_at_100: float | None = None
+
+
+def basis(model: str, stretch: Array, exponents: Sequence[float] | Array = ()) -> Array:
+    """What each linear parameter adds to the engineering stress, shape (N, parameters)."""
+    lam = stretch
+    simple = 2 * (lam - lam**-2)
+    if model == "neo-hookean":
+        return np.stack([simple], axis=-1)
+    if model == "mooney-rivlin":
+        return np.stack([simple, simple / lam], axis=-1)
+    if model == "yeoh":
+        over = lam**2 + 2 / lam - 3
+        return np.stack([simple, 2 * simple * over, 3 * simple * over**2], axis=-1)
+    if model.startswith("ogden"):
+        return np.stack([lam ** (a - 1) - lam ** (-a / 2 - 1) for a in exponents], axis=-1)
+    raise UnknownNameError("hyperelastic model", model, PARAMETERS)
+
+
+def stress(model: str, parameters: Mapping[str, float], strain: object) -> Array:
+    """Engineering stress [Pa] at engineering strains, any shape; incompressible, uniaxial."""
+    if model not in PARAMETERS:
+        raise UnknownNameError("hyperelastic model", model, PARAMETERS)
+    stretch = 1 + np.asarray(strain, float)
+    names = PARAMETERS[model]
+    linear = [parameters[n] for n in names if not n.startswith("alpha")]
+    exponents = [parameters[n] for n in names if n.startswith("alpha")]
+    return np.asarray(basis(model, stretch, exponents) @ np.array(linear))
+
+
+def initial_modulus(model: str, parameters: Mapping[str, float]) -> float:
+    """Young's modulus at rest [Pa], three times the shear modulus."""
+    if model.startswith("ogden"):
+        count = len(parameters) // 2
+        return 1.5 * sum(
+            parameters[f"mu{i}"] * parameters[f"alpha{i}"] for i in range(1, count + 1)
+        )
+    return 6 * (parameters["C1"] + (parameters["C2"] if model == "mooney-rivlin" else 0.0))
+
+
+def stable_until(
+    model: str, parameters: Mapping[str, float], top: float, points: int = 400
+) -> dict[str, float]:
+    """Strains [-] up to which Drucker's condition holds, at most `top`, per mode of loading.
+
+    dτ:dε > 0 for every increment of strain at constant volume: the second derivatives of W by the
+    logarithmic strains (h1, h2; h3 = -h1 - h2) are positive definite. Modes: uniaxial tension,
+    planar tension (h2 = 0) and equibiaxial tension (h2 = h1), each up to the same largest stretch.
+    """
+    h = np.log1p(np.linspace(0, top, points))
+    out = {}
+    for mode, second in (("uniaxial", -h / 2), ("planar", 0 * h), ("equibiaxial", h)):
+        a, b, c = _curvature(model, parameters, h, second)
+        fine = (a > 0) & (c > 0) & (a * c - b * b > 0)
+        first_bad = int(np.argmin(fine)) if not fine.all() else points
+        out[mode] = float(np.expm1(h[first_bad - 1])) if first_bad else 0.0
+    return out
+
+
+def _curvature(
+    model: str, parameters: Mapping[str, float], h1: Array, h2: Array
+) -> tuple[Array, Array, Array]:
+    """W11, W12 and W22, the second derivatives of the energy by the logarithmic strains."""
+
+    def powers(a: float) -> tuple[Array, Array, Array]:
+        return np.exp(a * h1), np.exp(a * h2), np.exp(-a * (h1 + h2))
+
+    def one(weight: float | Array, a: float) -> tuple[Array, Array, Array]:
+        e1, e2, e3 = powers(a)
+        return weight * a * a * (e1 + e3), weight * a * a * e3, weight * a * a * (e2 + e3)
+
+    p = parameters
+    if model.startswith("ogden"):
+        parts = [
+            one(p[f"mu{i}"] / p[f"alpha{i}"], p[f"alpha{i}"]) for i in range(1, len(p) // 2 + 1)
+        ]
+    elif model == "mooney-rivlin":
+        parts = [one(p["C1"], 2.0), one(p["C2"], -2.0)]
+    else:
+        e1, e2, e3 = powers(2.0)
+        over = e1 + e2 + e3 - 3
+        c1, c2, c3 = p["C1"], p.get("C2", 0.0), p.get("C3", 0.0)
+        bend = 2 * c2 + 6 * c3 * over
+        g1, g2 = 2 * (e1 - e3), 2 * (e2 - e3)
+        parts = [
+            one(c1 + 2 * c2 * over + 3 * c3 * over**2, 2.0),
+            (bend * g1 * g1, bend * g1 * g2, bend * g2 * g2),
+        ]
+    a, b, c = (np.sum([part[i] for part in parts], axis=0) for i in range(3))
+    return a, b, c
+
+
+def _solve(columns: Array, stress: Array) -> Array:
+    """Linear parameters by least squares, columns scaled so that no power of λ drowns another."""
+    size = np.linalg.norm(columns, axis=0)
+    return np.asarray(np.linalg.lstsq(columns / size, stress, rcond=None)[0] / size)
+
+
+def _solve_positive(exponents: Array, stretch: Array, stress: Array) -> Array:
+    """Ogden's mu, one or two, for given exponents, with mu times alpha zero or more."""
+    columns = basis("ogden-n", stretch, exponents) * np.sign(exponents)
+    size = np.linalg.norm(columns, axis=0)
+    columns = columns / size
+    project = columns.T @ stress
+    weights = np.maximum(project, 0.0)
+    if len(weights) == 2:
+        cross = float(columns[:, 0] @ columns[:, 1])
+        both = (project - cross * project[::-1]) / max(1 - cross**2, 1e-14)
+        alone = weights * (weights >= weights.max())
+        weights = both if (both >= 0).all() else alone
+    return np.asarray(weights / size * np.sign(exponents))
+
+
+def least_squares(
+    model: str, strain: Array, stress: Array, near: Mapping[str, float] | None = None
+) -> dict[str, float]:
+    """Parameters that make the sum of squared engineering stress residuals least.
+
+    Ogden's exponents are searched over a grid first (the sum has several minima), then refined,
+    with the linear parameters solved for at each step; `near` spares the grid.
+    """
+    stretch = 1 + strain
+    if not model.startswith("ogden"):
+        values = _solve(basis(model, stretch), stress)
+        return dict(zip(PARAMETERS[model], map(float, values), strict=True))
+    from scipy.optimize import least_squares as refine
+
+    terms = int(model[-1])
+
+    def residual(exponents: Array) -> Array:
+        columns = basis(model, stretch, exponents)
+        return columns @ _solve_positive(exponents, stretch, stress) - stress
+
+    starts = _starts(stretch, stress, terms)
+    if near is not None:
+        starts = [np.array([near[f"alpha{i + 1}"] for i in range(terms)])]
+    best = min(
+        (
+            refine(
+                residual, start, bounds=_LIMITS, x_scale=1.0, xtol=1e-10, ftol=1e-12, gtol=1e-14,
+                max_nfev=60,
+            )
+            for start in starts
+        ),
+        key=lambda found: float(found.cost),
+    )  # fmt: skip
+    order = np.argsort(best.x)
+    exponents = best.x[order]
+    linear = _solve_positive(exponents, stretch, stress)
+    return {
+        name: float(value)
+        for i in range(terms)
+        for name, value in ((f"mu{i + 1}", linear[i]), (f"alpha{i + 1}", exponents[i]))
+    }
+
+
+def _starts(stretch: Array, stress: Array, terms: int, count: int = 3) -> list[Array]:
+    """The best few combinations of exponents of the grid, with mu times alpha zero or more."""
+    columns = basis("ogden-n", stretch, list(_EXPONENTS)) * np.sign(_EXPONENTS)
+    columns = columns / np.linalg.norm(columns, axis=0)
+    project = columns.T @ stress
+    if terms == 1:
+        return [_EXPONENTS[[i]] for i in np.argsort(-project)[:count]]
+    gram = columns.T @ columns
+    i, j = np.triu_indices(len(_EXPONENTS), 2)
+    cross, first, second = gram[i, j], project[i], project[j]
+    apart = np.maximum(1 - cross**2, 1e-9)
+    both = (first - cross * second >= 0) & (second - cross * first >= 0)
+    pair = (first**2 + second**2 - 2 * cross * first * second) / apart
+    gain = np.where(both, pair, np.maximum(first, second).clip(0) ** 2)
+    order = np.argsort(-gain)[:count]
+    return [_EXPONENTS[[i[k], j[k]]] for k in order]
+
+
+def binned(strain: Array, stress: Array, bins: int = BINS) -> tuple[Array, Array]:
+    """Means over at most `bins` equal parts of the strain: no weight for dense sampling."""
+    order = np.argsort(strain, kind="stable")
+    strain, stress = strain[order], stress[order]
+    if len(strain) <= bins:
+        return strain, stress
+    edges = np.linspace(strain[0], strain[-1], bins + 1)
+    part = np.clip(np.searchsorted(edges, strain, side="right") - 1, 0, bins - 1)
+    count = np.bincount(part, minlength=bins)
+    kept = count > 0
+    return (
+        np.bincount(part, strain, bins)[kept] / count[kept],
+        np.bincount(part, stress, bins)[kept] / count[kept],
+    )
+
+
+def fit(model: str, strain: Array, stress_measured: Array) -> Fit:
+    """One model on a curve (shape (N,), N at least 20 and rising strain), cross-validated.
+
+    Raises FitError for fewer samples. The corrected Akaike criterion counts residuals as
+    independent, which misfit never is; it is reported, and the blocks left out decide.
+    """
+    if len(strain) < 20:
+        raise FitError(f"a hyperelastic fit needs 20 samples at least, there are {len(strain)}")
+    x, y = binned(strain, stress_measured)
+    parameters = least_squares(model, x, y)
+    off = stress(model, parameters, x) - y
+    n, k = len(x), len(PARAMETERS[model]) + 1
+    blocks = []
+    for part in np.array_split(np.arange(n), FOLDS):
+        rest = np.delete(np.arange(n), part)
+        left = least_squares(model, x[rest], y[rest], parameters)
+        blocks.append(float(np.sqrt(np.mean((stress(model, left, x[part]) - y[part]) ** 2))))
+    top = float(x[-1])
+    stable_to = stable_until(model, parameters, top)
+    floor = 1e-12 * float(np.max(np.abs(y)))
+    mean_square = max(float(np.mean(off**2)), floor**2)
+    reached = None
+    if x[0] <= 1 <= top:
+        due = float(np.interp(1.0, x, y))
+        reached = float(stress(model, parameters, 1.0)) / due - 1 if due else None
+    return Fit(
+        model=model,
+        parameters=parameters,
+        initial_modulus=initial_modulus(model, parameters),
+        rmse=float(np.sqrt(np.mean(off**2))),
+        aicc=float(n * np.log(mean_square) + 2 * k + 2 * k * (k + 1) / (n - k - 1)),
+        cv_rmse=float(np.exp(np.mean(np.log(np.maximum(blocks, floor))))),
+        cv_blocks=tuple(blocks),
+        stable=stable_to["uniaxial"] >= top * (1 - 1e-9),
+        stable_to=stable_to,
+        strain_range=(float(x[0]), top),
+        error_at_100=reached,
+    )
+
+
+def fit_all(strain: Array, stress_measured: Array) -> dict[str, Fit]:
+    """Every model on one curve, from few parameters to many."""
+    return {model: fit(model, strain, stress_measured) for model in PARAMETERS}
+
+
+def choose(fits: Mapping[str, Fit]) -> tuple[str, str]:
+    """(model, why): the simplest stable one that predicts blocks left out as well as the best.
+
+    As well: the mean of log(error/error of the best) over the blocks is within two of its standard
+    errors.
+    """
+    usable = {m: f for m, f in fits.items() if f.stable} or dict(fits)
+    floor = 1e-9 * max(f.cv_rmse for f in usable.values()) + 1e-300
+    best = min(usable, key=lambda m: usable[m].cv_rmse)
+    for model in usable:
+        ratio = np.log(
+            np.maximum(usable[model].cv_blocks, floor) / np.maximum(usable[best].cv_blocks, floor)
+        )
+        if model == best or ratio.mean() <= 2 * ratio.std(ddof=1) / np.sqrt(len(ratio)):
+            break
+    lost = [m for m, f in fits.items() if not f.stable]
+    why = (
+        f"{model} has the least error on {FOLDS} blocks of strain left out in turn"
+        if model == best
+        else f"{model} is the simplest whose error on {FOLDS} blocks of strain left out in turn is "
+        f"within two standard errors of the least, that of {best}"
+    )
+    if lost and len(lost) < len(fits):
+        why += f"; not stable in tension over the curve and left out: {', '.join(lost)}"
+    elif lost:
+        why += "; no model is stable in tension over the whole curve"
+    return model, why

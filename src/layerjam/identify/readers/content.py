@@ -1,0 +1,50 @@
+"""What is read of a file: its text, line by line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from layerjam.errors import FileError
+
+_LONGEST_LINE = 20_000
+IN_CELL = "\x0b"
+"""Stands for a line end within a quoted cell of the head."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A text file, or one sheet of a workbook as text.
+
+    `data` is in UTF-8 or a code page that extends ASCII, with Unix newlines and no byte-order
+    mark. `decimal` is the decimal sign where the kind of file settles it.
+    """
+
+    path: str
+    data: bytes
+    encoding: str
+    sheet: str = ""
+    decimal: str | None = None
+
+    def lines(self, offset: int = 0) -> Iterator[tuple[int, str]]:
+        """(byte offset, text) of each line from a byte offset on."""
+        data = self.data
+        while offset < len(data):
+            end = data.find(b"\n", offset)
+            end = len(data) if end < 0 else end
+            if end - offset > _LONGEST_LINE:
+                number = data.count(b"\n", 0, offset) + 1
+                raise FileError(
+                    self.path, f"has a line of {end - offset} bytes, no table of numbers", number
+                )
+            yield offset, self.text(offset, end)
+            offset = end + 1
+
+    def text(self, start: int, end: int) -> str:
+        """The text between two byte offsets."""
+        return self.data[start:end].decode(self.encoding, errors="replace")
+
+    def line_number(self, offset: int) -> int:
+        """The line (from 1) that holds a byte offset."""
+        data = self.data
+        return data.count(b"\n", 0, offset) + data.count(IN_CELL.encode(), 0, offset) + 1

@@ -1,0 +1,82 @@
+"""A vacuum that changes, as samples over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from layerjam.errors import QuantityError
+from layerjam.units import Meaning, show
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+TIME = Meaning("s", "time from the taut rope", lo=-1e9, hi=1e9)
+VACUUM = Meaning("Pa", "vacuum, the atmosphere less the pressure inside,")
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """A vacuum that changes: samples [Pa] over time from the taut rope [s], straight in between.
+
+    Shape (N,) each, N >= 2, times rising. Before the first and after the last sample the vacuum is
+    held. Raises QuantityError for other shapes, times that do not rise, and what is not finite or
+    negative.
+    """
+
+    time: Array
+    vacuum: Array
+
+    def __post_init__(self) -> None:
+        for name in ("time", "vacuum"):
+            try:
+                values = np.array(getattr(self, name), float)
+            except (TypeError, ValueError):
+                raise QuantityError(f"history: its {name} is no row of numbers") from None
+            object.__setattr__(self, name, values)
+        time, vacuum = self.time, self.vacuum
+        if time.ndim != 1 or time.shape != vacuum.shape or len(time) < 2:
+            raise QuantityError(
+                f"history: time has shape {time.shape}, vacuum {vacuum.shape}; give two rows of the "
+                "same length, two or more samples"
+            )
+        for values, meaning, what in ((time, TIME, "time"), (vacuum, VACUUM, "vacuum")):
+            bad = np.flatnonzero(~(np.isfinite(values) & (values >= meaning.lo)))
+            if len(bad):
+                meaning.check(float(values[bad[0]]), f"history: {what} of sample {bad[0] + 1}")
+        falls = np.flatnonzero(np.diff(time) <= 0)
+        if len(falls):
+            at = int(falls[0]) + 1
+            raise QuantityError(
+                f"history: time of sample {at + 1}, {show(float(time[at]), 's')}, is not after the "
+                f"one before, {show(float(time[at - 1]), 's')}; times must rise"
+            )
+
+    def at(self, time: Any) -> Array:
+        """The vacuum [Pa] at times [s]."""
+        return np.asarray(np.interp(time, self.time, self.vacuum))
+
+    def check_site(self, atmosphere: float) -> None:
+        """Raise QuantityError where the vacuum is more than the atmosphere [Pa]."""
+        over = np.flatnonzero(self.vacuum > atmosphere)
+        if len(over):
+            raise QuantityError(
+                f"history: vacuum of sample {over[0] + 1}, "
+                f"{show(float(self.vacuum[over[0]]), 'Pa', 6)}, is more than the atmosphere, "
+                f"{show(atmosphere, 'Pa', 6)}; a vacuum is at most that"
+            )
+
+    def remarks(self) -> list[str]:
+        """What to say of a history that does not begin with the drop."""
+        first, held = float(self.time[0]), show(float(self.vacuum[0]), "Pa")
+        if first > 0:
+            return [
+                f"the history begins {show(first, 's')} after the rope is taut; until then its "
+                f"first vacuum, {held}, is held"
+            ]
+        if first < 0:
+            return [
+                f"the history begins {show(-first, 's')} before the rope is taut; the drop starts "
+                f"at its time 0 with {show(float(self.at(0.0)), 'Pa')}"
+            ]
+        return []

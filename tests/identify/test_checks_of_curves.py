@@ -1,0 +1,109 @@
+"""The verdict on whole curves: every check fails when it should, and only then."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.fitted import campaign
+from lab.bench import FULL
+from layerjam.identify.checks import Check
+from layerjam.identify.fit_curves import calibrate_curves
+from layerjam.identify.verdict import drift, like_catalogue, off_bounds, sleeve_plausible
+from strategies import KAPTON
+
+THREE = (40e3, 60e3, 90e3)
+SPREAD = (0.01, 0.01, 0.03)
+
+
+def failed(checks: tuple[Check, ...]) -> set[str]:
+    return {c.name for c in checks if not c.passed}
+
+
+def verdict(curves, brake=KAPTON, free=()) -> set[str]:
+    return failed(calibrate_curves(curves, brake, free).checks)
+
+
+def test_a_good_campaign_passes_everything() -> None:
+    curves = campaign(THREE, 2, spread=SPREAD, noise=0.1, speeds=(0.005, 0.02), slack=1e-4)
+    found = calibrate_curves(curves, KAPTON)
+    assert failed(found.checks) == set()
+    assert {c.name for c in found.checks} == {
+        "identifiable", "told apart", "settled", "bounds", "plausible", "catalogue", "stiffness",
+        "sleeve", "repeats", "residuals over slip", "scale factor over vacuum",
+        "sleeve's factor over vacuum", "scale factor over speed", "leave one out",
+    }  # fmt: skip
+
+
+def test_short_pulls_do_not_tell_friction_from_sleeve() -> None:
+    """Over half a millimetre of slip at one vacuum the root and the friction look alike."""
+    short = campaign((FULL,), 3, spread=SPREAD, noise=0.8, travel=0.0018)
+    found = calibrate_curves(short, KAPTON)
+    assert "told apart" in failed(found.checks)
+    told = found.identifiability
+    assert told.pair is not None and set(told.pair) == {"scale_factor", "enclosure_factor"}
+    assert told.correlation < -0.9
+    long = calibrate_curves(campaign((FULL,), 3, spread=SPREAD, noise=0.8), KAPTON)
+    assert "told apart" not in failed(long.checks)
+    assert long.identifiability.condition_number < told.condition_number
+
+
+def test_friction_that_depends_on_pressure_shows_as_a_drift_until_it_is_fitted() -> None:
+    curves = campaign(THREE, 3, spread=SPREAD, noise=0.1, exponent=-0.2)
+    assert verdict(curves) == {"scale factor over vacuum"}
+    assert verdict(curves, free=("pressure_exponent",)) == set()
+
+
+def test_friction_that_depends_on_speed_shows_until_it_is_fitted() -> None:
+    curves = campaign((FULL,), 4, spread=SPREAD, noise=0.1, slope=0.2, speeds=(0.003, 0.02))
+    assert verdict(curves) == {"scale factor over speed"}
+    assert verdict(curves, free=("speed",)) == set()
+
+
+def test_a_law_that_does_not_fit_leaves_a_trend_over_slip() -> None:
+    """A hump of 4 % of the peak in the middle of every curve."""
+    curves = campaign(THREE, 2, spread=SPREAD, noise=0.1)
+    for c in curves:
+        c.force[:] += 0.06 * c.pull.peak_force * np.exp(-(((c.elongation - 0.012) / 0.003) ** 2))
+    assert "residuals over slip" in verdict(curves)
+
+
+def test_repeats_that_disagree_and_a_single_file_that_carries_the_result() -> None:
+    assert "repeats" in verdict(campaign((FULL,), 4, spread=(0.15, 0.01, 0.03)))
+    assert "repeats" in verdict(campaign((FULL,), 1))
+
+
+def test_implausible_numbers() -> None:
+    assert "plausible" in verdict(campaign((FULL,), 3, truth=(2.4, 3e5, 1.0), spread=SPREAD))
+    assert "sleeve" in verdict(campaign((FULL,), 3, truth=(0.9, 1.2e5, 3.5), spread=SPREAD))
+    assert "stiffness" in verdict(campaign((FULL,), 3, truth=(0.9, 9e5, 1.0), spread=SPREAD))
+    assert [like_catalogue(p).passed for p in (0.005, 0.0621, 0.21, 5.0)] == [
+        False, True, True, False,
+    ]  # fmt: skip
+    assert [sleeve_plausible(f).passed for f in (0.29, 0.31, 2.9, 3.1)] == [
+        False, True, True, False,
+    ]  # fmt: skip
+
+
+def test_bounds() -> None:
+    fine = {"scale_factor": 1.0, "stiffness": 1e5, "enclosure_factor": 1.0}
+    assert off_bounds(fine).passed
+    for name, value in (("scale_factor", 1e-3), ("stiffness", 100.0), ("enclosure_factor", 2e-3)):
+        one = off_bounds(fine | {name: value})
+        assert not one.passed and "ended at a bound" in one.sentence
+    assert not off_bounds({**fine, "pressure_exponent": 2.0}).passed
+
+
+def test_a_drift_must_be_sure_and_matter() -> None:
+    over = np.repeat([20e3, 40e3, 90e3], 3)
+    z = np.random.default_rng(2).standard_normal(9)
+    small, steep = 0.01 * np.log(over / 40e3), 0.1 * np.log(over / 40e3)
+    cases = ((0.05 * z, True), (small + 1e-4 * z, True), (steep + 0.01 * z, False))
+    for values, passed in cases:
+        found = drift(values, over, "scale factor", "vacuum", "Pa")
+        assert found is not None and found.passed is passed
+    assert drift(z, np.full(9, 5e4), "scale factor", "vacuum", "Pa") is None
+    assert drift(z[:2], over[:2] * [1, 2], "scale factor", "vacuum", "Pa") is None
+    bent = drift(0.2 * np.log(over / 40e3) ** 2 + 0.005 * z, over, "x", "vacuum", "Pa", free=1)
+    assert bent is not None and not bent.passed and "bends" in bent.sentence
+    straight = drift(steep + 0.005 * z, over, "x", "vacuum", "Pa", free=1)
+    assert straight is not None and straight.passed

@@ -1,0 +1,136 @@
+"""Impacts in accelerometer logs against pulses whose peak and velocity change are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from layerjam.errors import FitError, QuantityError
+from layerjam.identify.crash_log import crash, head_injury, sampling_rate
+from layerjam.simulate.accelerometer import STANDARD_GRAVITY as G
+from layerjam.simulate.accelerometer import cfc_filter
+
+
+def half_sine(height, length=0.02, rate=10e3, start=0.08, end=0.2, noise=0.0, offset=0.0, seed=0):
+    t = np.arange(0, end, 1 / rate)
+    inside = (t >= start) & (t <= start + length)
+    pulse = np.where(inside, height * np.sin(np.pi * (t - start) / length), 0.0)
+    return t, pulse + offset + np.random.default_rng(seed).normal(0, noise, len(t))
+
+
+@pytest.mark.parametrize("height", [50 * G, -30 * G])
+def test_a_half_sine_gives_its_peak_and_its_area(height):
+    t, a = half_sine(height, offset=3.0)
+    found = crash(t, a, cfc=1000)
+    assert found.offset == pytest.approx(3.0)
+    assert found.peak == pytest.approx(height, rel=1e-4)
+    assert found.filtered_peak == pytest.approx(height, rel=2e-3)
+    assert found.velocity_change == pytest.approx(height * 2 * 0.02 / np.pi, rel=2e-3)
+    length = 0.02 * (1 - 2 * np.arcsin(0.05) / np.pi)  # over 5 %
+    assert found.pulse[1] - found.pulse[0] == pytest.approx(length,
+                                                            abs=3e-4)  # fmt: skip
+    assert not found.saturated
+
+
+def test_the_standard_error_of_the_velocity_change_is_its_scatter():
+    due = 50 * G * 2 * 0.02 / np.pi
+    off = []
+    for seed in range(60):
+        found = crash(*half_sine(50 * G, noise=2.0, offset=1.0, seed=seed))
+        off.append((found.velocity_change - due) / found.velocity_change_se)
+    assert abs(np.mean(off)) < 0.5
+    assert 0.7 < np.std(off) < 1.4
+
+
+def test_the_filter_is_the_one_of_the_standard():
+    t, a = half_sine(40 * G, length=0.004)
+    found = crash(t, a, cfc=180)
+    np.testing.assert_array_equal(found.filtered, cfc_filter(found.acceleration, found.rate, 180))
+    assert abs(found.filtered_peak) < abs(found.peak)
+    assert crash(t, a, cfc=None).filtered_peak == found.peak
+
+
+@settings(max_examples=25, deadline=None)
+@given(scale=st.floats(0.01, 100), shift=st.floats(-1e3, 1e3))
+def test_scales_with_the_signal_and_not_with_the_clock(scale, shift):
+    t, a = half_sine(20 * G, noise=0.5)
+    one, other = crash(t, a), crash(t + shift, a * scale)
+    assert other.filtered_peak == pytest.approx(one.filtered_peak * scale, rel=1e-6)
+    assert other.velocity_change == pytest.approx(one.velocity_change * scale, rel=1e-5)
+    assert other.peak_time - shift == pytest.approx(one.peak_time, abs=1e-6)
+
+
+def test_a_stop_that_began_in_free_fall():
+    """Mass at 2 m/s stopped by a constant 10 g along gravity: specific force 10 g, 2 m/s lost."""
+    t = np.arange(0, 0.3, 1e-4)
+    length = 2.0 / (9 * G)
+    a = np.where((t > 0.1) & (t < 0.1 + length), 10 * G, 0.0)
+    resting = crash(t, a, cfc=1000)
+    falling = crash(t, a, cfc=1000, falling=True)
+    assert resting.velocity_change == pytest.approx(10 * G * length, rel=0.01)
+    assert falling.velocity_change == pytest.approx(2.0, rel=0.02)
+
+
+def test_saturation_is_recognised():
+    t, a = half_sine(60 * G, noise=0.1)
+    cut = crash(t, np.clip(a, -50 * G, 50 * G))
+    assert cut.saturated and cut.saturation == pytest.approx(50 * G)
+    assert any("lower bounds" in w for w in cut.warnings)
+    assert not crash(t, a).saturated
+    assert crash(t, a, limit=59.9 * G).saturated
+
+
+def test_hic_of_a_block_and_its_limit_window():
+    rate = 10e3
+    block = np.where((np.arange(2000) >= 500) & (np.arange(2000) < 600), 100 * G, 0.0)
+    value, (first, last) = head_injury(block, rate, 0.015)
+    assert value == pytest.approx(0.0099 * 100**2.5, rel=0.02)
+    assert last - first == pytest.approx(99, abs=2)
+    short, _ = head_injury(block, rate, 0.005)
+    assert short == pytest.approx(0.005 * 100**2.5, rel=1e-6)
+
+
+def test_gravity_along_another_axis_afterwards_is_said():
+    t, a = half_sine(30 * G, noise=0.2)
+    assert any("after the event" in w for w in crash(t, a + np.where(t > 0.1, G, 0.0)).warnings)
+    assert not any("after the event" in w for w in crash(t, a).warnings)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_the_rate_is_checked(noise):
+    t, a = half_sine(30 * G)
+    uneven = t + np.random.default_rng(1).uniform(-noise, noise, len(t)) * 1e-4
+    assert crash(np.sort(uneven), a).rate == pytest.approx(10e3, rel=1e-3)
+    with pytest.raises(FitError, match="not evenly spaced"):
+        crash(np.delete(t, range(400, 420)), np.delete(a, range(400, 420)))
+    with pytest.raises(QuantityError, match="too slow for CFC 180"):
+        crash(t[::10], a[::10])
+    assert crash(t[::10], a[::10], cfc=60).rate == pytest.approx(1e3)
+    with pytest.raises(QuantityError, match="no.* class of SAE J211"):
+        crash(t, a, cfc=100)
+
+
+def test_stamps_of_whole_milliseconds_are_even():
+    t = np.arange(200) / 3000.0
+    rate, said = sampling_rate(np.round(t, 3))
+    assert rate == pytest.approx(3000, rel=0.01)
+    assert "rounded" in said[0]
+
+
+def test_without_a_quiet_part_the_offset_is_not_known():
+    t, a = half_sine(30 * G, start=0.0)
+    with pytest.raises(FitError, match="--before"):
+        crash(t, a)
+    t, a = half_sine(30 * G, offset=4.0)
+    assert crash(t, a, before=0.05).offset == pytest.approx(4.0)
+    with pytest.raises(FitError, match="5 at least"):
+        crash(t, a, before=1e-5)
+    with pytest.raises(FitError, match="20 samples"):
+        crash(t[:9], a[:9])
+
+
+def test_a_pulse_cut_off_is_said():
+    t, a = half_sine(30 * G, end=0.09)
+    assert any("cut off" in w for w in crash(t, a).warnings)

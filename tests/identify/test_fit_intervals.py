@@ -1,0 +1,136 @@
+"""Intervals over repeats: Student's t where it is exact, and nothing where nothing tells."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from layerjam.identify.influence import bootstrap_intervals, moves
+from layerjam.identify.intervals import Population, mean_interval, quantile
+
+
+def means(values: np.ndarray) -> Population:
+    """The population behind plain means of (n, q) values."""
+    return Population(
+        estimate=values.mean(axis=0),
+        design=np.tile(np.eye(values.shape[1]), (len(values), 1, 1)),
+        residual=values - values.mean(axis=0),
+    )
+
+
+def line(x: np.ndarray, y: np.ndarray) -> Population:
+    """Ordinary least squares of a line, every point its own cluster."""
+    design = np.column_stack([np.ones_like(x), x])
+    beta = np.linalg.lstsq(design, y, rcond=None)[0]
+    rest = y - design @ beta
+    return Population(
+        estimate=beta,
+        design=design[:, None, :],
+        residual=rest[:, None],
+    )
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 30])
+def test_for_equal_weights_it_is_students_t_of_a_mean(count: int) -> None:
+    values = np.random.default_rng(count).normal(3, 0.4, (count, 2))
+    for j, unit in enumerate(np.eye(2)):
+        found = means(values).standard_error(unit)
+        assert found == pytest.approx((values[:, j].std(ddof=1) / np.sqrt(count), count - 1))
+        plain = mean_interval(values[:, j].tolist())
+        assert plain is not None
+        low, high = stats.t.interval(
+            0.95, count - 1, values[:, j].mean(), values[:, j].std(ddof=1) / np.sqrt(count)
+        )
+        assert (plain.low, plain.high) == pytest.approx((low, high), rel=1e-12)
+    assert quantile(2) == pytest.approx(4.302653, rel=1e-6)
+
+
+def test_one_repeat_has_none() -> None:
+    assert mean_interval([1.0]) is None
+    assert means(np.array([[1.0, 2.0]])).standard_error(np.array([1.0, 0.0])) is None
+
+
+def test_the_slope_of_a_line_is_covered() -> None:
+    """One point far out: few degrees of freedom, and rather too wide than too narrow."""
+    random = np.random.default_rng(3)
+    x = np.array([0.0, 0.1, 0.2, 0.3, 0.5, 0.9, 1.6])
+    inside, degrees = 0, 0.0
+    for _ in range(2000):
+        fit = line(x, 2 + 3 * x + 0.3 * random.standard_normal(len(x)))
+        error, degrees = fit.standard_error(np.array([0.0, 1.0]))
+        inside += abs(fit.estimate[1] - 3) < quantile(degrees) * error
+    assert 1 < degrees < 5
+    assert 0.94 < inside / 2000 < 0.99
+
+
+def test_unequal_weights_are_covered_also_with_three() -> None:
+    random = np.random.default_rng(8)
+    weight = np.array([1.0, 2.0, 4.0])
+    inside = 0
+    for _ in range(3000):
+        y = 1 + random.standard_normal(3) / np.sqrt(weight)
+        at = float((weight * y).sum() / weight.sum())
+        root = np.sqrt(weight)
+        fit = Population(
+            estimate=np.array([at]),
+            design=root[:, None, None],
+            residual=(root * (y - at))[:, None],
+        )
+        error, degrees = fit.standard_error(np.ones(1))
+        inside += abs(at - 1) < quantile(degrees) * error
+    assert 0.93 < inside / 3000 < 0.975
+
+
+def test_a_parameter_that_hangs_on_one_curve_has_none() -> None:
+    x = np.array([0.0, 0.0, 0.0, 1.0])
+    fit = line(x, np.array([1.0, 1.1, 0.9, 2.0]))
+    assert fit.standard_error(np.array([0.0, 1.0])) is None
+    assert fit.shift([3]) is None
+    assert np.isnan(fit.covariance()).all()
+
+
+def test_leaving_out_is_refitting() -> None:
+    random = np.random.default_rng(1)
+    x, y = random.uniform(0, 1, 8), random.standard_normal(8)
+    whole = line(x, y)
+    for out in ([2], [1, 5], [0, 3, 6]):
+        keep = np.setdiff1d(np.arange(8), out)
+        again = line(x[keep], y[keep])
+        np.testing.assert_allclose(whole.estimate + whole.shift(out), again.estimate, rtol=1e-10)
+    found = moves(whole, {"slope": np.array([0.0, 1.0])}, list("abcdefgh"), {})
+    assert [abs(m.by) for m in found["slope"]] == sorted(
+        (abs(m.by) for m in found["slope"]), reverse=True
+    )
+
+
+def test_the_bootstrap_of_three_repeats_is_no_narrower_than_t() -> None:
+    """Plain resampling of three gives 2/3 of the variance; drawing two of them gives all of it."""
+    values = np.random.default_rng(5).normal(10, 1, (3, 1))
+    found = bootstrap_intervals(means(values), [(0, 1, 2)], {"mean": np.ones(1)})["mean"]
+    plain = mean_interval(values[:, 0].tolist())
+    assert found is not None and plain is not None and found.degrees_of_freedom == 2
+    assert found.standard_error == pytest.approx(plain.standard_error, rel=0.05)
+    assert (found.low, found.high) == pytest.approx((plain.low, plain.high), rel=0.02)
+
+
+def test_the_bootstrap_keeps_conditions_apart() -> None:
+    """A difference between conditions is no scatter between repeats."""
+    random = np.random.default_rng(2)
+    values = np.concatenate([random.normal(m, 0.1, (4, 1)) for m in (1.0, 5.0)])
+    groups = [(0, 1, 2, 3), (4, 5, 6, 7)]
+    within = bootstrap_intervals(means(values), groups, {"mean": np.ones(1)})["mean"]
+    pooled = bootstrap_intervals(means(values), [range(8)], {"mean": np.ones(1)})["mean"]
+    assert within is not None and pooled is not None
+    assert within.standard_error < 0.1 < 0.5 < pooled.standard_error
+    single = bootstrap_intervals(means(values[:2]), [(0,), (1,)], {"mean": np.ones(1)})["mean"]
+    assert single is not None and single.degrees_of_freedom == 1
+
+
+def test_covariance_agrees_with_the_single_errors() -> None:
+    random = np.random.default_rng(4)
+    fit = line(random.uniform(0, 1, 12), random.standard_normal(12))
+    covariance = fit.covariance()
+    for j, unit in enumerate(np.eye(2)):
+        assert covariance[j, j] == pytest.approx(fit.standard_error(unit)[0] ** 2)
+    assert np.linalg.eigvalsh(covariance).min() >= -1e-12

@@ -1,0 +1,250 @@
+"""The report of one brake: self-contained, two printed pages, every number also in the CSV."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from layerjam.errors import FileError
+from layerjam.report.brake_numbers import COLUMNS, Number
+from layerjam.verbs.answer import Answer
+from layerjam.verbs.report import report
+from report.brake_files import BRAKE, NORMAL_FORCE, Campaign, campaign
+
+FILES = {"report.html", "report.pdf", "numbers.csv", "results.json", "figures"}
+DRAWN = {"friction.svg", "calibration.svg", "validation.svg", "residuals.svg"}
+DAY = "2026-02-03"
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
+    return campaign(tmp_path_factory.mktemp("campaign"))
+
+
+def made(files: Campaign, out: Path, **more: Any) -> Answer:
+    given: dict[str, Any] = {
+        "friction": files.friction, "pulls": files.pulls, "validate": files.validate,
+        "normal_force": NORMAL_FORCE, "date": DAY, "command": "layerjam report x",
+    }  # fmt: skip
+    return report(BRAKE, out=out, **(given | more))
+
+
+@pytest.fixture(scope="module")
+def told(files: Campaign, tmp_path_factory: pytest.TempPathFactory) -> tuple[Answer, Path]:
+    out = tmp_path_factory.mktemp("out") / "deep" / "report"
+    return made(files, out), out
+
+
+@pytest.fixture(scope="module")
+def results(told: tuple[Answer, Path]) -> dict[str, Any]:
+    found = json.loads((told[1] / "results.json").read_text(encoding="utf-8"))
+    assert isinstance(found, dict)
+    return found
+
+
+class Page(HTMLParser):
+    """Tags, what they load, ids, and the cells of its tables."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: set[str] = set()
+        self.loads: list[str] = []
+        self.ids: list[str] = []
+        self.cells: list[str] = []
+        self.words: list[str] = []
+        self.inside = False
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.inside = tag == "td"
+        for name, value in attrs:
+            assert not name.startswith("on")
+            if name in ("src", "srcset", "data", "action") or name.endswith("href"):
+                self.loads.append(value or "")
+            if name == "id":
+                self.ids.append(value or "")
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+        if self.inside:
+            self.cells.append(data)
+            self.inside = False
+
+
+@pytest.fixture(scope="module")
+def page(told: tuple[Answer, Path]) -> Page:
+    return Page((told[1] / "report.html").read_text(encoding="utf-8"))
+
+
+def test_what_is_written(told: tuple[Answer, Path]) -> None:
+    answer, out = told
+    assert {p.name for p in out.iterdir()} == FILES
+    assert {p.name for p in (out / "figures").iterdir()} == DRAWN
+    assert answer.report == str(out / "report.html") and answer.pdf == str(out / "report.pdf")
+    assert [p.name for p in out.parent.iterdir()] == ["report"]  # nothing beside it
+    assert answer.refused == {} and answer.calibrated_on_the_same == []
+
+
+def test_the_page_needs_nothing_else(told: tuple[Answer, Path], page: Page) -> None:
+    text = (told[1] / "report.html").read_text(encoding="utf-8")
+    assert not re.search(r"https?:|//[a-z]|@import|@font-face", text)
+    assert not page.tags & {"script", "link", "img", "iframe", "object", "embed", "base"}
+    assert all(target.startswith("#") for target in page.loads)
+    assert len(page.ids) == len(set(page.ids))
+    assert {target[1:] for target in page.loads} <= set(page.ids)
+    assert set(re.findall(r"url\(#([^)]+)\)", text)) <= set(page.ids)
+    assert text.count("<svg") == 4 and "prefers-color-scheme: dark" in text
+    words = " ".join(page.words)
+    assert "Synthetic data" in words and "layerjam report x" in words and DAY in words
+
+
+def test_figures_are_vector_and_labelled(told: tuple[Answer, Path]) -> None:
+    for path in (told[1] / "figures").iterdir():
+        root = ElementTree.parse(path).getroot()
+        assert root.tag.endswith("svg")
+        text = path.read_text(encoding="utf-8")
+        assert "<image" not in text and len(text) < 400_000
+        assert "N" in text
+
+
+def test_two_pages(told: tuple[Answer, Path]) -> None:
+    data = (told[1] / "report.pdf").read_bytes()
+    assert data.startswith(b"%PDF") and len(re.findall(rb"/Type\s*/Page\b", data)) == 2
+
+
+def test_the_csv_holds_what_the_json_holds(
+    told: tuple[Answer, Path], results: dict[str, Any]
+) -> None:
+    with (told[1] / "numbers.csv").open(encoding="utf-8", newline="") as handle:
+        rows = list(csv.DictReader(handle))
+    assert tuple(rows[0]) == COLUMNS and len(rows) == len(results["numbers"])
+    for row, entry in zip(rows, results["numbers"], strict=True):
+        for name in COLUMNS:
+            cell, value = row[name], entry[name]
+            if value is None:
+                assert cell == ""
+            elif isinstance(value, str):
+                assert cell == value
+            else:
+                assert float(cell) == value
+    names = [(r["quantity"], r["source"]) for r in rows]
+    assert len(set(names)) == len(names)
+
+
+def test_every_number_of_the_tables_is_in_the_csv(page: Page, results: dict[str, Any]) -> None:
+    shown = set()
+    for row in results["numbers"]:
+        for scale in (1.0, 1e2, 1e-3, 1e3):
+            for key in ("value", "low", "high", "standard_error"):
+                if row[key] is not None:
+                    shown |= {f"{abs(row[key]) * scale:.{n}f}" for n in range(7)}
+                    shown.add(f"{abs(row[key]) * scale:.4g}")
+        shown.add(str(row["n"]))
+    numeric = [c for c in page.cells if re.fullmatch(r"[−\d.]+( (to|N|%|kPa|mm|kN/m).*)?", c)]
+    assert len(numeric) > 100
+    for cell in numeric:
+        for number in re.findall(r"\d+(?:\.\d+)?", cell):
+            assert number in shown, cell
+
+
+def test_numbers_are_those_of_the_verbs(results: dict[str, Any]) -> None:
+    numbers = {r["quantity"]: r for r in results["numbers"]}
+    friction, calibration = results["friction"], results["calibration"]
+    validation = results["validation"]
+    assert numbers["friction: kinetic, mean"]["value"] == friction["kinetic"]
+    assert numbers["friction: kinetic, standard deviation"]["value"] == friction["kinetic_sd"]
+    factor = numbers["calibration: scale factor a"]
+    assert factor["value"] == calibration["scale_factor"]
+    assert factor["standard_error"] == calibration["standard_errors"]["scale_factor"]
+    assert factor["low"] < factor["value"] < factor["high"] and factor["n"] == 3
+    product = numbers["calibration: a × kinetic friction"]["value"]
+    assert product == pytest.approx(0.875 * 0.24, rel=0.05)
+    assert numbers["validation, all: MAPE, calibrated"]["value"] == validation["mape"]
+    before = numbers["validation, all: MAPE, before calibration"]["value"]
+    assert before == validation["uncalibrated"]["mape"] > validation["mape"]
+    for row in validation["conditions"]:
+        parts = row["scatter"]
+        assert parts["model_mse"] + parts["scatter_mse"] == pytest.approx(parts["mse"])
+        assert row["repeats"] == 2
+
+
+def test_provenance(files: Campaign, results: dict[str, Any]) -> None:
+    import hashlib
+
+    every = [*files.friction, *files.pulls, *files.validate]
+    digests = {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in every}
+    assert {f["name"]: f["sha256"] for f in results["files"]} == digests
+    assert {f["role"] for f in results["files"]} == {"friction", "calibration", "validation"}
+    assert results["synthetic"] is True and results["date"] == DAY
+
+
+def test_the_same_input_gives_the_same_bytes(
+    told: tuple[Answer, Path], files: Campaign, tmp_path: Path
+) -> None:
+    _, first = told
+    made(files, tmp_path / "again")
+    made(files, tmp_path / "later", date="2026-02-04")
+    for path in sorted(p for p in first.rglob("*") if p.is_file()):
+        inside = path.relative_to(first)
+        assert (tmp_path / "again" / inside).read_bytes() == path.read_bytes(), inside
+        later = (tmp_path / "later" / inside).read_bytes()
+        if path.suffix in (".html", ".json"):
+            assert later.replace(b"2026-02-04", DAY.encode()) == path.read_bytes()
+        elif path.suffix != ".pdf":
+            assert later == path.read_bytes()
+
+
+def test_whole_or_not_at_all(files: Campaign, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "mine.txt").write_text("mine")
+    made(files, out, validate=())
+    assert {p.name for p in out.iterdir()} == {*FILES, "mine.txt"}
+    before = {p: p.read_bytes() for p in out.rglob("*") if p.is_file()}
+    with pytest.raises(FileError, match="exists already; --force replaces it"):
+        made(files, out, validate=())
+    assert {p: p.read_bytes() for p in out.rglob("*") if p.is_file()} == before
+    made(files, out, pulls=(), validate=(), force=True)  # friction alone
+    assert {p.name for p in (out / "figures").iterdir()} == {"friction.svg"}
+    assert (out / "mine.txt").read_text() == "mine"
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    wall = tmp_path / "wall"
+    wall.write_text("")
+    for place in (wall, wall / "report"):
+        with pytest.raises(FileError):
+            made(files, place)
+
+
+def test_without_typst(files: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "typst", None)
+    answer = made(files, tmp_path / "out", pulls=(), validate=())
+    assert answer.pdf is None and not (tmp_path / "out" / "report.pdf").exists()
+    assert (tmp_path / "out" / "report.html").exists()
+    assert any("layerjam[pdf]" in w for w in answer.warnings)
+
+
+@pytest.mark.parametrize(
+    ("number", "text", "error", "interval"),
+    [
+        (Number(quantity="k", value=131e3, unit="N/m", standard_error=832.0, low=129e3, high=133e3),
+         "131.00 kN/m", "0.83 kN/m", "129.00 to 133.00 kN/m"),
+        (Number(quantity="a", value=0.87412, unit="1", standard_error=0.0123),
+         "0.874", "0.012", "–"),
+        (Number(quantity="b", value=-0.0456, unit="1", shown_in="%", decimals=1), "−4.6 %", "–",
+         "–"),
+        (Number(quantity="z", value=-1e-9, unit="N", decimals=2, shown_in="N"), "0.00 N", "–", "–"),
+        (Number(quantity="n", value=None, unit="N"), "–", "–", "–"),
+        (Number(quantity="n", value=float("nan"), unit="N"), "–", "–", "–"),
+    ],
+)  # fmt: skip
+def test_numbers_as_a_page_shows_them(number: Number, text: str, error: str, interval: str) -> None:
+    assert (number.text(), number.error_text(), number.interval_text()) == (text, error, interval)
