@@ -18,7 +18,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from benchmarks import force_law, impact, readers, stack
+from benchmarks import calibration, force_law, impact, readers, stack
 from benchmarks.timing import Row, median, table
 
 jax.config.update("jax_enable_x64", True)
@@ -68,6 +68,7 @@ def main() -> None:
         ("command line, whole processes", command_line),
         ("force law, 10 million points", force_law.rows),
         ("reading a 40,000-row export, and one calibration", readers.rows),
+        ("calibrating on whole curves", calibration.rows),
         ("the stack, sheet by sheet", stack.rows),
     ]
     for title, measure in parts:

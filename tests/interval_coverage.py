@@ -229,7 +229,7 @@ A 95 % interval is worth something if it contains the truth 95 times in 100. Her
 known: {campaigns:,} virtual campaigns for each row, drawn at random. The table is made by
 
 ```sh
-make coverage    # python tests/interval_coverage.py --campaigns {campaigns} --seed {seed} --write
+make coverage
 ```
 
 **All data are synthetic.** Their truth is this program's own law of the brake. The table says that

@@ -17,7 +17,7 @@ from scipy import stats
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError, MissingExtraError
 from layerjam.identify import virtual
-from layerjam.identify.bayes import BayesFit, fit_bayes, prior_population
+from layerjam.identify.bayes import fit_bayes, prior_population
 from layerjam.identify.bayes_checks import bayes_checks
 from layerjam.identify.bayes_model import (
     FLOOR,
@@ -40,6 +40,7 @@ from layerjam.identify.bayes_model import (
 from layerjam.identify.bayes_sampler import WARMUP, values_at
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.forward import with_shape
+from layerjam.identify.posterior import BayesFit
 from layerjam.identify.predictive import peak_band, vacuum_band
 from layerjam.identify.pull import pull_features
 from layerjam.mechanics.friction import sheet_friction
@@ -61,6 +62,7 @@ def pulls(
     scatter: float = 0.02,
     noise: float = 0.15,
     vacuum: float = VACUUM,
+    speed: float = 0.013,
 ) -> tuple[tuple[Curve, ...], np.ndarray]:
     """Virtual pulls, each with its own factor and stiffness; and those, shape (count, 2)."""
     random = np.random.default_rng([seed, 8])
@@ -69,7 +71,7 @@ def pulls(
     made = []
     for repeat, (a, k) in enumerate(own, 1):
         brake = with_shape(KAPTON, float(a), float(k), truth[2])
-        trace = virtual.pull(brake, vacuum, 0.013, 0.04, machine, repeat)
+        trace = virtual.pull(brake, vacuum, speed, 0.04, machine, repeat)
         made.append((trace, pull_features(trace), vacuum))
     return curves_of(made), own
 
@@ -376,7 +378,7 @@ def test_many_repeats_meet_the_plain_mean() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("vacuum", [94.5e3, 5e3, 1.5e3])
 def test_one_curve_at_any_vacuum(vacuum: float) -> None:
-    curves, own = pulls(1, 3, vacuum=vacuum, noise=0.02)
+    curves, own = pulls(1, 3, vacuum=vacuum, noise=0.02, speed=1.3e-3)
     found = fit_bayes(curves, KAPTON)
     low, high = np.quantile(found.curve_scale_factor, [0.001, 0.999])
     assert low < own[0, 0] < high

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from layerjam.errors import FileError
+from layerjam.errors import FileError, UnknownNameError
 from layerjam.identify.history import read_history
 
 ATMOSPHERE = 101325.0
@@ -21,7 +21,7 @@ def write(tmp_path, text):
     "text",
     [
         "time [s],vacuum [kPa]\n0,0\n0.5,40\n2,94.5\n",
-        "# from the sensor\nDruck (kPa);t (ms)\n0;0\n40;500\n94.5;2000\n",
+        "# from the sensor\nUnterdruck (kPa);t (ms)\n0;0\n40;500\n94.5;2000\n",
         "t [s],note,vacuum [mbar]\n0,a,0\n0.5,b,400\n2,c,945\n",
     ],
 )
@@ -52,9 +52,29 @@ def test_what_is_refused_and_how(tmp_path, text, words):
         read_history(write(tmp_path, text), ATMOSPHERE)
 
 
+@pytest.mark.parametrize("name", ["pressure [kPa]", "Druck (kPa)", "P [kPa]"])
+def test_a_pressure_is_never_guessed_to_be_a_vacuum(tmp_path, name):
+    path = write(tmp_path, f"time [s];{name}\n0;101.325\n1;6.825\n")
+    with pytest.raises(FileError, match="name the column vacuum, or give --reading"):
+        read_history(path, ATMOSPHERE)
+    np.testing.assert_allclose(read_history(path, ATMOSPHERE, "absolute").vacuum, [0, 94.5e3])
+    with pytest.raises(FileError, match="is read as gauge"):
+        read_history(path, ATMOSPHERE, "gauge")
+    with pytest.raises(UnknownNameError, match="absolute"):
+        read_history(path, ATMOSPHERE, "absolut")
+
+
+def test_the_column_says_what_it_counts_from(tmp_path):
+    path = write(tmp_path, "time [s],absolute pressure [kPa]\n0,101.325\n1,6.825\n")
+    np.testing.assert_allclose(read_history(path, ATMOSPHERE).vacuum, [0, 94.5e3])
+    path = write(tmp_path, "time [s],gauge pressure [kPa]\n0,0\n1,-94.5\n")
+    np.testing.assert_allclose(read_history(path, ATMOSPHERE).vacuum, [0, 94.5e3])
+
+
 def test_no_file_and_no_text(tmp_path):
-    with pytest.raises(FileError, match="cannot be read"):
+    with pytest.raises(FileError, match="cannot be read: No such file") as said:
         read_history(tmp_path / "none.csv", ATMOSPHERE)
+    assert "Errno" not in str(said.value) and str(said.value).count("none.csv") == 1
     path = tmp_path / "bytes.csv"
     path.write_bytes(b"\xff\xfe\x00\x01" * 10)
     with pytest.raises(FileError, match="cannot be read"):

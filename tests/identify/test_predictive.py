@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from layerjam.errors import QuantityError
-from layerjam.identify.bayes import Population
+from layerjam.identify.posterior import Population
 from layerjam.identify.predictive import (
     LEVELS,
     Band,

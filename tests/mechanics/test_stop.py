@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from layerjam.mechanics.enclosure import enclosure_force
+from layerjam.mechanics.enclosure import enclosure_force, sleeve_at
 from layerjam.mechanics.energy import slip_heat, slip_work
+from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.pull import brake_force, peak
 from layerjam.mechanics.stop import (
     BOTTOMED_OUT,
     NEVER_SLID,
+    NOT_A_CASE,
     SNAPS,
     STOPPED,
     speed_at_slip,
@@ -88,6 +90,27 @@ def test_a_spring_softer_than_the_softening_snaps():
     assert slope == pytest.approx(-2000.0, rel=1e-9)
     firm = stop(12.0, 2.5, 94.5e3, 2600.0, G, KAPTON)
     assert int(firm.outcome) != SNAPS
+
+
+def test_a_spring_that_the_sleeve_still_helps_does_not_snap():
+    """Between c - EA/l and c the force never falls faster than the spring gives."""
+    at = sleeve_at(2e3, KAPTON)
+    c = float(friction_per_contact(2e3, KAPTON))
+    least = c - float(at.stiffness / at.reach)
+    assert float(at.saturation) < KAPTON.sheets.usable_travel
+    case = (5.0, 2.0, 2e3, np.array([least * 0.999, least * 1.001, c * 0.999]), G, KAPTON)
+    assert np.asarray(stop(*case).outcome).tolist() == [SNAPS, BOTTOMED_OUT, BOTTOMED_OUT]
+
+
+def test_what_is_no_case_is_neither_a_number_nor_an_outcome():
+    bad = np.array([np.nan, 0.0, -1.0, 1.0])
+    result = stop(bad, 2.5, 94.5e3, SPRING, G, KAPTON)
+    assert np.asarray(result.outcome).tolist() == [NOT_A_CASE] * 3 + [STOPPED]
+    assert np.isnan(result.slip[:3]).all()
+    film = dataclasses.replace(KAPTON.film, kinetic=np.nan)
+    lost = stop(1.0, 2.5, 94.5e3, SPRING, G, dataclasses.replace(KAPTON, film=film))
+    assert int(lost.outcome) == NOT_A_CASE
+    assert all(np.isnan(float(v)) for v in lost[:-1])
 
 
 @pytest.mark.parametrize(("mass", "speed", "vacuum"), [(1, 2.5, 94.5e3), (3, 1.2, 60e3)])

@@ -7,7 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from layerjam.device.load import load
 from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.mechanics.motion import stop_in_time
 from layerjam.mechanics.pull import brake_force, peak
 from layerjam.mechanics.stop import stop
 from layerjam.mechanics.tune import tuned_vacuum
@@ -55,6 +57,12 @@ def test_odd_drops_too():
 
 def test_impossible_input_is_nan_as_in_the_law():
     made = batch(stop, SWEEP | {"mass": ("mass", [-1.0, 0.0, 1.0]), "speed": 2.0}, brake=KAPTON)
+    assert (made.outcome[:2] == -1).all()
+    assert (made.outcome[2] >= 0).all()
+    film = dataclasses.replace(KAPTON.film, kinetic=np.nan)
+    lost = batch(stop, SWEEP | {"mass": 1.0}, brake=dataclasses.replace(KAPTON, film=film))
+    assert (lost.outcome == -1).all()
+    assert np.isnan(lost.slip).all()
     assert np.isnan(made.slip[:2]).all()
     assert np.isfinite(made.slip[2]).all()
 
@@ -140,3 +148,47 @@ def test_what_does_not_fit_is_refused():
     huge = {k: np.linspace(1, 2, 1000) for k in ("mass", "speed", "vacuum")}
     with pytest.raises(QuantityError, match="give a sink"):
         batch(stop, SWEEP | huge, brake=KAPTON)
+
+
+TIMES, VENT = np.array([0.0, 0.01, 0.06]), np.array([94.5e3, 94.5e3, 40e3])
+MARCH = {"rope": 16.8e3, "damping": None, "gravity": G, "step": 1e-4, "steps": 4000.0}
+
+
+def test_a_history_is_held_fixed_for_all_cases():
+    fixed = {"vacuum": VENT, "times": TIMES, **MARCH}
+    speed = np.array([1.0, 2.0, 2.5])
+    made = batch(stop_in_time, {"mass": [0.5, 1.0], "speed": speed}, fixed=fixed, brake=KAPTON)
+    assert made.slip.dims == ("mass", "speed")
+    one = stop_in_time(1.0, 2.5, VENT, TIMES, 16.8e3, None, G, 1e-4, 4000.0, KAPTON)
+    assert float(made.slip[1, 2]) == pytest.approx(float(one.slip), rel=1e-12)
+    assert "sleeve" not in made
+    assert (made.speed_reached == 0).all()
+    np.testing.assert_array_equal(made.speed, speed)
+    steady = batch(
+        stop_in_time, {"mass": 1.0, "speed": speed, "vacuum": 94.5e3},
+        fixed={"times": None, **MARCH}, brake=KAPTON,
+    )  # fmt: skip
+    right = stop(1.0, speed, 94.5e3, 1 / (1 / 131e3 + 1 / 16.8e3), G, KAPTON)
+    np.testing.assert_allclose(steady.slip, right.slip, atol=1e-10)
+
+
+def test_a_brake_may_be_a_file_or_its_name():
+    right = batch(stop, SWEEP, brake=KAPTON).slip
+    for brake in ("choi2018-kapton", load("choi2018-kapton")):
+        np.testing.assert_array_equal(batch(stop, SWEEP, brake=brake).slip, right)
+
+
+def test_what_python_would_say_is_said_plainly():
+    march = {"mass": 1.0, "speed": [1.0, 2.0], "vacuum": 9e4, **MARCH, "damping": 0.0}
+    with pytest.raises(QuantityError, match="goes into fixed"):
+        batch(stop_in_time, march | {"times": 0.0}, brake=KAPTON)
+    with pytest.raises(QuantityError, match="times: None cannot be swept; give it in fixed"):
+        batch(stop_in_time, march | {"times": None}, brake=KAPTON)
+    with pytest.raises(QuantityError, match="mass: '1kg' is no number"):
+        batch(stop, SWEEP | {"mass": "1kg"}, brake=KAPTON)
+    with pytest.raises(QuantityError, match="block: 0 cases"):
+        batch(stop, SWEEP, brake=KAPTON, block=0)
+    with pytest.raises(QuantityError, match="brake: a float is no brake"):
+        batch(stop, SWEEP, brake=1.0)
+    with pytest.raises(QuantityError, match="speed: swept and fixed"):
+        batch(stop, SWEEP, brake=KAPTON, fixed={"speed": [1.0]})

@@ -107,3 +107,107 @@ def test_a_damped_rope_alone(damping):
     assert force == pytest.approx((16.8e3 * fine[0] + damping * fine[1]).max(), rel=1e-6)
     if damping < 1e-3:
         assert force == pytest.approx(rope_only(1.0, 2.5, 16.8e3, G)[0], rel=1e-6)
+
+
+BAD = [
+    ({"vacuum": np.nan}, "vacuum: nan"),
+    ({"vacuum": -1.0}, "vacuum: -"),
+    ({"vacuum": 2e5}, "vacuum: 200 kPa"),
+    ({"mass": 0.0}, "mass: 0"),
+    ({"mass": np.nan}, "mass: nan"),
+    ({"mass": -1.0}, "mass: -1 kg"),
+    ({"mass": 1e-300}, "mass: "),
+    ({"speed": -1.0}, "speed: -1 m/s"),
+    ({"speed": np.nan}, "speed: nan"),
+    ({"rope_stiffness": 0.0}, "rope stiffness: 0"),
+    ({"rope_damping": -1.0}, "rope damping: -1"),
+    ({"step": 0.0}, "step: 0"),
+    ({"step": -1e-5}, "step: -"),
+    ({"step": 0.1}, "step: 0.1 s is not allowed; .* at most"),
+    ({"duration": np.nan}, "duration: nan"),
+    ({"speed": 0.0, "gravity": 0.0}, "speed: 0 m/s"),
+]
+
+
+@pytest.mark.parametrize(("change", "words"), BAD)
+def test_what_is_no_drop_is_refused(change, words):
+    with pytest.raises(QuantityError, match=words):
+        drop_in_time(FILE, **({"vacuum": 94.5e3} | CASE | change))
+
+
+@pytest.mark.parametrize(
+    ("time", "vacuum", "words"),
+    [
+        ([0, 1], [5e4, np.nan], "vacuum of sample 2: nan"),
+        ([0, 1], [-1, 5e4], "vacuum of sample 1: -1 Pa"),
+        ([0, 1, 0.5], [1, 2, 3], "times must rise"),
+        ([0, 0], [1, 2], "times must rise"),
+        ([0, np.inf], [1, 2], "time of sample 2"),
+        ([0], [1], "two or more"),
+        ([0, 1], [1, 2, 3], "same length"),
+        ([0, 1], ["a", "b"], "no row of numbers"),
+    ],
+)
+def test_a_history_checks_itself(time, vacuum, words):
+    with pytest.raises(QuantityError, match=words):
+        History(time, vacuum)
+
+
+def test_a_history_above_the_atmosphere_is_refused():
+    with pytest.raises(QuantityError, match="sample 2, 120 kPa, is more than the atmosphere"):
+        drop_in_time(FILE, vacuum=History([0, 1], [5e4, 1.2e5]), **CASE)
+
+
+def test_a_duration_shorter_than_the_stop_ends_there():
+    timed, record = drop_in_time(FILE, vacuum=94.5e3, duration=0.005, **CASE)
+    assert timed.outcome is Outcome.FINISHED
+    assert record.time[-1] == timed.time == 0.005
+    assert record.speed_of_mass[-1] > 0
+
+
+def test_a_mass_at_rest_is_not_marched_on():
+    """An hour of hanging takes no longer than the swings before; the state stays bit for bit."""
+    how = {"vacuum": 94.5e3, "rope_damping": 60.0, **CASE}
+    _, long = drop_in_time(FILE, duration=3600.0, **how)
+    assert long.time[-1] == 3600.0
+    assert len(long.time) < 3000
+    for column in (long.force, long.slip, long.travel, long.dissipated_energy):
+        assert column[-1] == column[-2]
+    assert long.force[-1] == pytest.approx(G, rel=1e-9)
+
+
+def test_a_history_that_does_not_change_is_the_constant_vacuum_bit_for_bit():
+    held = History([0.0, 0.01, 1.0], [94.5e3] * 3)
+    constant, _ = drop_in_time(FILE, vacuum=94.5e3, **CASE)
+    assert drop_in_time(FILE, vacuum=held, **CASE)[0] == constant
+
+
+def test_a_step_up_within_the_stop_converges():
+    """Steps end at the samples, so that the jump does not lie anywhere within one."""
+    jump = History([0.0, 0.01, 0.010001, 1.0], [60e3, 60e3, 94.5e3, 94.5e3])
+    timed, record = drop_in_time(FILE, vacuum=jump, **CASE)
+    assert not any("of their value" in words for words in record.warnings)
+    fine, _ = drop_in_time(FILE, vacuum=jump, step=record.step / 8, **CASE)
+    assert timed.slip == pytest.approx(fine.slip, rel=2e-6)
+
+
+def test_a_snap_in_a_rising_history_says_what_it_takes_there():
+    soft = {"mass": 30.0, "speed": 2.5, "rope_stiffness": 2.4e3}
+    rising = History([0.0, 0.03], [20e3, 94.5e3])
+    timed, record = drop_in_time(FILE, vacuum=rising, **soft)
+    assert timed.outcome is Outcome.SNAPS
+    assert "it snaps" in timed.reason
+    there = float(rising.at(timed.time))
+    assert 80e3 < there < 94e3
+    assert timed.least_stiffness == pytest.approx(2.5798e3 * there / 94.5e3, rel=1e-3)
+    assert timed.reason in record.warnings
+
+
+def test_a_history_that_begins_late_says_so():
+    late = History([0.01, 0.05], [94.5e3, 40e3])
+    _, record = drop_in_time(FILE, vacuum=late, **CASE)
+    assert any("until then its first vacuum" in words for words in record.warnings)
+    early = History([-1.0, 0.05], [10e3, 94.5e3])
+    _, record = drop_in_time(FILE, vacuum=early, **CASE)
+    assert record.vacuum_in_time[0] == pytest.approx(float(early.at(0.0)))
+    assert record.vacuum == record.vacuum_in_time[0]

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from layerjam.cli import options as opt
+from layerjam.cli.ticker import Ticker
 from layerjam.errors import QuantityError
 
 Mass = Annotated[str, typer.Option(metavar="Q", help="Mass to stop, e.g. 1kg.")]
@@ -40,6 +41,10 @@ def drop(
     ] = None,
     vacuum_history: Annotated[
         Path | None, typer.Option(metavar="FILE", help="CSV of time and vacuum, instead of one.")
+    ] = None,
+    reading: Annotated[
+        str | None,
+        typer.Option(metavar="KIND", help="Its pressure is absolute, gauge or vacuum."),
     ] = None,
     duration: Annotated[
         str | None, typer.Option(metavar="Q", help="Follow the rebound up to this time.")
@@ -80,18 +85,26 @@ def drop(
         raise QuantityError("--no-brake: has no record to write or draw")
     opt.engine()
     from layerjam.cli.output import say
+    from layerjam.units import parse
     from layerjam.verbs import impact, sensor
 
-    answer = impact.drop(
-        brake, mass=mass, speed=speed, height=height, vacuum=vacuum, travel=travel,
-        rope_stiffness=rope_stiffness, rope_damping=rope_damping, vacuum_history=vacuum_history,
-        duration=duration, no_brake=no_brake, horizontal=horizontal, atmosphere=atmosphere,
-    )  # fmt: skip
+    with Ticker() as ticker:
+
+        def tell(now: float) -> None:
+            ticker("the drop in time", now / span if span else 1.0)
+
+        span = 0.0 if duration is None else parse(duration, "s", "duration")
+        answer = impact.drop(
+            brake, mass=mass, speed=speed, height=height, vacuum=vacuum, travel=travel,
+            rope_stiffness=rope_stiffness, rope_damping=rope_damping,
+            vacuum_history=vacuum_history, reading=reading, duration=duration, no_brake=no_brake,
+            horizontal=horizontal, atmosphere=atmosphere, progress=tell if span else None,
+        )  # fmt: skip
     answer = sensor.observed(
         answer, accelerometer=accelerometer, filter=filter_class, low_pass=low_pass,
         sampling=sampling, allowed_rise=allowed_rise, film_coefficient=film_coefficient,
     )  # fmt: skip
-    done = answer.record is not None and answer.values.get("feasible") is not False
+    done = not no_brake and answer.record is not None and answer.values.get("feasible") is not False
     if out is not None and done:
         answer.record.save(out, force=force)
     if figure and done:

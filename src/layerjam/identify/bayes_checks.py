@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from layerjam.identify.bayes_model import Data, Sites, forces
 from layerjam.identify.checks import Check, no_trend, plausible, stiffness_possible
 from layerjam.identify.curves import Curve
+from layerjam.identify.posterior import BayesFit, agreement_of
 from layerjam.mechanics.stiffness import stiffness_before_slip
-
-if TYPE_CHECKING:
-    from layerjam.identify.bayes import BayesFit
 
 R_HAT = 1.01
 """Above this, chains that began apart have not met."""
@@ -77,8 +75,6 @@ def _complete(fit: BayesFit) -> Check | None:
 
 
 def _converged(fit: BayesFit) -> Check:
-    from layerjam.identify.bayes import agreement_of
-
     # what predictions rest on is held to the strict bound; among many others chance has its say
     population = {n: agreement_of(v)[0] for n, v in _scalars(fit).items() if "curve" not in n}
     others = {n: agreement_of(v)[0] for n, v in _scalars(fit).items() if "curve" in n}
@@ -108,8 +104,6 @@ def _divergences(fit: BayesFit) -> Check:
 
 
 def _enough(fit: BayesFit) -> Check:
-    from layerjam.identify.bayes import agreement_of
-
     sizes = {n: agreement_of(getattr(fit, n))[1] for n in (*MAIN, "scale_factor_sd")}
     least = min(sizes, key=lambda n: sizes[n])
     fine = sizes[least] >= ESS

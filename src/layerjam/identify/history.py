@@ -8,22 +8,30 @@ from pathlib import Path
 
 import numpy as np
 
-from layerjam.errors import FileError
+from layerjam.errors import FileError, UnknownNameError
 from layerjam.identify.columns import split_unit
-from layerjam.simulate.drop_in_time import History
+from layerjam.identify.log import Said, pressure_says
+from layerjam.simulate.vacuum_history import History
 from layerjam.units import show, unit_factor
+
+READINGS = ("absolute", "gauge", "vacuum")
+"""What a pressure may count from: nothing, the atmosphere upwards, the atmosphere downwards."""
 
 LARGEST = 50_000_000
 """Bytes of a file that is read."""
 
 
-def read_history(path: str | Path, atmosphere: float) -> History:
+def read_history(path: str | Path, atmosphere: float, reading: str | None = None) -> History:
     """The history in a CSV such as ``time [s],vacuum [kPa]``; lines with '#' are skipped.
 
-    The column in a unit of time and the one in a unit of pressure are taken. Raises FileError
-    where there is not exactly one of each, where a number is missing or not finite, time does not
-    rise, or the vacuum leaves 0 to `atmosphere` [Pa].
+    The column in a unit of time and the one in a unit of pressure are taken. What the pressure
+    counts from, its column says (vacuum, absolute pressure, gauge pressure) or `reading` does:
+    absolute, gauge (over the atmosphere) or vacuum (below it). Raises FileError where there is not
+    exactly one column of each, where neither says what it counts from, where a number is missing or
+    not finite, time does not rise, or the vacuum leaves 0 to `atmosphere` [Pa].
     """
+    if reading is not None and reading not in READINGS:
+        raise UnknownNameError("reading", reading, READINGS)
     lines = _lines(path)
     if len(lines) < 3:
         raise FileError(path, "needs a row of names and at least two rows of numbers")
@@ -32,11 +40,21 @@ def read_history(path: str | Path, atmosphere: float) -> History:
     places = [
         _place(names, si, what, path, first) for si, what in (("s", "time"), ("Pa", "vacuum"))
     ]
+    name, unit = names[places[1][0]]
+    kind = reading or pressure_says(Said(places[1][0], name, unit or "", False))
+    if kind is None:
+        raise FileError(
+            path,
+            f"does not say what '{name[:60]}' counts from: name the column vacuum, or give "
+            "--reading absolute, gauge (over the atmosphere) or vacuum (below it)",
+            first,
+        )
     values = np.empty((2, len(rows)))
     for number, (line, row) in enumerate(rows):
         for k, (place, factor) in enumerate(places):
             values[k, number] = _number(row, place, path, line) * factor
-    time, vacuum = values
+    time, pressure = values
+    vacuum = {"absolute": atmosphere - pressure, "gauge": -pressure, "vacuum": pressure}[kind]
     step = np.diff(time)
     if (step <= 0).any():
         bad = int(np.argmax(step <= 0)) + 1
@@ -49,7 +67,8 @@ def read_history(path: str | Path, atmosphere: float) -> History:
         raise FileError(
             path,
             f"vacuum {show(float(vacuum[bad]), 'Pa')} is not allowed; it lies between 0 and the "
-            f"atmosphere of {show(atmosphere, 'Pa')}",
+            f"atmosphere of {show(atmosphere, 'Pa')}"
+            + ("" if kind == "vacuum" else f" (its pressure is read as {kind})"),
             rows[bad][0],
         )
     return History(time, vacuum)
@@ -62,8 +81,10 @@ def _lines(path: str | Path) -> list[tuple[int, list[str]]]:
         if size > LARGEST:
             raise FileError(path, f"is {size / 1e6:.0f} MB large; at most 50 MB are read")
         text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as err:
-        raise FileError(path, f"cannot be read: {err}") from None
+    except UnicodeDecodeError:
+        raise FileError(path, "cannot be read: it is no text in UTF-8") from None
+    except OSError as err:
+        raise FileError(path, f"cannot be read: {err.strerror or err}") from None
     kept = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
     kept = [(n, line) for n, line in kept if not line.startswith("#")]
     mark = next((m for m in (";", "\t", ",") if kept and m in kept[0][1]), ",")

@@ -188,8 +188,6 @@ def _design(
         speed = float(np.exp(np.log(speeds).mean()))
         names.append("speed_slope")
         design = _with_column(design, np.log10(speeds / speed))
-    if len(curves) < design.shape[2] - 2:
-        raise FitError(f"calibrate: {len(curves)} pulls cannot tell {', '.join(names)}")
     if np.linalg.matrix_rank(design.reshape(-1, design.shape[2])) < design.shape[2]:
         raise FitError("speed: vacuum and speed change together, so that their laws cannot be told")
     return tuple(names), design, held, pressure, speed

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from layerjam.errors import QuantityError
-from layerjam.identify.bayes import Population
+from layerjam.identify.posterior import Population
 from layerjam.mechanics import pull as law
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.mechanics.stop import BOTTOMED_OUT, NEVER_SLID, SNAPS, STOPPED, stop

@@ -213,7 +213,8 @@ def stop_in_time(
 
     `vacuum` [Pa] broadcasts with the rest where `times` is None; with `times` [s], shape (H,), it
     holds samples of a history. `rope` [N/m] and `damping` [N s/m] may be None. `step` [s] may
-    differ from drop to drop, `steps` is the most that are taken; outcome MOVING where they did not
+    differ from drop to drop, `steps` is the most that are taken
+    (the greatest where several are given); outcome MOVING where they did not
     do. Energy is kept to rounding, time and slip are of second order in the step (slip exact at
     constant vacuum without damping). NaN and NOT_A_CASE outside the domain, to which a step longer
     than a quarter of sqrt(M/k) belongs, k of rope and brake in series: it may pass over events.
@@ -232,12 +233,12 @@ def stop_in_time(
     fine = fine & (step <= LONGEST * jnp.sqrt(mass / series_of(rope, brake)))
 
     def going(state: tuple[Any, Motion]) -> Any:
-        return (state[0] < steps) & jnp.any(fine & (state[1].outcome == MOVING))
+        return (state[0] < jnp.max(steps)) & jnp.any(fine & (state[1].outcome == MOVING))
 
     def on(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
         return state[0] + 1, step_on(state[1], step, history, load, brake, damped)
 
-    last = jax.lax.while_loop(going, on, (jnp.zeros_like(steps), start))[1]
+    last = jax.lax.while_loop(going, on, (jnp.array(0), start))[1]
     last = ended(last, step, history, load, brake, damped)
     last = last._replace(outcome=jnp.where(fine, last.outcome, NOT_A_CASE))
     return jax.tree.map(lambda a: within(fine, a) if a.dtype == jnp.float64 else a, last)

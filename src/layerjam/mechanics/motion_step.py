@@ -100,6 +100,7 @@ def setting_of(vacuum: Any, spring: Any, brake: Brake) -> Setting:
 
 
 def sleeve_force(slip: Any, sleeve: Memory | None, at: Sleeve) -> Any:
+    """Force of the sleeve [N] in first loading to a slip [m], by its memory where there is one."""
     return backbone(slip, at) if sleeve is None else first_force(sleeve, slip, at)
 
 

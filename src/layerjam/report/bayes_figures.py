@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from layerjam.identify.bayes import BayesFit
 from layerjam.identify.bayes_model import Prior
 from layerjam.identify.curves import Curve
+from layerjam.identify.posterior import BayesFit
 from layerjam.identify.predictive import force_band, vacuum_band
 from layerjam.mechanics.pull import force_limits
 from layerjam.report.style import (

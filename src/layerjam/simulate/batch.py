@@ -15,6 +15,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import load
 from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError
 from layerjam.mechanics.stop import Stop, stop
 from layerjam.mechanics.stop_many import Axis, constants_of, kernel
@@ -58,7 +60,8 @@ def batch(
     law: Callable[..., Any],
     sweep: Mapping[str, Any],
     *,
-    brake: Brake,
+    brake: Brake | BrakeFile | str,
+    fixed: Mapping[str, Any] | None = None,
     wanted: Sequence[str] | None = None,
     sink: Sink | None = None,
     out: Mapping[str, Array] | None = None,
@@ -69,19 +72,26 @@ def batch(
 
     `sweep` gives each argument of `law` but the brake: a number, an array (its own axis, named
     after it) or (axis, array), so that quantities share an axis. ``"brake.film.kinetic"`` and its
-    like sweep a field of the device. The result is labelled: a Dataset with the axes in the order
-    given. With `sink`, called as sink(first, {name: values}) with flat pieces in order, nothing is
-    kept and the number of cases is returned. `wanted` picks of the law's results; `out` gives
+    like sweep a field of the device. `fixed` goes to the law as it is, the same for every case: the
+    samples of a history, None for what is not there. `brake` may be the file or its name. The
+    result is labelled: a Dataset with the axes in the order given; a result named as an axis (the
+    speed of a march) is NAME_reached there. With `sink`, called as sink(first, {name: values}) with
+    flat pieces in order, nothing is kept and the number of cases is returned. `wanted` picks of the law's results; `out` gives
     arrays of float64 to put them into, which saves making new ones. `progress` is called with
     (done, all). Ctrl-C ends it with what is done; the rest is NaN, attribute `done`.
 
     Works in blocks of `block` cases on all cores; the exact `stop` runs as one compiled loop.
     Raises QuantityError for arrays that do not fit, and for more than 4 GiB without a sink.
     """
-    swept = _laid_out(law, sweep, brake)
+    if block < 1:
+        raise QuantityError(f"block: {block} cases are not allowed; give 1 or more")
+    brake, fixed = _brake_of(brake), dict(fixed or {})
+    sweep = {**sweep, **{n: v for n, v in fixed.items() if _is_number(v) and n not in sweep}}
+    fixed = {n: v for n, v in fixed.items() if n not in sweep or not _is_number(v)}
+    swept = _laid_out(law, sweep, fixed, brake)
     sizes = {s.dimension: len(s.values) for s in swept if s.dimension}
     total = math.prod(sizes.values())
-    run, names = _runner(law, swept, brake, block)
+    run, names = _runner(law, swept, fixed, brake, block)
     kept = tuple(out or names) if wanted is None else tuple(wanted)
     for name in kept:
         if name not in names:
@@ -130,23 +140,57 @@ def _flat(name: str, out: Mapping[str, Array] | None, size: int) -> Array:
     return given.reshape(-1)
 
 
-def _laid_out(law: Callable[..., Any], sweep: Mapping[str, Any], brake: Brake) -> list[Swept]:
+def _brake_of(brake: Brake | BrakeFile | str) -> Brake:
+    """The device behind a file or a name."""
+    if isinstance(brake, str):
+        return load(brake).brake
+    if isinstance(brake, BrakeFile):
+        return brake.brake
+    if not isinstance(brake, Brake):
+        raise QuantityError(f"brake: a {type(brake).__name__} is no brake, brake file or name")
+    return brake
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _row(name: str, given: Any) -> Array:
+    """Values of one quantity; QuantityError for what is no number or one row of them."""
+    if given is None:
+        raise QuantityError(f"{name}: None cannot be swept; give it in fixed")
+    try:
+        values = np.asarray(given, float)
+    except (TypeError, ValueError):
+        text = repr(given)
+        raise QuantityError(
+            f"{name}: {text if len(text) < 60 else text[:57] + '...'} is no number or row of "
+            "numbers; a batch takes SI"
+        ) from None
+    if values.ndim > 1 or values.size == 0:
+        raise QuantityError(f"{name}: has shape {values.shape}; it is a number or one row")
+    return values
+
+
+def _laid_out(
+    law: Callable[..., Any], sweep: Mapping[str, Any], fixed: Mapping[str, Any], brake: Brake
+) -> list[Swept]:
     """Every argument with its stride; QuantityError or UnknownNameError for what does not fit."""
     arguments = [n for n in inspect.signature(law).parameters if n != "brake"]
     fields = [f"brake.{path}" for path, _, _ in quantities(type(brake))]
-    for name in sweep:
-        if name not in arguments and name not in fields:
+    for name in (*sweep, *fixed):
+        if name not in arguments and (name not in fields or name in fixed):
             raise UnknownNameError("quantity", name, arguments + fields)
+        if name in sweep and name in fixed:
+            raise QuantityError(f"{name}: swept and fixed; give it once")
     for name in arguments:
-        if name not in sweep:
+        if name not in sweep and name not in fixed:
             raise QuantityError(f"{name}: missing; the law {law.__name__} needs it")
     lengths: dict[str, int] = {}
     plain: list[tuple[str, str | None, Array]] = []
     for name, given in sweep.items():
         pair = isinstance(given, tuple) and len(given) == 2 and isinstance(given[0], str)
-        values = np.asarray(given[1] if pair else given, float)
-        if values.ndim > 1 or values.size == 0:
-            raise QuantityError(f"{name}: has shape {values.shape}; it is a number or one row")
+        values = _row(name, given[1] if pair else given)
         dimension = (given[0] if pair else name) if values.ndim else None
         if dimension is not None and lengths.setdefault(dimension, len(values)) != len(values):
             raise QuantityError(
@@ -162,16 +206,16 @@ def _laid_out(law: Callable[..., Any], sweep: Mapping[str, Any], brake: Brake) -
 
 
 def _runner(
-    law: Callable[..., Any], swept: list[Swept], brake: Brake, block: int
+    law: Callable[..., Any], swept: list[Swept], fixed: Mapping[str, Any], brake: Brake, block: int
 ) -> tuple[Run, tuple[str, ...]]:
     """What evaluates flat cases, and the names of its results."""
     constants = constants_of(brake) if law is stop else None
-    if constants is not None and not any(s.name.startswith("brake.") for s in swept):
+    if constants is not None and not fixed and not any(s.name.startswith("brake.") for s in swept):
         order = [n for n in inspect.signature(law).parameters if n != "brake"]
         by_name = {s.name: s for s in swept}
         axes = tuple(Axis(by_name[n].values, by_name[n].stride) for n in order)
         return functools.partial(_stops, axes, constants, by_name, brake), Stop._fields
-    return _traced(law, swept, brake, block)
+    return _traced(law, swept, fixed, brake, block)
 
 
 def _stops(
@@ -195,37 +239,62 @@ def _many(law: Callable[..., Any], names: tuple[str, ...]) -> tuple[Any, Any]:
     """The law on one block, and compiled for blocks one after the other that stay in the cache."""
     order = [n for n in inspect.signature(law).parameters if n != "brake"]
 
-    def one(values: tuple[Any, ...], brake: Brake) -> Any:
-        given = dict(zip(names, values, strict=True))
+    def one(values: tuple[Any, ...], fixed: Mapping[str, Any], brake: Brake) -> Any:
+        given = {**dict(zip(names, values, strict=True)), **fixed}
         for name in names:
             if name.startswith("brake."):
                 brake = _with(brake, name.split(".")[1:], given[name])
         return law(*(given[n] for n in order), brake)
 
-    return one, jax.jit(lambda values, brake: jax.lax.map(lambda v: one(v, brake), values))
+    return one, jax.jit(
+        lambda values, fixed, brake: jax.lax.map(lambda v: one(v, fixed, brake), values)
+    )
 
 
 def _traced(
-    law: Callable[..., Any], swept: list[Swept], brake: Brake, block: int
+    law: Callable[..., Any], swept: list[Swept], fixed: Mapping[str, Any], brake: Brake, block: int
 ) -> tuple[Run, tuple[str, ...]]:
     """Any law by JAX."""
     one, many = _many(law, tuple(s.name for s in swept))
-    row = tuple(jax.ShapeDtypeStruct((1,), jnp.float64) for _ in swept)
-    shape = jax.eval_shape(one, row, brake)
-    fields = tuple(shape._fields) if hasattr(shape, "_fields") else (law.__name__,)
+    held = {n: None if v is None else _samples(n, v) for n, v in fixed.items()}
+
+    def shaped(shape: tuple[int, ...]) -> Any:
+        row = tuple(jax.ShapeDtypeStruct(shape, jnp.float64) for _ in swept)
+        return jax.eval_shape(one, row, held, brake)
+
+    try:
+        # one case alone: what the law takes as samples would pass for them in a block of cases
+        shaped(())
+        # three cases, so that a result of one case's shape is told from samples and from one number
+        shape = shaped((3,))
+    except (TypeError, ValueError, IndexError) as err:
+        why = str(err).splitlines()[0][:200]
+        raise QuantityError(
+            f"batch: the law {law.__name__} does not take these quantities ({why}); what has the "
+            "same samples for every case, or is None, goes into fixed"
+        ) from None
+    named = shape._asdict() if hasattr(shape, "_asdict") else {law.__name__: shape}
+    # what has no number for each case, such as a memory, is left out
+    fields = tuple(n for n, v in named.items() if getattr(v, "shape", None) == (3,))
 
     def run(first: int, count: int, out: Mapping[str, Array]) -> None:
         size = min(block, max(count, 1))
         rows = 1 << max(0, math.ceil(math.log2(count / size)))
         # filled up with the last case, so that every piece has one of few shapes
         cases = np.minimum(np.arange(first, first + rows * size), first + count - 1)
-        made = many(tuple(s.at(cases).reshape(rows, size) for s in swept), brake)
-        parts = made if hasattr(made, "_fields") else (made,)
-        flat = dict(zip(fields, parts, strict=True))
+        made = many(tuple(s.at(cases).reshape(rows, size) for s in swept), held, brake)
+        flat = made._asdict() if hasattr(made, "_asdict") else {law.__name__: made}
         for name, values in out.items():
             values[:] = np.asarray(flat[name]).reshape(-1)[:count]
 
     return run, fields
+
+
+def _samples(name: str, given: Any) -> Array:
+    try:
+        return np.asarray(given, float)
+    except (TypeError, ValueError):
+        raise QuantityError(f"{name}: fixed, but neither None nor numbers") from None
 
 
 def _with(record: Any, path: list[str], value: Any) -> Any:
@@ -247,16 +316,18 @@ def _labelled(
     except ImportError:
         raise MissingExtraError("a labelled result (xarray)", "labelled") from None
     shape, axes = tuple(sizes.values()), tuple(sizes)
-    data = {
-        name: (axes, values.reshape(shape), {"units": _UNITS.get(name, "")})
-        for name, values in whole.items()
-    }
     fields = {f"brake.{path}": m.unit for path, m, _ in quantities(Brake)}
     coordinates = {
         s.name: (s.dimension, s.values, {"units": _UNITS.get(s.name, fields.get(s.name, ""))})
         for s in swept
         if s.dimension
     }
+    data = {
+        f"{name}_reached" if name in coordinates else name: (
+            axes, values.reshape(shape), {"units": _UNITS.get(name, "")},
+        )
+        for name, values in whole.items()
+    }  # fmt: skip
     fixed = {s.name: float(s.values[0]) for s in swept if not s.dimension}
     return xarray.Dataset(
         data, coords=coordinates, attrs={"law": law.__name__, "done": done, **fixed}

@@ -16,6 +16,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.mechanics.motion import (
     CLOSED,
+    LONGEST,
     MOVING,
     SNAPPED,
     STANDSTILL,
@@ -26,25 +27,33 @@ from layerjam.mechanics.motion import (
     at_start,
     ended,
     load_of,
+    series_of,
+    setting_of,
     step_on,
     stored_energy,
 )
+from layerjam.mechanics.motion_step import sleeve_force
 from layerjam.mechanics.pull import least_stiffness
+from layerjam.simulate.drop import snap_reason
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.units import show
+from layerjam.simulate.vacuum_history import VACUUM, History
+from layerjam.units import Meaning, show
+
+__all__ = ["MASS", "SPEED", "History", "TimedStop", "drop_in_time"]
+MASS = Meaning("kg", "mass", lo=1e-6, hi=1e6)
+SPEED = Meaning("m/s", "speed on arrival", lo=0.0, hi=1e4)
+_ROPE = Meaning("N/m", "stiffness of the rope", lo=1, hi=1e9)
+_DAMPING = Meaning("N s/m", "damping of the rope", hi=1e6)
+_GRAVITY = Meaning("m/s^2", "gravity along the pull", hi=100)
+_TIME = Meaning("s", "time to simulate", open_lo=True, hi=1e9)
 
 SAMPLES = 600
 CLOSE = 1e-6
 """Relative change of slip and time when the step is halved, below which a run is taken."""
 MOST_HALVINGS, MOST_STEPS = 7, 4_000_000
+STILL = 1e-20
+"""Energy of a motion, as a part of that in the hanging spring, below which it is none."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
-
-
-class History(NamedTuple):
-    """A vacuum that changes: samples [Pa] over time from the taut rope [s], straight in between."""
-
-    time: Array
-    vacuum: Array
 
 
 class TimedStop(NamedTuple):
@@ -60,6 +69,10 @@ class TimedStop(NamedTuple):
     slip_at_end: float
     """Slip at the end of the record, after a rebound [m]."""
     outcome_at_end: Outcome
+    reason: str | None = None
+    """Why it snapped; None where it did not."""
+    least_stiffness: float | None = None
+    """What cannot snap at the vacuum it snapped at [N/m]."""
 
 
 class _Case(NamedTuple):
@@ -70,29 +83,48 @@ class _Case(NamedTuple):
     damped: bool
 
 
+def _next(motion: Motion, until: Any, dt: Any, vacuum: Vacuum) -> Any:
+    """The next step [s]: `dt`, or less up to the end or to the next sample of a history."""
+    step = jnp.minimum(dt, until - motion.time)
+    if vacuum.time is None:
+        return step
+    # a hair's breadth before a sample counts as there
+    at = jnp.searchsorted(vacuum.time, motion.time + 1e-9 * dt, side="right")
+    ahead = vacuum.time[jnp.minimum(at, len(vacuum.time) - 1)] - motion.time
+    return jnp.where(ahead > 0, jnp.minimum(step, ahead), step)
+
+
 @functools.partial(jax.jit, static_argnames=("damped",))
 def _march(
     motion: Motion, most: Any, until: Any, dt: Any, vacuum: Vacuum, load: Load, brake: Brake,
     damped: bool,
 ) -> Motion:  # fmt: skip
     """Steps up to an event, a number of steps or a time [s]."""
+    last = until - 1e-9 * dt
 
     def going(state: tuple[Any, Motion]) -> Any:
         count, now = state
-        return (now.outcome == MOVING) & (now.time < until) & (count < most)
+        return (now.outcome == MOVING) & (now.time < last) & (count < most)
 
     def on(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
-        return state[0] + 1, step_on(state[1], dt, vacuum, load, brake, damped)
+        now = state[1]
+        step = _next(now, until, dt, vacuum)
+        return state[0] + 1, step_on(now, step, vacuum, load, brake, damped)
 
     return jax.lax.while_loop(going, on, (jnp.array(0), motion))[1]
 
 
-_ended = jax.jit(ended, static_argnames=("damped",))
+@functools.partial(jax.jit, static_argnames=("damped",))
+def _ended(
+    motion: Motion, until: Any, dt: Any, vacuum: Vacuum, load: Load, brake: Brake, damped: bool
+) -> Motion:
+    """What the next step, known to hold it, ends with."""
+    return ended(motion, _next(motion, until, dt, vacuum), vacuum, load, brake, damped)
 
 
 def _to_event(case: _Case, dt: float, until: float) -> Motion:
     start, *rest = case
-    return _ended(_march(start, MOST_STEPS, until, dt, *rest), dt, *rest)
+    return _ended(_march(start, MOST_STEPS, until, dt, *rest), until, dt, *rest)
 
 
 def drop_in_time(
@@ -111,27 +143,29 @@ def drop_in_time(
     """Stop a mass [kg] that arrives with `speed` [m/s], marched in time; all in SI.
 
     `vacuum` is one number or a History. With `duration` [s] it goes on after the first standstill
-    (rebound, slack rope) up to that time; the numbers remain those of the first. Without `step`
-    [s] the step is halved until slip and time change by less than 1e-6. `progress` is called with
-    the time reached [s]; KeyboardInterrupt from it ends the run. Raises QuantityError for damping
-    without a rope, and where the mass does not come to rest in 4 million steps.
+    (rebound, slack rope) up to that time; the numbers remain those of the first, and where it has
+    not come to one by then the outcome is FINISHED. A mass that hangs at rest is not marched on.
+    Without `step` [s] the step is halved until slip and time change by less than 1e-6. `progress`
+    is called with the time reached [s]; KeyboardInterrupt from it ends the run. Raises
+    QuantityError for what is out of bounds, for damping without a rope, for a step longer than a
+    quarter of sqrt(M/k), and where the mass does not come to rest in 4 million steps.
     """
-    if rope_damping and rope_stiffness is None:
-        raise QuantityError("rope damping: there is no rope; give its stiffness too")
     brake = file.brake
     pull = brake.site.gravity if gravity is None else gravity
-    history = vacuum if isinstance(vacuum, History) else None
-    first = float(history.vacuum[0]) if history is not None else float(vacuum)  # type: ignore[arg-type]
+    _check(brake, mass, speed, rope_stiffness, rope_damping, pull, duration, step)
+    history = _changing(vacuum, brake.site.atmosphere)
+    first = float(history.at(0.0)) if history is not None else float(_held(vacuum))
     load = load_of(mass, pull, rope_stiffness, rope_damping or None, brake)
     load = Load(*(np.float64(v) for v in load))
     start = _strong(at_start(np.float64(speed), np.float64(first), history is None))
     given = Vacuum(jnp.asarray(first))
     if history is not None:
-        given = Vacuum(jnp.asarray(history.vacuum), jnp.asarray(history.time))
+        given = _padded(history)
     case = _Case(start, given, load, brake, bool(rope_damping))
     until = math.inf if duration is None else duration
     dt, event, warnings = _chosen(case, step, until)
     numbers = _numbers(event, case)
+    at_event = first if history is None else float(history.at(float(event.time)))
     if event.outcome == MOVING and duration is None:
         raise QuantityError(
             f"duration: the mass still moves at {show(float(event.time), 's')}; give the time to "
@@ -140,9 +174,14 @@ def drop_in_time(
     states = _followed(case, dt, until if duration is not None else math.inf, event, progress)
     last = states[-1]
     timed = TimedStop(*numbers, slip_at_end=float(last.slip), outcome_at_end=_name(last))
-    warnings = [*file.warnings(), *_words(timed, brake, first, load), *warnings]
+    if timed.outcome is Outcome.SNAPS:
+        why = snap_reason(float(load.spring), timed.slip, at_event, brake, case.damped)
+        least = float(least_stiffness(at_event, brake))
+        timed = timed._replace(reason=why, least_stiffness=least)
+    said = vacuum.remarks() if isinstance(vacuum, History) else []
+    warnings = [*file.warnings(), *said, *_words(timed, brake), *warnings]
     record = DropRecord(
-        time=_column(states, "time"),
+        time=np.minimum(_column(states, "time"), until),
         travel=_column(states, "place"),
         speed_of_mass=_column(states, "speed"),
         force=_column(states, "force"),
@@ -171,20 +210,24 @@ def _chosen(case: _Case, step: float | None, until: float) -> tuple[float, Motio
     # a slow mass on a stiff spring and a fast one on a soft spring: both need a quarter period
     dt = float(jnp.sqrt(load.mass / load.spring)) / 200
     before = _to_event(case, dt, until)
-    change = math.inf
-    for _ in range(MOST_HALVINGS):
+    change = last = math.inf
+    for halving in range(MOST_HALVINGS):
         dt /= 2
         event = _to_event(case, dt, until)
-        if bool(event.outcome == MOVING):
+        if bool(event.outcome == MOVING) and math.isinf(until):
             return dt, event, []
         change = max(
             abs(float(getattr(event, name) - getattr(before, name)))
             / max(float(getattr(event, name)), 1e-9)
             for name in ("slip", "time")
         )
-        before = event
-        if change <= CLOSE:
+        # what is still missing if it goes on falling like this, as of second order at the best
+        ratio = min(last / change, 4.0) if change else 4.0
+        before, last = event, change
+        if change <= CLOSE or (ratio > 2.5 and change <= CLOSE * (ratio - 1)):
             return dt, event, []
+        if halving > 2 and ratio < 1.2:
+            break
     words = f"steps of {show(dt, 's')} give slip and time to {change:.1e} of their value"
     return dt, before, [words]
 
@@ -199,15 +242,21 @@ def _followed(
     states, now = [start], start
     while True:
         now = _march(now, stride, until, dt, *rest)
+        if math.isfinite(until) and _hangs(now, case):
+            # nothing moves any more: the state stays as it is, bit for bit
+            states += [now, now._replace(time=np.float64(until))]
+            if progress is not None:
+                progress(until)
+            return states
         if float(now.time) > float(states[-1].time):
             states.append(now)
         if progress is not None:
             progress(min(float(now.time), until))
-        if float(now.time) >= until:
+        if float(now.time) >= until - 1e-9 * dt:
             return states
         if int(now.outcome) == MOVING:
             continue
-        now = _ended(now, dt, *rest)
+        now = _ended(now, until, dt, *rest)
         if float(now.time) > float(states[-1].time):
             states.append(now)
         else:
@@ -240,15 +289,9 @@ def _name(state: Motion) -> Outcome:
     return (names | {SNAPPED: Outcome.SNAPS}).get(code, Outcome.FINISHED)
 
 
-def _words(timed: TimedStop, brake: Brake, vacuum: float, load: Load) -> list[str]:
+def _words(timed: TimedStop, brake: Brake) -> list[str]:
     """What a reader of the numbers should know."""
-    words = []
-    if timed.outcome is Outcome.SNAPS:
-        least = show(float(least_stiffness(vacuum, brake)), "N/m")
-        words.append(
-            f"rope and brake together give {show(float(load.spring), 'N/m')}; the sliding brake "
-            f"softens faster and snaps. Needed is more than {least}"
-        )
+    words = [timed.reason] if timed.reason else []
     if timed.outcome is Outcome.BOTTOMED_OUT:
         words.append(
             f"the brake ran out of its {show(brake.sheets.usable_travel, 'm')} with the mass at "
@@ -267,11 +310,74 @@ def _words(timed: TimedStop, brake: Brake, vacuum: float, load: Load) -> list[st
     return words
 
 
+def _hangs(now: Motion, case: _Case) -> bool:
+    """Whether the mass hangs still on a brake that holds it, at a vacuum that stays as it is."""
+    load, given = case.load, case.vacuum
+    if bool(now.slack) or int(now.outcome) != MOVING or not float(load.gravity):
+        return False
+    if given.time is not None:
+        later = np.append(float(given.at(now.time)), given.pressure[given.time > now.time])
+        if np.ptp(later) > 0:
+            return False
+    weight = float(load.mass * load.gravity)
+    left = load.mass * now.speed**2 + (now.force - weight) ** 2 / load.spring
+    at = setting_of(now.vacuum, load.spring, case.brake)
+    hold = float(at.c * (at.overlap - now.slip) + sleeve_force(now.slip, now.sleeve, at.sleeve))
+    return float(left) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
+
+
+def _check(
+    brake: Brake, mass: float, speed: float, rope: float | None, damping: float, gravity: float,
+    duration: float | None, step: float | None,
+) -> None:  # fmt: skip
+    """Raise QuantityError for what is no drop."""
+    MASS.check(mass, "mass")
+    SPEED.check(speed, "speed")
+    _GRAVITY.check(gravity, "gravity")
+    _DAMPING.check(damping, "rope damping")
+    if rope is not None:
+        _ROPE.check(rope, "rope stiffness")
+    elif damping:
+        raise QuantityError("rope damping: there is no rope; give its stiffness too")
+    if duration is not None:
+        _TIME.check(duration, "duration")
+    if not (speed or gravity):
+        raise QuantityError("speed: 0 m/s without gravity along the pull is no drop")
+    if step is not None:
+        longest = LONGEST * math.sqrt(mass / float(series_of(rope, brake)))
+        meaning = Meaning("s", "step (a quarter of sqrt(M/k))", open_lo=True, hi=longest)
+        meaning.check(step, "step")
+
+
+def _held(vacuum: float | History) -> float:
+    """The vacuum [Pa] from the taut rope on, of a history that does not change."""
+    return float(vacuum.at(0.0)) if isinstance(vacuum, History) else vacuum
+
+
+def _changing(vacuum: float | History, atmosphere: float) -> History | None:
+    """The history if it changes after the taut rope; QuantityError beyond the atmosphere [Pa]."""
+    if not isinstance(vacuum, History):
+        Meaning(VACUUM.unit, VACUUM.text, hi=atmosphere).check(vacuum, "vacuum")
+        return None
+    vacuum.check_site(atmosphere)
+    later = np.append(vacuum.at(0.0), vacuum.vacuum[vacuum.time > 0])
+    return vacuum if np.ptp(later) > 0 else None
+
+
+def _padded(history: History) -> Vacuum:
+    """Samples of a history, as many as a power of two, so that few lengths are compiled."""
+    more = (1 << max(4, math.ceil(math.log2(len(history.time))))) - len(history.time)
+    late = history.time[-1] + np.arange(1, more + 1) * max(1.0, abs(history.time[-1]))
+    return Vacuum(
+        np.append(history.vacuum, np.full(more, history.vacuum[-1])), np.append(history.time, late)
+    )
+
+
 def _column(states: list[Motion], name: str) -> Array:
     return np.array([float(getattr(state, name)) for state in states])
 
 
 def _vacuum(time: Array, vacuum: float | History) -> Array:
     if isinstance(vacuum, History):
-        return np.interp(time, vacuum.time, vacuum.vacuum)
+        return vacuum.at(time)
     return np.full_like(time, vacuum)

@@ -37,8 +37,8 @@ class History:
         time, vacuum = self.time, self.vacuum
         if time.ndim != 1 or time.shape != vacuum.shape or len(time) < 2:
             raise QuantityError(
-                f"history: time has shape {time.shape}, vacuum {vacuum.shape}; give two rows of the "
-                "same length, two or more samples"
+                f"history: time has shape {time.shape}, vacuum {vacuum.shape}; give two rows of "
+                "the same length, two or more samples"
             )
         for values, meaning, what in ((time, TIME, "time"), (vacuum, VACUUM, "vacuum")):
             bad = np.flatnonzero(~(np.isfinite(values) & (values >= meaning.lo)))

@@ -15,7 +15,7 @@ from layerjam.identify.fit_curves import shape_sources
 from layerjam.identify.intervals import Interval
 
 if TYPE_CHECKING:
-    from layerjam.identify.bayes import BayesFit
+    from layerjam.identify.posterior import BayesFit
 
 NAMES = ("scale_factor", "stiffness", "enclosure_factor")
 

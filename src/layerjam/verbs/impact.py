@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,10 +12,12 @@ from layerjam.device.mount import Rope
 from layerjam.errors import QuantityError
 from layerjam.identify.history import read_history
 from layerjam.mechanics.pull import least_stiffness
-from layerjam.simulate.drop import damped_rope_only, rope_only
+from layerjam.simulate.drop import damped_rope_only, snap_reason, spring_of
 from layerjam.simulate.drop import drop as run_drop
-from layerjam.simulate.drop_in_time import History, drop_in_time
+from layerjam.simulate.drop_in_time import drop_in_time
 from layerjam.simulate.record import DropRecord, Outcome
+from layerjam.simulate.rope_alone import felt
+from layerjam.simulate.vacuum_history import History
 from layerjam.units import Meaning, meaning_of, show
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at, si, vacuum_of
 from layerjam.verbs.tuning import MASS, SPEED, TRAVEL, rope_of, tune
@@ -56,6 +58,7 @@ def drop(
     rope_stiffness: Quantity | None = None,
     rope_damping: Quantity | None = None,
     vacuum_history: str | Path | History | None = None,
+    reading: str | None = None,
     duration: Quantity | None = None,
     no_brake: bool = False,
     horizontal: bool = False,
@@ -67,8 +70,11 @@ def drop(
     Without `rope_stiffness` the mass hangs on the brake alone; with `no_brake` on the rope alone.
     Slip, peak and time refer to the first standstill or the end of travel. Exact at constant
     vacuum; with `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a History) or a
-    `duration` (to follow the rebound) it is marched in time. `record` is the
-    DropRecord (None without a brake); `observed` says what is measured and felt of it.
+    `duration` (to follow the rebound) it is marched in time. `reading` says what a file's pressure
+    counts from (absolute, gauge or vacuum) where its column does not. A mass that has not stopped
+    when `duration` is over has the outcome FINISHED and no `stopping_time`; one that creeps to rest
+    on an overdamped rope has neither. `record` is the DropRecord (BareDrop without a brake);
+    `observed` says what is measured and felt of it.
     """
     file = brake_at(brake, atmosphere)
     weighs, rope = si(mass, MASS, "mass"), rope_of(rope_stiffness)
@@ -84,10 +90,14 @@ def drop(
     if vacuum_history is not None:
         if vacuum is not None or travel is not None:
             raise QuantityError("vacuum: a history is given; leave vacuum and travel out")
-        history = _history(vacuum_history, file.brake.site.atmosphere)
+        history = _history(vacuum_history, file.brake.site.atmosphere, reading)
         return _in_time(file, weighs, arrives, history, rope, damping, along, until, progress)
+    if reading is not None:
+        raise QuantityError("reading: goes only with the file of a vacuum history")
     if vacuum is None:
         raise QuantityError("vacuum: missing; give one, or 'tuned' together with travel")
+    if isinstance(vacuum, str) and vacuum != "tuned" and vacuum.strip().lower() == "tuned":
+        raise QuantityError(f"vacuum: '{vacuum}' is not known; did you mean 'tuned'?")
     pressure = 0.0 if vacuum == "tuned" else vacuum_of(vacuum, file.brake)
     if vacuum == "tuned":
         if travel is None:
@@ -117,8 +127,9 @@ def drop(
     )
     if record.outcome is Outcome.SNAPS:
         least = float(least_stiffness(pressure, file.brake))
-        return _cannot(arrives, record.warnings[-1], record.warnings[:-1], pressure, least, record)
-    numbers = {
+        why = snap_reason(spring_of(file.brake, rope), result.slip, pressure, file.brake)
+        return _cannot(arrives, why, record.warnings, pressure, least, record)
+    numbers: dict[str, float | None] = {
         "slip": result.slip, "peak_force": result.peak_force, "end_speed": result.end_speed,
         "dissipated_energy": result.heat, "stopping_time": float(record.time[-1]),
     }  # fmt: skip
@@ -126,10 +137,10 @@ def drop(
 
 
 def _stopped(
-    numbers: dict[str, float], record: DropRecord, vacuum: float | None, speed: float, along: float,
-    g: float, at_end: tuple[float, str] | tuple[None, None] = (None, None),
+    numbers: dict[str, float | None], record: DropRecord, vacuum: float | None, speed: float,
+    along: float, g: float, at_end: tuple[float, str] | tuple[None, None] = (None, None),
 ) -> Answer:  # fmt: skip
-    force, file = numbers["peak_force"], record.brake
+    force, file = float(numbers["peak_force"] or 0.0), record.brake
     values: dict[str, object] = {
         **numbers,
         "peak_deceleration": force / record.mass - along,
@@ -157,11 +168,12 @@ def _in_time(
     )  # fmt: skip
     pressure = None if isinstance(vacuum, History) else vacuum
     if record.outcome is Outcome.SNAPS:
-        least = float(least_stiffness(record.vacuum, file.brake))
-        return _cannot(speed, record.warnings[-1], record.warnings[:-1], pressure, least, record)
+        least, why = timed.least_stiffness, timed.reason or ""
+        return _cannot(speed, why, record.warnings, pressure, least, record)
+    moves = timed.outcome is Outcome.FINISHED
     numbers = {
         "slip": timed.slip, "peak_force": timed.peak_force, "end_speed": timed.end_speed,
-        "dissipated_energy": timed.heat, "stopping_time": timed.time,
+        "dissipated_energy": timed.heat, "stopping_time": None if moves else timed.time,
     }  # fmt: skip
     end = (timed.slip_at_end, str(timed.outcome_at_end)) if until is not None else (None, None)
     return _stopped(numbers, record, pressure, speed, along, file.brake.site.gravity, end)
@@ -175,12 +187,16 @@ def _damping(damping: Quantity | None, rope: float | None) -> float:
     return si(damping, meaning_of(Rope, "damping"), "rope damping")
 
 
-def _history(source: str | Path | History, atmosphere: float) -> History:
-    return source if isinstance(source, History) else read_history(source, atmosphere)
+def _history(source: str | Path | History, atmosphere: float, reading: str | None) -> History:
+    if not isinstance(source, History):
+        return read_history(source, atmosphere, reading)
+    if reading is not None:
+        raise QuantityError("reading: goes only with a file; a History holds the vacuum itself")
+    return source
 
 
 def _cannot(
-    speed: float, reason: str, warnings: object, vacuum: float | None = None,
+    speed: float, reason: str, warnings: Sequence[str], vacuum: float | None = None,
     least: float | None = None, record: object = None,
 ) -> Answer:  # fmt: skip
     """The answer "cannot": no numbers for what does not happen."""
@@ -191,7 +207,8 @@ def _cannot(
         "feasible": False, "reason": reason, "least_stiffness": least,
         "slip_at_end": None, "outcome_at_end": None,
     }  # fmt: skip
-    return Answer(values=values, units=DROP_UNITS, warnings=list(warnings), record=record)  # type: ignore[call-overload]
+    others = [said for said in warnings if said != reason]
+    return Answer(values=values, units=DROP_UNITS, warnings=others, record=record)
 
 
 def _without_brake(
@@ -205,8 +222,12 @@ def _without_brake(
         )
     if vacuum is not None or travel is not None:
         raise QuantityError("vacuum: without a brake there is none to give, nor a travel")
-    force, time, heat = damped_rope_only(mass, speed, rope, damping, along) if damping else (
-        *rope_only(mass, speed, rope, along), 0.0,
+    force, time, heat = damped_rope_only(mass, speed, rope, damping, along)
+    stands = math.isfinite(time)
+    reason = None if stands else (
+        f"on a rope damped by {show(damping, 'N s/m')} the mass never stands still: it creeps to "
+        f"{show(mass * along / rope, 'm')}, where its weight hangs; peak and heat are those of all "
+        "the time to come"
     )  # fmt: skip
     return Answer(
         values={
@@ -214,17 +235,18 @@ def _without_brake(
             "peak_force": force,
             "peak_deceleration": force / mass - along,
             "peak_g": force / (mass * g) if g else None,
-            "stopping_time": time,
+            "stopping_time": time if stands else None,
             "dissipated_energy": heat,
-            "end_speed": 0.0,
+            "end_speed": 0.0 if stands else None,
             "vacuum": None,
-            "outcome": str(Outcome.STOPPED),
+            "outcome": str(Outcome.STOPPED) if stands else None,
             "speed": speed,
             "feasible": True,
-            "reason": None,
+            "reason": reason,
             "least_stiffness": None,
             "slip_at_end": None,
             "outcome_at_end": None,
         },
         units=DROP_UNITS,
+        record=felt(mass, speed, rope, damping, along, g),
     )

@@ -5,14 +5,26 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import numpy as np
+
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.mechanics.heat import stops_per_minute, temperature_rise, temperature_rise_of_sheets
-from layerjam.simulate.accelerometer import CLASSES, Accelerometer, Signal, named, seen
-from layerjam.simulate.record import DropRecord
-from layerjam.units import Meaning, meaning_of
+from layerjam.simulate.accelerometer import (
+    CLASSES,
+    Accelerometer,
+    Signal,
+    named,
+    seen,
+    specific_force,
+)
+from layerjam.simulate.record import DropRecord, Outcome
+from layerjam.simulate.rope_alone import BareDrop
+from layerjam.units import Meaning, meaning_of, show
 from layerjam.verbs.answer import Answer, Quantity, si
 
+LEAST_SAMPLES = 10
+"""Samples in a pull below which its peak may fall between them."""
 ALLOWED_RISE = Meaning(
     "K", "warmth the sheets may reach over the air around the brake", lo=0.01, hi=1000
 )
@@ -82,6 +94,7 @@ def reading(
     """
     sensor = sensor_of(accelerometer, low_pass, sampling)
     made = seen(signal, sensor, channel_class(filter))
+    sparse = _sparse(signal, sensor)
     if gravity is None:
         gravity = signal.brake.brake.site.gravity if isinstance(signal, DropRecord) else 9.80665
     return Answer(
@@ -96,9 +109,26 @@ def reading(
             "saturated": made.saturated,
         },
         units=READING_UNITS,
-        warnings=made.warnings,
+        warnings=[*made.warnings, *sparse],
         record=made,
     )
+
+
+def _sparse(signal: Signal, sensor: Accelerometer) -> list[str]:
+    """What to say of a rate that takes fewer than ten samples while the brake or rope pulls."""
+    if sensor.sampling is None:
+        return []
+    time, value = specific_force(signal) if isinstance(signal, DropRecord) else signal[:2]
+    pulls = np.flatnonzero(np.asarray(value) != 0)
+    if not len(pulls):
+        return []
+    span = float(np.asarray(time)[pulls[-1]] - np.asarray(time)[pulls[0]])
+    if span * sensor.sampling >= LEAST_SAMPLES:
+        return []
+    return [
+        f"sampled at {show(sensor.sampling, 'Hz')} the pull of {show(span, 's')} has "
+        f"{span * sensor.sampling:.2g} samples: the peak falls between them"
+    ]
 
 
 def heating(
@@ -157,16 +187,34 @@ def observed(
 ) -> Answer:
     """The answer of `drop` with what is measured and felt of it: `reading` and `heating`.
 
-    Their keys are None where there is no brake, or no stop.
+    The readings are None where there is no stop, the warmth also where there is no brake.
     """
     sensor_of(accelerometer, low_pass, sampling), channel_class(filter)
+    asked = (accelerometer, filter, low_pass, sampling)
+    if isinstance(stop.record, BareDrop):
+        shown = reading(
+            (stop.record.time, stop.record.acceleration), accelerometer=accelerometer,
+            filter=filter, low_pass=low_pass, sampling=sampling, gravity=stop.record.gravity,
+        )  # fmt: skip
+        bounces = "the reading holds the first pull of the rope; bounces after it are left out"
+        said = [bounces] if asked != ("ideal", None, None, None) else []
+        return replace(
+            stop,
+            values={**stop.values, **shown.values, **dict.fromkeys(HEAT_UNITS)},
+            units={**stop.units, **shown.units, **HEAT_UNITS},
+            warnings=[*stop.warnings, *shown.warnings, *said],
+        )
     if stop.record is None or not stop.values["feasible"]:
         nothing = dict.fromkeys(
             (*READING_UNITS, "accelerometer", "filter", "saturated", *HEAT_UNITS)
         )
         return replace(stop, values={**stop.values, **nothing})
+    record = stop.record
+    if stop.values.get("outcome_at_end"):
+        # what is held behind the end is how the record ended, not how the stop did
+        record = replace(record, outcome=Outcome(stop.values["outcome_at_end"]))
     shown = reading(
-        stop.record, accelerometer=accelerometer, filter=filter, low_pass=low_pass,
+        record, accelerometer=accelerometer, filter=filter, low_pass=low_pass,
         sampling=sampling,
     )  # fmt: skip
     felt = heating(

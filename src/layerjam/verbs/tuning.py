@@ -9,18 +9,18 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.device.mount import Rope
 from layerjam.errors import QuantityError
 from layerjam.mechanics.energy import slip_work
 from layerjam.mechanics.pull import brake_force, least_stiffness, peak, vacuum_for_force
 from layerjam.mechanics.stop import STOPPED, stop
 from layerjam.mechanics.tune import tuned_vacuum, vacuum_eq10
 from layerjam.simulate.drop import spring_of
-from layerjam.units import Meaning, meaning_of, show
+from layerjam.units import Meaning, show
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at, si
 
-MASS = Meaning("kg", "mass", open_lo=True, hi=1e6)
-SPEED = Meaning("m/s", "speed on arrival", open_lo=True, hi=1e4)
+MASS = Meaning("kg", "mass", lo=1e-6, hi=1e6)
+SPEED = Meaning("m/s", "speed on arrival", lo=1e-6, hi=1e4)
+ROPE = Meaning("N/m", "stiffness of the rope", lo=1, hi=1e9)
 TRAVEL = Meaning("m", "slip of the brake", lo=1e-6, hi=10)
 MOST_SHEETS, MOST_BRAKES = 500, 1000
 
@@ -29,7 +29,7 @@ def rope_of(stiffness: Quantity | None) -> float | None:
     """Stiffness of the rope [N/m], None without one."""
     if stiffness is None:
         return None
-    return si(stiffness, meaning_of(Rope, "stiffness"), "rope stiffness")
+    return si(stiffness, ROPE, "rope stiffness")
 
 
 def tune(
@@ -53,8 +53,8 @@ def tune(
     way, rope = si(travel, TRAVEL, "travel"), rope_of(rope_stiffness)
     if way > device.sheets.usable_travel:
         raise QuantityError(
-            f"travel: {show(way, 'm')} is beyond the usable travel of "
-            f"{show(device.sheets.usable_travel, 'm')}"
+            f"travel: {apart(way, device.sheets.usable_travel, 'm')} is beyond the usable travel "
+            f"of {show(device.sheets.usable_travel, 'm')}"
         )
     along = 0.0 if horizontal else device.site.gravity
     pressure = _tuned(device, weighs, arrives, way, rope, along)
@@ -131,12 +131,19 @@ def _ways_out(
     """Why no vacuum does it, and what would."""
     brake = file.brake
     if low is not None and speed < low:
-        reason = (
-            f"{show(speed, 'm/s')} is too slow for {show(way, 'm')}: a vacuum low enough to let "
-            f"the mass run that far could not hold its weight there; from {show(low, 'm/s')} on "
-            "there is one, or choose a shorter travel"
+        alone = float(brake_force(way, 0.0, brake))
+        why = (
+            f"a vacuum low enough to let the mass run that far could not hold its weight there; "
+            f"from {show(low, 'm/s')} on there is one"
         )
-        return {"reason": reason}
+        if alone >= mass * gravity:
+            # the sleeve pulls harder than the weight: no vacuum at all stops it sooner already
+            why = (
+                f"the sleeve alone, without vacuum, stops the mass before that; from "
+                f"{show(low, 'm/s')} on it runs that far"
+            )
+        reason = f"{apart(speed, low, 'm/s')} is too slow for {show(way, 'm')}: {why}"
+        return {"reason": f"{reason}, or choose a shorter travel"}
     if high is not None and low is not None and low <= speed <= high:
         least = float(least_stiffness(brake.site.atmosphere, brake))
         reason = (
@@ -144,7 +151,12 @@ def _ways_out(
             f"soft the mass stops or the brake snaps before {show(way, 'm')}; above "
             f"{show(least, 'N/m')} it cannot snap"
         )
-        return {"reason": reason}
+        # the two speeds count on a mass that gets there
+        return {"reason": reason, "least_speed": None, "greatest_speed": None}
+    if high is not None and low is not None and high < low:
+        # what full vacuum leaves over the weight cannot even take the drop into the rope
+        return {"reason": _no_speed(mass, way, gravity), "least_speed": None,
+                "greatest_speed": None}  # fmt: skip
     out: dict[str, object] = {}
     for far in np.linspace(way, brake.sheets.usable_travel, 200)[1:]:
         if _tuned(brake, mass, speed, float(far), rope, gravity) is not None:
@@ -165,8 +177,8 @@ def _ways_out(
     head = (
         f"the brake cannot hold {show(mass * gravity, 'N')} at {show(way, 'm')} of slip"
         if high is None
-        else f"{show(speed, 'm/s')} is too fast for {show(way, 'm')}: full vacuum stops up to "
-        f"{show(high, 'm/s')}"
+        else f"{apart(speed, high, 'm/s')} is too fast for {show(way, 'm')}: full vacuum stops up "
+        f"to {show(high, 'm/s')}"
     )
     ways = []
     if "travel_needed" in out:
@@ -175,4 +187,21 @@ def _ways_out(
         ways.append(f"{out['sheets_needed']} sheets")
     if "brakes_needed" in out:
         ways.append(f"{out['brakes_needed']} brakes side by side")
-    return {**out, "reason": f"{head}; {' or '.join(ways) or 'no number of sheets'} would do"}
+    none = (
+        f"neither more travel nor up to {MOST_SHEETS - 1} sheets or {MOST_BRAKES - 1} brakes side "
+        "by side"
+    )
+    return {**out, "reason": f"{head}; {' or '.join(ways) or none} would do"}
+
+
+def _no_speed(mass: float, way: float, gravity: float) -> str:
+    return (
+        f"no vacuum stops {show(mass, 'kg')} after just {show(way, 'm')} at any speed: what holds "
+        f"its weight of {show(mass * gravity, 'N')} there stops it sooner; choose a shorter travel"
+    )
+
+
+def apart(value: float, bound: float, unit: str) -> str:
+    """The value with as many digits as it takes to tell it from the bound."""
+    shown = [(show(value, unit, d), show(bound, unit, d)) for d in (4, 6, 9, 12, 17)]
+    return next((ours for ours, theirs in shown if ours != theirs), shown[-1][0])

@@ -22,6 +22,8 @@ _KINDS = {
     b"\x1f\x8b": "a gzip archive",
 }
 _WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+
+
 def load_source(path: str | Path) -> Source:
     """A text file, or the largest sheet of a workbook; FileError where there is none."""
     return max(load_sources(path), key=lambda s: len(s.data))
