@@ -76,9 +76,10 @@ def batch(
     samples of a history, None for what is not there. `brake` may be the file or its name. The
     result is labelled: a Dataset with the axes in the order given; a result named as an axis (the
     speed of a march) is NAME_reached there. With `sink`, called as sink(first, {name: values}) with
-    flat pieces in order, nothing is kept and the number of cases is returned. `wanted` picks of the law's results; `out` gives
-    arrays of float64 to put them into, which saves making new ones. `progress` is called with
-    (done, all). Ctrl-C ends it with what is done; the rest is NaN, attribute `done`.
+    flat pieces in order, nothing is kept and the number of cases is returned. `wanted` picks of the
+    law's results; `out` gives arrays of float64 to put them into, which saves making new ones.
+    `progress` is called with (done, all). Ctrl-C ends it with what is done; the rest is NaN,
+    attribute `done`.
 
     Works in blocks of `block` cases on all cores; the exact `stop` runs as one compiled loop.
     Raises QuantityError for arrays that do not fit, and for more than 4 GiB without a sink.
