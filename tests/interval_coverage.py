@@ -227,6 +227,7 @@ def page(found: dict[str, dict[str, Tally]], campaigns: int, seed: int) -> str:
 
 A 95 % interval is worth something if it contains the truth 95 times in 100. Here the truth is
 known: {campaigns:,} virtual campaigns for each row, drawn at random. The table is made by
+`--campaigns {campaigns} --seed {seed}` of `tests/interval_coverage.py`:
 
 ```sh
 make coverage
