@@ -94,7 +94,7 @@ class Population:
         whole = information.sum(axis=0)
         if self.count < 2 or not _regular(whole):
             return None
-        if not all(_regular(whole - one) for one in information):
+        if not _regular(whole - information).all():
             return None
         own = self.design @ np.linalg.solve(whole, np.swapaxes(self.design, 1, 2))
         free, axes = np.linalg.eigh(np.eye(own.shape[1]) - own)
@@ -153,14 +153,14 @@ class Population:
             drawn = random.multinomial(size - 1, np.full(size, 1 / size), size=resamples)
             weight[:, list(group)] = drawn * size / (size - 1)
         whole = np.einsum("bg,gij->bij", weight, self.information)
-        fine = np.array([_regular(w) for w in whole])
+        fine = _regular(whole)
         moves = np.linalg.solve(whole[fine], (weight[fine] @ self.score)[..., None])[..., 0]
         return self.estimate + moves, max(self.count - len(groups), 0)
 
 
-def _regular(matrix: np.ndarray) -> bool:
-    """Whether a symmetric matrix can be inverted, its rows brought to one scale first."""
-    scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    if not (scale > 0).all():
-        return False
-    return bool(np.linalg.cond(matrix / np.outer(scale, scale)) < 1e10)
+def _regular(matrices: np.ndarray) -> np.ndarray:
+    """Which symmetric matrices (..., q, q) can be inverted, rows brought to one scale first."""
+    scale = np.sqrt(np.maximum(np.diagonal(matrices, axis1=-2, axis2=-1), 0.0))
+    safe = np.where(scale > 0, scale, 1.0)
+    inner = matrices / (safe[..., :, None] * safe[..., None, :])
+    return np.asarray((scale > 0).all(axis=-1) & (np.linalg.cond(inner) < 1e10))
