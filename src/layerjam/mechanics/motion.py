@@ -104,10 +104,24 @@ def _ready(
     level = jnp.where(falls, (begin + end) / 2, end)
     before = setting_of(motion.vacuum, load.spring, brake)
     at = setting_of(level, load.spring, brake)
-    pumped = pump(motion, level, before, at)
-    same = level == motion.vacuum
-    pumped = jax.tree.map(lambda a, b: jnp.where(same, a, b), motion, pumped)
+    pumped = _pumped(level != motion.vacuum, motion, level, before, load, brake)
     return pumped, at, jnp.where(falls, at.c, before.c)
+
+
+def _pumped(
+    where: Any, motion: Motion, vacuum: Any, before: Setting, load: Load, brake: Brake
+) -> Motion:
+    """Another vacuum [Pa] where it changes.
+
+    A branch of its own, else the compiler works it out anew for every number that follows from it:
+    three times the code, and a start three times as long.
+    """
+
+    def change(motion: Motion) -> Motion:
+        new = pump(motion, vacuum, before, setting_of(vacuum, load.spring, brake))
+        return _chosen(where, new, motion)
+
+    return jax.lax.cond(jnp.any(where), change, lambda still: still, motion)  # type: ignore[no-any-return]
 
 
 def step_on(
@@ -136,8 +150,7 @@ def ended(
             return new, snaps
         # what is left of a fall of the vacuum when it stands
         now = vacuum.at(new.time)
-        left = pump(new, now, at, setting_of(now, load.spring, brake))
-        return _chosen(now < new.vacuum, left, new), snaps
+        return _pumped(now < new.vacuum, new, now, at, load, brake), snaps
 
     def halve(_: int, state: _Halved) -> _Halved:
         middle = (state.low + state.high) / 2
