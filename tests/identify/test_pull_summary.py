@@ -212,3 +212,30 @@ def test_bent_pulls_say_so() -> None:
     found = pull_summary(virtual.pull(PTFE, 1e3, 0.013, 0.04, machine))
     assert not found.features.has_peak and found.steady is None
     assert any("rises to the end" in n for n in found.notes)
+
+
+def test_a_fast_pull_with_few_samples_before_its_rise_has_slack_and_no_preload():
+    """Six samples of slack: the line of the rise, drawn on to the first, lies far below zero."""
+    u = np.linspace(0, 0.04, 1001)
+    trace = late(Trace(np.asarray(force_at_elongation(u, FULL, KAPTON)), u, None, "", ""),
+                 2.4e-4, 0.0, 0.05, 3)  # fmt: skip
+    found = pull_summary(trace)
+    assert found.start.seen
+    assert found.start.slack == pytest.approx(2.4e-4, abs=6 * (found.start.onset_se or 0))
+    assert abs(found.preload) < 5 * (found.start.baseline_se or 0)
+    assert found.notes == ()
+
+
+def test_a_thinned_record_has_the_same_features_and_means():
+    u = np.linspace(0, 0.04, 50_001)
+    trace = Trace(np.asarray(force_at_elongation(u, FULL, KAPTON)), u, u / 0.013, "", "")
+    few = trace.thinned(1000)
+    assert len(few) == 981
+    assert few.time is not None
+    assert few.force[:-1].mean() == pytest.approx(trace.force[: 980 * 51].mean(), rel=1e-12)
+    assert np.diff(few.elongation).min() > 0
+    assert trace.thinned(60_000).force is trace.force
+    whole, thin = pull_features(trace), pull_features(trace).thinned(2000)
+    assert (thin.peak_force, thin.stiffness) == (whole.peak_force, whole.stiffness)
+    law = np.asarray(force_at_elongation(thin.elongation, FULL, KAPTON))
+    assert np.abs(thin.force - law)[10:].max() < 2e-3 * whole.peak_force

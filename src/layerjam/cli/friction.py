@@ -68,13 +68,15 @@ def friction(
     opt.check_target(out, force, (".toml",))
     opt.engine()
     from layerjam.cli.output import say
+    from layerjam.cli.ticker import Ticker
     from layerjam.verbs import friction as verb
 
-    answer = verb.friction(
-        files, normal_force=normal_force, window=(start, end), standard=standard, area=area,
-        accept_judder=accept_judder, brake=brake, out=out, partial=partial,
-        choices=opt.choices(negative, column, decimal, columns, specimen, sheet), force=force,
-    )  # fmt: skip
+    with Ticker() as ticker:
+        answer = verb.friction(
+            files, normal_force=normal_force, window=(start, end), standard=standard, area=area,
+            accept_judder=accept_judder, brake=brake, out=out, partial=partial, progress=ticker,
+            choices=opt.choices(negative, column, decimal, columns, specimen, sheet), force=force,
+        )  # fmt: skip
     if figure:
         from layerjam.report import figures
 

@@ -37,11 +37,14 @@ def pull(
     """What measured pulls show: slack, preload, onset, stiffness, peak, stick-slip, way back."""
     opt.check_figure(figure, force)
     from layerjam.cli.output import say
+    from layerjam.cli.ticker import Ticker
     from layerjam.verbs import pull as verb
 
-    answer = verb.pull(
-        files, tare=tare, choices=opt.choices(negative, column, decimal, columns, specimen, sheet)
-    )
+    with Ticker() as ticker:
+        answer = verb.pull(
+            files, tare=tare, progress=ticker,
+            choices=opt.choices(negative, column, decimal, columns, specimen, sheet),
+        )  # fmt: skip
     if figure:
         from layerjam.report import pull_figures
 

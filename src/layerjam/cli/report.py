@@ -108,17 +108,19 @@ def report(
     """Measurements of one brake as a page: friction, calibration, validation, HTML and PDF."""
     opt.engine()
     from layerjam.cli.output import say
+    from layerjam.cli.ticker import Ticker
     from layerjam.verbs import report as verb
 
-    answer = verb.report(
-        brake, out=out, friction=friction or (), pulls=pulls or (), validate=validate or (),
-        calibrate_on=calibrate_on or (), holdout=holdout or (), normal_force=normal_force,
-        window=_window(start, end), standard=standard, area=area, accept_judder=accept_judder,
-        depth=depth, vacuum=vacuum, atmosphere=atmosphere,
-        choices=opt.choices(negative, column, decimal, columns, specimen, sheet), force=force,
-        command=shlex.join(["layerjam", *sys.argv[1:]]),
-        say=None if as_json else _progress,
-    )  # fmt: skip
+    with Ticker() as ticker:
+        answer = verb.report(
+            brake, out=out, friction=friction or (), pulls=pulls or (), validate=validate or (),
+            calibrate_on=calibrate_on or (), holdout=holdout or (), normal_force=normal_force,
+            window=_window(start, end), standard=standard, area=area, accept_judder=accept_judder,
+            depth=depth, vacuum=vacuum, atmosphere=atmosphere,
+            choices=opt.choices(negative, column, decimal, columns, specimen, sheet), force=force,
+            command=shlex.join(["layerjam", *sys.argv[1:]]),
+            say=None if as_json else _progress, progress=ticker,
+        )  # fmt: skip
     hidden = ("friction", "calibration", "validation", "refused", "calibrated_on_the_same")
     shown = {"figures": f"{len(answer.figures)} in {out / 'figures'}"}
     return say(answer, as_json, hidden=hidden, shown=shown)

@@ -43,12 +43,14 @@ def validate(
     opt.check_figure(figure, force)
     opt.engine()
     from layerjam.cli.output import say
+    from layerjam.cli.ticker import Ticker
     from layerjam.verbs import validation
 
-    answer = validation.validate(
-        brake, files, vacuum=vacuum, atmosphere=atmosphere,
-        choices=opt.choices(negative, column, decimal, columns, specimen, sheet),
-    )  # fmt: skip
+    with Ticker() as ticker:
+        answer = validation.validate(
+            brake, files, vacuum=vacuum, atmosphere=atmosphere, progress=ticker,
+            choices=opt.choices(negative, column, decimal, columns, specimen, sheet),
+        )  # fmt: skip
     if figure:
         from layerjam.report import figures
 

@@ -291,12 +291,24 @@ def reduce_friction(
         raise FitError(
             f"friction: the window from {show(window[0], 'm')} to {show(window[1], 'm')} is empty"
         )
-    repeats = tuple(reduce_repeat(t, normal_force, window, standard, accept_judder) for t in traces)
+    repeats = [reduce_repeat(t, normal_force, window, standard, accept_judder) for t in traces]
+    said = [w for t in traces for w in t.warnings]
+    return pooled(repeats, said, normal_force, window, standard, accept_judder)
+
+
+def pooled(
+    repeats: Sequence[FrictionRepeat],
+    said: Sequence[str],
+    normal_force: float,
+    window: tuple[float, float] | None,
+    standard: Standard,
+    accept_judder: bool,
+) -> FrictionResult:
+    """Mean, scatter and interval over repeats that `reduce_repeat` made; `said` of their files."""
     static = over_repeats([r.static for r in repeats])
     known = [r.kinetic for r in repeats if r.kinetic is not None]
     kinetic = over_repeats(known) if len(known) == len(repeats) else None
-    warnings = [w for t in traces for w in t.warnings]
-    warnings += _said_once(repeats)
+    warnings = [*said, *_said_once(repeats)]
     if known and not 0.02 <= float(np.mean(known)) <= 1.5:
         warnings.append(
             f"a kinetic friction of {float(np.mean(known)):.3g} is unusual for films: check the "
@@ -308,7 +320,7 @@ def reduce_friction(
         kinetic=None if kinetic is None else kinetic.mean,
         static_sd=static.sd,
         kinetic_sd=None if kinetic is None else kinetic.sd,
-        repeats=repeats,
+        repeats=tuple(repeats),
         normal_force=normal_force,
         window=window or _mean_span(repeats),
         warnings=tuple(dict.fromkeys(warnings)),

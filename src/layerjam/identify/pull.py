@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from layerjam.errors import FileError
 from layerjam.identify.judder_in_record import noise_of, running_mean
-from layerjam.identify.trace import Trace
+from layerjam.identify.trace import Trace, block_means
 from layerjam.units import show
 
 LINEAR = (0.2, 0.8)
@@ -48,6 +48,14 @@ class PullFeatures:
     elongation: np.ndarray
     force: np.ndarray
     path: str
+
+    def thinned(self, most: int) -> PullFeatures:
+        """The same features with a curve of at most `most` samples, means over neighbours."""
+        return replace(
+            self,
+            elongation=block_means(self.elongation, most),
+            force=block_means(self.force, most),
+        )
 
 
 def loading_branch(trace: Trace) -> tuple[np.ndarray, np.ndarray]:

@@ -17,6 +17,8 @@ MARGIN = 0.05
 """Part of the rise's length kept away from the onset where the baseline is taken."""
 FEWEST = 5
 """Samples before the onset that make a baseline."""
+LEAD = 2
+"""Samples before the onset that show that the rise has not begun."""
 STEADY = (0.25, 0.98)
 """Part of the way from the peak to the end of loading that is called steady."""
 BLOCKS = 24
@@ -170,11 +172,30 @@ def _line_error(elongation: Array, force: Array, features: PullFeatures, at: flo
 
 
 def _no_slack(elongation: Array, force: Array, features: PullFeatures) -> Start:
-    """A record that begins on its rise: what it shows at its first samples is its preload."""
+    """A record that begins on its rise, or a few samples before it.
+
+    On the rise, what the line shows at the first samples is the preload.
+    """
     first, slope = float(elongation[0]), features.stiffness
-    begin = force[:FEWEST] - slope * (elongation[:FEWEST] - first)
     noise = noise_of(force)
     noisy = noise > 1e-9 * abs(features.peak_force)
+    lead = int(np.argmax(elongation >= features.origin)) - 1
+    if lead >= LEAD:
+        rest, line = force[:lead], slope * (elongation[:lead] - features.origin)
+        off = float((rest - line).mean())
+        error = noise / lead**0.5
+        # else the line itself begins below zero: the load cell's zero is off
+        if off > max(4 * error, TELLS * features.peak_force):
+            onset = features.origin + float(rest.mean()) / slope
+            return Start(
+                onset=onset,
+                onset_se=_line_error(elongation, force, features, onset) if noisy else None,
+                slack=max(onset - first, 0.0),
+                baseline=float(rest.mean()),
+                baseline_se=error if noisy else None,
+                seen=True,
+            )
+    begin = force[:FEWEST] - slope * (elongation[:FEWEST] - first)
     return Start(
         onset=first,
         onset_se=_line_error(elongation, force, features, first) if noisy else None,
@@ -259,6 +280,12 @@ def _steady(features: PullFeatures) -> Steady | None:
     )
 
 
+def off_zero(start: Start, features: PullFeatures) -> bool:
+    """Whether the force before the rise is certain, and more than a pull may have by chance."""
+    certain = abs(start.baseline) > 4 * (start.baseline_se or 0.0)
+    return certain and abs(start.baseline) > TELLS * abs(features.peak_force)
+
+
 def _notes(
     features: PullFeatures, start: Start, teeth: SawTeeth | None, tared: float | None
 ) -> list[str]:
@@ -266,8 +293,7 @@ def _notes(
     out = []
     if tared is not None:
         out.append(f"{show(tared, 'N')} was subtracted from the force, as asked (tare)")
-    certain = abs(start.baseline) > 4 * (start.baseline_se or 0.0)
-    if certain and abs(start.baseline) > TELLS * abs(features.peak_force):
+    if off_zero(start, features):
         what = "before the load rises" if start.seen else "at the first sample already"
         ask = "; a preload, or the load cell's zero (--tare subtracts it)" if start.seen else ""
         out.append(f"the force is {show(start.baseline, 'N')} {what}{ask}")

@@ -48,6 +48,22 @@ class Trace:
         """Elongation from the first sample on [m]."""
         return self.elongation - self.elongation[0]
 
+    def thinned(self, most: int) -> Trace:
+        """The same record with at most `most` samples, means over neighbours."""
+        time = None if self.time is None else block_means(self.time, most)
+        force, elongation = (block_means(a, most) for a in (self.force, self.elongation))
+        return replace(self, force=force, elongation=elongation, time=time)
+
+
+def block_means(values: Array, most: int) -> Array:
+    """Means over equally many neighbours, at most `most` of them; the last may be of fewer."""
+    size = -(-len(values) // most)
+    if size <= 1:
+        return values
+    starts = np.arange(0, len(values), size)
+    count = np.diff(np.append(starts, len(values)))
+    return np.asarray(np.add.reduceat(values, starts) / count)
+
 
 def checked(trace: Trace, line: Callable[[int], int | None]) -> Trace:
     """The trace with its warnings, if it can be a tension test; FileError if it cannot.

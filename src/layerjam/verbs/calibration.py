@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ from layerjam.identify.provenance import calibrated_text
 from layerjam.identify.pull import PullFeatures
 from layerjam.identify.trace import Trace
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at
-from layerjam.verbs.files import Paths, pulls, understood, write_brake
+from layerjam.verbs.files import Paths, Progress, pulls, understood, write_brake
 
 if TYPE_CHECKING:
     from layerjam.verbs.bayesian import BayesCalibration
@@ -46,7 +46,6 @@ DEEPER = tuple(UNITS)[6:]
 """Keys that depth "exact" leaves null."""
 SLEEVE = ("enclosure.modulus", "film.friction_on_silicone")
 Used = Sequence[tuple[Trace, PullFeatures, float]]
-Progress = Callable[[str, float], None]
 
 
 def calibrate(
@@ -74,15 +73,36 @@ def calibrate(
     `seed`). `vacuum` serves files without a sidecar that states it. With `out` the calibrated brake
     is written. `progress` is told (what, share done). `record` is (BrakeFile, the fit).
     """
+    return calibrated(
+        brake, files, depth, free, vacuum, out, partial, atmosphere, choices,
+        (draws, chains, seed), progress, force,
+    )[0]  # fmt: skip
+
+
+def calibrated(
+    brake: AnyBrake,
+    files: Paths,
+    depth: str,
+    free: Sequence[str],
+    vacuum: Quantity | None,
+    out: str | Path | None,
+    partial: bool,
+    atmosphere: Quantity | None,
+    choices: Choices | None,
+    sampling: tuple[int, int, int],
+    progress: Progress | None,
+    force: bool,
+) -> tuple[Answer, list[Trace]]:
+    """`calibrate`'s answer and the traces that were used."""
     if depth not in DEPTHS:
         raise UnknownNameError("depth", depth, DEPTHS)
     if free and depth != "curves":
         raise FitError(f"free: {', '.join(free)} can be fitted at depth 'curves' only")
     file = brake_at(brake, atmosphere)
     test = fit_pull if depth == "exact" else _usable
-    used, refused, odd = pulls(files, file, vacuum, choices, test)
+    used, refused, odd = pulls(files, file, vacuum, choices, test, progress)
     tell = progress or (lambda what, share: None)
-    result = _fit(depth, used, file, free, (draws, chains, seed), tell)
+    result = _fit(depth, used, file, free, sampling, tell)
     window = EXACT_WINDOW if depth == "exact" else CURVES_WINDOW
 
     def text(name: str) -> str:
@@ -93,7 +113,7 @@ def calibrate(
 
     written, said = write_brake(out, text, force, bool(refused), partial)
     fitted = ("scale_factor", "stiffness_measured", *([] if depth == "exact" else SLEEVE))
-    return Answer(
+    answer = Answer(
         values={
             "depth": depth,
             **_values(result, used, file),
@@ -106,6 +126,7 @@ def calibrate(
         refused=refused,
         record=(file, result),
     )
+    return answer, [t for t, _, _ in used]
 
 
 def _usable(pull: PullFeatures, vacuum: float, brake: object) -> None:

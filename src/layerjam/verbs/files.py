@@ -13,6 +13,7 @@ from layerjam.errors import FileError, FitError, LayerjamError
 from layerjam.identify.columns import Choices
 from layerjam.identify.provenance import sha256
 from layerjam.identify.pull import PullFeatures, pull_features
+from layerjam.identify.pull_summary import off_zero, pull_summary
 from layerjam.identify.readers import open_traces
 from layerjam.identify.trace import Trace
 from layerjam.units import show
@@ -20,14 +21,25 @@ from layerjam.verbs.answer import Quantity, vacuum_of
 
 T = TypeVar("T")
 Paths = Sequence[str | Path]
+Progress = Callable[[str, float], None]
+"""Told what is done and which share of it."""
+CURVE, PICTURE = 10_000, 2_000
+"""Samples of a pull, and of a record that is only drawn, that are kept once it has been read, so
+that a gigabyte of files does not have to fit into memory. Means over neighbours: maxima, slopes and
+noise are taken from all samples before."""
 
 
 def each(
-    files: Paths, use: Callable[[Trace], T], choices: Choices | None
+    files: Paths,
+    use: Callable[[Trace], T],
+    choices: Choices | None,
+    progress: Progress | None = None,
 ) -> tuple[list[T], dict[str, str]]:
     """`use` of every file that can be used, and {file: why} of those that cannot.
 
-    Where none can be used, the first one's reason is an error.
+    Where none can be used, the first one's reason is an error. What `use` returns is kept, so that
+    it should not hold a long record. Ctrl-C goes on with the files read so far; the others count as
+    refused.
     """
     done: list[T] = []
     refused: dict[str, str] = {}
@@ -42,7 +54,7 @@ def each(
         else:
             refused[name] = str(error).removeprefix(f"{path}: ")
 
-    for path in _measurements(files):
+    def take(path: str | Path) -> None:
         try:
             found = open_traces(path, said)
             digest = sha256(str(path))
@@ -51,13 +63,28 @@ def each(
             seen[digest] = str(path)
         except LayerjamError as error:
             refuse(str(path), path, error)
-            continue
+            return
         for number, one in enumerate(found, 1):
             name = f"{path}, specimen {one.label or number}" if len(found) > 1 else str(path)
             try:
                 done.append(use(one.read(said)))
             except LayerjamError as error:
                 refuse(name, path, error)
+
+    wanted = _measurements(files)
+    for count, path in enumerate(wanted):
+        whole = False
+        try:
+            take(path)
+            whole = True
+            if progress is not None:
+                progress("reading files", (count + 1) / len(wanted))
+        except KeyboardInterrupt:
+            if not done:
+                raise
+            rest = map(str, wanted[count + whole :])
+            refused |= dict.fromkeys(rest, "not read to its end: interrupted")
+            break
     if not done:
         if not refused:
             raise FitError("no file was given")
@@ -93,6 +120,22 @@ def odd_facts(
         yield f"{name}: its sidecar names the brake {trace.facts.brake}, this is {file.name}"
 
 
+def _odd_record(trace: Trace) -> Iterator[str]:
+    """What a pull shows that no law of a brake describes."""
+    name, found = Path(trace.path).name, pull_summary(trace)
+    if off_zero(found.start, found.features):
+        yield (
+            f"{name}: the force is {show(found.start.baseline, 'N')} before the load rises, a "
+            "preload or the load cell's zero, and counts as it is; 'layerjam pull --tare' shows "
+            "what it changes, depth curves can fit it (--free force_offset)"
+        )
+    if found.teeth is not None:
+        yield (
+            f"{name}: sticks and slips, {show(found.teeth.amplitude, 'N')} about its middle: its "
+            "peak is static friction, and the law of a brake is that of the middle"
+        )
+
+
 def _vacuum(trace: Trace, given: Quantity | None, brake: Brake) -> float:
     if trace.facts.vacuum is not None:
         return vacuum_of(trace.facts.vacuum, brake, "vacuum in its sidecar")
@@ -110,6 +153,7 @@ def pulls(
     vacuum: Quantity | None,
     choices: Choices | None,
     test: Callable[[PullFeatures, float, Brake], object],
+    progress: Progress | None = None,
 ) -> tuple[list[tuple[Trace, PullFeatures, float]], dict[str, str], list[str]]:
     """Pulls with their features and vacuums [Pa], refused files, and what is odd about the rest.
 
@@ -117,6 +161,8 @@ def pulls(
     """
     if vacuum is not None:
         vacuum_of(vacuum, file.brake)
+
+    odd: list[str] = []
 
     def use(trace: Trace) -> tuple[Trace, PullFeatures, float]:
         pressure = _vacuum(trace, vacuum, file.brake)
@@ -128,10 +174,11 @@ def pulls(
                 "the unit of the elongation right?"
             )
         test(pull, pressure, file.brake)
-        return trace, pull, pressure
+        odd.extend(trace.warnings)
+        odd.extend(_odd_record(trace))
+        return trace.thinned(PICTURE), pull.thinned(CURVE), pressure
 
-    used, refused = each(files, use, choices)
-    odd = [w for t, _, _ in used for w in t.warnings]
+    used, refused = each(files, use, choices, progress)
     odd += [w for t, _, p in used for w in odd_facts(t, file, vacuum, p)]
     return used, refused, odd
 

@@ -14,7 +14,7 @@ from layerjam.identify.friction_test import (
     GRAVITY,
     FrictionRepeat,
     FrictionResult,
-    reduce_friction,
+    pooled,
     reduce_repeat,
     with_friction,
 )
@@ -30,7 +30,7 @@ from layerjam.verbs.answer import (
     brake_at,
     si,
 )
-from layerjam.verbs.files import Paths, each, understood, write_brake
+from layerjam.verbs.files import PICTURE, Paths, Progress, each, understood, write_brake
 
 AREA = Meaning("m^2", "area under the sled", lo=1e-6, hi=1.0)
 ALIKE = 1.5
@@ -54,6 +54,7 @@ def friction(
     out: str | Path | None = None,
     partial: bool = False,
     choices: Choices | None = None,
+    progress: Progress | None = None,
     force: bool = False,
 ) -> Answer:
     """Static and kinetic friction from friction tests.
@@ -63,7 +64,8 @@ def friction(
     from the record's first sample; `area` is that under the sled, for the pressure of the test.
     Where a record judders kinetic is None; `accept_judder` takes the middle of the stick-slip.
     With `brake` and `out` the result is written into a copy of the brake's file. `choices` answers
-    what a file leaves open (sign, column, decimal sign). `record` is (traces, FrictionResult).
+    what a file leaves open (sign, column, decimal sign). `progress` is told (what, share done).
+    `record` is (traces, FrictionResult), traces thinned.
     """
     if (brake is None) != (out is None):
         raise QuantityError("brake and out: give both to write a brake, or neither")
@@ -74,19 +76,20 @@ def friction(
     under = rule.area if area is None else si(area, AREA, "area")
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
 
-    def use(trace: Trace) -> tuple[Trace, float]:
+    def use(trace: Trace) -> tuple[Trace, FrictionRepeat, float]:
         pressed = given if given is not None else trace.facts.normal_force or by_rule
         if pressed is None:
             raise FitError("nothing says how hard the films were pressed; give --normal-force")
-        reduce_repeat(trace, pressed, span, rule, accept_judder)
-        return trace, pressed
+        repeat = reduce_repeat(trace, pressed, span, rule, accept_judder)
+        return trace.thinned(PICTURE), repeat, pressed
 
-    used, refused = each(files, use, choices)
-    loads = sorted({pressed for _, pressed in used})
+    used, refused = each(files, use, choices, progress)
+    loads = sorted({pressed for _, _, pressed in used})
     if len(loads) > 1:
         raise FitError(f"the files' normal forces differ: {', '.join(show(v, 'N') for v in loads)}")
-    traces = [trace for trace, _ in used]
-    result = reduce_friction(traces, loads[0], span, rule, accept_judder)
+    traces = [trace for trace, _, _ in used]
+    odd = [w for trace in traces for w in trace.warnings]
+    result = pooled([r for _, r, _ in used], odd, loads[0], span, rule, accept_judder)
     warnings = [*result.warnings, *_odd_loads(traces, loads[0], given is None, rule)]
     warnings += _of_judder(result)
     atmosphere = target.brake.site.atmosphere if target is not None else Site().atmosphere

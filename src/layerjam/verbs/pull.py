@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from layerjam.identify.columns import Choices
 from layerjam.identify.pull_summary import PullSummary, pull_summary
 from layerjam.identify.trace import Trace
 from layerjam.verbs.answer import Answer
-from layerjam.verbs.files import Paths, each, understood
+from layerjam.verbs.files import CURVE, Paths, Progress, each, understood
 
 UNITS_OF_A_PULL = {
     "vacuum": "Pa", "speed": "m/s", "slack": "m", "preload": "N", "preload_se": "N",
@@ -23,14 +24,26 @@ UNITS_OF_A_PULL = {
 """Unit of each key of one pull's table."""
 
 
-def pull(files: Paths, *, tare: bool = False, choices: Choices | None = None) -> Answer:
+def pull(
+    files: Paths,
+    *,
+    tare: bool = False,
+    choices: Choices | None = None,
+    progress: Progress | None = None,
+) -> Answer:
     """Slack, preload, onset, stiffness, peak, steady part, stick-slip and way back of pulls.
 
     Nothing is subtracted from a force unless `tare` asks for the force before the load rises.
-    `choices` answers what a file leaves open (sign, column, decimal sign). `record` is a list of
-    (trace, PullSummary).
+    `choices` answers what a file leaves open (sign, column, decimal sign), `progress` is told
+    (what, share done). `record` is a list of (trace, PullSummary), traces thinned.
     """
-    used, refused = each(files, lambda trace: (trace, pull_summary(trace, tare)), choices)
+
+    def use(trace: Trace) -> tuple[Trace, PullSummary]:
+        found = pull_summary(trace, tare)
+        features = found.features.thinned(CURVE)
+        return trace.thinned(CURVE), replace(found, features=features)
+
+    used, refused = each(files, use, choices, progress)
     warnings = [w for trace, _ in used for w in trace.warnings]
     warnings += [f"{trace.path}: {note}" for trace, found in used for note in found.notes]
     return Answer(

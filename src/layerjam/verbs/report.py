@@ -32,7 +32,7 @@ from layerjam.verbs import calibration as calibration_verb
 from layerjam.verbs import friction as friction_verb
 from layerjam.verbs import validation as validation_verb
 from layerjam.verbs.answer import VACUUM, Answer, AnyBrake, Quantity, brake_at
-from layerjam.verbs.files import Paths
+from layerjam.verbs.files import Paths, Progress
 
 DEPTHS = ("exact", "curves")
 SPEED = Meaning("m/s", "speed of the crosshead", open_lo=True)
@@ -49,6 +49,7 @@ class _Work:
     vacuum: Quantity | None
     atmosphere: Quantity | None
     say: Callable[[str], None]
+    progress: Progress | None
     stages: dict[str, dict[str, Any]] = field(default_factory=dict)
     warnings: dict[str, list[str]] = field(default_factory=dict)
     refused: list[tuple[str, str, str]] = field(default_factory=list)
@@ -100,6 +101,7 @@ def report(
     command: str = "layerjam.report(...) in Python",
     date: str | None = None,
     say: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> Answer:
     """Write report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
 
@@ -110,7 +112,7 @@ def report(
     pulls it was calibrated on, and the page says so. `vacuum` serves files without a sidecar;
     `normal_force`, `window`, `standard`, `area`, `accept_judder` belong to the friction tests and
     `depth` ("exact" or "curves") to the calibration, as in their own verbs; `date` (ISO) is
-    today unless given.
+    today unless given; `progress` is told (what, share done) of the files read.
     `record` is the BrakeReport. Raises FileError where a report exists and `force` is not set.
     """
     out = Path(out)
@@ -118,7 +120,7 @@ def report(
     check_folder(out, force)
     work = _Work(
         file=brake_at(brake, atmosphere), choices=choices, vacuum=vacuum, atmosphere=atmosphere,
-        say=say or (lambda _: None),
+        say=say or (lambda _: None), progress=progress,
     )  # fmt: skip
     given = work.file
     fitted_on, tested_on = _divided(pulls, validate, calibrate_on, holdout, work)
@@ -185,7 +187,7 @@ def _answer(content: BrakeReport, written: Written) -> Answer:
 
 def _friction(work: _Work, files: Paths, **how: Any) -> tuple[Sequence[Trace], FrictionResult]:
     work.say(f"friction: {len(files)} files")
-    answer = friction_verb.friction(files, choices=work.choices, **how)
+    answer = friction_verb.friction(files, choices=work.choices, progress=work.progress, **how)
     traces, result = answer.record
     work.keep("friction", answer, traces)
     if result.kinetic is None:
@@ -202,12 +204,11 @@ def _friction(work: _Work, files: Paths, **how: Any) -> tuple[Sequence[Trace], F
 def _calibration(work: _Work, files: Paths, depth: str, place: Path) -> Calibrated:
     work.say(f"calibration: {len(files)} pulls")
     brake = work.file.brake
-    answer = calibration_verb.calibrate(
-        work.file, files, vacuum=work.vacuum, out=place, partial=True, force=True,
-        choices=work.choices, depth=depth,
+    answer, traces = calibration_verb.calibrated(
+        work.file, files, depth, (), work.vacuum, place, True, None, work.choices, (0, 0, 0),
+        work.progress, True,
     )  # fmt: skip
     result = answer.record[1]
-    traces = [read_trace(path, work.choices) for path in result.files]
     fits: list[PullFit] = list(result.fits) if isinstance(result, Calibration) else []
     for curve in () if isinstance(result, Calibration) else result.curves:
         with contextlib.suppress(FitError):
@@ -222,7 +223,7 @@ def _calibration(work: _Work, files: Paths, depth: str, place: Path) -> Calibrat
 def _validation(work: _Work, files: Paths) -> dict[str, Any]:
     work.say(f"validation: {len(files)} pulls")
     answer, before, traces = validation_verb.validated(
-        work.file, files, work.vacuum, None, work.choices
+        work.file, files, work.vacuum, None, work.choices, work.progress
     )
     result: Validation = answer.record[1]
     seen = calibrated_on(work.file, [t.path for t in traces])

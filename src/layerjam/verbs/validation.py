@@ -10,7 +10,7 @@ from layerjam.identify.provenance import calibrated_on
 from layerjam.identify.trace import Trace
 from layerjam.identify.validation_table import UNITS, file_row, summary, validation_checks
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at
-from layerjam.verbs.files import Paths, pulls
+from layerjam.verbs.files import Paths, Progress, pulls
 
 
 def validate(
@@ -20,6 +20,7 @@ def validate(
     vacuum: Quantity | None = None,
     atmosphere: Quantity | None = None,
     choices: Choices | None = None,
+    progress: Progress | None = None,
 ) -> Answer:
     """How far the brake's model lies from measured pulls (identify.metrics says over which window).
 
@@ -27,7 +28,7 @@ def validate(
     stiffness. Says so where the brake was calibrated on one of the files. `record` is
     (BrakeFile, Validation).
     """
-    answer, _, _ = validated(brake, files, vacuum, atmosphere, choices)
+    answer, _, _ = validated(brake, files, vacuum, atmosphere, choices, progress)
     return answer
 
 
@@ -37,10 +38,11 @@ def validated(
     vacuum: Quantity | None,
     atmosphere: Quantity | None,
     choices: Choices | None,
+    progress: Progress | None = None,
 ) -> tuple[Answer, Validation | None, list[Trace]]:
     """`validate`'s answer, the Validation before calibration, and the traces that were used."""
     file = brake_at(brake, atmosphere)
-    used, refused, odd = pulls(files, file, vacuum, choices, compare)
+    used, refused, odd = pulls(files, file, vacuum, choices, compare, progress)
     curves = curves_of(used)
     result = validate_curves(curves, file.brake)
     warnings = file.warnings() + odd
