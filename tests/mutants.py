@@ -72,6 +72,10 @@ EQUIVALENT = {
     ): "c is zero already where nothing is jammed",
     (
         "hysteresis.py",
+        "slack=(state.force <= (1)) & (target < sleeve.slip),",
+    ): "a force above zero means an elongation beyond the slip",
+    (
+        "hysteresis.py",
         "back = (0.0) < memory.force - hold",
     ): "the root is clipped to the present slip, so that nothing moves",
     ("hysteresis.py", "back = (trial) < memory.force - hold"): "as above",

@@ -14,6 +14,8 @@ import pytest
 from identify.exports import EXPORTS
 from identify.layouts import LAYOUTS, curve, encoded
 from layerjam.errors import FileError, LayerjamError
+from layerjam.identify.history import read_history
+from layerjam.identify.log import ACCELERATION, PRESSURE, TEMPERATURE, TIME, Log, read_log
 from layerjam.identify.readers import read_traces
 from layerjam.identify.trace import Trace
 from layerjam.identify.unit_words import unit_role
@@ -233,6 +235,67 @@ def test_damaged_files(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_many_damaged_files(tmp_path: Path) -> None:
     _fuzz(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", "20000")), seed=2)
+
+
+def _logs() -> dict[str, bytes]:
+    """Undamaged logs: pressure, acceleration, a rubber's curve and a vacuum history."""
+    time = np.linspace(0, 10, 40)
+    value = 50 + np.sin(time)
+
+    def table(head: str, mark: str = ",", point: str = ".") -> bytes:
+        rows = (
+            f"{a:.4f}{mark}{b:.4f}".replace(".", point) for a, b in zip(time, value, strict=True)
+        )
+        return "\n".join([head, *rows, ""]).encode("latin-1")
+
+    return {
+        "pressure": table("time [s],p [kPa abs]"),
+        "german": table("Zeit [s];Druck [kPa(g)]", ";", ","),
+        "crash": table("t [ms],a [g]"),
+        "sleeve": table("strain [%],stress [kPa]"),
+        "history": table("time [s],vacuum [kPa]"),
+        "kelvin": table("time [s]\tpressure [mbar]\tT [K]", "\t"),
+    }
+
+
+def _in_time_order(log: Log) -> list[np.ndarray]:
+    return [log["time"], *(log[role] for role in log.columns if role != "time")]
+
+
+def _fuzz_logs(folder: Path, count: int, seed: int) -> None:
+    rng = random.Random(seed)
+    good, read = _logs(), 0
+    path = folder / "mutant.csv"
+    for number in range(count):
+        data = good[rng.choice(list(good))]
+        for damage in rng.choices(DAMAGE, k=rng.choice([1, 1, 2])):
+            data = damage(bytearray(data or b" "), rng)
+        path.write_bytes(data)
+        started = time.process_time()
+        kind = rng.randrange(3)
+        try:
+            if kind == 0:
+                history = read_history(path, 101325.0)
+                made = [history.time, history.vacuum]
+            else:
+                wants = (TIME, PRESSURE, TEMPERATURE) if kind == 1 else (TIME, ACCELERATION)
+                made = _in_time_order(read_log(path, wants))
+        except LayerjamError as err:
+            text = str(err)
+            assert "\n" not in text and len(text) < 900, (number, text)
+        except Exception as err:
+            raise AssertionError(f"log {number} of seed {seed}: {err!r}") from err
+        else:
+            read += 1
+            for column in made:
+                assert len(column) > 1 and np.isfinite(column).all(), (number, seed)
+            assert (np.diff(made[0]) >= 0).all(), (number, seed)
+        assert time.process_time() - started < 2.0, f"log {number} of seed {seed}"
+    assert 0.005 * count < read < 0.7 * count
+
+
+def test_damaged_logs(tmp_path: Path) -> None:
+    _fuzz_logs(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", "2000")), seed=3)
 
 
 HOSTILE = {

@@ -34,17 +34,18 @@ def test_units_say_which_column_is_which(tmp_path, text):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "at least two rows"),
-        ("time [s],vacuum [kPa]\n", "at least two rows"),
+        ("", "is empty"),
+        ("time [s],vacuum [kPa]\n", "no rows of numbers"),
+        ("time [s],vacuum [kPa]\n1.5,20\n", "does not advance"),
         ("time,vacuum [kPa]\n0,0\n1,2\n", "no column of time"),
-        ("time [s],vacuum\n0,0\n1,2\n", "no column of vacuum"),
-        ("time [s],a [kPa],b [Pa]\n0,0,0\n1,2,2\n", "2 columns of vacuum"),
-        ("time [s],vacuum [kPa]\n0,0\n1,x\n", "'x' is no number"),
-        ("time [s],vacuum [kPa]\n0,0\n1\n", "'' is no number"),
-        ("time [s],vacuum [kPa]\n0,0\n1,nan\n", "'nan' is no number"),
+        ("time [s],vacuum\n0,0\n1,2\n", "no column of pressure"),
+        ("time [s],a [kPa],b [Pa]\n0,0,0\n1,2,2\n", "which column is the pressure"),
+        ("time [s],vacuum [kPa]\n0,0\n1,x\n", "'x' in column 'vacuum' is no finite number"),
+        ("time [s],vacuum [kPa]\n0,0\n1\n", "1 value where 2 are due"),
+        ("time [s],vacuum [kPa]\n0,0\n1,nan\n", "'nan' in column 'vacuum' is no finite number"),
         ("time [s],vacuum [kPa]\n0,0\n1,1\n1,2\n", "time does not rise"),
-        ("time [s],vacuum [kPa]\n0,0\n1,120\n", "vacuum 120 kPa is not allowed"),
-        ("time [s],vacuum [kPa]\n0,-1\n1,20\n", "vacuum -1 kPa is not allowed"),
+        ("time [s],vacuum [kPa]\n0,0\n1,120\n", "vacuum 120 kPa at 1 s is not allowed"),
+        ("time [s],vacuum [kPa]\n0,-1\n1,20\n", "vacuum -1 kPa at 0 s is not allowed"),
     ],
 )
 def test_what_is_refused_and_how(tmp_path, text, words):
@@ -54,7 +55,7 @@ def test_what_is_refused_and_how(tmp_path, text, words):
 
 @pytest.mark.parametrize("name", ["pressure [kPa]", "Druck (kPa)", "P [kPa]"])
 def test_a_pressure_is_never_guessed_to_be_a_vacuum(tmp_path, name):
-    path = write(tmp_path, f"time [s];{name}\n0;101.325\n1;6.825\n")
+    path = write(tmp_path, f"time [s];{name}\n0;101.3250\n1;6.8250\n")
     with pytest.raises(FileError, match="name the column vacuum, or give --reading"):
         read_history(path, ATMOSPHERE)
     np.testing.assert_allclose(read_history(path, ATMOSPHERE, "absolute").vacuum, [0, 94.5e3])
@@ -72,10 +73,10 @@ def test_the_column_says_what_it_counts_from(tmp_path):
 
 
 def test_no_file_and_no_text(tmp_path):
-    with pytest.raises(FileError, match="cannot be read: No such file") as said:
+    with pytest.raises(FileError, match="does not exist") as said:
         read_history(tmp_path / "none.csv", ATMOSPHERE)
     assert "Errno" not in str(said.value) and str(said.value).count("none.csv") == 1
     path = tmp_path / "bytes.csv"
     path.write_bytes(b"\xff\xfe\x00\x01" * 10)
-    with pytest.raises(FileError, match="cannot be read"):
+    with pytest.raises(FileError):
         read_history(path, ATMOSPHERE)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -163,6 +165,9 @@ def test_self_closing_vacuum_is_where_friction_meets_the_sleeve(seed):
 
 def test_self_closing_at_the_ends_of_the_overlap():
     assert float(self_closing_vacuum(0.0, KAPTON)) == 0.0
+    # at rest nothing is stretched, however hard the sleeve holds on once it is
+    sticky = replace(KAPTON, film=replace(KAPTON.film, friction_on_silicone=5.0))
+    assert float(self_closing_vacuum(0.0, sticky)) == 0.0
     assert np.isinf(float(self_closing_vacuum(0.068, KAPTON)))
     assert np.isnan(float(self_closing_vacuum(-1e-3, KAPTON)))
 

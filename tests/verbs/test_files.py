@@ -88,8 +88,8 @@ def test_a_zero_that_is_off_and_stick_slip_are_said(tmp_path: Path) -> None:
     u = clean.elongation
     slack = np.arange(-300, 0) * (u[1] - u[0])
     off = Trace(
-        np.concatenate([np.zeros(300), clean.force]) + 4.0, np.concatenate([slack, u]), np.arange(len(u) + 300) * 1e-3,
-        "off.csv", "made",
+        np.concatenate([np.zeros(300), clean.force]) + 4.0, np.concatenate([slack, u]),
+        np.arange(len(u) + 300) * 1e-3, "off.csv", "made",
     )  # fmt: skip
     path = virtual.write_own(off, tmp_path / "off.csv")
     answer = calibrate("choi2018-kapton", [path], vacuum="94.5 kPa")

@@ -46,6 +46,11 @@ def drop(
         str | None,
         typer.Option(metavar="KIND", help="Its pressure is absolute, gauge or vacuum."),
     ] = None,
+    columns: Annotated[
+        str | None,
+        typer.Option(metavar="ROLE:UNIT,...", help="Its columns: time:ms,skip,pressure:kPa."),
+    ] = None,
+    decimal: opt.Decimal = None,
     duration: Annotated[
         str | None, typer.Option(metavar="Q", help="Follow the rebound up to this time.")
     ] = None,
@@ -97,7 +102,8 @@ def drop(
         answer = impact.drop(
             brake, mass=mass, speed=speed, height=height, vacuum=vacuum, travel=travel,
             rope_stiffness=rope_stiffness, rope_damping=rope_damping,
-            vacuum_history=vacuum_history, reading=reading, duration=duration, no_brake=no_brake,
+            vacuum_history=vacuum_history, reading=reading, columns=columns, decimal=decimal,
+            duration=duration, no_brake=no_brake,
             horizontal=horizontal, atmosphere=atmosphere, progress=tell if span else None,
         )  # fmt: skip
     answer = sensor.observed(

@@ -59,6 +59,8 @@ def drop(
     rope_damping: Quantity | None = None,
     vacuum_history: str | Path | History | None = None,
     reading: str | None = None,
+    columns: str | None = None,
+    decimal: str | None = None,
     duration: Quantity | None = None,
     no_brake: bool = False,
     horizontal: bool = False,
@@ -71,7 +73,8 @@ def drop(
     Slip, peak and time refer to the first standstill or the end of travel. Exact at constant
     vacuum; with `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a History) or a
     `duration` (to follow the rebound) it is marched in time. `reading` says what a file's pressure
-    counts from (absolute, gauge or vacuum) where its column does not. A mass that has not stopped
+    counts from (absolute, gauge or vacuum) where its column does not; `columns` and `decimal` are
+    as for every log. A mass that has not stopped
     when `duration` is over has the outcome FINISHED and no `stopping_time`; one that creeps to rest
     on an overdamped rope has neither. `record` is the DropRecord (BareDrop without a brake);
     `observed` says what is measured and felt of it.
@@ -90,10 +93,13 @@ def drop(
     if vacuum_history is not None:
         if vacuum is not None or travel is not None:
             raise QuantityError("vacuum: a history is given; leave vacuum and travel out")
-        history = _history(vacuum_history, file.brake.site.atmosphere, reading)
+        how = (reading, columns, decimal)
+        history = _history(vacuum_history, file.brake.site.atmosphere, how)
         return _in_time(file, weighs, arrives, history, rope, damping, along, until, progress)
-    if reading is not None:
-        raise QuantityError("reading: goes only with the file of a vacuum history")
+    if (reading, columns, decimal) != (None, None, None):
+        raise QuantityError(
+            "reading, columns and decimal: they go only with the file of a vacuum history"
+        )
     if vacuum is None:
         raise QuantityError("vacuum: missing; give one, or 'tuned' together with travel")
     if isinstance(vacuum, str) and vacuum != "tuned" and vacuum.strip().lower() == "tuned":
@@ -187,10 +193,12 @@ def _damping(damping: Quantity | None, rope: float | None) -> float:
     return si(damping, meaning_of(Rope, "damping"), "rope damping")
 
 
-def _history(source: str | Path | History, atmosphere: float, reading: str | None) -> History:
+def _history(
+    source: str | Path | History, atmosphere: float, how: tuple[str | None, str | None, str | None]
+) -> History:
     if not isinstance(source, History):
-        return read_history(source, atmosphere, reading)
-    if reading is not None:
+        return read_history(source, atmosphere, *how)
+    if how != (None, None, None):
         raise QuantityError("reading: goes only with a file; a History holds the vacuum itself")
     return source
 

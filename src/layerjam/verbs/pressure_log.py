@@ -13,6 +13,7 @@ from layerjam.device.mount import Site
 from layerjam.errors import FileError, QuantityError, UnknownNameError
 from layerjam.identify import leak as leaking
 from layerjam.identify import pump_down as emptying
+from layerjam.identify.history import READINGS
 from layerjam.identify.log import (
     PRESSURE,
     TEMPERATURE,
@@ -25,7 +26,6 @@ from layerjam.identify.log import (
 from layerjam.units import Meaning, meaning_of, show
 from layerjam.verbs.answer import Answer, Quantity, si
 
-READINGS = ("absolute", "gauge", "vacuum")
 VOLUME = Meaning("m^3", "volume", lo=1e-10, hi=1e3)
 FLOW = Meaning("m^3/s", "flow of the pump", lo=1e-12, hi=10)
 COMPLIANCE = Meaning("m^3/Pa", "volume lost per vacuum", lo=-1e-3, hi=1e-3)
