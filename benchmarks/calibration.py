@@ -9,11 +9,11 @@ import numpy as np
 from benchmarks.timing import Row, median
 from layerjam.device.brake import Brake
 from layerjam.device.load import load
-from layerjam.identify import virtual
+from layerjam.identify.calibration.forward import with_shape
+from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.curves import Curve, curves_of
-from layerjam.identify.fit_curves import calibrate_curves
-from layerjam.identify.forward import with_shape
-from layerjam.identify.pull import pull_features
+from layerjam.identify.pull.features import pull_features
+from layerjam.identify.virtual import machine as virtual
 from layerjam.mechanics.pull import force_at_elongation
 
 SAMPLES = 40_000

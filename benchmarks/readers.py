@@ -11,10 +11,10 @@ import pandas
 from benchmarks.timing import Row, median
 from layerjam.device.brake import Brake
 from layerjam.device.load import load
-from layerjam.identify import virtual
-from layerjam.identify.fit import calibrate
-from layerjam.identify.pull import PullFeatures, pull_features
-from layerjam.identify.readers import read_trace
+from layerjam.identify.calibration.peaks import calibrate
+from layerjam.identify.pull.features import PullFeatures, pull_features
+from layerjam.identify.readers.read import read_trace
+from layerjam.identify.virtual import machine as virtual
 from layerjam.mechanics.pull import force_at_elongation
 
 ROWS = 40_000

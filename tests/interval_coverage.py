@@ -24,14 +24,14 @@ jax.config.update("jax_enable_x64", True)
 
 from layerjam.device.brake import Brake  # noqa: E402
 from layerjam.device.load import load  # noqa: E402
-from layerjam.identify import virtual  # noqa: E402
+from layerjam.identify.calibration.forward import with_shape  # noqa: E402
+from layerjam.identify.calibration.intervals import Interval  # noqa: E402
+from layerjam.identify.calibration.peaks import calibrate  # noqa: E402
+from layerjam.identify.calibration.whole_curves import calibrate_curves  # noqa: E402
 from layerjam.identify.curves import Curve, curves_of  # noqa: E402
-from layerjam.identify.fit import calibrate  # noqa: E402
-from layerjam.identify.fit_curves import calibrate_curves  # noqa: E402
-from layerjam.identify.forward import with_shape  # noqa: E402
-from layerjam.identify.intervals import Interval  # noqa: E402
-from layerjam.identify.pull import PullFeatures, pull_features  # noqa: E402
+from layerjam.identify.pull.features import PullFeatures, pull_features  # noqa: E402
 from layerjam.identify.trace import Trace  # noqa: E402
+from layerjam.identify.virtual import machine as virtual  # noqa: E402
 
 PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"
 CAMPAIGNS, SEED = 1000, 2018

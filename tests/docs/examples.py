@@ -138,7 +138,7 @@ def console(text: str) -> Iterator[tuple[str, str]]:
 def write_file(block: Block) -> None:
     """A titled block as a file, read back as what it claims to be."""
     from layerjam.device.load import load
-    from layerjam.identify.readers import read_trace
+    from layerjam.identify.readers.read import read_trace
     from layerjam.identify.sidecar import read_facts
 
     path = Path(block.title)

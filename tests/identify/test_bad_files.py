@@ -10,7 +10,7 @@ import pytest
 from identify.layouts import bluehill, named, own, rows
 from identify.layouts import testxpert as zwick
 from layerjam.errors import FileError
-from layerjam.identify.readers import read_trace, source
+from layerjam.identify.readers.read import read_trace, source
 
 HEAD = "Time (s),Extension (mm),Load (N)"
 

@@ -16,10 +16,9 @@ from scipy import stats
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError, MissingExtraError
-from layerjam.identify import virtual
-from layerjam.identify.bayes import fit_bayes, prior_population
-from layerjam.identify.bayes_checks import bayes_checks
-from layerjam.identify.bayes_model import (
+from layerjam.identify.bayes.checks import bayes_checks
+from layerjam.identify.bayes.fit import fit_bayes, prior_population
+from layerjam.identify.bayes.model import (
     FLOOR,
     RISE,
     SLIDE,
@@ -37,12 +36,13 @@ from layerjam.identify.bayes_model import (
     start,
     unpacked,
 )
-from layerjam.identify.bayes_sampler import WARMUP, values_at
+from layerjam.identify.bayes.posterior import BayesFit
+from layerjam.identify.bayes.predictive import peak_band, vacuum_band
+from layerjam.identify.bayes.sampler import WARMUP, values_at
+from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.curves import Curve, curves_of
-from layerjam.identify.forward import with_shape
-from layerjam.identify.posterior import BayesFit
-from layerjam.identify.predictive import peak_band, vacuum_band
-from layerjam.identify.pull import pull_features
+from layerjam.identify.pull.features import pull_features
+from layerjam.identify.virtual import machine as virtual
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.pull import force_at_elongation, peak, slip_at_elongation
 from layerjam.report import bayes_figures

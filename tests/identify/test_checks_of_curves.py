@@ -6,9 +6,14 @@ import numpy as np
 
 from identify.fitted import campaign
 from lab.bench import FULL
+from layerjam.identify.calibration.verdict import (
+    drift,
+    like_catalogue,
+    off_bounds,
+    sleeve_plausible,
+)
+from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.checks import Check
-from layerjam.identify.fit_curves import calibrate_curves
-from layerjam.identify.verdict import drift, like_catalogue, off_bounds, sleeve_plausible
 from strategies import KAPTON
 
 THREE = (40e3, 60e3, 90e3)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.errors import FitError, QuantityError
-from layerjam.identify.crash_log import crash, head_injury, sampling_rate
+from layerjam.identify.logs.crash import crash, head_injury, sampling_rate
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY as G
 from layerjam.simulate.accelerometer import cfc_filter
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from identify.exports import EXPORTS
-from layerjam.identify import virtual
-from layerjam.identify.fit import calibrate
-from layerjam.identify.pull import pull_features
-from layerjam.identify.readers import read_trace
+from layerjam.identify.calibration.peaks import calibrate
+from layerjam.identify.pull.features import pull_features
+from layerjam.identify.readers.read import read_trace
 from layerjam.identify.trace import Trace
+from layerjam.identify.virtual import machine as virtual
 from layerjam.mechanics.pull import peak
 from strategies import KAPTON, change
 

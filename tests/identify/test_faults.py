@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from layerjam.errors import QuantityError
-from layerjam.identify import faults
-from layerjam.identify.campaign import campaign
-from layerjam.identify.campaign_spec import (
+from layerjam.identify.trace import Trace
+from layerjam.identify.virtual import faults
+from layerjam.identify.virtual.campaign import campaign
+from layerjam.identify.virtual.spec import (
     Faults,
     FrictionTests,
     Pulls,
@@ -21,7 +22,6 @@ from layerjam.identify.campaign_spec import (
     Spec,
     Truth,
 )
-from layerjam.identify.trace import Trace
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.pull import brake_force, force_at_elongation, peak

@@ -10,10 +10,10 @@ import pytest
 from identify.fitted import TRUTH, campaign
 from lab.bench import FULL, curve
 from layerjam.errors import FitError
+from layerjam.identify.calibration.forward import reduce
+from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.curves import conditions, curves_of, fitted_part, numbered, speed_of, usable
-from layerjam.identify.fit_curves import calibrate_curves
-from layerjam.identify.forward import reduce
-from layerjam.identify.pull import pull_features
+from layerjam.identify.pull.features import pull_features
 from strategies import KAPTON, PTFE, change
 
 THREE = (40e3, 60e3, 90e3)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from layerjam.identify.influence import bootstrap_intervals, moves
-from layerjam.identify.intervals import Population, mean_interval, quantile
+from layerjam.identify.calibration.influence import bootstrap_intervals, moves
+from layerjam.identify.calibration.intervals import Population, mean_interval, quantile
 
 
 def means(values: np.ndarray) -> Population:

@@ -14,12 +14,12 @@ from identify.saw import GRAVITY, sled
 from layerjam.device.file import read_brake
 from layerjam.device.load import load, materials
 from layerjam.errors import FileError, FitError, UnknownNameError
-from layerjam.identify import virtual
-from layerjam.identify.breakaway import find_breakaway, inertia_of
-from layerjam.identify.friction_standards import D1894, ISO8295, PAPER, STANDARDS, standard_named
-from layerjam.identify.friction_test import reduce_friction, reduce_repeat, with_friction
+from layerjam.identify.friction.breakaway import find_breakaway, inertia_of
+from layerjam.identify.friction.reduction import reduce_friction, reduce_repeat, with_friction
+from layerjam.identify.friction.standards import D1894, ISO8295, PAPER, STANDARDS, standard_named
 from layerjam.identify.repeats import over_repeats
 from layerjam.identify.trace import Trace
+from layerjam.identify.virtual import machine as virtual
 
 NORMAL = 2.45
 seeds = st.integers(0, 2**32 - 1)

@@ -14,11 +14,11 @@ import pytest
 from identify.exports import EXPORTS
 from identify.layouts import LAYOUTS, curve, encoded
 from layerjam.errors import FileError, LayerjamError
-from layerjam.identify.history import read_history
-from layerjam.identify.log import ACCELERATION, PRESSURE, TEMPERATURE, TIME, Log, read_log
-from layerjam.identify.readers import read_traces
+from layerjam.identify.logs.history import read_history
+from layerjam.identify.logs.table import ACCELERATION, PRESSURE, TEMPERATURE, TIME, Log, read_log
+from layerjam.identify.readers.read import read_traces
+from layerjam.identify.readers.unit_words import unit_role
 from layerjam.identify.trace import Trace
-from layerjam.identify.unit_words import unit_role
 
 TOKENS = [
     b"NaN",

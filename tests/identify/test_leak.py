@@ -11,9 +11,9 @@ from scipy.signal import lfilter
 
 from identify.layouts import REAL
 from layerjam.errors import FitError, UnknownNameError
-from layerjam.identify import leak as k
-from layerjam.identify.correlated import fit_series
-from layerjam.identify.log import PRESSURE, TIME, read_log
+from layerjam.identify.logs import leak as k
+from layerjam.identify.logs.correlated import fit_series
+from layerjam.identify.logs.table import PRESSURE, TIME, read_log
 
 A = 101325.0
 

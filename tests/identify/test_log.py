@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from identify.layouts import REAL
 from layerjam.errors import FileError, LayerjamError, QuantityError
-from layerjam.identify.log import (
+from layerjam.identify.logs.table import (
     ACCELERATION,
     PRESSURE,
     TEMPERATURE,

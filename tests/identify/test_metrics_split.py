@@ -13,15 +13,15 @@ from hypothesis.extra.numpy import arrays
 from lab.bench import FULL, curve, noisy
 from layerjam.errors import FitError
 from layerjam.identify.curves import Curve
-from layerjam.identify.metrics import (
+from layerjam.identify.pull.features import PullFeatures, pull_features
+from layerjam.identify.validation.metrics import (
     compare,
     split_error,
     uncalibrated,
     validate_curves,
     validate_pulls,
 )
-from layerjam.identify.pull import PullFeatures, pull_features
-from layerjam.identify.validation_table import pool, summary, validation_checks
+from layerjam.identify.validation.table import pool, summary, validation_checks
 from layerjam.mechanics.pull import force_at_elongation
 from strategies import KAPTON, PTFE, change
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from layerjam.errors import QuantityError
-from layerjam.identify.posterior import Population
-from layerjam.identify.predictive import (
+from layerjam.identify.bayes.posterior import Population
+from layerjam.identify.bayes.predictive import (
     LEVELS,
     Band,
     drop_band,

@@ -11,10 +11,10 @@ from hypothesis import assume, given, settings
 from lab.bench import FULL, curve
 from layerjam.device.load import load
 from layerjam.errors import FileError
-from layerjam.identify import virtual
-from layerjam.identify.pull import pull_features
-from layerjam.identify.pull_summary import STEADY, pull_summary
+from layerjam.identify.pull.features import pull_features
+from layerjam.identify.pull.summary import STEADY, pull_summary
 from layerjam.identify.trace import Trace
+from layerjam.identify.virtual import machine as virtual
 from layerjam.mechanics.enclosure import saturation_slip
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.pull import force_at_elongation, peak

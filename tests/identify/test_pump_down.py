@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from layerjam.errors import FitError
-from layerjam.identify import pump_down as d
+from layerjam.identify.logs import pump_down as d
 
 A = 101325.0
 V0, S, PU = 7.503e-6, 3.33e-6, 5e3

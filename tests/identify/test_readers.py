@@ -12,8 +12,8 @@ import pytest
 
 from identify.layouts import LAYOUTS, REAL, curve, encoded, rows
 from layerjam.errors import FileError, LayerjamError
-from layerjam.identify.columns import Choices, named_role, split_unit, unit_role
-from layerjam.identify.readers import read_trace
+from layerjam.identify.readers.columns import Choices, named_role, split_unit, unit_role
+from layerjam.identify.readers.read import read_trace
 from layerjam.identify.trace import Trace
 
 FORMAT = {"testxpert": "Zwick testXpert", "own": "layerjam CSV", "bluehill": "Instron Bluehill"}
@@ -240,7 +240,9 @@ def test_small_parts() -> None:
     assert named_role("Prüfkraft") == "force" and named_role("Drehmoment Torque") is None
 
 
-@pytest.mark.parametrize("module", ["trace", "sidecar", "columns", "readers", "virtual"])
+@pytest.mark.parametrize(
+    "module", ["trace", "sidecar", "readers.columns", "readers.read", "virtual.machine"]
+)
 def test_imports_stay_light(module: str) -> None:
     heavy = {"jax", "pandas", "pint"}
     code = f"import sys, layerjam.identify.{module}; print({heavy} & set(sys.modules))"

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from identify.layouts import REAL
 from layerjam.errors import FileError, FitError, UnknownNameError
-from layerjam.identify import hyperelastic as h
-from layerjam.identify.rubber import first_loading, material_of, moduli, read_rubber
+from layerjam.identify.rubber import hyperelastic as h
+from layerjam.identify.rubber.tensile import first_loading, material_of, moduli, read_rubber
 
 TRUTH = {
     "neo-hookean": {"C1": 30e3},

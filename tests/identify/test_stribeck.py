@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from layerjam.errors import FitError
-from layerjam.identify.stribeck import SpeedPoints, fit_dry, fit_wet, speed_points
+from layerjam.identify.friction.stribeck import SpeedPoints, fit_dry, fit_wet, speed_points
 from layerjam.mechanics.stickslip import of_film, sliding_force
 from layerjam.mechanics.wet import ILLUSTRATIVE, wet_force
 from strategies import KAPTON

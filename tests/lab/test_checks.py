@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lab.bench import FULL, curve
+from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.checks import (
     Check,
     agreement,
@@ -15,8 +16,7 @@ from layerjam.identify.checks import (
     plausible,
     stiffness_possible,
 )
-from layerjam.identify.fit import calibrate
-from layerjam.identify.pull import pull_features
+from layerjam.identify.pull.features import pull_features
 from strategies import KAPTON, change
 
 

@@ -11,9 +11,14 @@ from lab.bench import QUIET
 from layerjam.device.file import read_brake
 from layerjam.device.load import load, materials
 from layerjam.errors import FileError, FitError
-from layerjam.identify import virtual
-from layerjam.identify.friction_test import WINDOW, reduce_friction, reduce_repeat, with_friction
+from layerjam.identify.friction.reduction import (
+    WINDOW,
+    reduce_friction,
+    reduce_repeat,
+    with_friction,
+)
 from layerjam.identify.trace import Trace
+from layerjam.identify.virtual import machine as virtual
 
 NORMAL = 0.250 * 9.80665
 SILENT = virtual.Machine(**QUIET, sampling_rate=50.0)

@@ -9,8 +9,8 @@ import pytest
 
 from lab.bench import FULL, curve, noisy
 from layerjam.errors import FileError, FitError
-from layerjam.identify.metrics import FLOOR, POINTS, compare, validate_pulls
-from layerjam.identify.pull import PullFeatures, pull_features
+from layerjam.identify.pull.features import PullFeatures, pull_features
+from layerjam.identify.validation.metrics import FLOOR, POINTS, compare, validate_pulls
 from layerjam.mechanics.pull import force_at_elongation, peak
 from strategies import KAPTON, PTFE, change
 

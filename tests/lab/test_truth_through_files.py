@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from layerjam.identify import virtual
-from layerjam.identify.fit import calibrate
-from layerjam.identify.friction_test import reduce_friction
+from layerjam.identify.calibration.peaks import calibrate
+from layerjam.identify.friction.reduction import reduce_friction
 from layerjam.identify.provenance import calibrated_on, sha256
-from layerjam.identify.pull import pull_features
-from layerjam.identify.readers import read_trace
+from layerjam.identify.pull.features import pull_features
+from layerjam.identify.readers.read import read_trace
+from layerjam.identify.virtual import machine as virtual
 from layerjam.mechanics.pull import peak
 from strategies import KAPTON, PTFE, change
 

@@ -15,9 +15,9 @@ import pytest
 from lab.bench import FULL, curve
 from layerjam.device.brake import mass, sheet_mass
 from layerjam.device.load import load
-from layerjam.identify.fit import fit_pull
-from layerjam.identify.metrics import compare
-from layerjam.identify.pull import pull_features
+from layerjam.identify.calibration.peaks import fit_pull
+from layerjam.identify.pull.features import pull_features
+from layerjam.identify.validation.metrics import compare
 from layerjam.mechanics.energy import energy_capacity, slip_work
 from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.limits import buckling_force

@@ -11,9 +11,9 @@ import layerjam
 from layerjam.cli import calibration as command
 from layerjam.device.load import load
 from layerjam.errors import FitError, UnknownNameError
-from layerjam.identify import virtual
-from layerjam.identify.forward import with_shape
+from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.provenance import calibrated_on, sha256
+from layerjam.identify.virtual import machine as virtual
 from layerjam.verbs.calibration import DEEPER, UNITS
 from strategies import KAPTON
 

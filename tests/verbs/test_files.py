@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from layerjam.device.load import load
-from layerjam.identify import virtual
 from layerjam.identify.trace import Trace
+from layerjam.identify.virtual import machine as virtual
 from layerjam.verbs.calibration import calibrate
 from layerjam.verbs.files import CURVE, PICTURE, each, pulls
 from layerjam.verbs.friction import friction

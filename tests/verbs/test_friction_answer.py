@@ -14,9 +14,9 @@ from lab.bench import FULL, curve
 from layerjam.cli import friction as friction_command
 from layerjam.cli.output import _plain
 from layerjam.errors import FitError, QuantityError, UnknownNameError
-from layerjam.identify import virtual
 from layerjam.identify.sidecar import Facts
 from layerjam.identify.trace import Trace
+from layerjam.identify.virtual import machine as virtual
 from layerjam.verbs.friction import friction
 from layerjam.verbs.pull import UNITS_OF_A_PULL, pull
 from strategies import KAPTON

@@ -15,8 +15,8 @@ import typer
 from layerjam.cli import lab as command
 from layerjam.cli import main as entry
 from layerjam.errors import FileError, QuantityError
-from layerjam.identify.campaign_spec import Faults, FrictionTests, Practice, Pulls, Spec, Truth
-from layerjam.identify.campaign_text import example
+from layerjam.identify.virtual.spec import Faults, FrictionTests, Practice, Pulls, Spec, Truth
+from layerjam.identify.virtual.text import example
 from layerjam.verbs.lab import lab, lab_example
 
 SPEC = Spec(

@@ -13,9 +13,9 @@ from layerjam.cli import measurements as commands
 from layerjam.cli.main import app, main
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError, QuantityError
-from layerjam.identify import hyperelastic
-from layerjam.identify.leak import pressure as leaked
-from layerjam.identify.pump_down import pressure as pumped
+from layerjam.identify.logs.leak import pressure as leaked
+from layerjam.identify.logs.pump_down import pressure as pumped
+from layerjam.identify.rubber import hyperelastic
 from layerjam.verbs.measurements import crash, leak, pump_down, sleeve
 from layerjam.verbs.pressure_log import temperature_of
 

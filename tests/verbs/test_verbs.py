@@ -19,7 +19,7 @@ from layerjam.cli import predict as predict_commands
 from layerjam.cli import validation as validation_commands
 from layerjam.device.load import load
 from layerjam.errors import FileError, FitError, LayerjamError, ProcedureError, QuantityError
-from layerjam.identify import virtual
+from layerjam.identify.virtual import machine as virtual
 from layerjam.simulate.procedure import parse_procedure, simple_pull
 from layerjam.verbs import calibration, friction, predict, validation
 from layerjam.verbs.answer import Answer, brake_at, si, slip_of, vacuum_of

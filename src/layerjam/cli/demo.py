@@ -60,10 +60,10 @@ def demo(out: Path) -> None:
     began = time.perf_counter()
     engine()
     from layerjam.device.load import load
-    from layerjam.identify.fit import calibrate
-    from layerjam.identify.friction_test import reduce_friction
-    from layerjam.identify.metrics import validate_pulls
-    from layerjam.identify.readers import read_trace
+    from layerjam.identify.calibration.peaks import calibrate
+    from layerjam.identify.friction.reduction import reduce_friction
+    from layerjam.identify.readers.read import read_trace
+    from layerjam.identify.validation.metrics import validate_pulls
     from layerjam.report.paper_lab import NORMAL_FORCE, read_pulls
     from layerjam.report.reproduce import main_job, reproduce
 

@@ -12,7 +12,7 @@ import typer
 from layerjam.errors import FileError, QuantityError
 
 if TYPE_CHECKING:
-    from layerjam.identify.columns import Choices
+    from layerjam.identify.readers.columns import Choices
 
 BrakeName = Annotated[
     str, typer.Argument(metavar="BRAKE", help="Catalogue name or path of a brake's TOML file.")
@@ -73,7 +73,7 @@ def choices(
     """What the user says of the files where they leave something open."""
     if not (negative or column or decimal or columns or sheet) and specimen is None:
         return None
-    from layerjam.identify.columns import Choices
+    from layerjam.identify.readers.columns import Choices
 
     names, units = {}, {}
     for entry in column or []:

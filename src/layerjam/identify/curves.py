@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from layerjam.errors import FitError
-from layerjam.identify.pull import LINEAR, PullFeatures
+from layerjam.identify.pull.features import LINEAR, PullFeatures
 from layerjam.identify.trace import Trace
 from layerjam.units import show
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from layerjam.identify.bayes_model import Prior
+from layerjam.identify.bayes.model import Prior
+from layerjam.identify.bayes.posterior import BayesFit
+from layerjam.identify.bayes.predictive import force_band, vacuum_band
 from layerjam.identify.curves import Curve
-from layerjam.identify.posterior import BayesFit
-from layerjam.identify.predictive import force_band, vacuum_band
 from layerjam.mechanics.pull import force_limits
 from layerjam.report.style import (
     BLUE,

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.identify.friction_test import FrictionResult
-from layerjam.identify.metrics import ConditionError, Validation, uncalibrated
+from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.trace import Trace
+from layerjam.identify.validation.metrics import ConditionError, Validation, uncalibrated
 from layerjam.mechanics.pull import force_at_elongation
 from layerjam.report.brake_tables import Calibrated
 from layerjam.report.style import (

@@ -18,7 +18,7 @@ from typing import Any
 
 from layerjam._version import __version__
 from layerjam.errors import FileError, MissingExtraError
-from layerjam.identify.metrics import WINDOW
+from layerjam.identify.validation.metrics import WINDOW
 from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.report.brake_report import BrakeReport, all_numbers, context, drawings
 from layerjam.report.page import check_extras, drawn, svg_of

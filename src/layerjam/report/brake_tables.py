@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from layerjam.identify.calibration.peaks import PullFit
 from layerjam.identify.checks import Check
-from layerjam.identify.fit import PullFit
-from layerjam.identify.friction_test import FrictionResult
-from layerjam.identify.metrics import ConditionError, CurveError, Split, Validation
+from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.repeats import over_repeats
+from layerjam.identify.validation.metrics import ConditionError, CurveError, Split, Validation
 from layerjam.report.brake_numbers import NONE, Cell, Number, Table, estimates
 from layerjam.units import show
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from layerjam.device.file import BrakeFile
+from layerjam.identify.calibration.forward import FINE, Reduced, law_with_error, reduce
+from layerjam.identify.calibration.intervals import quantile
+from layerjam.identify.calibration.peaks import Calibration
+from layerjam.identify.calibration.whole_curves import CurvesCalibration
 from layerjam.identify.curves import Curve, levels
-from layerjam.identify.fit import Calibration
-from layerjam.identify.fit_curves import CurvesCalibration
-from layerjam.identify.forward import FINE, Reduced, law_with_error, reduce
-from layerjam.identify.intervals import quantile
 from layerjam.report.style import (
     FAINT,
     GREY,

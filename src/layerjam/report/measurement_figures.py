@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from layerjam.identify import hyperelastic
-from layerjam.identify.crash_log import Crash
-from layerjam.identify.leak import Leak
-from layerjam.identify.pump_down import PumpDown
-from layerjam.identify.rubber import Moduli, Specimen
+from layerjam.identify.logs.crash import Crash
+from layerjam.identify.logs.leak import Leak
+from layerjam.identify.logs.pump_down import PumpDown
+from layerjam.identify.rubber import hyperelastic
+from layerjam.identify.rubber.tensile import Moduli, Specimen
 from layerjam.report.style import (
     BLUE,
     FAINT,

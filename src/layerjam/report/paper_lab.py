@@ -14,12 +14,12 @@ import numpy as np
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
-from layerjam.identify import virtual
-from layerjam.identify.fit import Calibration, calibrate
-from layerjam.identify.friction_test import FrictionResult, reduce_friction
-from layerjam.identify.metrics import Validation, validate_pulls
-from layerjam.identify.pull import PullFeatures, pull_features
-from layerjam.identify.readers import read_trace
+from layerjam.identify.calibration.peaks import Calibration, calibrate
+from layerjam.identify.friction.reduction import FrictionResult, reduce_friction
+from layerjam.identify.pull.features import PullFeatures, pull_features
+from layerjam.identify.readers.read import read_trace
+from layerjam.identify.validation.metrics import Validation, validate_pulls
+from layerjam.identify.virtual import machine as virtual
 from layerjam.report.claims import Claim, beyond, number, statement
 from layerjam.report.paper_figures import CALIBRATED, FIG7, FULL, NAMES, TESTED
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from layerjam.identify.pull_summary import PullSummary
+from layerjam.identify.pull.summary import PullSummary
 from layerjam.identify.trace import Trace
 from layerjam.report.style import (
     BLUE,

@@ -16,10 +16,10 @@ from layerjam._version import __version__
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError
-from layerjam.identify.fit import Calibration
-from layerjam.identify.friction_test import FrictionResult
-from layerjam.identify.metrics import Validation
+from layerjam.identify.calibration.peaks import Calibration
+from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.trace import Trace
+from layerjam.identify.validation.metrics import Validation
 from layerjam.report import (
     impact_figures,
     paper_figures,

@@ -1,4 +1,4 @@
-"""What `calibrate` at depth "bayesian" returns, around the sampler of identify.bayes."""
+"""What `calibrate` at depth "bayesian" returns, around the sampler of identify.bayes.fit."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.source import Source
+from layerjam.identify.calibration.intervals import Interval
+from layerjam.identify.calibration.whole_curves import shape_sources
 from layerjam.identify.checks import Check
 from layerjam.identify.curves import Curve
-from layerjam.identify.fit_curves import shape_sources
-from layerjam.identify.intervals import Interval
 
 if TYPE_CHECKING:
-    from layerjam.identify.posterior import BayesFit
+    from layerjam.identify.bayes.posterior import BayesFit
 
 NAMES = ("scale_factor", "stiffness", "enclosure_factor")
 
@@ -69,7 +69,7 @@ def calibrate_bayesian(
     tell: Callable[[str, float], None],
 ) -> BayesCalibration:
     """Sample; `sampling` is (draws of a chain, chains, seed). MissingExtraError without NumPyro."""
-    from layerjam.identify.bayes import fit_bayes
+    from layerjam.identify.bayes.fit import fit_bayes
 
     draws, chains, seed = sampling
 

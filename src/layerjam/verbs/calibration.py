@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, UnknownNameError
+from layerjam.identify.calibration.influence import Move
+from layerjam.identify.calibration.intervals import Interval
+from layerjam.identify.calibration.peaks import WINDOW as EXACT_WINDOW
+from layerjam.identify.calibration.peaks import Calibration, fit_pull
+from layerjam.identify.calibration.peaks import calibrate as fit
+from layerjam.identify.calibration.whole_curves import WINDOW as CURVES_WINDOW
+from layerjam.identify.calibration.whole_curves import CurvesCalibration, calibrate_curves
 from layerjam.identify.checks import Check
-from layerjam.identify.columns import Choices
 from layerjam.identify.curves import curves_of, usable
-from layerjam.identify.fit import WINDOW as EXACT_WINDOW
-from layerjam.identify.fit import Calibration, fit_pull
-from layerjam.identify.fit import calibrate as fit
-from layerjam.identify.fit_curves import WINDOW as CURVES_WINDOW
-from layerjam.identify.fit_curves import CurvesCalibration, calibrate_curves
-from layerjam.identify.influence import Move
-from layerjam.identify.intervals import Interval
 from layerjam.identify.provenance import calibrated_text
-from layerjam.identify.pull import PullFeatures
+from layerjam.identify.pull.features import PullFeatures
+from layerjam.identify.readers.columns import Choices
 from layerjam.identify.trace import Trace
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at
 from layerjam.verbs.files import Paths, Progress, pulls, understood, write_brake

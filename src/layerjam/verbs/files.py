@@ -10,11 +10,11 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile, read_brake
 from layerjam.device.load import catalogue, materials, write_whole
 from layerjam.errors import FileError, FitError, LayerjamError
-from layerjam.identify.columns import Choices
 from layerjam.identify.provenance import sha256
-from layerjam.identify.pull import PullFeatures, pull_features
-from layerjam.identify.pull_summary import off_zero, pull_summary
-from layerjam.identify.readers import open_traces
+from layerjam.identify.pull.features import PullFeatures, pull_features
+from layerjam.identify.pull.summary import off_zero, pull_summary
+from layerjam.identify.readers.columns import Choices
+from layerjam.identify.readers.read import open_traces
 from layerjam.identify.trace import Trace
 from layerjam.units import show
 from layerjam.verbs.answer import Quantity, vacuum_of

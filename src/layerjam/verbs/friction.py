@@ -8,9 +8,7 @@ from typing import Any
 
 from layerjam.device.mount import Site
 from layerjam.errors import FitError, QuantityError
-from layerjam.identify.columns import Choices
-from layerjam.identify.friction_standards import Standard, standard_named
-from layerjam.identify.friction_test import (
+from layerjam.identify.friction.reduction import (
     GRAVITY,
     FrictionRepeat,
     FrictionResult,
@@ -18,6 +16,8 @@ from layerjam.identify.friction_test import (
     reduce_repeat,
     with_friction,
 )
+from layerjam.identify.friction.standards import Standard, standard_named
+from layerjam.identify.readers.columns import Choices
 from layerjam.identify.trace import Trace
 from layerjam.units import Meaning, show
 from layerjam.verbs.answer import (

@@ -10,7 +10,7 @@ from pathlib import Path
 from layerjam.device.file import BrakeFile
 from layerjam.device.mount import Rope
 from layerjam.errors import QuantityError
-from layerjam.identify.history import read_history
+from layerjam.identify.logs.history import read_history
 from layerjam.mechanics.pull import least_stiffness
 from layerjam.simulate.drop import damped_rope_only, snap_reason, spring_of
 from layerjam.simulate.drop import drop as run_drop

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from layerjam.device.load import write_whole
 from layerjam.errors import QuantityError
-from layerjam.identify.campaign import campaign
-from layerjam.identify.campaign_files import commands, write_campaign
-from layerjam.identify.campaign_spec import Spec
-from layerjam.identify.campaign_text import example, spec_text
+from layerjam.identify.virtual.campaign import campaign
+from layerjam.identify.virtual.campaign_files import commands, write_campaign
+from layerjam.identify.virtual.spec import Spec
+from layerjam.identify.virtual.text import example, spec_text
 from layerjam.units import Meaning
 from layerjam.verbs.answer import Answer, si
 

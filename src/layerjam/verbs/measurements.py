@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from layerjam.errors import FileError, FitError
-from layerjam.identify import crash_log
-from layerjam.identify.log import ACCELERATION, TIME, read_log
+from layerjam.identify.logs import crash as crash_log
+from layerjam.identify.logs.table import ACCELERATION, TIME, read_log
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY
 from layerjam.units import Meaning
 from layerjam.verbs.answer import Answer, Quantity, si

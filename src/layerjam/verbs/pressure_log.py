@@ -11,10 +11,10 @@ import numpy as np
 
 from layerjam.device.mount import Site
 from layerjam.errors import FileError, QuantityError, UnknownNameError
-from layerjam.identify import leak as leaking
-from layerjam.identify import pump_down as emptying
-from layerjam.identify.history import READINGS
-from layerjam.identify.log import (
+from layerjam.identify.logs import leak as leaking
+from layerjam.identify.logs import pump_down as emptying
+from layerjam.identify.logs.history import READINGS
+from layerjam.identify.logs.table import (
     PRESSURE,
     TEMPERATURE,
     TIME,

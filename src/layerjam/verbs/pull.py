@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from layerjam.identify.columns import Choices
-from layerjam.identify.pull_summary import PullSummary, pull_summary
+from layerjam.identify.pull.summary import PullSummary, pull_summary
+from layerjam.identify.readers.columns import Choices
 from layerjam.identify.trace import Trace
 from layerjam.verbs.answer import Answer
 from layerjam.verbs.files import CURVE, Paths, Progress, each, understood

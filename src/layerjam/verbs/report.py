@@ -15,14 +15,14 @@ from typing import Any
 from layerjam.device.file import BrakeFile, read_brake
 from layerjam.device.load import load, materials
 from layerjam.errors import FitError, LayerjamError, QuantityError
-from layerjam.identify.columns import Choices
+from layerjam.identify.calibration.peaks import Calibration, PullFit, fit_pull
 from layerjam.identify.curves import speed_of
-from layerjam.identify.fit import Calibration, PullFit, fit_pull
-from layerjam.identify.friction_test import FrictionResult, with_friction
-from layerjam.identify.metrics import Validation
+from layerjam.identify.friction.reduction import FrictionResult, with_friction
 from layerjam.identify.provenance import calibrated_on, sha256
-from layerjam.identify.readers import read_trace
+from layerjam.identify.readers.columns import Choices
+from layerjam.identify.readers.read import read_trace
 from layerjam.identify.trace import Trace
+from layerjam.identify.validation.metrics import Validation
 from layerjam.report.brake_files import Written, check_folder, write
 from layerjam.report.brake_report import BrakeReport
 from layerjam.report.brake_tables import Calibrated, FileUsed

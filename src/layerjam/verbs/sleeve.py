@@ -12,8 +12,9 @@ from layerjam.device.file import BrakeFile, parse_toml, updated_text
 from layerjam.device.load import materials
 from layerjam.device.source import Source
 from layerjam.errors import FileError, FitError, LayerjamError, QuantityError, UnknownNameError
-from layerjam.identify import hyperelastic, rubber
 from layerjam.identify.provenance import sha256
+from layerjam.identify.rubber import hyperelastic
+from layerjam.identify.rubber import tensile as rubber
 from layerjam.units import Meaning, parse, show
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at, si
 from layerjam.verbs.files import Paths, write_brake

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from layerjam.errors import FitError
-from layerjam.identify.columns import Choices
 from layerjam.identify.curves import curves_of
-from layerjam.identify.metrics import Validation, compare, uncalibrated, validate_curves
 from layerjam.identify.provenance import calibrated_on
+from layerjam.identify.readers.columns import Choices
 from layerjam.identify.trace import Trace
-from layerjam.identify.validation_table import UNITS, file_row, summary, validation_checks
+from layerjam.identify.validation.metrics import Validation, compare, uncalibrated, validate_curves
+from layerjam.identify.validation.table import UNITS, file_row, summary, validation_checks
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at
 from layerjam.verbs.files import Paths, Progress, pulls
 
@@ -22,7 +22,9 @@ def validate(
     choices: Choices | None = None,
     progress: Progress | None = None,
 ) -> Answer:
-    """How far the brake's model lies from measured pulls (identify.metrics says over which window).
+    """How far the brake's model lies from measured pulls.
+
+    Over which window, identify.validation.metrics says.
 
     `uncalibrated` holds the same errors of the brake with a scale factor of 1 and the sheets' own
     stiffness. Says so where the brake was calibrated on one of the files. `record` is

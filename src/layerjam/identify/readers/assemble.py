@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from layerjam.errors import FileError
-from layerjam.identify.columns import Choices, Column
+from layerjam.identify.readers.columns import Choices, Column
 from layerjam.identify.readers.content import Source
 from layerjam.identify.readers.grid import Grid, Table, read_grid
 from layerjam.identify.readers.lines import pieces

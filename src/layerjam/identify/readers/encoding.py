@@ -6,8 +6,8 @@ import codecs
 import re
 
 from layerjam.errors import FileError
-from layerjam.identify.unit_words import unit_role
-from layerjam.identify.words import known_words
+from layerjam.identify.readers.unit_words import unit_role
+from layerjam.identify.readers.words import known_words
 
 _MARKS = (
     (codecs.BOM_UTF32_LE, "utf-32"),

@@ -6,11 +6,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from layerjam.identify import words
-from layerjam.identify.columns import named_role, split_unit
+from layerjam.identify.readers import words
+from layerjam.identify.readers.columns import named_role, split_unit
 from layerjam.identify.readers.lines import looks_numeric, split
-from layerjam.identify.unit_words import unit_role
-from layerjam.identify.words import plain
+from layerjam.identify.readers.unit_words import unit_role
+from layerjam.identify.readers.words import plain
 
 MOST_COLUMNS = 300
 _BRACKETED = re.compile(r"[(\[<{].*[)\]>}]")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from layerjam.errors import FileError, LayerjamError
-from layerjam.identify.columns import Choices, listed, sentence, split_unit, take
 from layerjam.identify.readers.assemble import Rows, trace_of
+from layerjam.identify.readers.columns import Choices, listed, sentence, split_unit, take
 from layerjam.identify.readers.content import Source
 from layerjam.identify.readers.grid import Table
 from layerjam.identify.readers.lines import split

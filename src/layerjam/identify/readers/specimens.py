@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from layerjam.errors import FileError
-from layerjam.identify.columns import (
+from layerjam.identify.readers.assemble import Rows, trace_of
+from layerjam.identify.readers.columns import (
     Choices,
     Column,
     assign,
@@ -17,15 +18,14 @@ from layerjam.identify.columns import (
     listed,
     named_role,
 )
-from layerjam.identify.readers.assemble import Rows, trace_of
 from layerjam.identify.readers.content import Source
 from layerjam.identify.readers.grid import Table, no_row_of_numbers
 from layerjam.identify.readers.heads import stated_units
 from layerjam.identify.readers.lines import Lines, read_lines
 from layerjam.identify.readers.table import Block, blocks_of, headless, under_one_head
+from layerjam.identify.readers.unit_words import unit_role
+from layerjam.identify.readers.words import plain
 from layerjam.identify.trace import FEWEST_ROWS, Trace
-from layerjam.identify.unit_words import unit_role
-from layerjam.identify.words import plain
 
 _SHARE = 0.2
 _COUNTED = re.compile(r"(.*?)[\s_.\-#(]*(\d{1,3})\)?")

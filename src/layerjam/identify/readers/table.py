@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 
 from layerjam.errors import FileError
-from layerjam.identify import words
-from layerjam.identify.columns import named_role
+from layerjam.identify.readers import words
+from layerjam.identify.readers.columns import named_role
 from layerjam.identify.readers.content import Source
 from layerjam.identify.readers.grid import (
     Grid,
@@ -29,7 +29,7 @@ from layerjam.identify.readers.lines import (
     separator_of,
     split,
 )
-from layerjam.identify.unit_words import unit_role
+from layerjam.identify.readers.unit_words import unit_role
 
 __all__ = [
     "Block", "Grid", "Table", "blocks_of", "count_of", "find_table", "looks_numeric",

@@ -1,0 +1,187 @@
+"""Whether a Bayesian fit deserves belief: first the sampler, then the model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from layerjam.identify.bayes.model import Data, Sites, forces
+from layerjam.identify.bayes.posterior import BayesFit, agreement_of
+from layerjam.identify.checks import Check, no_trend, plausible, stiffness_possible
+from layerjam.identify.curves import Curve
+from layerjam.mechanics.stiffness import stiffness_before_slip
+
+R_HAT = 1.01
+"""Above this, chains that began apart have not met."""
+ESS = 400
+"""Independent draws that a 90 % interval's ends need."""
+NARROWED = 0.5
+"""A posterior wider than this part of its prior says little that the prior did not."""
+OFF = 2.5
+"""Prior SDs by which a posterior may lie off its prior."""
+BENT = 0.02
+"""Part of the greatest force by which the mean residual of a stretch may differ from zero."""
+REPEATS = 3
+MAIN = ("scale_factor", "stiffness", "enclosure_factor")
+Array = np.ndarray[Any, Any]
+
+
+def bayes_checks(fit: BayesFit, curves: Sequence[Curve], data: Data) -> tuple[Check, ...]:
+    """All checks of a Bayesian fit."""
+    factor, stiffness = float(np.median(fit.scale_factor)), float(np.median(fit.stiffness))
+    own = np.median(fit.curve_scale_factor, axis=(0, 1))
+    speeds = [c.speed for c in curves]
+    checks = [
+        _complete(fit),
+        _converged(fit),
+        _divergences(fit),
+        _enough(fit),
+        _repeats(fit),
+        _identifiable(fit),
+        _against_prior(fit),
+        plausible(factor),
+        stiffness_possible(stiffness, float(stiffness_before_slip(fit.brake))),
+        no_trend(own.tolist(), fit.vacuum, "vacuum", "Pa"),
+        no_trend(own.tolist(), [s for s in speeds if s is not None], "speed", "m/s")
+        if None not in speeds
+        else None,
+        _over_slip(fit, data),
+    ]
+    return tuple(c for c in checks if c is not None)
+
+
+def _scalars(fit: BayesFit) -> dict[str, Array]:
+    """Every unknown as (chains, draws)."""
+    out = {}
+    for name, (draws, _) in fit.columns().items():
+        if draws.ndim == 2:
+            out[name] = draws
+        else:
+            out |= {f"{name} of curve {i + 1}": draws[..., i] for i in range(draws.shape[-1])}
+    return out
+
+
+def _complete(fit: BayesFit) -> Check | None:
+    done = fit.scale_factor.shape[1]
+    if done >= fit.asked:
+        return None
+    return Check(
+        name="complete",
+        passed=False,
+        sentence=f"interrupted: {done} of {fit.asked} draws a chain were made",
+    )
+
+
+def _converged(fit: BayesFit) -> Check:
+    # what predictions rest on is held to the strict bound; among many others chance has its say
+    population = {n: agreement_of(v)[0] for n, v in _scalars(fit).items() if "curve" not in n}
+    others = {n: agreement_of(v)[0] for n, v in _scalars(fit).items() if "curve" in n}
+    worst = max(population, key=lambda n: population[n])
+    other = max(others, key=lambda n: others[n])
+    fine = population[worst] <= R_HAT and others[other] <= 1 + 3 * (R_HAT - 1)
+    name, value = (worst, population[worst])
+    if population[worst] <= R_HAT and not fine:
+        name, value = other, others[other]
+    sentence = (
+        f"R-hat is at most {value:.4f} ({name.replace('_', ' ')}); chains agree below {R_HAT}"
+    )
+    if not fine:
+        sentence = (
+            f"R-hat is {value:.4f} for {name.replace('_', ' ')}: the chains do not agree; "
+            "take more draws"
+        )
+    return Check(name="chains agree", passed=bool(fine), sentence=sentence)
+
+
+def _divergences(fit: BayesFit) -> Check:
+    count, draws = fit.divergences, fit.scale_factor.size
+    sentence = f"{count} of {draws} draws diverged"
+    if count:
+        sentence += ": part of the posterior may not have been reached, its intervals be too narrow"
+    return Check(name="divergences", passed=count == 0, sentence=sentence)
+
+
+def _enough(fit: BayesFit) -> Check:
+    sizes = {n: agreement_of(getattr(fit, n))[1] for n in (*MAIN, "scale_factor_sd")}
+    least = min(sizes, key=lambda n: sizes[n])
+    fine = sizes[least] >= ESS
+    sentence = f"the draws are worth at least {sizes[least]:.0f} independent ones"
+    if not fine:
+        sentence += f" ({least.replace('_', ' ')}); an interval needs {ESS}, take more draws"
+    return Check(name="draws", passed=bool(fine), sentence=sentence)
+
+
+def _repeats(fit: BayesFit) -> Check:
+    count = len(fit.paths)
+    scatter = float(np.median(fit.scale_factor_sd))
+    if count < REPEATS:
+        word = "one curve tells" if count == 1 else f"{count} curves tell"
+        sentence = (
+            f"{word} next to nothing of the scatter between repeats: the intervals rest on its "
+            f"prior ({fit.priors['scale_factor_sd'].text()})"
+        )
+        return Check(name="repeats", passed=False, sentence=sentence)
+    fine = scatter < 0.15
+    sentence = f"scale factors of {count} curves scatter by {scatter:.1%}"
+    if not fine:
+        sentence += ": more than films do; one of the curves may be another brake or vacuum"
+    return Check(name="repeats", passed=fine, sentence=sentence)
+
+
+def _identifiable(fit: BayesFit) -> Check:
+    narrowed = {n: float(np.log(getattr(fit, n)).std() / fit.priors[n].sd) for n in MAIN}
+    together = float(
+        np.corrcoef(np.log(fit.scale_factor).ravel(), np.log(fit.enclosure_factor).ravel())[0, 1]
+    )
+    vague = [n.replace("_", " ") for n in MAIN if narrowed[n] > NARROWED]
+    parts = ", ".join(f"{n.replace('_', ' ')} {narrowed[n]:.1%}" for n in MAIN)
+    sentence = (
+        f"width left of the priors: {parts}; scale factor and sleeve are correlated by "
+        f"{together:+.2f}; only the products of scale factor and kinetic friction "
+        f"({fit.brake.film.kinetic:.4g}) and of the sleeve's modulus and friction are told"
+    )
+    if vague:
+        sentence += f"; the curves say little of {' and '.join(vague)}: it is the prior's"
+    return Check(name="identifiable", passed=not vague, sentence=sentence)
+
+
+def _against_prior(fit: BayesFit) -> Check:
+    off = {
+        n: (float(np.log(np.median(getattr(fit, n)))) - fit.priors[n].place) / fit.priors[n].sd
+        for n in MAIN
+    }
+    worst = max(off, key=lambda n: abs(off[n]))
+    fine = abs(off[worst]) <= OFF
+    sentence = f"{worst.replace('_', ' ')} lies {off[worst]:+.2g} prior SDs off its prior's middle"
+    if not fine:
+        sentence += ": the file's brake and the pulled one differ; check film, sheets and vacuum"
+    return Check(name="prior", passed=bool(fine), sentence=sentence)
+
+
+def _over_slip(fit: BayesFit, data: Data) -> Check:
+    """Residuals that all curves share bend away from the law: it does not describe this brake."""
+    middle = {
+        n: np.median(getattr(fit, n), axis=(0, 1))
+        for n in ("curve_scale_factor", "curve_stiffness", "slack", "residual")
+    }
+    sites = Sites(
+        0.0, 0.0, np.log(np.median(fit.enclosure_factor)), 0.0, 0.0, 0.0,
+        np.log(middle["curve_scale_factor"]), np.log(middle["curve_stiffness"]), middle["slack"],
+        0.0,
+    )  # fmt: skip
+    law = np.asarray(forces(sites, 1.0, data, fit.brake))
+    rest = np.where(data.real, (data.force - law) / data.height[:, None], np.nan)
+    slip = data.elongation - data.force / middle["curve_stiffness"][:, None]
+    far = slip / max(float(np.nanmax(np.where(data.real, slip, np.nan))), 1e-12)
+    parts = []
+    for low in (0.05, 0.25, 0.5, 0.75):
+        inside = data.real & (far >= low) & (far < (0.25 if low == 0.05 else low + 0.2501))
+        parts.append(float(rest[inside].mean()) if inside.any() else 0.0)
+    fine = max(abs(p) for p in parts) <= BENT
+    shown = ", ".join(f"{p:+.2%}" for p in parts)
+    sentence = f"mean residual over the four quarters of the slip: {shown} of the greatest force"
+    if not fine:
+        sentence += ": the force falls otherwise than the law says; intervals are too narrow then"
+    return Check(name="trend over slip", passed=bool(fine), sentence=sentence)

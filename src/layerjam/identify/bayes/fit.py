@@ -1,0 +1,100 @@
+"""Bayesian calibration over many pulls: a hierarchical model, sampled by NUTS (NumPyro).
+
+`fit_bayes` gives two answers. The population says what the brake is: the median of its scale
+factors and stiffnesses. The next pull says what one more pull will show, which scatters about it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.errors import FitError, MissingExtraError
+from layerjam.identify.bayes.checks import bayes_checks
+from layerjam.identify.bayes.model import Sites, known_of, priors, reduced, start
+from layerjam.identify.bayes.posterior import BayesFit, Population
+from layerjam.identify.curves import Curve
+
+Array = np.ndarray[Any, Any]
+
+
+def prior_population(brake: Brake, draws: int = 1000, seed: int = 1) -> Population:
+    """Brakes drawn from the priors alone: what the model expects before any pull."""
+    random, known = np.random.default_rng(seed), priors(brake)
+
+    def drawn(name: str) -> Array:
+        prior = known[name]
+        return np.exp(prior.place + prior.sd * random.standard_normal(draws))
+
+    return Population(
+        brake=brake,
+        scale_factor=drawn("scale_factor"),
+        stiffness=drawn("stiffness"),
+        enclosure_factor=drawn("enclosure_factor"),
+        residual=drawn("residual"),
+    )
+
+
+def fit_bayes(
+    curves: Sequence[Curve],
+    brake: Brake,
+    *,
+    draws: int = 1000,
+    chains: int = 2,
+    seed: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> BayesFit:
+    """Calibrate on curves: posterior of scale factor, stiffness and the sleeve's factor.
+
+    `draws` of each of `chains` after 300 for warming up; `progress` is called with (done, all),
+    both a chain. The same seed gives the same draws, bit for bit. Ctrl-C keeps what is drawn once
+    that is 100 a chain. Raises FitError for a curve that cannot be used, MissingExtraError without
+    NumPyro, PrecisionError with JAX in single precision.
+    """
+    try:
+        import numpyro  # type: ignore[import-untyped]  # noqa: F401
+    except ImportError:
+        raise MissingExtraError("Bayesian calibration (numpyro)", "bayes") from None
+    from layerjam.identify.bayes.sampler import sample
+
+    if not curves:
+        raise FitError("fit_bayes: no curve was given")
+    for name, value, least in (("draws", draws, 4), ("chains", chains, 1)):
+        if value < least:
+            raise FitError(f"{name}: {value} is not allowed; it is at least {least}")
+    data, known = reduced(curves), known_of(brake)
+    drawn = sample(
+        start(data, curves, brake), data, brake, known,
+        draws=draws, chains=chains, seed=seed, progress=progress,
+    )  # fmt: skip
+    fit = _fit(drawn.sites, curves, brake, drawn.divergent, seed, draws)
+    return replace(fit, checks=bayes_checks(fit, curves, data))
+
+
+def _fit(
+    sites: Sites, curves: Sequence[Curve], brake: Brake, divergent: Array, seed: int, asked: int
+) -> BayesFit:
+    known = priors(brake)
+    return BayesFit(
+        brake=brake,
+        paths=tuple(c.path for c in curves),
+        vacuum=tuple(c.vacuum for c in curves),
+        scale_factor=np.exp(sites.log_a),
+        stiffness=np.exp(sites.log_k),
+        enclosure_factor=np.exp(sites.log_f),
+        scale_factor_sd=np.exp(sites.log_sd_a),
+        stiffness_sd=np.exp(sites.log_sd_k),
+        correlation=1 / (1 + np.exp(-sites.logit)),
+        curve_scale_factor=np.exp(sites.own_a),
+        curve_stiffness=np.exp(sites.own_k),
+        slack=known["slack"].sd * sites.own_slack,
+        residual=np.exp(sites.own_noise),
+        divergences=int(divergent.sum()),
+        seed=seed,
+        asked=asked,
+        priors=known,
+    )

@@ -1,0 +1,303 @@
+"""Least squares over all curves at once: what they share, and what each has of its own.
+
+Every curve has its own friction, stiffness, sleeve and slack, scattered about what all share. The
+sum of squared residuals plus the squared scatter over a working variance is made least: first each
+curve's own parameters with the shared ones held (Levenberg and Marquardt), then the shared ones,
+until neither moves. With little noise every curve counts alike; one that tells a parameter badly
+counts less in it.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.errors import FitError
+from layerjam.identify.calibration.forward import Reduced, plain, pull_force, reduce
+from layerjam.identify.calibration.intervals import Population
+from layerjam.identify.curves import Curve, conditions
+from layerjam.mechanics.pull import scale_factor_of_peak
+from layerjam.mechanics.stiffness import working_stiffness
+from layerjam.units import show
+
+FREE = ("pressure_exponent", "speed", "force_offset")
+"""What `--free` can name."""
+WORKING = np.array([0.05, 0.05, 0.15])
+"""Scatter between repeats of ln a, ln k and the sleeve's factor that the weights assume."""
+MISFIT = 0.01
+"""Part of the peak by which a stretch is taken to miss the law before that is known."""
+QUIETEST = 2e-4
+"""Least noise of a stretch, part of the peak: no load cell is better, nor the mean over a bend."""
+ROUNDS = 12
+SETTLED = 1e-7
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OwnFit:
+    """Each curve's own parameters: shape (curves, 5) as in `forward.pull_force`.
+
+    `information` (curves, 3, 3) is what a curve alone tells of its shape, slack and offset left
+    open; `noise` [N] (curves,) the residuals of its stretches, grown for their correlation.
+    """
+
+    own: np.ndarray
+    information: np.ndarray
+    noise: np.ndarray
+    residual: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointFit:
+    """The shared parameters by name, and all that intervals and checks need."""
+
+    names: tuple[str, ...]
+    population: Population
+    own: OwnFit
+    reduced: Reduced
+    design: np.ndarray
+    held: np.ndarray
+    reference_pressure: float
+    reference_speed: float | None
+    free: tuple[str, ...]
+    groups: tuple[tuple[int, ...], ...]
+    settled: bool
+    rounds: int = field(default=0)
+
+    def shape(self, place: int) -> np.ndarray:
+        """(a, k, sleeve's factor) that the shared parameters give a curve."""
+        at = self.design[place] @ self.population.estimate + self.held[place]
+        return np.array([np.exp(at[0]), np.exp(at[1]), at[2]])
+
+
+def fit_jointly(
+    curves: Sequence[Curve],
+    brake: Brake,
+    free: Sequence[str] = (),
+    progress: Callable[[str, float], None] | None = None,
+) -> JointFit:
+    """Shared and own parameters of all curves; FitError where they cannot tell what is asked."""
+    if not curves:
+        raise FitError("calibrate: no pull was given")
+    tell = progress or (lambda what, share: None)
+    tell("curves are reduced", 0.0)
+    reduced = reduce(curves)
+    names, design, held, pressure, speed = _design(curves, brake, free)
+    start = _start(curves, brake, held)
+    shared = np.linalg.lstsq(
+        design.reshape(-1, design.shape[2]), (start[:, :3] - held).reshape(-1), rcond=None
+    )[0]
+    own, noise = start, MISFIT * reduced.height
+    settled, rounds = False, 0
+    for rounds in range(1, ROUNDS + 1):
+        expected = np.einsum("gij,j->gi", design, shared) + held
+        fitted = fit_own(own, expected, reduced, noise, brake, "force_offset" in free)
+        own, noise = fitted.own, fitted.noise if rounds < 4 else noise
+        away = own[:, :3] - expected
+        root = _roots(fitted.information)
+        seen = root @ design
+        rest = np.einsum(
+            "gij,gj->gi", np.linalg.pinv(np.swapaxes(root, 1, 2), rcond=1e-10), away / WORKING**2
+        )
+        whole = np.einsum("gki,gkj->ij", seen, seen)
+        score = np.einsum("gki,gk->gi", seen, rest)
+        step = _step(whole, score.sum(axis=0), names)
+        tell("least squares over all curves", min(rounds / 6, 0.99))
+        settled = rounds > 4 and bool(np.abs(step).max() < SETTLED)
+        if settled:
+            break
+        shared = shared + step
+    if not np.isfinite(shared).all():
+        raise FitError("calibrate: least squares over the curves found no finite answer")
+    return JointFit(
+        names=names,
+        population=Population(estimate=shared, design=seen, residual=rest),
+        own=fitted,
+        reduced=reduced,
+        design=design,
+        held=held,
+        reference_pressure=pressure,
+        reference_speed=speed,
+        free=tuple(free),
+        groups=tuple(conditions(curves)),
+        settled=settled,
+        rounds=rounds,
+    )
+
+
+def _roots(information: np.ndarray) -> np.ndarray:
+    """Symmetric root of the inverse of each curve's variance, `WORKING` and noise together.
+
+    From what the curve alone tells (curves, 3, 3), which may be nothing about some parameter.
+    """
+    scale = np.diag(WORKING)
+    told, axes = np.linalg.eigh(scale @ information @ scale)
+    told = np.maximum(told, 0.0)
+    root = axes * np.sqrt(told / (1 + told))[:, None, :] @ np.swapaxes(axes, 1, 2)
+    return np.asarray(root / WORKING)
+
+
+def _step(whole: np.ndarray, score: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    """How far the shared parameters go; FitError where the curves do not tell one at all."""
+    unknown = [n for n, told in zip(names, np.diag(whole), strict=True) if not told > 1e-9]
+    if unknown:
+        words = ", ".join(unknown)
+        raise FitError(
+            f"{words}: cannot be told from these curves; do they slide, and over some millimetres?"
+        )
+    return np.linalg.solve(whole, score)
+
+
+def _design(
+    curves: Sequence[Curve], brake: Brake, free: Sequence[str]
+) -> tuple[tuple[str, ...], np.ndarray, np.ndarray, float, float | None]:
+    """Names, design (curves, 3, q), what is held (curves, 3), reference pressure and speed."""
+    names = ["scale_factor", "stiffness", "enclosure_factor"]
+    vacuums = np.array([c.vacuum for c in curves])
+    pressure = float(np.exp(np.log(vacuums).mean()))
+    design = np.tile(np.eye(3), (len(curves), 1, 1))
+    held = np.zeros((len(curves), 3))
+    speed: float | None = None
+    if "pressure_exponent" in free:
+        if np.ptp(vacuums) < 0.1 * vacuums.max():
+            raise FitError(
+                "pressure_exponent: cannot be fitted, all pulls were at about "
+                f"{show(float(vacuums.mean()), 'Pa')}; it takes vacuums at least 10 % apart"
+            )
+        names.append("pressure_exponent")
+        design = _with_column(design, np.log(vacuums / pressure))
+    elif brake.pressure_exponent is not None and brake.test_pressure is not None:
+        held[:, 0] = brake.pressure_exponent * np.log(vacuums / brake.test_pressure)
+    if "speed" in free:
+        known = [c.speed for c in curves]
+        speeds = np.array([np.nan if s is None else s for s in known])
+        if np.isnan(speeds).any():
+            missing = next(c.name for c, s in zip(curves, known, strict=True) if s is None)
+            raise FitError(f"speed: {missing} tells no speed and has no time; name it in a sidecar")
+        if speeds.max() < 1.2 * speeds.min():
+            raise FitError(
+                "speed: no law can be fitted, all pulls were at about "
+                f"{show(float(speeds.mean()), 'm/s')}; it takes speeds at least 20 % apart"
+            )
+        speed = float(np.exp(np.log(speeds).mean()))
+        names.append("speed_slope")
+        design = _with_column(design, np.log10(speeds / speed))
+    if np.linalg.matrix_rank(design.reshape(-1, design.shape[2])) < design.shape[2]:
+        raise FitError("speed: vacuum and speed change together, so that their laws cannot be told")
+    return tuple(names), design, held, pressure, speed
+
+
+def _with_column(design: np.ndarray, of_friction: np.ndarray) -> np.ndarray:
+    column = np.zeros((*design.shape[:2], 1))
+    column[:, 0, 0] = of_friction
+    return np.concatenate([design, column], axis=2)
+
+
+def _start(curves: Sequence[Curve], brake: Brake, held: np.ndarray) -> np.ndarray:
+    """First guess of every curve's own parameters, from its features."""
+    straight = [c.pull.stiffness for c in curves if c.pull.straight]
+    spring = float(np.median(straight)) if straight else float(working_stiffness(brake))
+    bare = plain(brake)
+    peaks = np.array([c.pull.peak_force for c in curves])
+    vacuums = np.array([c.vacuum for c in curves])
+    factors = np.asarray(scale_factor_of_peak(peaks, vacuums, bare))
+    known = np.isfinite(factors) & np.array([c.pull.has_peak for c in curves])
+    logs = np.log(np.where(known, factors, 1.0)) - held[:, 0]
+    typical = float(np.median(logs[known])) if known.any() else float(np.log(brake.scale_factor))
+    start = np.zeros((len(curves), 5))
+    start[:, 0] = np.where(known, logs, typical) + held[:, 0]
+    start[:, 1] = np.log(spring)
+    start[:, 2] = 1.0
+    return start
+
+
+def fit_own(
+    start: np.ndarray,
+    expected: np.ndarray,
+    reduced: Reduced,
+    noise: np.ndarray,
+    brake: Brake,
+    offset: bool,
+) -> OwnFit:
+    """Every curve's own parameters, drawn towards `expected` (curves, 3) as `WORKING` says."""
+    count = len(reduced)
+    padded = max(4, 1 << (count - 1).bit_length())  # few shapes, so that few are compiled
+    fill = np.r_[np.arange(count), np.zeros(padded - count, dtype=int)]
+    arrays = (start, expected, reduced.elongation, reduced.force, reduced.weight, reduced.vacuum,
+              reduced.height, reduced.onset, noise)  # fmt: skip
+    looseness = 1.0 if offset else 1e-9
+    own, information, residual = (
+        np.asarray(a)[:count]
+        for a in _solver()(*(jnp.asarray(a[fill]) for a in arrays), looseness, plain(brake))
+    )
+    weight = reduced.weight
+    stretches = (weight > 0).sum(axis=1)
+    variance = (weight * residual**2).sum(axis=1) / np.maximum(stretches - 5, 1)
+    alike = np.array([_correlation(r[w > 0]) for r, w in zip(residual, weight, strict=True)])
+    grown = np.sqrt(variance * (1 + alike) / (1 - alike))
+    return OwnFit(
+        own=own,
+        information=information,
+        noise=np.maximum(grown, QUIETEST * reduced.height),
+        residual=residual,
+    )
+
+
+def _correlation(residual: np.ndarray) -> float:
+    """Of neighbouring residuals, 0 to 0.98."""
+    centred = residual - residual.mean()
+    square = float((centred**2).sum())
+    if square <= 0 or len(residual) < 10:
+        return 0.0
+    return float(np.clip((centred[1:] * centred[:-1]).sum() / square, 0.0, 0.98))
+
+
+@functools.cache
+def _solver() -> Any:
+    """Levenberg and Marquardt for one curve, over all of them, compiled once a shape."""
+
+    def one(start: Any, expected: Any, u: Any, force: Any, weight: Any, vacuum: Any, height: Any,
+            onset: Any, noise: Any, looseness: Any, brake: Any) -> Any:  # fmt: skip
+        root = jnp.sqrt(weight) / noise
+        centre = jnp.concatenate([expected, jnp.zeros(2)])
+        pull = jnp.concatenate([1 / WORKING**2, jnp.array([1e-6, 1.0])])
+        pull = pull.at[4].set(1 / looseness**2)
+
+        def residual(own: Any) -> Any:
+            return root * (force - pull_force(own, u, vacuum, height, onset, brake))
+
+        def normal(own: Any) -> Any:
+            rest, slope = residual(own), -jax.jacfwd(residual)(own)
+            away = own - centre
+            cost = rest @ rest + away @ (pull * away)
+            return cost, slope.T @ rest - pull * away, slope.T @ slope
+
+        def better(state: Any) -> Any:
+            own, damping, cost, descent, square, count, _ = state
+            whole = square + jnp.diag(pull)
+            step = jnp.linalg.solve(whole + damping * jnp.diag(jnp.diag(whole)), descent)
+            trial = own + step
+            new = normal(trial)
+            fine = new[0] <= cost
+            small = jnp.max(jnp.abs(step)) < 1e-10
+            kept = [jnp.where(fine, a, b) for a, b in zip(
+                (trial, *new), (own, cost, descent, square), strict=True)]  # fmt: skip
+            damping = jnp.where(fine, damping / 10, damping * 8)
+            return kept[0], jnp.maximum(damping, 1e-12), *kept[1:], count + 1, small
+
+        def going(state: Any) -> Any:
+            return (state[5] < 60) & ~state[6] & (state[1] < 1e12)
+
+        first = (start, jnp.asarray(1e-4), *normal(start), 0, jnp.asarray(False))
+        own, _, _, _, square, _, _ = jax.lax.while_loop(going, better, first)
+        nuisance = square[3:, 3:] + jnp.diag(pull[3:])
+        told = square[:3, :3] - square[:3, 3:] @ jnp.linalg.solve(nuisance, square[3:, :3])
+        return own, told, residual(own) * noise / jnp.where(root > 0, jnp.sqrt(weight), 1.0)
+
+    return jax.jit(jax.vmap(one, in_axes=(0,) * 9 + (None, None)))

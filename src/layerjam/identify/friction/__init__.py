@@ -1,0 +1,1 @@
+"""What friction tests say."""

@@ -1,0 +1,411 @@
+"""Friction tests read as the paper does (section III-C), as ASTM D1894 or as ISO 8295.
+
+The paper: static is the greatest force of a repeat, kinetic the mean over 40 to 100 mm of travel.
+The standards: static is the first maximum, kinetic the mean over a travel that begins where the
+films slide. Then mean, sample standard deviation and 95 % t interval over the repeats. A record
+with stick-slip in it has no kinetic friction to be averaged: its envelope is reported instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from layerjam._version import __version__
+from layerjam.device.file import BrakeFile, updated_text
+from layerjam.device.mount import Site
+from layerjam.device.source import Source
+from layerjam.errors import FileError, FitError
+from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_of
+from layerjam.identify.friction.standards import PAPER, Standard
+from layerjam.identify.judder_in_record import SawTeeth, find_saw_teeth
+from layerjam.identify.provenance import sha256
+from layerjam.identify.repeats import OverRepeats, over_repeats
+from layerjam.identify.trace import Array, Trace
+from layerjam.units import show
+
+WINDOW = PAPER.window
+GRAVITY = Site().gravity
+SHORTEST = 0.5
+"""Part of a standard's travel that a record must cover to be reduced at all (with a warning)."""
+FEWEST = 10
+"""Samples needed in the window."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionRepeat:
+    """One repeat: coefficients [-], where its maximum lies [m of travel], where it came from.
+
+    `kinetic` is None where the record judders, unless the middle of the envelope was accepted.
+    `window` is the travel the mean was taken over [m], `teeth` the stick-slip in it (forces in N),
+    `noise` one sample's standard deviation [N]. `distinct` is False where a standard's first
+    maximum does not stand out.
+    """
+
+    static: float
+    kinetic: float | None
+    static_at: float
+    samples: int
+    path: str
+    window: tuple[float, float]
+    speed: float | None = None
+    noise: float = 0.0
+    distinct: bool = True
+    teeth: SawTeeth | None = None
+    inertia: Inertia | None = None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionResult:
+    """Coefficients [-] over all repeats; the SDs are absolute and None for one repeat.
+
+    `kinetic` is None where one of the repeats judders and `accepted` is False.
+    """
+
+    static: float
+    kinetic: float | None
+    static_sd: float | None
+    kinetic_sd: float | None
+    repeats: tuple[FrictionRepeat, ...]
+    normal_force: float
+    window: tuple[float, float]
+    warnings: tuple[str, ...]
+    standard: Standard
+    over_static: OverRepeats
+    over_kinetic: OverRepeats | None
+    accepted: bool
+
+    @property
+    def judders(self) -> tuple[FrictionRepeat, ...]:
+        """The repeats with stick-slip in them."""
+        return tuple(r for r in self.repeats if r.teeth is not None)
+
+    def sources(self) -> dict[str, tuple[float, Source]]:
+        """What to write into a brake file: {path: (value, Source)}; no kinetic if it is None."""
+        files = ", ".join(Path(r.path).name + _digest(r.path) for r in self.repeats)
+        start, end = (show(w, "m") for w in self.window)
+        text = (
+            f"friction test ({self.standard.title}), {files}; "
+            f"normal force {show(self.normal_force, 'N')}"
+        )
+        first = "first" if self.standard.first_maximum else "greatest"
+        mean = f"mean over {start} to {end}"
+        if self.judders:
+            mean = f"{mean}; middle of the stick-slip where it judders"
+        how = {"static": f"{first} maximum of each repeat", "kinetic": mean}
+        if not self.standard.first_maximum:
+            how["static"] = "maximum of each repeat"
+        out = {}
+        for name, over in (("static", self.over_static), ("kinetic", self.over_kinetic)):
+            if over is None:
+                continue
+            spread = f"SD {over.sd:.4g}" if over.sd is not None else ""
+            words = f"{text}; {how[name]}{_interval(over)}"
+            out[f"film.{name}"] = (over.mean, Source(kind="measured", text=words, spread=spread))
+        return out
+
+
+def _interval(over: OverRepeats) -> str:
+    if over.low is None or over.high is None:
+        return "; one repeat"
+    return f"; 95 % interval {over.low:.4g} to {over.high:.4g} (t, {over.repeats} repeats)"
+
+
+def _digest(path: str) -> str:
+    """The file's SHA-256, its first digits; nothing for what is no file."""
+    return f" (SHA-256 {sha256(path)[:16]})" if path and Path(path).is_file() else ""
+
+
+def _outward(trace: Trace) -> tuple[Array, Array, Array | None]:
+    """Travel [m] from the first sample, force [N] and time [s], without the way back."""
+    travel = trace.elongation - trace.elongation[0]
+    if travel[-1] < 0:
+        travel = -travel
+    last = len(travel) - int(np.argmax(travel[::-1]))
+    time = None if trace.time is None else trace.time[:last]
+    return travel[:last], trace.force[:last], time
+
+
+def speed_of(trace: Trace) -> float | None:
+    """Speed of the moving crosshead [m/s], from the record or else its sidecar."""
+    if trace.time is not None and len(trace) > 2:
+        gone = np.abs(trace.elongation - trace.elongation[0])
+        moving = (gone > 0.1 * gone.max()) & (gone < 0.9 * gone.max())
+        clock = trace.time[moving]
+        if moving.sum() > 2 and np.ptp(clock) > 0:
+            return float(np.ptp(gone[moving]) / np.ptp(clock))
+    return trace.facts.speed
+
+
+def reduce_repeat(
+    trace: Trace,
+    normal_force: float,
+    window: tuple[float, float] | None = None,
+    standard: Standard = PAPER,
+    accept_judder: bool = False,
+) -> FrictionRepeat:
+    """One repeat's coefficients; `normal_force` [N].
+
+    A `window` [m] counts travel from the record's first sample; without one the standard's holds.
+    With `accept_judder` the middle of a stick-slip's envelope serves as kinetic friction. Raises
+    FileError where the record does not cover the window.
+    """
+    travel, force, time = _outward(trace)
+    found = find_breakaway(travel, force) if standard.first_maximum else None
+    span, warnings = _window(trace, travel, window, standard, found)
+    inside = (travel >= span[0]) & (travel <= span[1])
+    if inside.sum() < FEWEST:
+        raise FileError(
+            trace.path,
+            f"only {int(inside.sum())} samples lie between {show(span[0], 'm')} and "
+            f"{show(span[1], 'm')} of travel; at least {FEWEST} are needed",
+        )
+    mean = float(force[inside].mean())
+    kinetic: float | None = mean / normal_force
+    if mean <= 0:
+        raise FileError(trace.path, f"the mean force in the window is {mean} N")
+    teeth = find_saw_teeth(travel[inside], force[inside], _part(time, inside)).teeth
+    if teeth is not None:
+        kinetic = teeth.middle / normal_force if accept_judder else None
+    speed = speed_of(trace)
+    inertia = None
+    if found is None:
+        top = int(np.argmax(force))
+        static = float(force[top])
+    else:
+        top, static = found.at, found.force
+        mass = normal_force / GRAVITY if standard.sled_mass is None else standard.sled_mass
+        if speed is not None and found.distinct:
+            inertia = inertia_of(travel, force, time, found, mass, speed)
+        warnings += _of_breakaway(found, inertia, normal_force)
+    warnings += _against(standard, speed, time, travel)
+    return FrictionRepeat(
+        static=static / normal_force,
+        kinetic=kinetic,
+        static_at=float(travel[top]),
+        samples=len(trace),
+        path=trace.path,
+        window=span,
+        speed=speed,
+        noise=0.0 if found is None else found.noise,
+        distinct=found is None or found.distinct,
+        teeth=teeth,
+        inertia=inertia,
+        warnings=tuple(warnings),
+    )
+
+
+def _part(values: Array | None, inside: np.ndarray) -> Array | None:
+    return None if values is None else values[inside]
+
+
+def _window(
+    trace: Trace, travel: Array, given: tuple[float, float] | None, standard: Standard,
+    found: Breakaway | None,
+) -> tuple[tuple[float, float], list[str]]:  # fmt: skip
+    """The travel of the kinetic mean [m], and what is odd about it."""
+    far = float(travel.max())
+    start, end = given or standard.window
+    if given is None and found is not None and standard.from_sliding:
+        begin, run = float(travel[found.sliding]), end - start
+        if far - begin < SHORTEST * run:
+            raise FileError(
+                trace.path,
+                f"the films slide over {show(far - begin, 'm')} only; {standard.title} takes the "
+                f"kinetic friction over {show(run, 'm')} (another travel: --from, --to)",
+            )
+        if far - begin >= 0.99 * run:
+            return (begin, min(begin + run, far)), []
+        # the rise is part of a machine's stated travel, so that a full test ends a little early
+        short = far < 0.99 * run
+        said = (
+            f"the kinetic mean runs over {show(far - begin, 'm')} of sliding, "
+            f"{standard.title} asks for {show(run, 'm')}"
+        )
+        return (begin, far), [said] if short else []
+    if far < end - 0.01 * (end - start):
+        raise FileError(
+            trace.path,
+            f"travel ends at {show(far, 'm')}; the kinetic window is {show(start, 'm')} to "
+            f"{show(end, 'm')} (another one: --from, --to)",
+        )
+    return (start, end), []
+
+
+def _of_breakaway(found: Breakaway, inertia: Inertia | None, normal_force: float) -> list[str]:
+    """What the breakaway says against its static friction."""
+    if not found.distinct:
+        return [
+            "no first maximum stands out: static is where the rise bends into sliding, the same "
+            "as the kinetic level"
+        ]
+    if inertia is None or inertia.most < 0.01 * found.force:
+        return []
+    return [
+        f"the sled's inertia may lift the first maximum by up to {show(inertia.most, 'N', 2)} "
+        f"({inertia.most / normal_force:.2g} in the static "
+        "coefficient): V sqrt(k m); pull slower or through a softer spring"
+    ]
+
+
+def _against(
+    standard: Standard, speed: float | None, time: Array | None, travel: Array
+) -> list[str]:
+    """Where the record shows that the test was not done as the standard says."""
+    out = []
+    if speed is not None and abs(speed / standard.speed - 1) > standard.speed_tolerance + 0.005:
+        out.append(
+            f"pulled at {show(speed * 60e3, '1')} mm/min; {standard.title} at "
+            f"{show(standard.speed * 60e3, '1')} mm/min"
+        )
+    if standard.dwell is not None:
+        moved = np.flatnonzero(np.abs(travel) > 1e-5 + 1e-3 * float(travel.max()))
+        rest = 0.0 if time is None or not len(moved) else float(time[moved[0]] - time[0])
+        if rest < 0.9 * standard.dwell:
+            out.append(
+                f"the record does not show the {standard.dwell:g} s at rest before the pull, on "
+                "which static friction depends"
+            )
+    return out
+
+
+def reduce_friction(
+    traces: Sequence[Trace],
+    normal_force: float,
+    window: tuple[float, float] | None = None,
+    standard: Standard = PAPER,
+    accept_judder: bool = False,
+) -> FrictionResult:
+    """Static and kinetic friction from repeats; `normal_force` [N], `window` [m] of travel.
+
+    Raises FitError without any trace, FileError for one that does not cover the window.
+    """
+    if not traces:
+        raise FitError("friction: no repeat was given")
+    if window is not None and not 0 <= window[0] < window[1]:
+        raise FitError(
+            f"friction: the window from {show(window[0], 'm')} to {show(window[1], 'm')} is empty"
+        )
+    repeats = [reduce_repeat(t, normal_force, window, standard, accept_judder) for t in traces]
+    said = [w for t in traces for w in t.warnings]
+    return pooled(repeats, said, normal_force, window, standard, accept_judder)
+
+
+def pooled(
+    repeats: Sequence[FrictionRepeat],
+    said: Sequence[str],
+    normal_force: float,
+    window: tuple[float, float] | None,
+    standard: Standard,
+    accept_judder: bool,
+) -> FrictionResult:
+    """Mean, scatter and interval over repeats that `reduce_repeat` made; `said` of their files."""
+    static = over_repeats([r.static for r in repeats])
+    known = [r.kinetic for r in repeats if r.kinetic is not None]
+    kinetic = over_repeats(known) if len(known) == len(repeats) else None
+    warnings = [*said, *_said_once(repeats)]
+    if known and not 0.02 <= float(np.mean(known)) <= 1.5:
+        warnings.append(
+            f"a kinetic friction of {float(np.mean(known)):.3g} is unusual for films: check the "
+            f"normal force, {show(normal_force, 'N')}"
+        )
+    warnings += [w for r in repeats for w in _odd_peak(r)]
+    result = FrictionResult(
+        static=static.mean,
+        kinetic=None if kinetic is None else kinetic.mean,
+        static_sd=static.sd,
+        kinetic_sd=None if kinetic is None else kinetic.sd,
+        repeats=tuple(repeats),
+        normal_force=normal_force,
+        window=window or _mean_span(repeats),
+        warnings=tuple(dict.fromkeys(warnings)),
+        standard=standard,
+        over_static=static,
+        over_kinetic=kinetic,
+        accepted=accept_judder,
+    )
+    return result
+
+
+def _said_once(repeats: Sequence[FrictionRepeat]) -> list[str]:
+    """What the repeats have to say, with the files each sentence is about."""
+    about: dict[str, list[str]] = {}
+    for repeat in repeats:
+        for sentence in repeat.warnings:
+            about.setdefault(sentence, []).append(repeat.path)
+    whole = {s: len(p) == len(repeats) > 1 for s, p in about.items()}
+    return [
+        f"{f'all {len(repeats)} repeats' if whole[s] else ', '.join(paths)}: {s}"
+        for s, paths in about.items()
+    ]
+
+
+def _mean_span(repeats: Sequence[FrictionRepeat]) -> tuple[float, float]:
+    """The travel of the kinetic mean [m], on average where the repeats' differ."""
+    spans = [r.window for r in repeats]
+    if len(set(spans)) == 1:
+        return spans[0]
+    start, end = np.mean(spans, axis=0)
+    return float(start), float(end)
+
+
+def _odd_peak(repeat: FrictionRepeat) -> list[str]:
+    if repeat.static_at <= repeat.window[0] or repeat.teeth is not None:
+        return []
+    return [
+        f"{repeat.path}: the greatest force lies at {show(repeat.static_at, 'm')} of travel, "
+        "inside the kinetic window; it may not be the static peak"
+    ]
+
+
+def with_friction(file: BrakeFile, result: FrictionResult, name: str) -> tuple[str, list[str]]:
+    """(TOML text, warnings): the brake with measured friction and its scale factor back at 1.
+
+    A scale factor belongs to the friction it was fitted with, so a new friction voids it. The
+    [made_by] table names files with their SHA-256, standard, window and intervals. Raises FitError
+    where stick-slip leaves the kinetic friction unknown.
+    """
+    if result.kinetic is None:
+        raise FitError(
+            "friction: the films judder, so that there is no kinetic friction to write into the "
+            "brake (--accept-judder takes the middle of the stick-slip)"
+        )
+    changes: Mapping[str, tuple[float, Source]] = {
+        **result.sources(),
+        "scale_factor": (
+            1.0,
+            Source(kind="assumed", text="not calibrated with this friction yet"),
+        ),
+    }
+    warnings = []
+    if file.brake.scale_factor != 1.0:
+        warnings.append(
+            f"the scale factor {file.brake.scale_factor:g} belonged to the old friction and is 1 "
+            "now; run 'layerjam calibrate' next"
+        )
+    return updated_text(file, name, dict(changes), _made_by(result)), warnings
+
+
+def _made_by(result: FrictionResult) -> dict[str, Any]:
+    start, end = (show(w, "m") for w in result.window)
+    both = (("static", result.over_static), ("kinetic", result.over_kinetic))
+    return {
+        "program": f"layerjam {__version__} friction",
+        "standard": result.standard.title,
+        "window": f"{start} to {end} of travel",
+        "interval": "; ".join(
+            f"{name} {over.mean:.4g},{_interval(over)[1:]}" for name, over in both if over
+        ),
+        "stick_slip": f"in {len(result.judders)} of {len(result.repeats)} repeats"
+        + ("; kinetic is the middle of its envelope" if result.judders else ""),
+        "files": [
+            {"name": Path(r.path).name, "sha256": sha256(r.path)}
+            for r in result.repeats
+            if r.path and Path(r.path).is_file()
+        ],
+    }

@@ -1,0 +1,1 @@
+"""Time logs: pressure, acceleration, a vacuum history."""

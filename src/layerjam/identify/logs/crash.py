@@ -1,0 +1,260 @@
+"""An impact in an accelerometer's log: peak, filtered peak, velocity change, duration, HIC.
+
+The offset is the mean of the part before the event. Taking it off takes the sensor's bias off, and
+gravity too where the sensor was at rest. A sensor that fell freely reads 0 g before, so there the
+weight is still in what follows: `falling` takes it off the velocity change.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.errors import FitError, QuantityError
+from layerjam.identify.logs.correlated import averaged
+from layerjam.simulate.accelerometer import CLASSES, LEAST_RATE, STANDARD_GRAVITY, cfc_filter
+from layerjam.units import show
+
+Array = npt.NDArray[np.float64]
+JITTER = 0.05
+"""Part of the sampling interval by which a time stamp may be off its place."""
+SHARE = 0.05
+"""Part of the peak that ends the quiet time before the event, and bounds the pulse."""
+FLAT = 3
+"""Equal greatest samples in a row that show a sensor or converter at its end."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crash:
+    """One impact. Accelerations [m/s²], offset taken off; times [s] on the log's clock.
+
+    `filtered` is `acceleration` behind the class `cfc` (itself where that is None), shape (N,).
+    `pulse` (start, end) is where the filtered signal exceeds 5 % of its peak around the peak; the
+    velocity change is the integral of the unfiltered one over the same pulse down to zero.
+    """
+
+    time: Array
+    acceleration: Array
+    filtered: Array
+    rate: float
+    cfc: int | None
+    offset: float
+    offset_se: float
+    quiet: tuple[float, float]
+    peak: float
+    peak_time: float
+    filtered_peak: float
+    filtered_peak_time: float
+    pulse: tuple[float, float]
+    velocity_change: float
+    velocity_change_se: float
+    saturated: bool
+    saturation: float | None
+    hic: float | None
+    hic_window: tuple[float, float] | None
+    warnings: tuple[str, ...]
+
+    def velocity(self) -> Array:
+        """Change of velocity [m/s] from the start of the log on, shape (N,), unfiltered."""
+        step = (self.acceleration[1:] + self.acceleration[:-1]) / 2 / self.rate
+        return np.concatenate([[0.0], np.cumsum(step)])
+
+
+def sampling_rate(time: Array) -> tuple[float, list[str]]:
+    """Samples a second [Hz], and what to say of its unevenness.
+
+    Raises FitError where the stamps are not evenly spaced: a filter needs equal steps. Stamps
+    rounded to a coarse clock are even when each lies within one step of the clock of its place.
+    """
+    count = len(time)
+    if count < 20:
+        raise FitError(f"a pulse needs 20 samples at least, there are {count}")
+    step = float(time[-1] - time[0]) / (count - 1)
+    places = time[0] + step * np.arange(count)
+    off = float(np.max(np.abs(time - places)))
+    distinct = np.unique(np.round(np.diff(np.unique(time)) / step, 6))
+    clock = float(distinct[0]) * step if distinct.size else step
+    if off > max(JITTER * step, clock * (1 + 1e-9) if (np.diff(time) == 0).any() else 0.0):
+        gaps = np.diff(time)
+        at = float(time[int(np.argmax(gaps))])
+        raise FitError(
+            f"its samples are not evenly spaced: steps from {show(float(gaps.min()), 's')} to "
+            f"{show(float(gaps.max()), 's')}, the longest at {show(at, 's')}; resample it, or give "
+            "the rate if the stamps are wrong (--sampling)"
+        )
+    said = []
+    if off > JITTER * step:
+        said.append(f"time stamps are rounded; the rate is their mean, {show(1 / step, 'Hz')}")
+    return 1 / step, said
+
+
+def crash(
+    time: Array,
+    acceleration: Array,
+    *,
+    cfc: int | None = 180,
+    sampling: float | None = None,
+    before: float | None = None,
+    limit: float | None = None,
+    falling: bool = False,
+    hic: float | None = None,
+    gravity: float = STANDARD_GRAVITY,
+) -> Crash:
+    """Peak, filtered peak and velocity change of the greatest pulse of a log.
+
+    `time` [s] and `acceleration` [m/s²], shape (N,). `cfc` is a class of SAE J211-1 or None,
+    `before` the length [s] of the quiet part at the beginning (found if None), `limit` the sensor's
+    range [m/s²], `hic` the longest
+    window [s] of the head injury criterion (0.015 or 0.036) or None.
+    Raises FitError for uneven or too few samples or no quiet part, QuantityError for a rate below
+    ten times the class.
+    """
+    if cfc is not None and cfc not in CLASSES:
+        known = ", ".join(map(str, CLASSES))
+        raise QuantityError(f"filter: CFC {cfc} is not a class of SAE J211-1; there are {known}")
+    rate, warnings = (sampling, []) if sampling is not None else sampling_rate(time)
+    if sampling is not None:
+        time = time[0] + np.arange(len(acceleration)) / sampling
+    if cfc is not None and rate < LEAST_RATE * cfc * (1 - 1e-9):
+        raise QuantityError(
+            f"sampling: {show(rate, 'Hz')} is too slow for CFC {cfc}; SAE J211-1 asks for at least "
+            f"ten times the class, {show(float(LEAST_RATE * cfc), 'Hz')} (another class: --filter)"
+        )
+    smooth = cfc_filter(acceleration, rate, cfc) if cfc is not None else acceleration
+    quiet, said = _quiet(time, smooth, rate, before)
+    warnings += said
+    still = acceleration[:quiet]
+    offset, offset_se = float(still.mean()), _error_of_mean(still)
+    signal = acceleration - offset
+    filtered = cfc_filter(signal, rate, cfc) if cfc is not None else signal
+    top, high = int(np.argmax(np.abs(signal))), int(np.argmax(np.abs(filtered)))
+    first, last = _pulse(filtered, high, SHARE)
+    start, end = _foot(filtered, high, first, last)
+    change = float(np.trapezoid(signal[start : end + 1], dx=1 / rate))
+    length = (end - start) / rate
+    noise = float(np.std(still)) * np.sqrt(length / rate)
+    if falling:
+        change -= float(np.sign(filtered[high])) * gravity * length
+    reach, full = _saturation(acceleration, limit)
+    if full:
+        warnings.append(
+            f"saturated at {reach / STANDARD_GRAVITY:.4g} g: the peaks and the velocity change are "
+            "lower bounds in size"
+        )
+    if first == 0 or last == len(signal) - 1:
+        warnings.append("the pulse is cut off by the log's end: the velocity change is not whole")
+    drift = _after(signal, last, rate, offset_se)
+    warnings += drift
+    value, span = (None, None) if hic is None else head_injury(filtered, rate, hic)
+    return Crash(
+        time=time, acceleration=signal, filtered=filtered, rate=rate, cfc=cfc, offset=offset,
+        offset_se=offset_se, quiet=(float(time[0]), float(time[quiet - 1])),
+        peak=float(signal[top]), peak_time=float(time[top]), filtered_peak=float(filtered[high]),
+        filtered_peak_time=float(time[high]), pulse=(float(time[first]), float(time[last])),
+        velocity_change=change, velocity_change_se=float(np.hypot(offset_se * length, noise)),
+        saturated=full, saturation=reach if full else None, hic=value,
+        hic_window=None if span is None else (float(time[span[0]]), float(time[span[1]])),
+        warnings=tuple(warnings),
+    )  # fmt: skip
+
+
+def _quiet(
+    time: Array, acceleration: Array, rate: float, before: float | None
+) -> tuple[int, list[str]]:
+    """How many samples at the beginning are before the event."""
+    if before is not None:
+        count = int(np.sum(time < time[0] + before))
+        if not 5 <= count < len(time):
+            raise FitError(
+                f"{count} samples lie in the first {show(before, 's')}; the part before the event "
+                "needs 5 at least, and the event must follow"
+            )
+        return count, []
+    first = acceleration[: max(len(time) // 50, 5)]
+    gap = np.abs(acceleration - float(np.median(first)))
+    noise = float(np.median(gap[: len(first)]))
+    loud = np.flatnonzero(gap > min(max(SHARE * gap.max(), 8 * noise), 2 * SHARE * gap.max()))
+    count = int(loud[0] * 0.9)
+    if count < 5:
+        raise FitError(
+            "nothing quiet lies before the event, so the offset is not known; say how long the "
+            "quiet part is (--before), or record with a pre-trigger"
+        )
+    return count, [
+        f"the offset is the mean of the first {show(count / rate, 's')}, before the signal leaves "
+        f"{SHARE:.0%} of its peak"
+    ]
+
+
+def _error_of_mean(values: Array) -> float:
+    """Standard error of a mean from the scatter of at most twenty runs: slow noise counts."""
+    runs = averaged(values, min(20, len(values)))
+    return float(np.std(runs, ddof=1) / np.sqrt(len(runs)))
+
+
+def _pulse(filtered: Array, high: int, share: float) -> tuple[int, int]:
+    """First and last sample around the peak on its side of zero and over its share."""
+    under = filtered * np.sign(filtered[high]) <= share * abs(filtered[high])
+    left, right = np.flatnonzero(under[:high]), np.flatnonzero(under[high:])
+    first = int(left[-1]) if left.size else 0
+    last = high + int(right[0]) if right.size else len(filtered) - 1
+    return first, last
+
+
+def _foot(filtered: Array, high: int, first: int, last: int) -> tuple[int, int]:
+    """Where the pulse meets zero, within its own length of where it passes 5 %; else there."""
+    start, end = _pulse(filtered, high, 0.0)
+    length = last - first
+    return (
+        start if start > 0 and first - start <= length else first,
+        end if end < len(filtered) - 1 and end - last <= length else last,
+    )
+
+
+def _saturation(acceleration: Array, limit: float | None) -> tuple[float, bool]:
+    """(greatest size, whether the sensor ended there): its range, or equal extremes in a row."""
+    reach = float(np.max(np.abs(acceleration)))
+    if limit is not None and reach >= limit * (1 - 1e-3):
+        return reach, True
+    for extreme in (acceleration.max(), acceleration.min()):
+        at = acceleration == extreme
+        ends = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(int), [0]])))
+        longest = int(np.max(ends[1::2] - ends[::2]))
+        beyond = abs(extreme) >= 0.5 * reach and np.ptp(acceleration) > 0
+        if beyond and longest >= FLAT:
+            return float(abs(extreme)), True
+    return reach, False
+
+
+def _after(signal: Array, last: int, rate: float, offset_se: float) -> list[str]:
+    """What the end of the log says of a drift: its level against the one before."""
+    tail = signal[last:][-max((len(signal) - last) // 2, 1) :]
+    if len(tail) < 20:
+        return []
+    level, se = float(tail.mean()), _error_of_mean(tail)
+    if abs(level) <= 4 * np.hypot(se, offset_se) + 0.002 * float(np.abs(signal).max()):
+        return []
+    return [
+        f"the level after the event is {level / STANDARD_GRAVITY:.3g} g off the one before: "
+        "gravity along another axis, a drift, or motion that goes on; only the part before is "
+        "taken as zero"
+    ]
+
+
+def head_injury(signal: Array, rate: float, longest: float) -> tuple[float, tuple[int, int]]:
+    """HIC = max (t2 - t1) (mean of |a|/g over t1 to t2)^2.5 over windows up to `longest` [s].
+
+    Gives the value [s] and the window's samples. Sizes: the resultant is never negative.
+    """
+    size = np.abs(signal) / STANDARD_GRAVITY
+    area = np.concatenate([[0.0], np.cumsum((size[1:] + size[:-1]) / 2 / rate)])
+    best, span = 0.0, (0, 1)
+    for width in range(1, min(round(longest * rate), len(signal) - 1) + 1):
+        mean = (area[width:] - area[:-width]) * rate / width
+        at = int(np.argmax(mean))
+        value = width / rate * float(max(mean[at], 0.0)) ** 2.5
+        if value > best:
+            best, span = value, (at, at + width)
+    return best, span

@@ -1,0 +1,253 @@
+"""A leak from a pressure-hold log: how fast a closed chamber goes back to the atmosphere.
+
+A rigid chamber of volume V at one temperature: V dp/dt = -q, q the leak [Pa m³/s] out of it. With p
+absolute and a the atmosphere,
+
+    linear    q = C (p - a)                  p - a falls as exp(-t/τ), τ = V/C
+    laminar   q = C (p² - a²)/(2a)           Poiseuille with the gas's density along the leak
+    orifice   q = C p₁ φ(p₂/p₁)              ISO 6358: φ = 1 to the critical ratio b (choked), then
+                                             √(1 - ((r - b)/(1 - b))²), the root of the difference
+
+1 is the side of higher pressure. b = 0.528, a nozzle without losses. All three have closed forms,
+over and under atmosphere. C is what a small difference meets for the first two; for an orifice it
+is the sonic conductance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.errors import FitError, UnknownNameError
+from layerjam.identify.logs.correlated import Series, fit_series
+from layerjam.units import show
+
+Array = npt.NDArray[np.float64]
+MODELS = ("linear", "laminar", "orifice")
+CRITICAL = 0.528
+STANDARD_TEMPERATURE = 273.15
+SCCM = 101325.0 * 1e-6 / 60
+"""One standard cubic centimetre a minute (0 °C, 101325 Pa) as Pa m³/s at 0 °C."""
+CLEAR = 6.0
+"""Twice the difference of log likelihoods from which one model is held to be better."""
+
+
+def pressure(model: str, time: Array, start: float, rate: float, atmosphere: float) -> Array:
+    """Absolute pressure [Pa] at times [s], from `start` [Pa] on; `rate` = C/V [1/s]."""
+    y0 = start / atmosphere
+    if model == "linear":
+        return atmosphere * (1 + (y0 - 1) * np.exp(-rate * time))
+    if model == "laminar":
+        left = (y0 - 1) / (y0 + 1) * np.exp(-rate * time)
+        return atmosphere * (1 + left) / (1 - left)
+    if model == "orifice":
+        if y0 >= 1:
+            return atmosphere / _ratio_over(_clock_over(1 / y0) + rate * time)
+        return atmosphere * _ratio_under(_clock_under(y0) + rate * time)
+    raise UnknownNameError("leak model", model, MODELS)
+
+
+def flow(model: str, p: float, rate: float, atmosphere: float) -> float:
+    """q/V [Pa/s] out of the chamber at an absolute pressure p [Pa]; negative into it."""
+    if model == "linear":
+        return rate * (p - atmosphere)
+    if model == "laminar":
+        return rate * (p * p - atmosphere**2) / (2 * atmosphere)
+    if model == "orifice":
+        high, low = max(p, atmosphere), min(p, atmosphere)
+        over = max(low / high - CRITICAL, 0.0) / (1 - CRITICAL)
+        return float(np.sign(p - atmosphere)) * rate * high * float(np.sqrt(1 - over * over))
+    raise UnknownNameError("leak model", model, MODELS)
+
+
+# The clock s of an orifice runs with C/V: ds = dt C/V, zero where it stops being choked.
+def _clock_under(ratio: float) -> float:
+    over = (ratio - CRITICAL) / (1 - CRITICAL)
+    return ratio - CRITICAL if over <= 0 else (1 - CRITICAL) * float(np.arcsin(over))
+
+
+def _ratio_under(clock: Array) -> Array:
+    """Inside over outside pressure; 1 once the pressures are equal."""
+    angle = np.minimum(clock / (1 - CRITICAL), np.pi / 2)
+    return np.where(clock < 0, CRITICAL + clock, CRITICAL + (1 - CRITICAL) * np.sin(angle))
+
+
+_ROOT = float(np.sqrt(2 * CRITICAL - 1))
+
+
+def _turn(tangent: Array | float) -> Array:
+    """∫ dθ/(b + (1 - b) sin θ) up to tan(θ/2)."""
+    return np.asarray(2 / _ROOT * np.arctan((CRITICAL * tangent + 1 - CRITICAL) / _ROOT))
+
+
+def _clock_over(ratio: float) -> float:
+    over = (ratio - CRITICAL) / (1 - CRITICAL)
+    if over <= 0:
+        return float(np.log(ratio / CRITICAL))
+    half = np.tan(np.arcsin(min(over, 1.0)) / 2)
+    return float((1 - CRITICAL) * (_turn(half) - _turn(0.0)))
+
+
+def _ratio_over(clock: Array) -> Array:
+    """Outside over inside pressure; 1 once the pressures are equal."""
+    end = (1 - CRITICAL) * (_turn(1.0) - _turn(0.0))
+    inside = np.clip(clock, 0.0, end)
+    angle = (inside / (1 - CRITICAL) + _turn(0.0)) * _ROOT / 2
+    tangent = (_ROOT * np.tan(angle) - (1 - CRITICAL)) / CRITICAL
+    late = CRITICAL + (1 - CRITICAL) * np.sin(2 * np.arctan(tangent))
+    return np.where(clock < 0, CRITICAL * np.exp(np.minimum(clock, 0.0)), np.minimum(late, 1.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeakFit:
+    """One model: `start` [Pa] absolute, `rate` = C/V [1/s], the sensor's `zero` [Pa] or None."""
+
+    model: str
+    start: float
+    rate: float
+    zero: float | None
+    series: Series
+
+    def curve(self, time: Array, atmosphere: float) -> Array:
+        """Pressure as read [Pa absolute, zero included] at times [s] from the window's start."""
+        return pressure(self.model, time, self.start, self.rate, atmosphere) + (self.zero or 0.0)
+
+    def flow_interval(self, p: float, atmosphere: float) -> tuple[float, float, float]:
+        """q/V [Pa/s] at a pressure, and its 95 % interval."""
+
+        def at(values: Array) -> float:
+            return flow(self.model, p, float(values[1]), atmosphere)
+
+        return (at(self.series.values), *self.series.interval(at))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Leak:
+    """All models on one log; `pressure` [Pa] absolute, `time` [s] from the window's start, (N,).
+
+    `best` is the model of least RMSE (all have as many parameters); `distinct` whether it is
+    clearly better than the others, the correlation of its residuals counted.
+    `mean` is the window's mean pressure, `heat` the change of temperature [K] that alone would
+    make the window's change of pressure.
+    """
+
+    fits: Mapping[str, LeakFit]
+    best: str
+    distinct: bool
+    time: Array
+    pressure: Array
+    atmosphere: float
+    window: tuple[float, float]
+    mean: float
+    heat: float
+    warnings: tuple[str, ...]
+
+
+def fit_leak(
+    time: Array,
+    absolute: Array,
+    *,
+    atmosphere: float = 101325.0,
+    window: tuple[float | None, float | None] = (None, None),
+    temperature: Array | float = 293.15,
+) -> Leak:
+    """The leak models on a log of time [s] and absolute pressure [Pa], shape (N,) each.
+
+    `window` [s] is what is used of it; its start is the greatest difference to the atmosphere
+    unless given. `temperature` [K] of the gas, one or one a sample: pressures are then brought to
+    the mean temperature first. Raises FitError where fewer than 20 samples or no difference to the
+    atmosphere are left.
+    """
+    warnings = []
+    gap = np.abs(absolute - atmosphere)
+    first = float(time[int(np.argmax(gap))]) if window[0] is None else window[0]
+    last = float(time[-1]) if window[1] is None else window[1]
+    if window[0] is None and first > time[0] + 0.05 * (time[-1] - time[0]):
+        warnings.append(
+            f"the pressure is farthest from the atmosphere at {show(first, 's')}; what lies before "
+            "is not used (another start: --from)"
+        )
+    inside = (time >= first) & (time <= last)
+    if inside.sum() < 20:
+        raise FitError(
+            f"{int(inside.sum())} samples lie between {show(first, 's')} and {show(last, 's')}; "
+            "20 are needed"
+        )
+    t, p = time[inside] - first, absolute[inside]
+    warm = np.broadcast_to(np.asarray(temperature, float), time.shape)[inside]
+    middle = float(warm.mean())
+    p = p * middle / warm
+    ends = _end(p[::1], len(p) // 20), _end(p[::-1], len(p) // 20)
+    difference = ends[0] - atmosphere
+    if abs(difference) < 1e-4 * atmosphere:
+        raise FitError(
+            f"the window begins {show(abs(difference), 'Pa')} from the atmosphere: no pressure is "
+            "held, or the reading is of another kind (--reading)"
+        )
+    if ((p - atmosphere) * difference < -0.1 * difference**2).any():
+        raise FitError("the pressure crosses the atmosphere: this is no hold (check --reading)")
+    settled = abs(ends[1] - atmosphere) < 0.1 * abs(difference) and (
+        abs(_end(p[len(p) // 2 :], len(p) // 20) - ends[1]) < 0.02 * abs(difference)
+    )
+    fits = {m: _fit(m, t, p, atmosphere, ends, settled) for m in MODELS}
+    order = sorted(fits, key=lambda m: fits[m].series.rmse)
+    best = fits[order[0]]
+    distinct = all(fits[m].series.worse_by(best.series) > CLEAR for m in order[1:])
+    if settled:
+        warnings.append(
+            "the record reaches its end level, so the sensor's zero is fitted too: "
+            f"{show(best.zero, 'Pa')} at the atmosphere"
+        )
+    if best.series.rmse > 3 * best.series.noise > 0:
+        warnings.append(
+            f"the best model misses the log by {show(best.series.rmse, 'Pa')}, "
+            f"{best.series.rmse / best.series.noise:.0f} times the sensor's noise: something else "
+            "happens too (a valve, cooling, a wall that gives); a part of it may do: --from, --to"
+        )
+    return Leak(
+        fits=fits, best=order[0], distinct=distinct, time=t, pressure=p, atmosphere=atmosphere,
+        window=(first, last), mean=float(p.mean()),
+        heat=middle * (ends[1] / ends[0] - 1), warnings=tuple(warnings),
+    )  # fmt: skip
+
+
+def _end(values: Array, count: int) -> float:
+    return float(np.mean(values[: max(count, 1)]))
+
+
+def _fit(
+    model: str, t: Array, p: Array, atmosphere: float, ends: tuple[float, float], settled: bool
+) -> LeakFit:
+    span = float(t[-1]) or 1.0
+    floor = 0.02 * (ends[0] - atmosphere)
+    rest = max((ends[1] - atmosphere) / (ends[0] - atmosphere), 0.02)
+    guess = -np.log(rest) / span
+    if settled:  # from the time at which half is gone
+        half = np.abs(p - atmosphere) < 0.5 * abs(ends[0] - atmosphere)
+        guess = np.log(2) / max(float(t[int(np.argmax(half))]), span / len(t))
+    if model != "linear":  # the same flow at the start
+        guess *= flow("linear", ends[0], 1.0, atmosphere) / flow(model, ends[0], 1.0, atmosphere)
+    start = [ends[0], guess] + [0.0] * settled
+    scale = [abs(floor), max(abs(guess), 1e-3 / span)] + [abs(floor)] * settled
+
+    def curve(values: Array) -> Array:
+        made = pressure(model, t, float(values[0]), float(values[1]), atmosphere)
+        return made + (float(values[2]) if settled else 0.0)
+
+    low = [1e-6 * atmosphere if ends[0] < atmosphere else atmosphere, -np.inf]
+    high = [atmosphere if ends[0] < atmosphere else np.inf, np.inf]
+    bounds = (low + [-np.inf] * settled, high + [np.inf] * settled)
+    found = fit_series(curve, p, start, scale, bounds)
+    zero = float(found.values[2]) if settled else None
+    return LeakFit(
+        model=model, start=float(found.values[0]), rate=float(found.values[1]), zero=zero,
+        series=found,
+    )  # fmt: skip
+
+
+def sccm(throughput: float, temperature: float) -> float:
+    """A leak [Pa m³/s at `temperature`, K] in standard cm³ a minute (0 °C, 101325 Pa)."""
+    return throughput * STANDARD_TEMPERATURE / temperature / SCCM

@@ -1,0 +1,255 @@
+"""Volume and pump flow from a pump-down log.
+
+A positive-displacement pump of flow S empties a volume V of air at one temperature: d(pV)/dt =
+-S (p - p_u), with p_u the ultimate pressure at which leak and dead space balance the pump
+(mechanics, section 5). At constant V
+
+    p = p_u + (p0 - p_u) exp(-S t/V),
+
+so one log gives S/V and p_u, never S and V: any volume with a pump in proportion draws the same
+curve. A known volume, a known flow, or a second log with a known volume added settles both.
+
+A chamber that vacuum draws together, V = V0 - c (a - p) with a the atmosphere, has the closed form
+u = p - p_u, A = V0 - c a + 2 c p_u, A ln(u/u0) + 2 c (u - u0) = -S t. Then S/V0, c/V0 and p_u are
+what a log can tell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.errors import FitError
+from layerjam.identify.logs.correlated import Series, fit_series
+from layerjam.identify.logs.leak import CLEAR
+from layerjam.units import show
+
+Array = npt.NDArray[np.float64]
+LEVEL = 0.95
+
+
+def pressure(
+    time: Array, start: float, ultimate: float, rate: float, shrink: float = 0.0,
+    atmosphere: float = 101325.0,
+) -> Array:  # fmt: skip
+    """Absolute pressure [Pa] at times [s]; `rate` = S/V0 [1/s], `shrink` = c/V0 [1/Pa].
+
+    V0 is the volume at the atmosphere. NaN where the chamber would have closed (V ≤ 0) on the way.
+    """
+    over = start - ultimate
+    if shrink == 0 or over == 0:
+        return ultimate + over * np.exp(-rate * time)
+    from scipy.special import wrightomega
+
+    least = 1 - shrink * atmosphere + 2 * shrink * ultimate
+    if least <= 0 or 1 - shrink * (atmosphere - ultimate) <= 0 or over < 0:
+        return np.full(np.shape(time), np.nan)
+    if shrink < 0:
+        return _stretching(time, over, ultimate, rate, shrink, least)
+    weight = 2 * shrink * over / least
+    made = wrightomega(np.log(weight) + weight - rate * time / least)
+    return np.asarray(ultimate + least / (2 * shrink) * made)
+
+
+def _stretching(
+    time: Array, over: float, ultimate: float, rate: float, shrink: float, least: float
+) -> Array:
+    """The same where c is below zero, by Newton's steps in ln u."""
+    log = np.full(np.shape(time), 0.0) - rate * time / least
+    for _ in range(60):
+        u = over * np.exp(log)
+        slope = least + 2 * shrink * u
+        if (slope <= 0).any():
+            return np.full(np.shape(time), np.nan)
+        log = log - (least * log + 2 * shrink * (u - over) + rate * time) / slope
+    return np.asarray(ultimate + over * np.exp(log))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PumpDown:
+    """One log fitted: `rate` = S/V0 [1/s], `ultimate` and `start` [Pa absolute], `shrink` = c/V0.
+
+    `time` [s] from the window's start and `pressure` [Pa absolute], shape (N,). `shrink_fitted`:
+    it is the fourth parameter of `series` (start, ultimate, rate, shrink).
+    """
+
+    start: float
+    ultimate: float
+    rate: float
+    shrink: float
+    shrink_fitted: bool
+    series: Series
+    time: Array
+    pressure: Array
+    atmosphere: float
+    window: tuple[float, float]
+    warnings: tuple[str, ...] = ()
+
+    def interval(self, index: int) -> tuple[float, float]:
+        """95 % interval of a parameter of `series`."""
+        return self.series.interval(lambda v: float(v[index]), LEVEL)
+
+    def curve(self, time: Array) -> Array:
+        """The fitted pressure [Pa]."""
+        return pressure(time, self.start, self.ultimate, self.rate, self.shrink, self.atmosphere)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Known:
+    """A number with its standard error and the interval's half width in standard errors."""
+
+    value: float
+    se: float
+    quantile: float
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % interval, of the logarithm: volumes and flows are above zero."""
+        if self.value <= 0:
+            return self.value - self.quantile * self.se, self.value + self.quantile * self.se
+        spread = float(np.exp(self.quantile * self.se / self.value))
+        return self.value / spread, self.value * spread
+
+
+def window_of(time: Array, absolute: Array, given: tuple[float | None, float | None]) -> Array:
+    """Which samples are the pump-down: from the last sample near the start level on.
+
+    Unless given, it begins where the pressure has left its highest level by 2 % of the fall for
+    good, less one sample, and ends at the end of the log.
+    """
+    first, last = given
+    if first is None:
+        top, low = float(absolute.max()), float(absolute.min())
+        high = np.flatnonzero(absolute >= top - 0.02 * (top - low))
+        first = float(time[int(high[-1])])
+    end = float(time[-1]) if last is None else last
+    return np.asarray((time >= first) & (time <= end))
+
+
+def fit_pump_down(
+    time: Array,
+    absolute: Array,
+    *,
+    atmosphere: float = 101325.0,
+    window: tuple[float | None, float | None] = (None, None),
+    shrink: float | None = 0.0,
+) -> PumpDown:
+    """S/V0 and the ultimate pressure from a log of time [s] and absolute pressure [Pa], shape (N,).
+
+    `shrink` = c/V0 [1/Pa] is taken as known; None fits it too. Raises FitError where fewer than 20
+    samples are left or the pressure does not fall.
+    """
+    inside = window_of(time, absolute, window)
+    if inside.sum() < 20:
+        raise FitError(f"the pump-down has {int(inside.sum())} samples, 20 are needed")
+    t, p = time[inside] - time[inside][0], absolute[inside]
+    if (p <= 0).any():
+        raise FitError(
+            f"{show(float(p.min()), 'Pa')} is no absolute pressure: is the reading of another kind "
+            "(--reading)?"
+        )
+    fall = float(p[:3].mean() - p[-max(len(p) // 50, 3) :].mean())
+    if fall < 0.05 * atmosphere:
+        raise FitError(
+            f"the pressure falls by {show(fall, 'Pa')}: no pump-down, or the reading is of another "
+            "kind (--reading)"
+        )
+    low = float(p.min())
+    third = float(t[int(np.argmax(p <= low + (p[0] - low) / np.e))]) or float(t[1])
+    begin = [float(p[0]), max(low - 0.02 * fall, 1e-3 * low), 1 / third]
+    scale, bottom, top = [fall, 0.1 * fall, 1 / third], [0.5 * begin[0], 0.0, 0.0], [
+        1.5 * begin[0], max(float(p[-1]) * 1.5, 2 * low), np.inf]  # fmt: skip
+    if shrink is None:
+        begin, scale = [*begin, 0.1 / atmosphere], [*scale, 1 / atmosphere]
+        bottom, top = [*bottom, -0.9 / atmosphere], [*top, 0.999 / atmosphere]
+
+    def curve(values: Array) -> Array:
+        c = float(values[3]) if shrink is None else shrink
+        start, ultimate, rate = (float(v) for v in values[:3])
+        return pressure(t, start, ultimate, rate, c, atmosphere)
+
+    found = fit_series(curve, p, begin, scale, (bottom, top))
+    start, ultimate, rate = (float(v) for v in found.values[:3])
+    made = float(found.values[3]) if shrink is None else shrink
+    warnings = []
+    reached = (start - float(p[-1])) / (start - ultimate)
+    if reached < 0.9:
+        warnings.append(
+            f"the log ends at {reached:.0%} of the way to the ultimate pressure, which is then "
+            "found by extrapolation"
+        )
+    if found.rmse > 3 * found.noise > 0:
+        warnings.append(
+            f"the fit misses the log by {show(found.rmse, 'Pa')}, {found.rmse / found.noise:.0f} "
+            "times the sensor's noise: the volume or the pump's flow changes with vacuum "
+            "(--compliance fit tries the first)"
+        )
+    begun = time[inside]
+    return PumpDown(
+        start=start, ultimate=ultimate, rate=rate, shrink=made, shrink_fitted=shrink is None,
+        series=found, time=t, pressure=p, atmosphere=atmosphere,
+        window=(float(begun[0]), float(begun[-1])), warnings=tuple(warnings),
+    )  # fmt: skip
+
+
+def with_compliance(volume: float | None, flow: float | None, loss: float, fit: PumpDown) -> float:
+    """c/V0 [1/Pa] of a volume loss c [m³/Pa]; V0 = S/rate where only the flow is known.
+
+    `fit` is a fit at constant volume, whose rate serves as a first guess.
+    """
+    base = volume if volume is not None else (flow or 0.0) / fit.rate
+    if base <= loss * fit.atmosphere:
+        raise FitError(
+            f"compliance: {show(loss * 1e9, '1')} mL/kPa would close a volume of "
+            f"{base * 1e6:.4g} mL at {show(base / loss, 'Pa')} of vacuum"
+        )
+    return loss / base
+
+
+def better_with_shrink(constant: PumpDown, fitted: PumpDown) -> bool:
+    """Whether a volume that changes with vacuum is clearly the better account of the log."""
+    return constant.series.worse_by(fitted.series) > CLEAR
+
+
+def flow_of(fit: PumpDown, volume: float) -> Known:
+    """Pump flow S [m³/s] of a known volume V0 [m³]."""
+    se = float(fit.series.standard_errors[2])
+    return Known(value=volume * fit.rate, se=volume * se, quantile=fit.series.quantile(LEVEL))
+
+
+def volume_of(fit: PumpDown, flow: float) -> Known:
+    """Volume V0 [m³] of a known pump flow S [m³/s]."""
+    se = float(fit.series.standard_errors[2])
+    return Known(
+        value=flow / fit.rate, se=flow * se / fit.rate**2, quantile=fit.series.quantile(LEVEL)
+    )
+
+
+def from_two(alone: PumpDown, added: PumpDown, volume: float) -> tuple[Known, Known]:
+    """(V0, S) from a log alone and one with a known volume [m³] added: V0 = ΔV k2/(k1 - k2).
+
+    Constant volumes. Raises FitError where the two rates do not differ by their uncertainty.
+    """
+    from scipy.stats import t
+
+    k1, k2 = alone.rate, added.rate
+    s1, s2 = (float(f.series.standard_errors[2]) for f in (alone, added))
+    freedom = (s1**2 + s2**2) ** 2 / (
+        s1**4 / alone.series.freedom + s2**4 / added.series.freedom + 1e-300
+    )
+    quantile = float(t.ppf(0.5 + LEVEL / 2, max(freedom, 1.0)))
+    if k1 - k2 <= quantile * np.hypot(s1, s2):
+        raise FitError(
+            f"added volume: the rates {show(k1, '1/s')} alone and {show(k2, '1/s')} with it do not "
+            "differ by more than their uncertainty; add a larger volume, or swap the logs"
+        )
+    gap = k1 - k2
+    inside, flow = volume * k2 / gap, volume * k1 * k2 / gap
+    inside_se = volume * float(np.hypot(k2 * s1, k1 * s2)) / gap**2
+    flow_se = volume * float(np.hypot(k2**2 * s1, k1**2 * s2)) / gap**2
+    return (
+        Known(value=inside, se=inside_se, quantile=quantile),
+        Known(value=flow, se=flow_se, quantile=quantile),
+    )

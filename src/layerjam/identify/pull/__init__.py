@@ -1,0 +1,1 @@
+"""What one measured pull shows."""

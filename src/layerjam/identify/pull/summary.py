@@ -1,0 +1,309 @@
+"""All that one measured pull shows: slack, preload, onset, peak, steady part, judder, way back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from layerjam.errors import FileError
+from layerjam.identify.judder_in_record import SawTeeth, find_saw_teeth, noise_of, running_mean
+from layerjam.identify.pull.features import LINEAR, PullFeatures, loading_branch, pull_features
+from layerjam.identify.pull.unloading import Unloading, find_unloading
+from layerjam.identify.trace import Array, Trace
+from layerjam.units import show
+
+MARGIN = 0.05
+"""Part of the rise's length kept away from the onset where the baseline is taken."""
+FEWEST = 5
+"""Samples before the onset that make a baseline."""
+LEAD = 2
+"""Samples before the onset that show that the rise has not begun."""
+STEADY = (0.25, 0.98)
+"""Part of the way from the peak to the end of loading that is called steady."""
+BLOCKS = 24
+"""Means the steady part is cut into: their scatter gives the slope's error, teeth and all."""
+TELLS = 0.002
+"""A preload above this part of the peak is said."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """Where a pull begins, SI units.
+
+    `onset` is the elongation where the straight rise meets the force before it (`baseline`),
+    counted as the machine does; `slack` the crosshead's way until then. Standard errors rest on
+    the scatter about line and baseline; None where nothing estimates them. `seen` is False where
+    the record begins on the rise already: then the baseline is the force at its first samples.
+    """
+
+    onset: float
+    onset_se: float | None
+    slack: float
+    baseline: float
+    baseline_se: float | None
+    seen: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Steady:
+    """The sliding part after the peak, SI units: a straight line through the force there.
+
+    `slope` [N/m of elongation] with its standard error, `force` in the middle [N], `start` and
+    `end` as elongations from the pull's origin.
+    """
+
+    slope: float
+    slope_se: float
+    force: float
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class PullSummary:
+    """Features of one pull; `tared` says what was subtracted from the force [N] on request."""
+
+    features: PullFeatures
+    start: Start
+    steady: Steady | None
+    teeth: SawTeeth | None
+    unloading: Unloading | None
+    noise: float
+    tared: float | None
+    notes: tuple[str, ...]
+
+    @property
+    def preload(self) -> float:
+        """Force before the load rises [N]; the machine's zero error looks the same."""
+        return self.start.baseline
+
+
+def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
+    """Slack, preload, onset, peak, slopes, stick-slip and unloading of one pull.
+
+    With `tare` the force before the onset is subtracted first, and the notes say how much. Raises
+    FileError where the record shows no rise, or with `tare` nothing before it.
+    """
+    tared = None
+    if tare:
+        begin = _start(trace, pull_features(trace))
+        if not begin.seen:
+            raise FileError(
+                trace.path,
+                "begins on its rise: it shows no force before the load to subtract (tare)",
+            )
+        tared = begin.baseline
+        trace = replace(trace, force=trace.force - tared)
+    features = pull_features(trace)
+    start = _start(trace, features)
+    noise = noise_of(features.force)
+    teeth = _teeth(trace, features)
+    if teeth is not None:
+        features = _first_slip(features, teeth, noise)
+    steady = _steady(features)
+    unloading = find_unloading(trace.elongation, trace.force, start.onset, start.baseline, noise)
+    return PullSummary(
+        features=features,
+        start=start,
+        steady=steady,
+        teeth=teeth,
+        unloading=unloading,
+        noise=noise,
+        tared=tared,
+        notes=tuple(_notes(features, start, teeth, tared)),
+    )
+
+
+def _start(trace: Trace, features: PullFeatures) -> Start:
+    """Onset, slack and baseline of the loading branch."""
+    elongation, force = loading_branch(trace)
+    first = float(elongation[0])
+    if not features.straight:
+        return _bent_start(elongation, force)
+    height, slope = float(features.peak_force), features.stiffness
+    length = height / slope
+    onset, baseline, error = features.origin, 0.0, 0.0
+    still = elongation <= first + 1e-9
+    for _ in range(4):
+        margin = min(MARGIN * length, 0.3 * max(onset - first, 0.0))
+        before = elongation < onset - margin
+        before[int(np.argmax(elongation >= onset)) :] = False
+        if still[:FEWEST].all():  # a rest before the crosshead starts
+            before |= still & (np.abs(force - baseline) < 0.1 * height)
+        if before.sum() < FEWEST or _rises(elongation[before], force[before], slope):
+            return _no_slack(elongation, force, features)
+        rest = force[before]
+        baseline = float(rest.mean())
+        error = float(rest.std(ddof=1)) / len(rest) ** 0.5
+        onset = features.origin + baseline / slope
+    return Start(
+        onset=onset,
+        onset_se=float(np.hypot(error / slope, _line_error(elongation, force, features, onset))),
+        slack=max(onset - first, 0.0),
+        baseline=baseline,
+        baseline_se=error,
+        seen=True,
+    )
+
+
+def _rises(x: Array, y: Array, slope: float) -> bool:
+    """Whether the force rises already, by more than a tenth of the slope of the rise."""
+    run = x - x.mean()
+    spread = float(run @ run)
+    if spread <= 0:
+        return False
+    found = float(run @ (y - y.mean())) / spread
+    rest = y - y.mean() - found * run
+    error = float(np.sqrt(rest @ rest / (len(x) - 2) / spread))
+    return found - 3 * error > 0.1 * slope
+
+
+def _line_error(elongation: Array, force: Array, features: PullFeatures, at: float) -> float:
+    """Standard error of the elongation [m] at which the line of the rise passes a given force."""
+    line = features.stiffness * (elongation - features.origin)
+    on = (line >= LINEAR[0] * features.peak_force) & (line <= LINEAR[1] * features.peak_force)
+    x = elongation[on]
+    if len(x) < 3 or not np.ptp(x) > 0:
+        return 0.0
+    spread = features.stiffness_se * float(np.sqrt(((x - x.mean()) ** 2).sum()))
+    away = abs(float(x.mean()) - at) * features.stiffness_se
+    return float(np.hypot(spread / len(x) ** 0.5, away)) / features.stiffness
+
+
+def _no_slack(elongation: Array, force: Array, features: PullFeatures) -> Start:
+    """A record that begins on its rise, or a few samples before it.
+
+    On the rise, what the line shows at the first samples is the preload.
+    """
+    first, slope = float(elongation[0]), features.stiffness
+    noise = noise_of(force)
+    noisy = noise > 1e-9 * abs(features.peak_force)
+    lead = int(np.argmax(elongation >= features.origin)) - 1
+    if lead >= LEAD:
+        rest, line = force[:lead], slope * (elongation[:lead] - features.origin)
+        off = float((rest - line).mean())
+        error = noise / lead**0.5
+        # else the line itself begins below zero: the load cell's zero is off
+        if off > max(4 * error, TELLS * features.peak_force):
+            onset = features.origin + float(rest.mean()) / slope
+            return Start(
+                onset=onset,
+                onset_se=_line_error(elongation, force, features, onset) if noisy else None,
+                slack=max(onset - first, 0.0),
+                baseline=float(rest.mean()),
+                baseline_se=error if noisy else None,
+                seen=True,
+            )
+    begin = force[:FEWEST] - slope * (elongation[:FEWEST] - first)
+    return Start(
+        onset=first,
+        onset_se=_line_error(elongation, force, features, first) if noisy else None,
+        slack=0.0,
+        baseline=float(begin.mean()),
+        baseline_se=noise / len(begin) ** 0.5 if noisy else None,
+        seen=False,
+    )
+
+
+def _bent_start(elongation: Array, force: Array) -> Start:
+    """A force that bends from the start has no line: where it leaves its first samples' scatter."""
+    few = max(FEWEST, len(force) // 200)
+    noise = noise_of(force)
+    baseline = float(force[:few].mean())
+    smooth = running_mean(force, 9)
+    limit = baseline + 6 * noise / 3 + 1e-3 * float(np.ptp(force))
+    under = np.flatnonzero(smooth[: int(np.argmax(smooth)) + 1] <= limit)
+    at = float(elongation[under[-1]]) if len(under) else float(elongation[0])
+    return Start(
+        onset=at,
+        onset_se=None,
+        slack=at - float(elongation[0]),
+        baseline=baseline,
+        baseline_se=noise / few**0.5,
+        seen=at - float(elongation[0]) > 0.01 * float(np.ptp(elongation)),
+    )
+
+
+def _teeth(trace: Trace, features: PullFeatures) -> SawTeeth | None:
+    """Stick-slip of the loading branch from the end of its first rise, with indices into it."""
+    force = features.force
+    reached = np.flatnonzero(force >= 0.8 * features.peak_force)
+    begin = int(reached[0]) if len(reached) else 0
+    time = None if trace.time is None else trace.time[: len(force)][begin:]
+    found = find_saw_teeth(features.elongation[begin:], force[begin:], time).teeth
+    if found is None:
+        return None
+    return replace(found, peaks=found.peaks + begin, troughs=found.troughs + begin)
+
+
+def _first_slip(features: PullFeatures, teeth: SawTeeth, noise: float) -> PullFeatures:
+    """The features with the greatest force before the first slip as their peak.
+
+    The smooth law fitted around a peak does not go through teeth.
+    """
+    near = features.elongation <= features.peak_elongation + teeth.spacing / 2
+    top = int(np.argmax(np.where(near, features.force, -np.inf)))
+    return replace(
+        features,
+        peak_force=float(features.force[top]),
+        peak_force_se=noise,
+        peak_elongation=float(features.elongation[top]),
+    )
+
+
+def _steady(features: PullFeatures) -> Steady | None:
+    """A line through the force after the peak; None where too little of it was recorded."""
+    if not features.has_peak:
+        return None
+    end = float(features.elongation[-1])
+    way = end - features.peak_elongation
+    start, stop = (features.peak_elongation + part * way for part in STEADY)
+    inside = (features.elongation >= start) & (features.elongation <= stop)
+    x, y = features.elongation[inside], features.force[inside]
+    if len(x) < 3 * BLOCKS or not np.ptp(x) > 0:
+        return None
+    # means over blocks: what is alike within a block (a tooth, a patch of film) counts once
+    means = np.array([(a.mean(), b.mean()) for a, b in zip(np.array_split(x, BLOCKS),
+                                                           np.array_split(y, BLOCKS),
+                                                           strict=True)])  # fmt: skip
+    run = means[:, 0] - means[:, 0].mean()
+    spread = float(run @ run)
+    slope = float(run @ means[:, 1]) / spread
+    rest = means[:, 1] - means[:, 1].mean() - slope * run
+    return Steady(
+        slope=slope,
+        slope_se=float(np.sqrt(rest @ rest / (BLOCKS - 2) / spread)),
+        force=float(y.mean()),
+        start=start,
+        end=stop,
+    )
+
+
+def off_zero(start: Start, features: PullFeatures) -> bool:
+    """Whether the force before the rise is certain, and more than a pull may have by chance."""
+    certain = abs(start.baseline) > 4 * (start.baseline_se or 0.0)
+    return certain and abs(start.baseline) > TELLS * abs(features.peak_force)
+
+
+def _notes(
+    features: PullFeatures, start: Start, teeth: SawTeeth | None, tared: float | None
+) -> list[str]:
+    """What a reader should know before using the numbers."""
+    out = []
+    if tared is not None:
+        out.append(f"{show(tared, 'N')} was subtracted from the force, as asked (tare)")
+    if off_zero(start, features):
+        what = "before the load rises" if start.seen else "at the first sample already"
+        ask = "; a preload, or the load cell's zero (--tare subtracts it)" if start.seen else ""
+        out.append(f"the force is {show(start.baseline, 'N')} {what}{ask}")
+    if not features.straight:
+        out.append("the force bends off long before its greatest value: no straight rise")
+    if not features.has_peak:
+        out.append("the force rises to the end: there is no peak and no part after it")
+    if teeth is not None:
+        out.append(
+            f"sticks and slips, {show(teeth.amplitude, 'N')} about its middle every "
+            f"{show(teeth.spacing, 'm', 3)}; its peak is static friction at the first slip"
+        )
+    return out

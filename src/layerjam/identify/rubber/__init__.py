@@ -1,0 +1,1 @@
+"""The sleeve's silicone from a tensile test."""

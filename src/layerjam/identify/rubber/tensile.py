@@ -1,0 +1,276 @@
+"""The sleeve's silicone from a tensile test after ASTM D412: moduli of the first loading.
+
+The "100 % modulus" of D412 and of data sheets is the engineering stress at 100 % elongation. It is
+what `enclosure.modulus` holds: stress over strain there, and the strain is 1.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.errors import FileError, FitError
+from layerjam.identify.logs.table import SKIP, TIME, Log, Want, read_log, scale
+from layerjam.identify.readers.columns import plain
+from layerjam.units import show
+
+Array = npt.NDArray[np.float64]
+WINDOW = (0.05, 0.20)
+"""Strain over which the initial modulus is the slope of a straight line."""
+_TRUE = r"\btrue\b|wahre|\bvraie?\b"
+_STRAIN, _STRESS = r"\bstrain\b|dehnung\b|\bdeformation\b", r"\bstress\b|spannung\b|\bcontrainte\b"
+WANTS = (
+    Want("strain", "1", _STRAIN, "'%' or '1'", True, True, _TRUE),
+    Want("stress", "Pa", _STRESS, "'MPa' or 'psi'", True, False, _TRUE),
+    Want("true_strain", "1", rf"({_TRUE}).*({_STRAIN})", "'%' or '1'", True, True, r"^(?!.*true)"),
+    Want("true_stress", "Pa", rf"({_TRUE}).*({_STRESS})", "'MPa'", True, False, r"^(?!.*true)"),
+    Want("force", "N", r"\b(force|load)\b|kraft\b", "'N'", True),
+    Want("elongation", "m", r"\b(extension|displacement|crosshead)\b|weg\b", "'mm'", True),
+    Want("time", "s", TIME.words, TIME.due, True),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Specimen:
+    """The first loading of one specimen: engineering strain [-], rising, and stress [Pa], (N,).
+
+    `head` holds what the file says above its table, `understood` how its columns were taken.
+    """
+
+    path: str
+    strain: Array
+    stress: Array
+    head: Mapping[str, tuple[str, ...]]
+    understood: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The file's name without its folder."""
+        return Path(self.path).name
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moduli:
+    """Of one specimen; stresses in Pa. None: the record does not reach it.
+
+    `initial` is the slope over `window`, `initial_se` its standard error from the residuals;
+    `modulus_100`, `modulus_300` the engineering stress at that strain in percent.
+    """
+
+    initial: float | None
+    initial_se: float | None
+    window: tuple[float, float]
+    modulus_100: float | None
+    modulus_100_se: float | None
+    modulus_300: float | None
+    strength: float
+    strain_at_end: float
+    warnings: tuple[str, ...] = ()
+
+
+def read_rubber(
+    path: str | Path,
+    *,
+    area: float | None = None,
+    gauge_length: float | None = None,
+    columns: str | None = None,
+    decimal: str | None = None,
+) -> Specimen:
+    """The first loading in a file of stress and strain, or of force and elongation.
+
+    `area` [m^2] and `gauge_length` [m] make stress and strain of force and elongation; where they
+    are not given the file's head may say them. Raises FileError where neither pair of columns is
+    there, or where a strain without unit could be percent.
+    """
+    wants = [w for w in WANTS if columns is None or re.search(rf"\b{w.role}\b", columns)]
+    log = read_log(path, wants or WANTS, columns, decimal)
+    notes: list[str] = []
+    if "strain" in log and "stress" in log:
+        strain, stress = log["strain"], log["stress"]
+        _know_strain(log)
+        if area is not None:
+            notes.append(f"{log.name}: it holds stress, so the area given is not used")
+    elif "true_strain" in log and "true_stress" in log:
+        strain = np.expm1(log["true_strain"])
+        stress = log["true_stress"] / (1 + strain)
+        _know_strain(log)
+        notes.append(f"{log.name}: engineering values from true ones, volume taken as constant")
+    elif "force" in log and ("elongation" in log or "strain" in log):
+        section = area or _from_head(log, r"cross.?section|\barea\b|querschnitt", "m^2")
+        if section is None:
+            raise FileError(log.path, "holds forces; give the specimen's cross-section (--area)")
+        stress = log["force"] / section
+        if "strain" in log:
+            strain = log["strain"]
+            _know_strain(log)
+        else:
+            length = gauge_length or _from_head(
+                log, r"gau?ge length|specimen length|\blength\b", "m"
+            )
+            if length is None:
+                raise FileError(
+                    log.path, "holds elongations; give the specimen's length (--gauge-length)"
+                )
+            strain = log["elongation"] / length
+    else:
+        raise FileError(
+            log.path,
+            "holds neither stress and strain nor force and elongation in units that are known; "
+            f"say what its columns are, as in --columns strain:%,stress:MPa ({SKIP}: not used)",
+        )
+    if "time" in log and (np.diff(log["time"]) <= 0).any():
+        notes.append(f"{log.name}: its time does not rise throughout; it is not used")
+    start, end, said = first_loading(strain, stress)
+    rising = np.concatenate([[True], strain[start + 1 : end] > np.maximum.accumulate(
+        strain[start:end])[:-1]])  # fmt: skip
+    kept = np.flatnonzero(rising) + start
+    if len(kept) < 20 or stress[kept].max() <= 0:
+        why = f"its first loading has {len(kept)} samples, 20 are needed"
+        if len(kept) >= 20:
+            why = "its stress is nowhere above zero: is tension counted negative?"
+        raise FileError(log.path, why)
+    return Specimen(
+        path=log.path,
+        strain=strain[kept],
+        stress=stress[kept],
+        head=log.head,
+        understood=(*log.understood, *said),
+        warnings=tuple(notes),
+    )
+
+
+def _know_strain(log: Log) -> None:
+    """A strain without unit is a number, not percent, only where the file itself shows it.
+
+    Either true strain stands beside it and is ln(1 + strain), or the user says so.
+    """
+    role = "strain" if "strain" in log else "true_strain"
+    said = log.said[role]
+    if said.unit:
+        return
+    if "strain" in log and "true_strain" in log:
+        off = np.abs(np.log1p(np.maximum(log["strain"], -0.99)) - log["true_strain"])
+        if float(off.max()) <= 1e-3 * max(float(log["true_strain"].max()), 1e-3):
+            return
+    raise FileError(
+        log.path,
+        f"column '{said.name[:40]}' does not say whether it is a number or percent; write "
+        f"--columns '{role}:1={said.name[:40]},...' or {role}:%, and the stress likewise",
+    )
+
+
+def _from_head(log: Log, words: str, si: str) -> float | None:
+    """A quantity the lines above the table state, such as 'Specimen Length (mm);33'."""
+    for key, rest in log.head.items():
+        match = re.fullmatch(r"(.*?)\s*[(\[](.+)[)\]]", key)
+        if match and re.search(words, match[1]) and (unit := scale(match[2], si)):
+            try:
+                return float(rest[0].replace(",", ".")) * unit[0]
+            except ValueError:
+                continue
+    return None
+
+
+def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
+    """(first, end, what was left out): up to the first turn of strain, or to the break.
+
+    A turn: strain falls by more than 2 % of the range below what it had reached. A break: stress
+    falls to less than half of its peak within the loading and does not come back.
+    """
+    reach = np.maximum.accumulate(strain)
+    span = float(strain.max() - strain[0])
+    back = np.flatnonzero(reach - strain > 0.02 * span)
+    end, said = len(strain), []
+    if back.size:
+        end = int(np.argmax(strain[: back[0]])) + 1
+        said.append(
+            f"only the first loading is used, to {strain[end - 1]:.3g} of strain; "
+            f"{len(strain) - end} later samples are cycles or unloading"
+        )
+    top = int(np.argmax(stress[:end]))
+    low = np.flatnonzero(stress[top:end] < 0.5 * stress[top])
+    if low.size and stress[top] > 0 and (stress[top + low[0] : end] < 0.5 * stress[top]).all():
+        end = top + 1
+        said.append(f"it breaks at {strain[top]:.3g} of strain; later samples are not used")
+    return 0, end, said
+
+
+def moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) -> Moduli:
+    """Moduli of a first loading; raises FitError for an empty window."""
+    low, high = window
+    if not 0 <= low < high:
+        raise FitError(f"initial modulus: the window from {low:.3g} to {high:.3g} is empty")
+    x, y = specimen.strain, specimen.stress
+    warnings = []
+    inside = (x >= low) & (x <= high)
+    slope = slope_se = None
+    if inside.sum() >= 4:
+        (line, base), cov = np.polyfit(x[inside], y[inside], 1, cov=True)
+        slope, slope_se = float(line), float(np.sqrt(cov[0, 0]))
+        if base < -0.02 * slope:
+            warnings.append(
+                f"{specimen.name}: the line from {low:.0%} to {high:.0%} meets zero stress "
+                f"at {-base / slope:.1%} of strain: slack, or a load cell that was not zeroed"
+            )
+    else:
+        warnings.append(
+            f"{specimen.name}: {int(inside.sum())} samples lie between {low:.0%} and {high:.0%} of "
+            "strain, 4 are needed for the initial modulus"
+        )
+    at_100, se_100 = _stress_at(x, y, 1.0)
+    if at_100 is None:
+        warnings.append(f"{specimen.name}: ends at {x[-1]:.0%} of strain, before 100 %")
+    if y[0] < 0:
+        warnings.append(
+            f"{specimen.name}: its stress begins at {show(float(y[0]), 'Pa')}, below zero; no "
+            "offset is taken off"
+        )
+    return Moduli(
+        initial=slope,
+        initial_se=slope_se,
+        window=window,
+        modulus_100=at_100,
+        modulus_100_se=se_100,
+        modulus_300=_stress_at(x, y, 3.0)[0],
+        strength=float(y.max()),
+        strain_at_end=float(x[-1]),
+        warnings=tuple(warnings),
+    )
+
+
+def _stress_at(x: Array, y: Array, strain: float) -> tuple[float | None, float | None]:
+    """Stress at a strain and its standard error: a parabola over ±10 % of that strain."""
+    if not x[0] <= strain <= x[-1]:
+        return None, None
+    near = np.abs(x - strain) <= 0.1 * strain
+    if near.sum() < 6:
+        return float(np.interp(strain, x, y)), None
+    fitted, cov = np.polyfit(x[near] - strain, y[near], 2, cov=True)
+    return float(fitted[-1]), float(np.sqrt(cov[-1, -1]))
+
+
+def material_of(specimen: Specimen, names: Mapping[str, str]) -> tuple[str, str] | None:
+    """(catalogue key, by what) of the silicone a file names; None where nothing decides.
+
+    `names` maps the catalogue's keys to the makers' names. Looked at: links and words of the
+    file's head, then the file's name. The longest name that fits counts, and fits once only.
+    """
+    head = [text for rest in specimen.head.values() for text in rest]
+    places = [("the file's head", t) for t in head] + [("the file's name", specimen.name)]
+    for place, text in places:
+        squeezed = re.sub(r"[^a-z0-9]+", "", plain(re.sub(r"\.csv$", "", text)))
+        fits = []
+        for key, name in names.items():
+            for form in (key, name):
+                short = re.sub(r"[^a-z0-9]+", "", plain(form))
+                if re.search(rf"{short}(?!\d)", squeezed):
+                    fits.append((len(short), key))
+        if fits:
+            return max(fits)[1], place
+    return None

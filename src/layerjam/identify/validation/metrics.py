@@ -1,0 +1,321 @@
+"""How far a model's curves lie from measured ones, and how much of that the repeats explain.
+
+The window: the loading branch from the peak to the end, 200 points equally spaced in elongation,
+those with a measured force of at least 5 % of the peak (a relative error means nothing near zero
+force). A pull without a peak is taken from where it has bent off its straight rise, or whole where
+it has none (low or no vacuum), and says so. Both curves start where the straight line before onset
+meets zero force.
+
+Over the points of the window, y measured and m the model's force:
+
+    MAPE  mean of |m - y| / y
+    RMSE  root of the mean of (m - y)^2
+    bias  mean of m - y; positive where the model is too strong
+    R^2   1 - sum (m - y)^2 / sum (y - mean y)^2; negative where a constant would do better
+
+Of one curve the mean of y is that curve's; of a condition (pulls at one vacuum and speed) or of
+all it is that of all its points, so that the R^2 of all also rewards telling the vacuums apart.
+
+The mean squared error of a condition with R >= 2 repeats is split. With e_r(u) the residual of
+repeat r at one elongation, their mean e(u) and sample variance s^2(u) = sum (e_r - e)^2 / (R - 1),
+
+    mean square of e_r  =  (e^2 - s^2/R)  +  s^2
+
+exactly. The second part is what any model would be left with, the scatter between repeats; the
+first is the model's own error. Both are unbiased for any R: the mean of few repeats still scatters
+by s^2/R, which is no fault of the model. The first can therefore come out below zero, where the
+model's error cannot be told from none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.errors import FileError, FitError
+from layerjam.identify.curves import Curve, conditions
+from layerjam.identify.pull.features import PullFeatures
+from layerjam.mechanics.pull import force_at_elongation
+
+POINTS = 200
+FLOOR = 0.05
+WINDOW = (
+    "loading branch from the peak to the end, 200 points equally spaced in elongation, where the "
+    "force is at least 5 % of the peak"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurveError:
+    """One measured pull against the model; arrays have shape (M,), M <= 200."""
+
+    mape: float
+    """Mean of |measured - model| / measured [-]."""
+    rmse: float
+    """[N]"""
+    bias: float
+    """Mean of model - measured [N]."""
+    r_squared: float | None
+    """None where the measured force never changes."""
+    elongation: np.ndarray
+    measured: np.ndarray
+    model: np.ndarray
+    vacuum: float
+    path: str
+    note: str
+    pull: PullFeatures
+    speed: float | None = None
+    repeat: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Split:
+    """A mean squared error [N^2] in two: the model's own part and the scatter between repeats.
+
+    `mse` = `model` + `scatter`; `model` may be below zero. Means over `points` elongations, from
+    `window[0]` to `window[1]` [m], that all repeats of a condition share.
+    """
+
+    mse: float
+    model: float
+    scatter: float
+    repeats: int
+    points: int
+    window: tuple[float, float]
+
+    @property
+    def share(self) -> float | None:
+        """The scatter's part of the mean squared error [-]; above 1 where `model` is below 0."""
+        return self.scatter / self.mse if self.mse > 0 else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConditionError:
+    """The pulls at one vacuum [Pa] and speed [m/s]; `speed` is None where nothing tells it."""
+
+    vacuum: float
+    speed: float | None
+    mape: float
+    mape_sd: float | None
+    rmse: float
+    bias: float
+    r_squared: float | None
+    split: Split | None
+    curves: tuple[CurveError, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validation:
+    """Errors over pulls.
+
+    `mape` [-] is the mean over files, `mape_sd` its SD between files; `mape_conditions` and its SD
+    are over conditions, as the paper counts (section III-C). RMSE and bias [N] and R^2 are over all
+    points. `split` is the mean of the conditions' splits, None without any repeat.
+    """
+
+    mape: float
+    mape_sd: float | None
+    mape_conditions: float
+    mape_conditions_sd: float | None
+    rmse: float
+    bias: float
+    r_squared: float | None
+    split: Split | None
+    conditions: tuple[ConditionError, ...]
+    curves: tuple[CurveError, ...]
+
+
+def uncalibrated(brake: Brake) -> Brake:
+    """The brake before calibration: scale factor 1, stiffness of the stuck sheets (eq. 1).
+
+    A fitted dependence on pressure goes too; friction and sleeve stay as the file has them.
+    """
+    return replace(
+        brake, scale_factor=1.0, stiffness_measured=None, pressure_exponent=None, test_pressure=None
+    )
+
+
+def _sampled(pull: PullFeatures, points: np.ndarray) -> np.ndarray:
+    order = np.argsort(pull.elongation, kind="stable")
+    return np.interp(points, pull.elongation[order], pull.force[order])
+
+
+def _modelled(pull: PullFeatures, points: np.ndarray, vacuum: float, brake: Brake) -> np.ndarray:
+    model = np.asarray(force_at_elongation(points, vacuum, brake))
+    if not np.isfinite(model).all():
+        raise FitError(f"{pull.path}: the model has no answer there; the brake would snap")
+    return model
+
+
+def _window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
+    """Where the window starts and ends [m], and what is unusual about it."""
+    note = ""
+    if pull.has_peak:
+        start = pull.peak_elongation
+    elif not pull.straight or vacuum == 0:
+        start = 0.0
+        note = "no peak and no straight rise: the window is the whole record"
+    else:
+        line = pull.stiffness * pull.elongation
+        bent = np.flatnonzero(pull.force < 0.9 * line)
+        bent = bent[pull.force[bent] > FLOOR * pull.peak_force]
+        start = float(pull.elongation[bent[0]]) if len(bent) else np.inf
+        note = "no peak: the window starts where the force bends off its straight rise"
+    end = float(pull.elongation[-1])
+    if not end - start > 1e-6:
+        raise FileError(pull.path, "ends at its peak: nothing of the sliding brake to compare")
+    return start, end, note
+
+
+def _r_squared(measured: np.ndarray, model: np.ndarray) -> float | None:
+    mean = float(measured.mean())
+    if not np.ptp(measured) > 1e-12 * abs(mean):  # a mean of like values is off by a rounding
+        return None
+    return 1 - float(((model - measured) ** 2).sum() / ((measured - mean) ** 2).sum())
+
+
+def compare(
+    pull: PullFeatures,
+    vacuum: float,
+    brake: Brake,
+    *,
+    speed: float | None = None,
+    repeat: int | None = None,
+) -> CurveError:
+    """MAPE, RMSE, bias and R^2 of the model at `vacuum` [Pa] against one pull, over the window.
+
+    `speed` [m/s] and `repeat` are kept for grouping. Raises FileError where the record ends at its
+    peak, FitError where the brake would snap.
+    """
+    start, end, note = _window(pull, vacuum)
+    points = np.linspace(start, end, POINTS)
+    measured = _sampled(pull, points)
+    model = _modelled(pull, points, vacuum, brake)
+    kept = measured >= FLOOR * pull.peak_force
+    points, measured, model = points[kept], measured[kept], model[kept]
+    error = model - measured
+    return CurveError(
+        mape=float(np.mean(np.abs(error) / measured)),
+        rmse=float(np.sqrt(np.mean(error**2))),
+        bias=float(error.mean()),
+        r_squared=_r_squared(measured, model),
+        elongation=points,
+        measured=measured,
+        model=model,
+        vacuum=vacuum,
+        path=pull.path,
+        note=note,
+        pull=pull,
+        speed=speed,
+        repeat=repeat,
+    )
+
+
+def split_error(residuals: np.ndarray) -> tuple[float, float, float]:
+    """(mean square, the model's part, the scatter's part) of residuals, shape (R, M), R >= 2.
+
+    Rows are repeats, columns elongations; the three come in the residuals' unit squared.
+    """
+    repeats = len(residuals)
+    if repeats < 2:
+        raise FitError(f"repeats: {repeats} is not allowed; scatter needs at least 2")
+    scatter = residuals.var(axis=0, ddof=1)
+    model = residuals.mean(axis=0) ** 2 - scatter / repeats
+    return float((residuals**2).mean()), float(model.mean()), float(scatter.mean())
+
+
+def _split(curves: Sequence[CurveError], brake: Brake) -> Split | None:
+    """The split of one condition over the elongations all its windows share; None without any."""
+    if len(curves) < 2:
+        return None
+    start = max(float(c.elongation[0]) for c in curves)
+    end = min(float(c.elongation[-1]) for c in curves)
+    if not end - start > 1e-6:
+        return None
+    points = np.linspace(start, end, POINTS)
+    residuals = np.stack(
+        [_modelled(c.pull, points, c.vacuum, brake) - _sampled(c.pull, points) for c in curves]
+    )
+    mse, model, scatter = split_error(residuals)
+    return Split(
+        mse=mse, model=model, scatter=scatter, repeats=len(curves), points=POINTS,
+        window=(start, end),
+    )  # fmt: skip
+
+
+def _pooled(curves: Sequence[CurveError]) -> tuple[float, float, float | None]:
+    """RMSE [N], bias [N] and R^2 over all points of the curves."""
+    measured = np.concatenate([c.measured for c in curves])
+    model = np.concatenate([c.model for c in curves])
+    error = model - measured
+    return float(np.sqrt((error**2).mean())), float(error.mean()), _r_squared(measured, model)
+
+
+def _mean_sd(values: Sequence[float]) -> tuple[float, float | None]:
+    return float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else None
+
+
+def _condition(curves: Sequence[CurveError], brake: Brake) -> ConditionError:
+    mape, mape_sd = _mean_sd([c.mape for c in curves])
+    rmse, bias, r_squared = _pooled(curves)
+    speeds = [c.speed for c in curves if c.speed is not None]
+    return ConditionError(
+        vacuum=float(np.mean([c.vacuum for c in curves])),
+        speed=float(np.mean(speeds)) if speeds else None,
+        mape=mape, mape_sd=mape_sd, rmse=rmse, bias=bias, r_squared=r_squared,
+        split=_split(curves, brake), curves=tuple(curves),
+    )  # fmt: skip
+
+
+def assemble(found: Sequence[ConditionError], curves: Sequence[CurveError]) -> Validation:
+    """The errors in all; every file counts the same, in the split every condition."""
+    mape, mape_sd = _mean_sd([c.mape for c in curves])
+    over, over_sd = _mean_sd([c.mape for c in found])
+    rmse, bias, r_squared = _pooled(curves)
+    splits = [c.split for c in found if c.split is not None]
+    split = None
+    if splits:
+        split = Split(
+            mse=float(np.mean([s.mse for s in splits])),
+            model=float(np.mean([s.model for s in splits])),
+            scatter=float(np.mean([s.scatter for s in splits])),
+            repeats=sum(s.repeats for s in splits),
+            points=sum(s.points for s in splits),
+            window=(min(s.window[0] for s in splits), max(s.window[1] for s in splits)),
+        )
+    return Validation(
+        mape=mape, mape_sd=mape_sd, mape_conditions=over, mape_conditions_sd=over_sd, rmse=rmse,
+        bias=bias, r_squared=r_squared, split=split, conditions=tuple(found),
+        curves=tuple(curves),
+    )  # fmt: skip
+
+
+def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
+    """Compare a brake with pulls whose vacuum, speed and repeat are known.
+
+    Raises FitError without any pull or where the brake would snap, FileError for a pull that ends
+    at its peak.
+    """
+    if not curves:
+        raise FitError("validate: no pull was given")
+    errors = [compare(c.pull, c.vacuum, brake, speed=c.speed, repeat=c.repeat) for c in curves]
+    found = [_condition([errors[i] for i in group], brake) for group in conditions(curves)]
+    found.sort(key=lambda c: (c.speed or 0.0, -c.vacuum))
+    return assemble(found, errors)
+
+
+def validate_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Validation:
+    """`validate_curves` for pulls given with their vacuum [Pa] alone."""
+    return validate_curves(
+        [
+            Curve(
+                elongation=pull.elongation, force=pull.force, vacuum=vacuum, speed=None,
+                repeat=None, path=pull.path, pull=pull,
+            )
+            for pull, vacuum in pulls
+        ],
+        brake,
+    )  # fmt: skip
