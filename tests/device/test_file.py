@@ -8,9 +8,10 @@ import time
 import pytest
 from hypothesis import given
 
-from layerjam.device.file import line_of, parse_toml, read_brake, render, updated_text
+from layerjam.device.file import read_brake, render, updated_text
 from layerjam.device.load import catalogue, load, materials, write_whole
 from layerjam.device.source import Source
+from layerjam.device.toml import line_of, parse_toml
 from layerjam.errors import FileError, LayerjamError
 from layerjam.units import get
 from strategies import change, one, random_brakes, seeds

@@ -9,7 +9,8 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
-from layerjam.device.file import BrakeFile, read_brake, read_text
+from layerjam.device.file import BrakeFile, read_brake
+from layerjam.device.toml import read_text
 from layerjam.errors import FileError, UnknownNameError
 
 

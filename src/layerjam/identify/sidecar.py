@@ -6,8 +6,8 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from layerjam.device.file import line_of, parse_toml, read_text
 from layerjam.device.load import write_whole
+from layerjam.device.toml import line_of, parse_toml, read_text
 from layerjam.errors import FileError, LayerjamError, UnknownNameError
 from layerjam.units import exact_text, quantity
 

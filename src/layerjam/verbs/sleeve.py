@@ -8,9 +8,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from layerjam.device.file import BrakeFile, parse_toml, updated_text
+from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.load import materials
 from layerjam.device.source import Source
+from layerjam.device.toml import parse_toml
 from layerjam.errors import FileError, FitError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.identify.provenance import sha256
 from layerjam.identify.rubber import hyperelastic

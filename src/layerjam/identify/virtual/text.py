@@ -8,7 +8,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from layerjam.device.file import BrakeFile, line_of, parse_toml, read_text
+from layerjam.device.file import BrakeFile
+from layerjam.device.toml import line_of, parse_toml, read_text
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.identify.virtual.spec import TABLES, Spec, checked, places, value_checked
 from layerjam.units import exact_text, parse
