@@ -20,9 +20,9 @@ import typer
 
 from layerjam.cli.main import app
 from layerjam.device.brake import Brake
-from layerjam.device.file import parse_toml
 from layerjam.device.load import catalogue, load, materials
 from layerjam.device.source import KINDS
+from layerjam.device.toml import parse_toml
 from layerjam.identify.sidecar import Facts
 from layerjam.simulate.judder import JudderRecord
 from layerjam.simulate.record import DropRecord, TensileRecord
@@ -213,7 +213,7 @@ def _for(name: str) -> Callable[[], str]:
 
 
 COMMANDS = (
-    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "judder", "lab", "pull",
+    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "judder", "rise", "lab", "pull",
     "friction", "calibrate", "validate", "report", "sleeve", "leak", "pump-down", "crash",
     "reproduce",
 )  # fmt: skip

@@ -58,6 +58,7 @@ _PUBLIC = {
     "layerjam.verbs.impact": "drop",
     "layerjam.verbs.sensor": "heating observed reading",
     "layerjam.verbs.tuning": "tune",
+    "layerjam.verbs.vacuum_line": "rise",
     "layerjam.verbs.calibration": "calibrate",
     "layerjam.verbs.friction": "friction",
     "layerjam.verbs.validation": "validate",

@@ -40,6 +40,10 @@ _FRIENDLY: dict[str, tuple[str, ...]] = {
     "N s/m": ("N s/m",),
     "m/s^2": ("m/s^2",),
     "V": ("V", "mV"),
+    "m^3": ("mL", "L", "m^3"),
+    "m^3/s": ("mL/s", "L/s", "µL/s"),
+    "m^3/Pa": ("mL/kPa", "µL/kPa"),
+    "m^3/(s Pa)": ("L/(s bar)", "mL/(s bar)"),
 }
 _HINTS = {
     "m": ("mm", "cm"),
@@ -90,7 +94,7 @@ def unit_factor(unit: str, si: str) -> Fraction | None:
 
 
 def _pint_name(si: str) -> str:
-    return si.replace("(kg K)", "(kg*K)").replace("N s/m", "N*s/m")
+    return si.replace("(kg K)", "(kg*K)").replace("N s/m", "N*s/m").replace("(s Pa)", "(s*Pa)")
 
 
 def examples(si: str, number: str = "") -> str:

@@ -138,6 +138,7 @@ def console(text: str) -> Iterator[tuple[str, str]]:
 def write_file(block: Block) -> None:
     """A titled block as a file, read back as what it claims to be."""
     from layerjam.device.load import load
+    from layerjam.fluid.file import load_line
     from layerjam.identify.readers.read import read_trace
     from layerjam.identify.sidecar import read_facts
 
@@ -148,6 +149,8 @@ def write_file(block: Block) -> None:
         read_trace(path)
     elif path.suffixes[-2:] in ([".csv", ".toml"], [".TRA", ".toml"]):
         read_facts(path.with_suffix(""))
+    elif "[pump]" in block.text:
+        load_line(path)
     else:
         load(path)
 

@@ -23,6 +23,7 @@ from layerjam.cli import (
     predict,
     pull,
     report,
+    vacuum_line,
     validation,
 )
 from layerjam.errors import LayerjamError
@@ -45,6 +46,7 @@ for group in (
     validation,
     report,
     measurements,
+    vacuum_line,
     paper,
 ):
     group.register(app)

@@ -21,6 +21,7 @@ from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.trace import Trace
 from layerjam.identify.validation.metrics import Validation
 from layerjam.report import (
+    fluid_figures,
     impact_figures,
     paper_figures,
     paper_impact,
@@ -206,6 +207,12 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
                     "over pulling speed and vacuum (blank: it slides steadily; the line is the "
                     "closed form, which holds while the spring stays taut), and the critical speed "
                     "over the stiffness of brake and mount.",
+                ),
+                Picture(
+                    name="fig5", figure=fluid_figures.fig5,
+                    caption="Fig. 5 from the model of the line. Left: the paper prints no volume "
+                    "and no compliance, so that both times are met by construction; the shapes are "
+                    "the model's. Right: rise times of other lines.",
                 ),
                 Picture(
                     name="fig6", figure=speed_figures.fig6,

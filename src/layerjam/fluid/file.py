@@ -1,0 +1,96 @@
+"""A vacuum line's TOML file, from the catalogue or the user's own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from layerjam.device.source import Source
+from layerjam.device.toml import Reader, line_of, parse_toml, read_text
+from layerjam.errors import FileError, LayerjamError, UnknownNameError
+from layerjam.fluid.line import Line, validate
+from layerjam.units import Meaning, build, quantities
+
+_FIELDS: dict[str, tuple[Meaning, bool]] = {p: (m, r) for p, m, r in quantities(Line)}
+_DUE = ("chamber.volume", "pump.flow")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LineFile:
+    """A line with its name, and where each of its numbers comes from."""
+
+    name: str
+    line: Line
+    sources: Mapping[str, Source] = field(repr=False)
+    text: str = field(repr=False)
+    title: str = ""
+
+    def warnings(self) -> list[str]:
+        """What every result made with this line has to say about its numbers."""
+        out = []
+        for kind, word in (("inferred", "inferred"), ("assumed", "assumed values")):
+            paths = [p for p, s in self.sources.items() if s.kind == kind]
+            if paths:
+                out.append(f"{', '.join(paths)} of {self.name}: {word}, not measured")
+        return out
+
+
+@cache
+def _texts() -> dict[str, str]:
+    place = files("layerjam.fluid") / "catalogue" / "lines"
+    return {
+        f.name.removesuffix(".toml"): f.read_text(encoding="utf-8")
+        for f in sorted(place.iterdir(), key=lambda f: f.name)
+        if f.name.endswith(".toml")
+    }
+
+
+def lines() -> list[str]:
+    """Names of the lines in the catalogue."""
+    return list(_texts())
+
+
+def load_line(line: str | Path) -> LineFile:
+    """A line by catalogue name, or from the path of its TOML file.
+
+    Raises UnknownNameError (with the nearest names) or FileError.
+    """
+    name, texts = str(line), _texts()
+    if name in texts:
+        return read_line(texts[name], name)
+    looks_like_path = name.endswith(".toml") or os.sep in name
+    if not looks_like_path and not Path(name[:200]).is_file():
+        raise UnknownNameError("line", name, texts)
+    return read_line(read_text(Path(name)), name)
+
+
+def read_line(text: str, path: object) -> LineFile:
+    """A LineFile from TOML text; FileError with file and line for what it cannot be."""
+    tables: dict[str, Any] = parse_toml(text, path)
+    reader = Reader(text, path, _FIELDS)
+    reader.take(tables)
+    due = [p for p in _DUE if p not in reader.values]
+    for table in {p.split(".")[0] for p in reader.values if "." in p}:
+        due += [
+            p for p, (_, r) in _FIELDS.items()
+            if r and p.startswith(f"{table}.") and p not in reader.values and p not in due
+        ]  # fmt: skip
+    if due:
+        what = ", ".join(f"{p} ({_FIELDS[p][0].text})" for p in due[:4])
+        raise FileError(path, f"{what} {'is' if len(due) == 1 else 'are'} missing")
+    try:
+        line = build(Line, reader.values)
+        validate(line)
+    except LayerjamError as err:
+        raise FileError(path, str(err), line_of(text, str(err).split(":")[0])) from None
+    name = tables.get("name")
+    if not isinstance(name, str) or not name.strip():
+        raise FileError(path, "name is missing", line_of(text, "name"))
+    return LineFile(
+        name=name, line=line, sources=reader.sources, text=text, title=str(tables.get("title", ""))
+    )

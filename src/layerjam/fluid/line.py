@@ -1,0 +1,142 @@
+"""A vacuum line: chamber, tube, pumps, vent valve, reservoir, leak, sensor (mechanics, section 5).
+
+Flows are volumes per time at the pressure where they are taken in; a throughput q is pressure times
+volume per time [Pa m^3/s], which counts gas at one temperature.
+"""
+
+from __future__ import annotations
+
+from layerjam.device.mount import Site
+from layerjam.errors import QuantityError
+from layerjam.units import check, nested, quantity, record, show
+
+
+@record
+class Chamber:
+    """What the pump empties: V = V0 + A_s slip - C_w vacuum for air, C vacuum for water."""
+
+    volume: float = quantity(
+        "m^3", "gas in brake and fittings at no vacuum and no slip", lo=1e-9, hi=1, symbol="V_0"
+    )
+    volume_per_slip: float = quantity(
+        "m^2", "gas volume gained per slip as the sleeve is stretched", hi=1, symbol="A_s",
+        default=0.0,
+    )  # fmt: skip
+    shrink: float = quantity(
+        "m^3/Pa", "gas volume lost per vacuum as the sleeve is drawn in", hi=1e-6, symbol="C_w",
+        default=0.0,
+    )  # fmt: skip
+    compliance: float | None = quantity(
+        "m^3/Pa", "volume taken out per vacuum when filled with water", lo=1e-15, hi=1e-6,
+        symbol="C", default=None,
+    )  # fmt: skip
+
+
+@record
+class Tube:
+    """The tube between pump and brake; its gas counts with the pump's side."""
+
+    length: float = quantity("m", "length of the tube", hi=100, open_lo=True)
+    bore: float = quantity("m", "inner diameter of the tube", lo=1e-4, hi=0.1)
+
+
+@record
+class Pump:
+    """One of `count` equal pumps in parallel: q = flow (p - ultimate), all of them together."""
+
+    flow: float = quantity(
+        "m^3/s", "flow of one pump at its inlet, without vacuum", lo=1e-12, hi=1, symbol="Q"
+    )
+    count: int = quantity("1", "pumps in parallel", lo=1, hi=100, whole=True, default=1)
+    ultimate: float = quantity(
+        "Pa", "lowest absolute pressure the pump reaches", hi=1.2e5, symbol="p_u", default=0.0
+    )
+    backwards: float = quantity(
+        "m^3/s", "flow of one pump run backwards, at atmosphere; 0 where it cannot", hi=1,
+        default=0.0,
+    )  # fmt: skip
+    power: float | None = quantity("W", "electric power of one pump", hi=1e5, default=None)
+
+
+@record
+class Valve:
+    """A valve that lets the atmosphere in, after ISO 6358."""
+
+    conductance: float = quantity(
+        "m^3/(s Pa)", "sonic conductance, volume per time and pressure upstream", lo=1e-15, hi=1e-3,
+        symbol="C",
+    )  # fmt: skip
+    critical_ratio: float = quantity(
+        "1", "pressure ratio below which the flow is choked", hi=0.999, symbol="b", default=0.528
+    )
+    delay: float = quantity("s", "from the command to open", hi=10, default=0.0)
+
+
+@record
+class Leak:
+    """What comes in unasked; either or both."""
+
+    laminar: float = quantity(
+        "m^3/s", "laminar conductance G: q = G (p_atm^2 - p^2) / 2 p_atm", hi=1e-2, symbol="G",
+        default=0.0,
+    )  # fmt: skip
+    orifice: float = quantity(
+        "m^3/s", "orifice: q = G p_atm while choked, volume of air of the atmosphere per time",
+        hi=1e-2, default=0.0,
+    )  # fmt: skip
+
+
+@record
+class Reservoir:
+    """A vessel pumped out beforehand; its valve joins it to the chamber."""
+
+    volume: float = quantity("m^3", "volume of the reservoir", lo=1e-7, hi=10)
+    conductance: float = quantity(
+        "m^3/(s Pa)", "sonic conductance of its valve and tube", lo=1e-15, hi=1e-3
+    )
+    delay: float = quantity("s", "from the command to open", hi=10, default=0.0)
+
+
+@record
+class Sensor:
+    """A pressure sensor, as vacuum below the atmosphere."""
+
+    range: float = quantity("Pa", "greatest vacuum it shows", lo=1, hi=1e7)
+    lag: float = quantity("s", "time constant of its first-order lag", hi=100, default=0.0)
+    noise: float = quantity("Pa", "standard deviation of a reading", hi=1e6, default=0.0)
+    resolution: float = quantity("Pa", "step between readings", hi=1e6, default=0.0)
+    offset: float = quantity("Pa", "what it shows too much", lo=-1e6, hi=1e6, default=0.0)
+
+
+@record
+class Line:
+    """All of it. Without valve it is vented by the pump run backwards, if that can."""
+
+    chamber: Chamber = nested(Chamber)
+    pump: Pump = nested(Pump)
+    tube: Tube | None = nested(Tube, default=None)
+    valve: Valve | None = nested(Valve, default=None)
+    leak: Leak = nested(Leak, default=Leak())
+    reservoir: Reservoir | None = nested(Reservoir, default=None)
+    sensor: Sensor | None = nested(Sensor, default=None)
+    polytropic: float = quantity(
+        "1", "exponent of the gas: 1 isothermal, 1.4 without exchange of heat", lo=1, hi=1.4,
+        symbol="n", default=1.0,
+    )  # fmt: skip
+    site: Site = nested(Site, default=Site())
+
+
+def validate(line: Line) -> None:
+    """Raise QuantityError for values that are out of bounds or contradict each other."""
+    check(line)
+    atmosphere, chamber = line.site.atmosphere, line.chamber
+    if line.pump.ultimate >= atmosphere:
+        raise QuantityError(
+            f"pump.ultimate: {show(line.pump.ultimate, 'Pa')} is no vacuum at an atmosphere of "
+            f"{show(atmosphere, 'Pa')}"
+        )
+    if chamber.volume - chamber.shrink * atmosphere <= 0:
+        raise QuantityError(
+            f"chamber.shrink: {show(chamber.shrink * atmosphere, 'm^3')} would go at a full "
+            f"vacuum; the chamber has {show(chamber.volume, 'm^3')}"
+        )

@@ -1,0 +1,183 @@
+"""A line in time: chamber, pump's side of the tube, reservoir, with the gas accounted for.
+
+Nodes are the chamber, the pump's side (tube and what sits there) and the reservoir; their gas is
+kept as N = p V [Pa m^3] at one temperature. Flows only move N from node to node or in and out, so
+that what is in the line and what passed its borders add up at every step. With an exponent n above
+1 pressures follow V p' = n (q - p V'), and N is counted beside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.errors import QuantityError
+from layerjam.fluid.flow import leaking, through_tube, through_valve
+from layerjam.fluid.line import Line
+
+Array = npt.NDArray[np.float64]
+CHAMBER, SIDE, RESERVOIR = range(3)
+PUMPED, LEAKED, VENTED = 6, 7, 8
+"""Places in the state after three pressures and three N: gas passed out and in so far [Pa m^3]."""
+SIZE = 9
+
+
+class Drive(NamedTuple):
+    """What is switched and moved: held over one step, or functions of time in `respond`."""
+
+    pump: float = 1.0
+    """Part of the pump's full flow, below zero backwards."""
+    vent: float = 0.0
+    """1 open."""
+    store: float = 0.0
+    """1: the reservoir's valve is open."""
+    slip: float = 0.0
+    """[m]"""
+    pace: float = 0.0
+    """Rate of the slip [m/s]."""
+
+
+def side_volume(line: Line) -> float:
+    """Gas on the pump's side of the tube [m^3]: that of the tube; 0 without one."""
+    return 0.0 if line.tube is None else float(np.pi / 4) * line.tube.bore**2 * line.tube.length
+
+
+def at_pressure(
+    line: Line, p: float | None = None, stored: float | None = None, slip: float = 0.0
+) -> Array:
+    """All at one pressure [Pa absolute], the atmosphere unless given; the reservoir at `stored`."""
+    a = line.site.atmosphere
+    p = a if p is None else p
+    store = a if stored is None else stored
+    state = np.zeros(SIZE)
+    chamber = line.chamber
+    volume = chamber.volume + chamber.volume_per_slip * slip - chamber.shrink * (a - p)
+    tank = 0.0 if line.reservoir is None else line.reservoir.volume
+    state[:6] = p, p, store, p * volume, p * side_volume(line), store * tank
+    return state
+
+
+def rates(state: Array, drive: Drive, line: Line) -> Array:
+    """Time derivative of the state."""
+    a, chamber, n = line.site.atmosphere, line.chamber, line.polytropic
+    p, side, stored = (float(v) for v in state[:3])
+    joined = line.tube is None
+    at_pump = p if joined else side
+    volume = chamber.volume + chamber.volume_per_slip * drive.slip - chamber.shrink * (a - p)
+    speed = drive.pump * line.pump.count
+    if speed >= 0:
+        out = speed * line.pump.flow * max(at_pump - line.pump.ultimate, 0.0)
+    else:
+        out = speed * line.pump.backwards * a
+    vent = 0.0
+    if line.valve is not None and drive.vent > 0:
+        vent = drive.vent * through_valve(
+            a, at_pump, line.valve.conductance, line.valve.critical_ratio
+        )
+    leak = leaking(p, a, line.leak.laminar, line.leak.orifice)
+    pull = 0.0
+    if line.reservoir is not None and drive.store > 0:
+        pull = drive.store * through_valve(p, stored, line.reservoir.conductance)
+    along = 0.0
+    if line.tube is not None:
+        along = through_tube(p, side, line.tube.length, line.tube.bore)
+    into = leak - pull + (vent - out if joined else -along)
+    moved = p * chamber.volume_per_slip * drive.pace
+    dp = n * (into - moved) / (volume + n * p * chamber.shrink)
+    made = np.zeros(SIZE)
+    made[CHAMBER], made[3] = dp, into
+    if not joined:
+        made[SIDE], made[4] = n * (along + vent - out) / side_volume(line), along + vent - out
+    else:
+        made[SIDE] = dp
+    if line.reservoir is not None:
+        made[RESERVOIR], made[5] = n * pull / line.reservoir.volume, pull
+    made[PUMPED], made[LEAKED], made[VENTED] = out, leak, vent
+    return made
+
+
+def advance(state: Array, drive: Drive, line: Line, dt: float, steps: int = 1) -> Array:
+    """`steps` classical Runge-Kutta steps over `dt` [s] with the drive held; fourth order."""
+    h = dt / steps
+    for _ in range(steps):
+        half = drive._replace(slip=drive.slip + h / 2 * drive.pace)
+        after = drive._replace(slip=drive.slip + h * drive.pace)
+        k1 = rates(state, drive, line)
+        k2 = rates(state + h / 2 * k1, half, line)
+        k3 = rates(state + h / 2 * k2, half, line)
+        k4 = rates(state + h * k3, after, line)
+        state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        drive = after
+    return state
+
+
+def imbalance(state: Array, start: Array) -> float:
+    """Gas that cannot be accounted for, over all that was there or passed [1]."""
+    held, before = float(state[3:6].sum()), float(start[3:6].sum())
+    passed = state[PUMPED:] - start[PUMPED:]
+    most = max(held, before, float(np.abs(passed).sum()))
+    return abs(held - before + passed[0] - passed[1] - passed[2]) / most
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Response:
+    """A line in time: `time` [s], shape (N,), and `states` (N, 9) as `rates` has them."""
+
+    line: Line
+    time: Array
+    states: Array
+
+    @property
+    def vacuum(self) -> Array:
+        """In the chamber [Pa]."""
+        return self.line.site.atmosphere - self.states[:, CHAMBER]
+
+    @property
+    def imbalance(self) -> float:
+        """Of the gas, from begin to end."""
+        return imbalance(self.states[-1], self.states[0])
+
+    def crossing(self, vacuum: float) -> float | None:
+        """When the vacuum [Pa] passes a value first [s], by cubic interpolation; None if never."""
+        here = self.vacuum - vacuum
+        passes = np.flatnonzero(here[:-1] * here[1:] <= 0)
+        if not len(passes):
+            return None
+        i = int(passes[0])
+        from scipy.interpolate import CubicSpline
+        from scipy.optimize import brentq
+
+        low, high = max(i - 3, 0), min(i + 5, len(here))
+        curve = CubicSpline(self.time[low:high], here[low:high])
+        if here[i] == 0:
+            return float(self.time[i])
+        return float(brentq(curve, self.time[i], self.time[i + 1], xtol=1e-15, rtol=1e-14))
+
+
+def respond(
+    line: Line,
+    duration: float,
+    drive: Drive | Callable[[float], Drive] = Drive(),
+    start: Array | None = None,
+    samples: int = 401,
+) -> Response:
+    """Integrate a line over `duration` [s] by SciPy's LSODA at a relative error of 1e-11.
+
+    `drive` is one for all the time, or a function of time that has no jumps. Raises QuantityError
+    where the integrator gives up.
+    """
+    from scipy.integrate import solve_ivp
+
+    begin = at_pressure(line) if start is None else start
+    at: Callable[[float], Drive] = drive if callable(drive) else lambda _: drive
+    made: Any = solve_ivp(
+        lambda t, y: rates(y, at(t), line), (0.0, duration), begin, method="LSODA",
+        t_eval=np.linspace(0.0, duration, samples), rtol=1e-11, atol=1e-9 * np.maximum(begin, 1e-9),
+    )  # fmt: skip
+    if not made.success:
+        raise QuantityError(f"line: cannot be integrated over {duration} s: {made.message[:100]}")
+    return Response(line=line, time=made.t, states=made.y.T)
