@@ -290,3 +290,8 @@ class TestRealFiles:
         path = REAL / "bluehill_like" / "sample_bluehill.csv"
         trace = read_trace(path, Choices(negative=("force",)))
         assert trace.force.max() == 1500 and trace.elongation[0] == 0.01
+
+
+def test_a_sign_turned_in_vain_is_said(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="once its sign is turned as asked"):
+        read(tmp_path, encoded("bluehill"), negative=("force",))

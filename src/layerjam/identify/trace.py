@@ -116,6 +116,13 @@ def _check_time(trace: Trace, line: Callable[[int], int | None]) -> list[str]:
 def _check_signs(trace: Trace) -> list[str]:
     force, travel = trace.force, trace.travel
     low, high, mean = float(force.min()), float(force.max()), float(force.mean())
+    turned = any("sign of the force was turned" in said for said in trace.understood)
+    if low < 0 and -low > high and mean < 0 and turned:
+        raise FileError(
+            trace.path,
+            f"the force is negative where it is largest ({show(low, 'N')}) once its sign is turned "
+            "as asked; it needs no --negative force",
+        )
     if low < 0 and -low > high and mean < 0:
         raise FileError(
             trace.path,
