@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 NEIGHBOURS := $(VENV)/.bench
 
-.PHONY: demo test slow bench docs lint mutants coverage fuzz lock clean
+.PHONY: demo test slow bench docs lint mutants coverage alarms fuzz lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -36,6 +36,10 @@ mutants: $(STAMP)
 # The share of virtual campaigns whose 95 % intervals hold the truth, into docs/coverage.md.
 coverage: $(STAMP)
 	$(BIN)/python tests/interval_coverage.py --campaigns 1000 --seed 2018 --write
+
+# How often healthy hours end in a false alarm, and faults are missed, into docs/control.md.
+alarms: $(STAMP)
+	$(BIN)/python tests/false_alarms.py --write
 
 fuzz: $(STAMP)
 	LAYERJAM_FUZZ=100000 $(BIN)/python -m pytest -q -n 2 -m slow tests/identify/test_fuzz.py

@@ -59,6 +59,7 @@ _PUBLIC = {
     "layerjam.verbs.sensor": "heating observed reading",
     "layerjam.verbs.tuning": "tune",
     "layerjam.verbs.vacuum_line": "rise",
+    "layerjam.verbs.regulate": "regulate follow",
     "layerjam.verbs.calibration": "calibrate",
     "layerjam.verbs.friction": "friction",
     "layerjam.verbs.validation": "validate",

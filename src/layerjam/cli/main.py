@@ -22,6 +22,7 @@ from layerjam.cli import (
     paper,
     predict,
     pull,
+    regulate,
     report,
     vacuum_line,
     validation,
@@ -47,6 +48,7 @@ for group in (
     report,
     measurements,
     vacuum_line,
+    regulate,
     paper,
 ):
     group.register(app)

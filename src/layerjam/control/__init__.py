@@ -1,0 +1,1 @@
+"""What we command: the control law of the vacuum, its settings, its tuning, and closed loops."""

@@ -1,0 +1,218 @@
+"""Following a force: from wanted force and measured slip to a vacuum, and the brake's answer.
+
+The brake slides on along a given slip (a joint that turns, a rope that runs out), so that its force
+is the law's at the vacuum of the moment. Wanted force and measured slip give the target by the
+inverse law of the brake as the controller knows it (`model`); the true brake may differ, and the
+measured slip is noisy. What cannot be followed is said before it is tried: forces outside what the
+brake gives, and vacuums that change faster than pump and vent can.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.control.closed_loop import ClosedLoop, simulate
+from layerjam.control.plant import Plant
+from layerjam.control.settings import Regulator
+from layerjam.device.brake import Brake
+from layerjam.errors import QuantityError
+from layerjam.mechanics.pull import brake_force, force_limits, vacuum_for_force
+from layerjam.units import show
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+LEAST = 1.0
+"""Vacuum [Pa] asked for where a force wants none: a target of zero opens the vent for good."""
+MARGIN = 0.98
+"""Share of what the pump reaches that is asked for at most."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Following:
+    """One run at the regulator's samples; arrays of shape (N,), SI units."""
+
+    loop: ClosedLoop
+    wanted: Array
+    force: Array
+    slip: Array
+    possible: Mask
+    """Whether the brake can give the force at this slip, and pump or vent change as fast."""
+    reasons: tuple[str, ...]
+    """Why not, where it is not."""
+
+    @property
+    def time(self) -> Array:
+        """Of the samples [s]."""
+        return self.loop.time
+
+    @property
+    def error(self) -> Array:
+        """Force less what was wanted [N]."""
+        return self.force - self.wanted
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the error [N]."""
+        return float(np.sqrt(np.mean(self.error**2)))
+
+
+def targets_for(
+    wanted: Array, slip: Array, brake: Brake, most: float
+) -> tuple[Array, Mask, list[str]]:
+    """Vacuum [Pa] for each wanted force [N] at a slip [m], whether there is one, and why not.
+
+    Below the sleeve's own force the least vacuum stands, above the greatest force `most` [Pa].
+    """
+    low, high = (np.asarray(f) for f in force_limits(slip, brake))
+    vacuum = np.asarray(vacuum_for_force(wanted, slip, brake))
+    few = wanted < low
+    much = ~few & ~(vacuum <= most)
+    reasons = []
+    if few.any():
+        i = int(np.argmax(few))
+        reasons.append(
+            f"{show(float(wanted[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is less than "
+            f"the sleeve alone pulls, {show(float(low[i]), 'N')}"
+        )
+    if much.any():
+        i = int(np.argmax(much))
+        top = float(brake_force(slip[i], min(most, brake.site.atmosphere), brake))
+        reasons.append(
+            f"{show(float(wanted[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is more than "
+            f"the brake gives at {show(most, 'Pa')}, {show(min(top, float(high[i])), 'N')}"
+        )
+    target = np.where(few, LEAST, np.where(much, most, vacuum))
+    return np.maximum(target, LEAST), ~(few | much), reasons
+
+
+def slew(targets: Array, dt: float, plant: Plant) -> tuple[Mask, list[str]]:
+    """Where pump and vent can change the vacuum as fast as the targets do, and why not."""
+    here = (targets[1:] + targets[:-1]) / 2
+    rate = np.diff(targets) / dt
+    up = plant.rate * (plant.top - plant.weight * here) - plant.leak * here
+    down = (plant.vent + plant.leak) * here
+    fine = np.append((rate <= up) & (-rate <= down), True)
+    reasons = []
+    for fast, limit, what in ((rate > up, up, "pump"), (-rate > down, down, "vent")):
+        if fast.any():
+            i = int(np.argmax(fast))
+            reasons.append(
+                f"at {show(i * dt, 's')} the vacuum would have to change by "
+                f"{show(abs(float(rate[i])), 'Pa')} a second, the {what} does "
+                f"{show(float(limit[i]), 'Pa')}"
+            )
+    return fine, reasons
+
+
+def follow(
+    regulator: Regulator,
+    model: Brake,
+    wanted: Array,
+    slip: Array,
+    *,
+    brake: Brake | None = None,
+    slip_noise: float = 0.0,
+    plant: Plant | None = None,
+    seed: int = 0,
+) -> Following:
+    """Follow forces [N] at slips [m], one for each sample of the regulator, shape (N,).
+
+    `brake` is the true one where it differs from `model`; `slip_noise` [m] the standard deviation
+    of a measured slip. Raises QuantityError for profiles that do not fit together or a slip beyond
+    the overlap.
+    """
+    wanted, slip = np.asarray(wanted, float), np.asarray(slip, float)
+    if wanted.ndim != 1 or wanted.shape != slip.shape or len(wanted) < 2:
+        raise QuantityError(
+            f"profile: {wanted.shape} forces and {slip.shape} slips; they are two rows of one "
+            "length, two samples or more"
+        )
+    if not (np.isfinite(wanted).all() and np.isfinite(slip).all()):
+        raise QuantityError("profile: holds a number that is not finite")
+    if slip.min() < 0 or slip.max() > model.sheets.overlap:
+        raise QuantityError(
+            f"slip: {show(float(slip.min()), 'm')} to {show(float(slip.max()), 'm')} is not "
+            f"allowed; it is from 0 to the overlap of {show(model.sheets.overlap, 'm')}"
+        )
+    dt, most = regulator.sample_time, MARGIN * regulator.plant.reach
+    if regulator.kind == "bang-bang":
+        most = min(most, regulator.plant.reach - 2 * regulator.half_band)
+    random = np.random.default_rng(seed)
+    seen = np.clip(slip + slip_noise * random.standard_normal(len(slip)), 0.0, model.sheets.overlap)
+    clean, held, reasons = targets_for(wanted, slip, model, most)
+    fine, slow = slew(clean, dt, regulator.plant)
+    targets, _, _ = targets_for(wanted, seen, model, most)
+    loop = simulate(regulator, [(dt, float(level)) for level in targets], plant=plant, seed=seed)
+    force = np.asarray(brake_force(slip, loop.vacuum, brake or model))
+    return Following(
+        loop=loop, wanted=wanted, force=force, slip=slip, possible=held & fine,
+        reasons=(*reasons, *slow),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bode:
+    """Force over wanted force, shape (F,) each."""
+
+    frequency: Array
+    """[Hz]"""
+    magnitude: Array
+    phase: Array
+    """[degrees], below zero where the force lags."""
+
+    @property
+    def bandwidth(self) -> float | None:
+        """Frequency [Hz] where the magnitude falls to 1/sqrt 2; None if it does not."""
+        under = np.flatnonzero(self.magnitude < 2**-0.5)
+        if not len(under):
+            return None
+        i = int(under[0])
+        if i == 0:
+            return float(self.frequency[0])
+        a, b = np.log(self.magnitude[i - 1 : i + 1])
+        part = (np.log(2**-0.5) - a) / (b - a)
+        low, high = np.log(self.frequency[i - 1 : i + 1])
+        return float(np.exp(low + part * (high - low)))
+
+
+def bode(
+    regulator: Regulator, model: Brake, *, slip: float, mean: float, amplitude: float,
+    frequencies: Sequence[float], cycles: int = 6, **how: Any,
+) -> Bode:  # fmt: skip
+    """Follow a sine of force [N] about a mean at one slip [m]; fitted over the last half of cycles.
+
+    Of this amplitude only: a pump is one-way and limited, so that the answer depends on it.
+    """
+    made = []
+    dt = regulator.sample_time
+    for frequency in frequencies:
+        settle = 4 / (regulator.plant.rate + regulator.plant.leak)
+        count = round((settle + cycles / frequency) / dt)
+        time = np.arange(count) * dt
+        turn = 2 * np.pi * frequency * time
+        run = follow(regulator, model, mean + amplitude * np.sin(turn), np.full(count, slip), **how)
+        late = time >= time[-1] - (cycles / 2) / frequency
+        basis = np.column_stack([np.sin(turn), np.cos(turn), np.ones(count)])[late]
+        (real, imaginary, _), *_ = np.linalg.lstsq(basis, run.force[late], rcond=None)
+        made.append(complex(real, imaginary) / amplitude)
+    response = np.array(made)
+    return Bode(
+        frequency=np.asarray(frequencies, float), magnitude=np.abs(response),
+        phase=np.degrees(np.unwrap(np.angle(response))),
+    )  # fmt: skip
+
+
+def rehabilitation(time: Any, *, low: float, high: float, period: float) -> Any:
+    """A profile of resistance [N]: smooth rise, hold, smooth fall and rest, a quarter each.
+
+    A shape of ours for trying, not a clinical one.
+    """
+    phase = (time / period) % 1.0
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.clip(4 * phase, 0, 1))
+    fall = 0.5 + 0.5 * np.cos(np.pi * np.clip(4 * phase - 2, 0, 1))
+    return low + (high - low) * np.where(phase < 0.5, rise, fall)

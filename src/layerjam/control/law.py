@@ -1,0 +1,218 @@
+"""The control law of a brake's vacuum: one step of a regulator with its fault detectors.
+
+This file imports nothing and uses floats and tuples of floats only, so that the very same text runs
+in CPython, on a microcontroller under MicroPython, and compiled in batches. `settings.py` makes the
+tuples; `docs/control.md` tells the rules. Vacuum in pascals, time in samples.
+
+settings = (regulator, watch), state = (drive, seen); the layouts are those unpacked below.
+"""
+
+BANG_BANG, PI, SCHEDULED = 0, 1, 2
+HEALTHY, NOT_A_NUMBER, OUT_OF_RANGE, STUCK, OFFSET = 0, 1, 2, 3, 4
+NO_VACUUM, WEAK_PUMP, BLOCKED, LOST = 5, 6, 7, 8
+LEAST_ROOM = 0.05
+"""Share of the pump's vacuum that the gain schedule and the feed-forward divide by at least."""
+
+
+def fresh() -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The state at power-up: pump off, vent closed, nothing seen. It also clears a fault."""
+    far = 1e9
+    drive = (0.0, 0.0, 0.0, far, far, 0.0, 0.0, 0.0)
+    return drive, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def step(
+    settings: tuple[tuple[float, ...], tuple[float, ...]],
+    state: tuple[tuple[float, ...], tuple[float, ...]],
+    measured: float,
+    target: float,
+) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], float, int, int]:
+    """One sample: (state, pump command, vent command, fault code) from reading and target [Pa].
+
+    The pump command is 0 to 1 (-1 to 1 with a reversible pump), the vent 1 = open. A target of zero
+    or less releases. A fault stays until the state is replaced by `fresh()`.
+    """
+    regulator, watch = settings
+    drive, seen = state
+    fault, reading, seen = detect(watch, seen, drive, measured, target)
+    if fault == HEALTHY:
+        drive = command(regulator, drive, reading, target)
+    else:
+        drive = safe(regulator, drive)
+    return (drive, seen), drive[1], int(drive[2]), int(fault)
+
+
+def command(
+    regulator: tuple[float, ...], drive: tuple[float, ...], reading: float, target: float
+) -> tuple[float, ...]:
+    """The drive of the next sample, from a healthy reading."""
+    (
+        kind, gain, integral_gain, band, vent_band, lowest, least, on_steps, off_steps, vent_steps,
+        hold, climb, top, fall, _release,
+    ) = regulator  # fmt: skip
+    integral, pump, vent, pump_age, vent_age, _ons, _opens, last = drive
+    error = target - reading
+    if target <= 0.0:
+        wanted, venting, integral = 0.0, 1.0, 0.0
+    else:
+        venting = 0.0
+        if lowest == 0.0 and (error < -vent_band or (vent != 0.0 and error < -band)):
+            venting = 1.0
+        if vent != venting and vent_age < vent_steps:
+            venting = vent
+        if venting != 0.0:
+            wanted = 0.0
+        elif kind == BANG_BANG:
+            wanted = switched(pump, error, band, vent_band, lowest)
+        else:
+            if -band <= error <= band:
+                error = 0.0
+            ahead = top - fall * target
+            if ahead < LEAST_ROOM * top:
+                ahead = LEAST_ROOM * top
+            ahead = (hold * target + climb * (target - last)) / ahead
+            if kind == SCHEDULED:
+                room = top - fall * reading
+                error *= top / (room if room > LEAST_ROOM * top else LEAST_ROOM * top)
+            summed = integral + integral_gain * error
+            wanted = ahead + gain * error + summed
+            # conditional integration: the sum stands still while it would push further out
+            if wanted > 1.0:
+                wanted = 1.0
+                if error < 0.0:
+                    integral = summed
+            elif wanted < lowest:
+                wanted = lowest
+                if error > 0.0:
+                    integral = summed
+            else:
+                integral = summed
+            size = wanted if wanted > 0.0 else -wanted
+            if size < least:
+                # half the least command is where it stops: a pump near it does not chatter
+                still = pump * wanted > 0.0 and size > 0.5 * least
+                wanted = 0.0 if not still else (least if wanted > 0.0 else -least)
+    if pump * wanted < 0.0:
+        wanted = 0.0
+    if wanted == 0.0 and pump != 0.0 and pump_age < on_steps:
+        wanted = least if pump > 0.0 else -least
+    elif wanted != 0.0 and pump == 0.0 and pump_age < off_steps:
+        wanted = 0.0
+    return moved(drive, integral, wanted, venting, target)
+
+
+def switched(pump: float, error: float, band: float, vent_band: float, lowest: float) -> float:
+    """Bang-bang: on below target - band, off above target + band, as it was in between."""
+    if error > band:
+        return 1.0
+    if error < -vent_band and lowest < 0.0:
+        return -1.0
+    if error < -band:
+        return pump if pump < 0.0 else 0.0
+    return pump if pump > 0.0 else 0.0
+
+
+def safe(regulator: tuple[float, ...], drive: tuple[float, ...]) -> tuple[float, ...]:
+    """Pump off; vent open for `release`, closed for `hold`."""
+    return moved(drive, 0.0, 0.0, regulator[14], drive[7])
+
+
+def moved(
+    drive: tuple[float, ...], integral: float, pump: float, vent: float, target: float
+) -> tuple[float, ...]:
+    """The drive with new commands; ages and switches are counted here."""
+    _integral, was, open_, pump_age, vent_age, pump_switches, vent_switches, _last = drive
+    if (was == 0.0) != (pump == 0.0):
+        pump_age, pump_switches = 0.0, pump_switches + 1.0
+    if open_ != vent:
+        vent_age, vent_switches = 0.0, vent_switches + 1.0
+    return (
+        integral, pump, vent, pump_age + 1.0, vent_age + 1.0, pump_switches, vent_switches, target
+    )  # fmt: skip
+
+
+def detect(
+    watch: tuple[float, ...],
+    seen: tuple[float, ...],
+    drive: tuple[float, ...],
+    measured: float,
+    target: float,
+) -> tuple[float, float, tuple[float, ...]]:
+    """(fault code, reading to go by, what was seen) from the last sample's drive and a reading."""
+    (
+        rise, top, fall, leak, lag, low, high, confirm, clear, none, weak, fast, lost_band,
+        lost_steps, same_steps, settle_steps, offset, fade_steps,
+    ) = watch  # fmt: skip
+    (
+        reading, beyond, same, quiet, rate, owed, risen, reached, missing, settled, off, opened,
+        fault,
+    ) = seen  # fmt: skip
+    if fault != 0.0:
+        return fault, reading, seen
+    if measured != measured or target != target:
+        fault = 1.0 * NOT_A_NUMBER
+        measured = reading
+    elif measured < low or measured >= high:
+        beyond += 1.0
+        measured = reading
+        if beyond >= confirm:
+            fault = 1.0 * OUT_OF_RANGE
+    else:
+        beyond = 0.0
+        change = measured - reading
+        if change == 0.0 and measured > low:
+            same += 1.0
+            if same >= same_steps:
+                fault = 1.0 * STUCK
+        else:
+            same = 0.0
+        pump, vent = drive[1], drive[2]
+
+        # what the pump owes: its rise as the sensor shows it, less the greatest healthy leak; a
+        # vent closed just now still shows in a slow sensor
+        rate += lag * (rise * pump * (top - fall * measured) - rate)
+        loss = leak * measured if measured > 0.0 else 0.0
+        if pump > 0.0 and vent == 0.0 and drive[4] > fade_steps and rate > 2.0 * loss:
+            owed += rate - loss
+            risen += change
+            quiet = quiet + rate if change == 0.0 else 0.0
+            if risen - fast * owed > clear:
+                fault = 1.0 * BLOCKED
+            elif owed >= clear:
+                if risen < weak * owed:
+                    # a reading that never moved is the sensor's; at zero it may be the pump's
+                    if quiet > 0.5 * owed and (measured > offset or measured < -offset):
+                        fault = 1.0 * STUCK
+                    else:
+                        fault = 1.0 * (NO_VACUUM if risen < none * owed else WEAK_PUMP)
+                owed, risen = 0.0, 0.0
+        else:
+            owed, risen, quiet = 0.0, 0.0, 0.0
+
+        if vent != 0.0 and pump == 0.0:
+            if settled == 0.0:
+                opened = measured
+            settled += 1.0
+            if settled > settle_steps and (measured > offset or measured < -offset):
+                off += 1.0
+                if off >= confirm:
+                    held = opened > 2.0 * offset and measured > 0.5 * opened
+                    fault = 1.0 * (BLOCKED if held else OFFSET)
+            else:
+                off = 0.0
+        else:
+            settled, off = 0.0, 0.0
+
+        if target <= 0.0 or target > drive[7]:
+            reached, missing = 0.0, 0.0
+        if target > 0.0:
+            if measured >= target - lost_band:
+                reached, missing = 1.0, 0.0
+            elif reached != 0.0:
+                missing += 1.0
+                if missing >= lost_steps:
+                    fault = 1.0 * LOST
+    return fault, measured, (
+        measured, beyond, same, quiet, rate, owed, risen, reached, missing, settled, off, opened,
+        fault,
+    )  # fmt: skip

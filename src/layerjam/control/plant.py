@@ -1,0 +1,111 @@
+"""What the regulator acts on: vacuum in a volume of constant size, exact between samples.
+
+    dv/dt = u k (top - w v) - (leak + vent) v,    w = 1 for air, 0 for water,
+
+with v the vacuum and u the pump command, held between samples. Air, isothermal, constant volume V:
+k = Q/V, top = atmosphere - ultimate pressure (mechanics, section 5; leak and vent laminar, their
+throughput in proportion to v). Water with compliance C: k top = Q/C, and the vacuum ends at top.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from layerjam.errors import QuantityError
+from layerjam.fluid.flow import NORMAL, VAPOUR, leaking
+from layerjam.fluid.line import Line
+from layerjam.units import check, quantity, show
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plant:
+    """Pump, volume, leak and vent as four rates; see the equation of this module."""
+
+    rate: float = quantity(
+        "1/s", "full pump's rate: flow over volume for air, rise over `top` for water",
+        hi=1e4, open_lo=True, symbol="k",
+    )  # fmt: skip
+    top: float = quantity("Pa", "vacuum the pump reaches without leak", lo=10, hi=1.2e5)
+    leak: float = quantity(
+        "1/s", "rate at which a vacuum decays with the pump off", hi=1e3, default=0.0
+    )
+    vent: float = quantity(
+        "1/s", "rate at which it decays more with the vent open", hi=1e5, open_lo=True
+    )
+    backwards: float = quantity(
+        "Pa/s", "fall of the vacuum with the pump run backwards; 0 where it cannot", hi=1e9,
+        default=0.0,
+    )  # fmt: skip
+    water: bool = False
+    """Filled with water: the pump's rate does not fall with vacuum."""
+
+    @property
+    def weight(self) -> float:
+        """w of the equation."""
+        return 0.0 if self.water else 1.0
+
+    @property
+    def reach(self) -> float:
+        """Vacuum at which full pump and leak balance [Pa]."""
+        if not self.water:
+            return self.top * self.rate / (self.rate + self.leak)
+        return min(self.top, self.top * self.rate / self.leak) if self.leak else self.top
+
+    def rise_at(self, vacuum: float) -> float:
+        """Rise of the vacuum at full pump, leak counted [Pa/s]."""
+        return self.rate * (self.top - self.weight * vacuum) - self.leak * vacuum
+
+
+def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
+    """The plant of a fluid line, its leak and valve made linear so as to be right at `vacuum` [Pa].
+
+    Exact for the pump without leak. A valve's choked flow stands for its whole curve, so that late
+    in a release the plant is the faster one. Without valve the vent's command stands for the pump
+    run backwards, which a driver must then do: a fault of the pump leaves such a line without
+    release. Tube, reservoir, slip and shrinking are left out; a water line is taken as tight.
+    Raises QuantityError without any way to vent.
+    """
+    pump, chamber, atmosphere = line.pump, line.chamber, line.site.atmosphere
+    volume = chamber.volume
+    flow = pump.flow * pump.count
+    back = pump.backwards * pump.count
+    vent = line.valve.conductance * NORMAL / volume if line.valve else 0.0
+    if not vent and not back:
+        raise QuantityError(
+            "line: it has no valve and a pump that cannot run backwards: no release"
+        )
+    if not water:
+        leak = leaking(atmosphere - vacuum, atmosphere, line.leak.laminar, line.leak.orifice)
+        top = atmosphere - pump.ultimate
+        made = Plant(
+            rate=flow / volume, top=top, leak=leak / (volume * vacuum),
+            vent=vent or back * atmosphere / (volume * vacuum),
+            backwards=back * atmosphere / volume,
+        )  # fmt: skip
+    else:
+        if chamber.compliance is None:
+            raise QuantityError("chamber.compliance is missing: water needs it")
+        top = atmosphere - max(pump.ultimate, VAPOUR)
+        slope = flow / chamber.compliance
+        made = Plant(
+            rate=slope / top, top=top, water=True,
+            vent=(vent * volume or back) / (chamber.compliance * top),
+            backwards=back / chamber.compliance,
+        )  # fmt: skip
+    check_plant(made)
+    return made
+
+
+def check_plant(plant: Plant) -> None:
+    """Raise QuantityError for the first rate out of bounds."""
+    check(plant, "plant.")
+
+
+def check_target(plant: Plant, target: float, name: str = "target") -> None:
+    """Raise QuantityError where the pump does not reach `target` [Pa]; says which vacuum it can."""
+    if not 0.0 <= target < plant.reach:
+        why = f" against its leak (without, {show(plant.top, 'Pa')})" if plant.leak else ""
+        raise QuantityError(
+            f"{name}: {show(target, 'Pa')} is not allowed; the pump reaches "
+            f"{show(plant.reach, 'Pa')}{why}, and a target is zero or more and below that"
+        )

@@ -1,0 +1,299 @@
+"""A regulator as a user states it: quantities with units and bounds, and the law's tuples of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from layerjam.control import law
+from layerjam.control.plant import Plant, check_target
+from layerjam.control.tuning import Gains, simc
+from layerjam.errors import QuantityError
+from layerjam.fluid.line import Sensor
+from layerjam.units import check, quantity, show
+
+KINDS = {
+    "bang-bang": "pump full on or off, with hysteresis",
+    "pi": "proportional-integral with feed-forward",
+    "scheduled": "the same, its gain rising as the pump's effect falls with the vacuum",
+}
+SAFE_STATES = {"release": "pump off, vent open", "hold": "pump off, vent closed"}
+FAULTS = {
+    law.HEALTHY: "HEALTHY",
+    law.NOT_A_NUMBER: "NOT_A_NUMBER",
+    law.OUT_OF_RANGE: "SENSOR_OUT_OF_RANGE",
+    law.STUCK: "SENSOR_STUCK",
+    law.OFFSET: "SENSOR_OFFSET",
+    law.NO_VACUUM: "NO_VACUUM",
+    law.WEAK_PUMP: "WEAK_PUMP",
+    law.BLOCKED: "LINE_BLOCKED",
+    law.LOST: "VACUUM_LOST",
+}
+SLOWEST = 0.1
+"""A sample lasts at most this share of the line's time constant."""
+CLEAR_OF_NOISE = 24.0
+"""Standard deviations of a reading that a detector's decision step has at least."""
+_FAR = 1e15
+
+Packed = tuple[tuple[float, ...], tuple[float, ...]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Regulator:
+    """Everything the law needs; what is left out is worked out from plant and sensor.
+
+    Raises QuantityError for an unknown kind or safe state, or without safe state: what a fault
+    should end in depends on what hangs on the brake.
+    """
+
+    plant: Plant
+    sensor: Sensor
+    kind: str = "pi"
+    safe_state: str = ""
+    sample_time: float = quantity("s", "time between two samples", lo=1e-5, hi=10, default=0.01)
+    hysteresis: float | None = quantity(
+        "Pa", "bang-bang: distance of switching on and off", hi=1e5, open_lo=True, default=None
+    )
+    dead_band: float | None = quantity(
+        "Pa", "PI: half width of the band of error that counts as none", hi=1e5, default=None
+    )
+    vent_band: float | None = quantity(
+        "Pa", "excess over the target at which the vent opens", hi=1.2e5, open_lo=True, default=None
+    )
+    gain: float | None = quantity(
+        "1/Pa", "PI: pump command per error; for `scheduled` at no vacuum", hi=1e3, default=None
+    )
+    integral_time: float | None = quantity(
+        "s", "PI: integral time", hi=1e6, open_lo=True, default=None
+    )
+    tuned_at: float | None = quantity(
+        "Pa",
+        "vacuum at which `pi` is tuned where no gain is given; half of `top` if left out",
+        hi=1.2e5,
+        default=None,
+    )
+    feed_forward: bool = True
+    reversible: bool = False
+    """The pump regulates downwards by running backwards; the vent opens to release only."""
+    least_command: float = quantity(
+        "1", "PI: command below which the pump stands still", lo=1e-6, hi=1, default=0.02
+    )
+    minimum_on: float = quantity("s", "shortest run of the pump", hi=1e4, default=0.0)
+    minimum_off: float = quantity("s", "shortest rest of the pump", hi=1e4, default=0.0)
+    minimum_vent: float = quantity(
+        "s", "shortest time between vent switchings", hi=1e4, default=0.0
+    )
+    confirm: int = quantity(
+        "1", "samples in a row out of range before it is a fault", lo=1, hi=1e6, whole=True,
+        default=3,
+    )  # fmt: skip
+    decision_step: float | None = quantity(
+        "Pa", "rise the pump must owe before it is judged", hi=1e5, open_lo=True, default=None
+    )
+    no_vacuum_ratio: float = quantity(
+        "1", "share of the rise owed below which there is no vacuum", lo=0.01, hi=1, default=0.2
+    )
+    weak_ratio: float = quantity(
+        "1", "share of the rise owed below which the pump is weak", lo=0.01, hi=0.9, default=0.5
+    )
+    blocked_ratio: float = quantity(
+        "1", "multiple of the rise owed that only a blocked line gives", lo=3, hi=1e3, default=4.0
+    )
+    lost_band: float | None = quantity(
+        "Pa", "how far below a target once reached the vacuum is lost", hi=1e5, open_lo=True,
+        default=None,
+    )  # fmt: skip
+    lost_time: float = quantity("s", "for how long it must be", hi=1e4, default=1.0)
+    stuck_time: float = quantity(
+        "s", "for how long a noisy sensor may show one number", hi=1e6, default=1.0
+    )
+    offset_limit: float | None = quantity(
+        "Pa", "greatest reading that counts as none when vented", hi=1e5, open_lo=True, default=None
+    )
+    settle_time: float | None = quantity(
+        "s", "time after which an open vent leaves no vacuum", hi=1e4, open_lo=True, default=None
+    )
+    floor: float | None = quantity(
+        "Pa", "reading below which the sensor is out of range", lo=-1e6, hi=0, default=None
+    )
+
+    def __post_init__(self) -> None:
+        for name, allowed in (("kind", KINDS), ("safe_state", SAFE_STATES)):
+            value = getattr(self, name)
+            if value not in allowed:
+                what = f"'{value}' is not allowed" if value else "it must be declared"
+                choice = " or ".join(f"'{key}' ({text})" for key, text in allowed.items())
+                raise QuantityError(f"{name}: {what}; write {choice}")
+
+    @property
+    def half_band(self) -> float:
+        """Half of the hysteresis, or the dead band [Pa]."""
+        if self.kind != "bang-bang":
+            return self.sensor.resolution if self.dead_band is None else self.dead_band
+        least = 0.5 * CLEAR_OF_NOISE * self.sensor.noise + self.sensor.resolution
+        wide = max(0.01 * self.plant.top, least)
+        return 0.5 * (wide if self.hysteresis is None else self.hysteresis)
+
+    @property
+    def vents_above(self) -> float:
+        """Excess over the target at which the vent opens [Pa]."""
+        least = 2 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
+        return max(0.01 * self.plant.top, least) if self.vent_band is None else self.vent_band
+
+    @property
+    def decision(self) -> float:
+        """Rise the pump owes before it is judged [Pa]."""
+        least = CLEAR_OF_NOISE * self.sensor.noise + 2 * self.sensor.resolution
+        return max(0.02 * self.plant.top, least) if self.decision_step is None else (
+            self.decision_step
+        )  # fmt: skip
+
+    @property
+    def lost_below(self) -> float:
+        """Distance below the target at which the vacuum counts as lost [Pa]."""
+        least = 3 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
+        return max(0.05 * self.plant.top, least) if self.lost_band is None else self.lost_band
+
+    @property
+    def largest_zero(self) -> float:
+        """Greatest reading that counts as none when vented [Pa]."""
+        noise = 8 * self.sensor.noise + self.sensor.resolution
+        least = max(0.01 * self.plant.top, noise)
+        return least if self.offset_limit is None else self.offset_limit
+
+    @property
+    def settles_in(self) -> float:
+        """Time after which an open vent leaves less than half of `largest_zero` [s]."""
+        if self.settle_time is not None:
+            return self.settle_time
+        decay = self.plant.vent + self.plant.leak
+        lasting = max(math.log(2 * self.plant.top / self.largest_zero), 0.0)
+        return lasting / decay + 8 * self.sensor.lag + self.sample_time
+
+    @property
+    def noisy(self) -> bool:
+        """Whether noise moves every healthy reading, so that one number shown for long is stuck."""
+        return self.sensor.noise > 0 and self.sensor.noise >= 0.5 * self.sensor.resolution
+
+    @property
+    def lowest_reading(self) -> float:
+        """Reading below which the sensor is out of range [Pa]."""
+        return -0.05 * self.sensor.range if self.floor is None else self.floor
+
+    def gains(self) -> Gains:
+        """The rule's gains: at no vacuum for `scheduled`, at `tuned_at` (default half) for `pi`."""
+        half = 0.5 * self.plant.top if self.tuned_at is None else self.tuned_at
+        at = half if self.kind == "pi" else 0.0
+        return simc(self.plant, sample_time=self.sample_time, lag=self.sensor.lag, vacuum=at)
+
+    def samples(self, time: float) -> float:
+        """Whole samples that last at least `time` [s]."""
+        return float(math.ceil(time / self.sample_time - 1e-9))
+
+    def packed(self) -> Packed:
+        """The tuples `law.step` takes as settings."""
+        plant, made, dt = self.plant, self.gains(), self.sample_time
+        gain = made.gain if self.gain is None else self.gain
+        lasting = made.integral_time if self.integral_time is None else self.integral_time
+        ahead = 1.0 if self.feed_forward and self.kind != "bang-bang" else 0.0
+        lag = self.sensor.lag
+        regulator = (
+            float(list(KINDS).index(self.kind)), gain, gain * dt / lasting, self.half_band,
+            self.vents_above, -1.0 if self.reversible else 0.0,
+            1.0 if self.kind == "bang-bang" else self.least_command,
+            self.samples(self.minimum_on), self.samples(self.minimum_off),
+            self.samples(self.minimum_vent), ahead * plant.leak / plant.rate,
+            ahead / (plant.rate * dt), plant.top, plant.weight,
+            1.0 if self.safe_state == "release" else 0.0,
+        )  # fmt: skip
+        watch = (
+            plant.rate * dt, plant.top, plant.weight, plant.leak * dt,
+            -math.expm1(-dt / lag) if lag else 1.0, self.lowest_reading, self.sensor.range,
+            float(self.confirm), self.decision, self.no_vacuum_ratio, self.weak_ratio,
+            self.blocked_ratio, self.lost_below, self.samples(self.lost_time),
+            max(self.samples(self.stuck_time), 50.0) if self.noisy else _FAR,
+            self.samples(self.settles_in), self.largest_zero, self.samples(8 * lag),
+        )  # fmt: skip
+        return regulator, watch
+
+
+def validate(regulator: Regulator, target: float) -> None:
+    """Raise QuantityError where a regulator cannot bring its line to `target` [Pa]."""
+    check(regulator)
+    plant, sensor, dt = regulator.plant, regulator.sensor, regulator.sample_time
+    check_target(plant, target)
+    line = 1.0 / (plant.rate + plant.leak)
+    if dt > SLOWEST * line:
+        raise QuantityError(
+            f"sample_time: {show(dt, 's')} is not allowed; the line's time constant is "
+            f"{show(line, 's')}, and a sample lasts at most a tenth of it, {show(line / 10, 's')}"
+        )
+    most = target + regulator.half_band + 6 * sensor.noise + sensor.resolution
+    if not most < sensor.range:
+        raise QuantityError(
+            f"sensor.range: {show(sensor.range, 'Pa')} is not allowed; to hold a target of "
+            f"{show(target, 'Pa')} the sensor must show more than {show(most, 'Pa')}"
+        )
+    if regulator.reversible and not plant.backwards:
+        raise QuantityError("reversible: the plant's pump cannot run backwards (plant.backwards)")
+    _check_noise(regulator)
+    top = target + regulator.half_band
+    if regulator.kind == "bang-bang" and top >= plant.reach:
+        raise QuantityError(
+            f"hysteresis: {show(2 * regulator.half_band, 'Pa')} is not allowed; around a target of "
+            f"{show(target, 'Pa')} it ends at {show(top, 'Pa')}, and the pump reaches "
+            f"{show(plant.reach, 'Pa')}"
+        )
+    if regulator.no_vacuum_ratio > regulator.weak_ratio:
+        raise QuantityError(
+            f"no_vacuum_ratio: {regulator.no_vacuum_ratio:g} is not allowed; it is at most "
+            f"weak_ratio, {regulator.weak_ratio:g}"
+        )
+
+
+def _check_noise(regulator: Regulator) -> None:
+    """Raise QuantityError where noise alone would switch the pump or look like a fault."""
+    noise, step = regulator.sensor.noise, regulator.sensor.resolution
+    for name, value, factor in (
+        ("hysteresis", 2 * regulator.half_band, 8.0 if regulator.kind == "bang-bang" else 0.0),
+        ("vent_band", regulator.vents_above - regulator.half_band, 8.0),
+        ("decision_step", regulator.decision, CLEAR_OF_NOISE),
+        ("lost_band", regulator.lost_below - regulator.half_band, 8.0),
+        ("offset_limit", regulator.largest_zero, 8.0),
+        ("floor", -regulator.lowest_reading, 8.0),
+    ):
+        least = factor * noise + (step if factor else 0.0)
+        if value < least:
+            raise QuantityError(
+                f"{name}: {show(value, 'Pa')} is too little for a sensor with noise of "
+                f"{show(noise, 'Pa')}; it takes {show(least, 'Pa')}"
+            )
+
+
+def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
+    """{fault: worst time [s] until the regulator answers it} at a vacuum [Pa].
+
+    For NO_VACUUM, WEAK_PUMP (half of `weak_ratio` of the flow or less) and LINE_BLOCKED (a volume
+    of 1/(2 blocked_ratio) of the line's or less, and room for two decision steps below the pump's
+    vacuum): of uninterrupted pumping at full command from the fault on. SENSOR_OFFSET, for twice
+    the limit or more: with the vent open, from its opening or from the fault. VACUUM_LOST: from
+    where the vacuum leaves the band below a target once reached. SENSOR_STUCK: of a noisy sensor
+    always; of one without noise, of full pumping. inf: not seen at this vacuum.
+    """
+    dt, lag, plant = regulator.sample_time, regulator.sensor.lag, regulator.plant
+    slack = 2 * dt + 8 * lag
+    gross = plant.rate * (plant.top - plant.weight * vacuum)
+    net = gross - plant.leak * vacuum
+    seen = gross > 2 * plant.leak * vacuum
+    block = regulator.decision / net if seen else math.inf
+    stuck = max(regulator.samples(regulator.stuck_time), 50) * dt
+    return {
+        "NOT_A_NUMBER": dt,
+        "SENSOR_OUT_OF_RANGE": (regulator.confirm + 1) * dt,
+        "SENSOR_STUCK": stuck + dt if regulator.noisy else 2 * block + slack,
+        "SENSOR_OFFSET": regulator.settles_in + (regulator.confirm + 2) * dt + 8 * lag,
+        "NO_VACUUM": 2 * block + slack,
+        "WEAK_PUMP": 2 * block + slack,
+        "LINE_BLOCKED": block + slack,
+        "VACUUM_LOST": regulator.samples(regulator.lost_time) * dt + slack,
+    }

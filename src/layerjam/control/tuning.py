@@ -1,0 +1,136 @@
+"""Gains of the PI regulator from a model, and the model from one recorded step.
+
+Near a vacuum v the plant answers the pump command like K/(1 + s tau) with K/tau = k (top - w v),
+tau = 1/(w k u + leak). The rule is SIMC (Skogestad, Journal of Process Control 13, 2003, 291-309):
+
+    gain = 1/((K/tau) (T_c + theta)),    integral time = min(tau, 4 (T_c + theta)).
+
+The dead time theta is half a sample (a held command) and all of the sensor's lag: half of it, that
+paper's half rule, leaves an integrating line 34 degrees of phase, this leaves 40 and more. T_c is
+the closed loop's time constant; the rule's tight choice is T_c = theta, ours is never below four
+samples nor a twentieth of the pump's 1/k, so that noise does not drive it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from layerjam.control.plant import Plant
+from layerjam.errors import FitError, QuantityError
+from layerjam.units import show
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+LEAST_ROOM = 0.05
+"""As in the law: the gain is not raised beyond what 5 % of the pump's vacuum asks for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gains:
+    """What the rule gives; `vacuum` [Pa] is where it was applied."""
+
+    gain: float
+    """Pump command per pascal of error [1/Pa]."""
+    integral_time: float
+    """[s]."""
+    dead_time: float
+    """theta [s]."""
+    closed_loop_time: float
+    """T_c [s]."""
+    vacuum: float
+
+
+def simc(
+    plant: Plant, *, sample_time: float, lag: float, vacuum: float = 0.0,
+    closed_loop_time: float | None = None,
+) -> Gains:  # fmt: skip
+    """PI gains of a plant at `vacuum` [Pa] by the rule of this module; times in seconds."""
+    dead = 0.5 * sample_time + lag
+    if closed_loop_time is not None and closed_loop_time < dead:
+        raise QuantityError(
+            f"closed_loop_time: {show(closed_loop_time, 's')} is not allowed; it is at least the "
+            f"loop's dead time of {show(dead, 's')}"
+        )
+    slow = (
+        max(dead, 4 * sample_time, 0.05 / plant.rate)
+        if closed_loop_time is None
+        else closed_loop_time
+    )
+    room = max(plant.top - plant.weight * vacuum, LEAST_ROOM * plant.top)
+    held = plant.leak * vacuum / (plant.rate * room)
+    pole = plant.weight * plant.rate * min(held, 1.0) + plant.leak
+    longest = 4 * (slow + dead)
+    return Gains(
+        gain=1.0 / (plant.rate * room * (slow + dead)),
+        integral_time=min(1.0 / pole, longest) if pole else longest,
+        dead_time=dead, closed_loop_time=slow, vacuum=vacuum,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identified:
+    """A plant found from a step, with 95 % intervals of what was fitted."""
+
+    plant: Plant
+    rate_interval: tuple[float, float]
+    """Of the pole k + leak [1/s] (air), of the rise over `top` (water)."""
+    reach_interval: tuple[float, float]
+    """Of the vacuum at which the step would end [Pa]."""
+    noise: float
+    """Standard deviation of a reading, from the fit's residuals [Pa]."""
+    warnings: tuple[str, ...]
+
+
+def identify_air(
+    time: Array, vacuum: Array, *, vent: float, leak: float = 0.0, atmosphere: float = 101325.0
+) -> Identified:
+    """The plant from time [s] and vacuum [Pa], shape (N,), while the pump runs full from rest.
+
+    One step tells the pole k + leak and the vacuum where it ends; `leak` [1/s] (from a hold log)
+    parts pump and leak, `vent` [1/s] is taken as given. Raises FitError where there is no
+    pump-down or the leak exceeds the pole.
+    """
+    from layerjam.identify.logs.pump_down import fit_pump_down
+
+    fit = fit_pump_down(np.asarray(time, float), atmosphere - np.asarray(vacuum, float))
+    if leak >= fit.rate:
+        raise FitError(
+            f"leak: {show(leak, '1/s')} is not below the step's own rate of {show(fit.rate, '1/s')}"
+        )
+    rate, reach = fit.rate - leak, atmosphere - fit.ultimate
+    low, high = fit.interval(1)
+    return Identified(
+        plant=Plant(rate=rate, top=reach * fit.rate / rate, leak=leak, vent=vent),
+        rate_interval=fit.interval(2), reach_interval=(atmosphere - high, atmosphere - low),
+        noise=float(fit.series.noise), warnings=fit.warnings,
+    )  # fmt: skip
+
+
+def identify_water(
+    time: Array, vacuum: Array, *, vent: float, top: float, leak: float = 0.0
+) -> Identified:
+    """The same for water: a straight line through 5 to 90 % of the rise, `top` [Pa] as given.
+
+    Raises FitError with fewer than 20 samples there, or where the line does not rise.
+    """
+    time, vacuum = np.asarray(time, float), np.asarray(vacuum, float)
+    high = float(vacuum.max())
+    first = int(np.argmax(vacuum >= 0.05 * high))
+    last = int(np.argmax(vacuum >= 0.9 * high))
+    t, v = time[first:last], vacuum[first:last]
+    if len(t) < 20:
+        raise FitError(f"the rise has {len(t)} samples, 20 are needed")
+    slope, level = np.polyfit(t, v, 1)
+    left = v - (slope * t + level)
+    noise = float(np.sqrt(left @ left / (len(t) - 2)))
+    error = 1.96 * noise / float(np.sqrt(((t - t.mean()) ** 2).sum()))
+    if slope - error <= 0:
+        raise FitError("the vacuum does not rise: no step of a water line")
+    rise = float(slope) + leak * float(v.mean())
+    return Identified(
+        plant=Plant(rate=rise / top, top=top, leak=leak, vent=vent, water=True),
+        rate_interval=((rise - error) / top, (rise + error) / top), reach_interval=(top, top),
+        noise=noise, warnings=(),
+    )  # fmt: skip
