@@ -18,7 +18,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from benchmarks import calibration, force_law, impact, readers, stack
+from benchmarks import calibration, control, force_law, impact, readers, stack
 from benchmarks.timing import Row, median, table
 
 jax.config.update("jax_enable_x64", True)
@@ -69,6 +69,7 @@ def main() -> None:
         ("force law, 10 million points", force_law.rows),
         ("reading a 40,000-row export, and one calibration", readers.rows),
         ("calibrating on whole curves", calibration.rows),
+        ("the regulator", control.rows),
         ("the stack, sheet by sheet", stack.rows),
     ]
     for title, measure in parts:
