@@ -60,6 +60,7 @@ _PUBLIC = {
     "layerjam.verbs.tuning": "tune",
     "layerjam.verbs.vacuum_line": "rise",
     "layerjam.verbs.regulate": "regulate follow",
+    "layerjam.verbs.plan": "plan",
     "layerjam.verbs.calibration": "calibrate",
     "layerjam.verbs.friction": "friction",
     "layerjam.verbs.validation": "validate",

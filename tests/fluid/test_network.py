@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from layerjam.errors import QuantityError
 from layerjam.fluid import closed_forms as forms
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Chamber, Leak, Line, Pump, Reservoir, Tube, Valve
@@ -124,6 +125,12 @@ def test_a_reservoir_and_the_chamber_come_to_one_pressure():
     mixed = (ATMOSPHERE * line.chamber.volume + 5e3 * 1e-4) / (line.chamber.volume + 1e-4)
     assert made.states[-1, 0] == pytest.approx(mixed, rel=1e-6)
     assert made.states[-1, 2] == pytest.approx(mixed, rel=1e-6)
+
+
+@pytest.mark.parametrize("duration", [0.0, 5e-324, -1.0, np.inf, np.nan])
+def test_a_time_that_is_none_is_refused(duration):
+    with pytest.raises(QuantityError, match="duration: .* is not allowed"):
+        respond(PAPER, duration)
 
 
 def test_a_wide_short_tube_changes_only_the_volume():

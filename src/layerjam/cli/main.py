@@ -20,6 +20,7 @@ from layerjam.cli import (
     lab,
     measurements,
     paper,
+    plan,
     predict,
     pull,
     regulate,
@@ -49,6 +50,7 @@ for group in (
     measurements,
     vacuum_line,
     regulate,
+    plan,
     paper,
 ):
     group.register(app)

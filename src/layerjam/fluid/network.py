@@ -8,6 +8,7 @@ that what is in the line and what passed its borders add up at every step. With 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -24,6 +25,8 @@ CHAMBER, SIDE, RESERVOIR = range(3)
 PUMPED, LEAKED, VENTED = 6, 7, 8
 """Places in the state after three pressures and three N: gas passed out and in so far [Pa m^3]."""
 SIZE = 9
+SHORTEST = 1e-12
+"""Time [s] below which the integrator does not get on."""
 
 
 class Drive(NamedTuple):
@@ -172,6 +175,10 @@ def respond(
     """
     from scipy.integrate import solve_ivp
 
+    if not (math.isfinite(duration) and duration >= SHORTEST):
+        raise QuantityError(
+            f"duration: {duration} s is not allowed; it is at least {SHORTEST:g} s and finite"
+        )
     begin = at_pressure(line) if start is None else start
     at: Callable[[float], Drive] = drive if callable(drive) else lambda _: drive
     made: Any = solve_ivp(

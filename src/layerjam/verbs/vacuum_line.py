@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from pathlib import Path
 
 from layerjam.device.mount import Site
 from layerjam.errors import FitError, QuantityError, UnknownNameError
 from layerjam.fluid import closed_forms as forms
+from layerjam.fluid.energy import jam_work
 from layerjam.fluid.file import LineFile, load_line
 from layerjam.fluid.flow import VAPOUR
 from layerjam.fluid.line import Line, validate
@@ -91,7 +91,7 @@ def rise(
         ) else "pump and leak balance"  # fmt: skip
         reason = f"{show(wanted, 'Pa')} is never reached: at {show(low, 'Pa')} {what}"
     own = forms.rise_time(wanted, made, water) if water or simple(made) else None
-    work = None if timed is None else _gas_work(wanted, made, water)
+    work = None if timed is None else jam_work(wanted, made, water)
     return Answer(
         values={
             "rise_time": timed,
@@ -148,15 +148,3 @@ def _fall(target: float, line: Line, water: bool) -> tuple[float | None, str | N
         return None, None
     back = forms.fall_by_pump(target, line, water)
     return back, None if back is None else "pumps run backwards"
-
-
-def _gas_work(target: float, line: Line, water: bool) -> float:
-    """Least work of a pump for one jam [J]: water C P^2/2; air p (ln(p/a)) and pushing it out.
-
-    Isothermal and reversible, W = V (a - p - p ln(a/p)) at constant volume.
-    """
-    a, p = line.site.atmosphere, line.site.atmosphere - target
-    if water:
-        assert line.chamber.compliance is not None
-        return line.chamber.compliance * target**2 / 2
-    return line.chamber.volume * (a - p - (p * math.log(a / p) if p > 0 else 0.0))

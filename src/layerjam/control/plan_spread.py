@@ -1,0 +1,103 @@
+"""Full against tuned vacuum where mass and speed are uncertain: expected peak, chance to run out.
+
+Mass and speed are independent and log-normal with the mean and standard deviation given. The mean
+over them is taken on a Fibonacci lattice of quantiles, shifted at random (Cranley and Patterson
+1976) `SHIFTS` times; the standard error comes from the shifts. Every stop is the exact one at
+constant vacuum.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.control.plan import Arrival
+from layerjam.device.brake import Brake
+from layerjam.mechanics.stop import NEVER_SLID, STOPPED, stop
+from layerjam.simulate.drop import spring_of
+
+Array = npt.NDArray[np.float64]
+SHIFTS = 16
+SAMPLES, SEED = 40_000, 1
+
+
+class Spread(NamedTuple):
+    """What one vacuum does over all that may arrive; errors are standard errors."""
+
+    peak_g: float
+    """Expected peak force over weight, of those that stop before the end of travel."""
+    peak_g_error: float
+    peak_g_95: float
+    """Not exceeded by 95 % of those that stop."""
+    beyond: float
+    """Chance to need more slip than the travel asked for."""
+    beyond_error: float
+    out: float
+    """Chance to run out of the brake's usable travel (or to snap)."""
+    out_error: float
+    end_speed: float
+    """Mean speed of those that run out, at the end of travel [m/s]; 0 where none does."""
+    tried: int
+    """Masses and speeds tried."""
+
+
+def lattice(samples: int, seed: int) -> Array:
+    """Quantiles, shape (SHIFTS, n, 2), n the first Fibonacci number that makes `samples` in all."""
+    before, n = 1, 2
+    while n * SHIFTS < samples:
+        before, n = n, before + n
+    i = np.arange(n)
+    shifts = np.random.default_rng(seed).random((SHIFTS, 1, 2))
+    points = (np.stack([i / n, i * before % n / n], axis=-1) + shifts) % 1.0
+    return np.asarray(np.clip(points, 2.0**-54, 1 - 2.0**-53))
+
+
+def log_normal(quantile: Array, mean: float, sd: float) -> Array:
+    """Values of a log-normal quantity with this mean and standard deviation."""
+    from scipy.special import ndtri
+
+    if sd == 0:
+        return np.full_like(quantile, mean)
+    width = np.log1p((sd / mean) ** 2)
+    return np.asarray(mean * np.exp(np.sqrt(width) * ndtri(quantile) - width / 2))
+
+
+def arrivals(case: Arrival, samples: int = SAMPLES, seed: int = SEED) -> tuple[Array, Array]:
+    """Masses [kg] and speeds [m/s], shape (SHIFTS, n)."""
+    at = lattice(samples, seed)
+    return (
+        log_normal(at[..., 0], case.mass, case.mass_sd),
+        log_normal(at[..., 1], case.speed, case.speed_sd),
+    )
+
+
+def spread(
+    vacuum: float, brake: Brake, case: Arrival, samples: int = SAMPLES, seed: int = SEED
+) -> Spread:
+    """Peak and chances at one vacuum [Pa]."""
+    mass, speed = arrivals(case, samples, seed)
+    made = stop(mass, speed, vacuum, spring_of(brake, case.rope_stiffness), case.gravity, brake)
+    outcome, slip = np.asarray(made.outcome), np.asarray(made.slip)
+    stands = (outcome == STOPPED) | (outcome == NEVER_SLID)
+    g = brake.site.gravity
+    with np.errstate(divide="ignore", invalid="ignore"):
+        peak = np.asarray(made.peak_force) / (mass * g)
+        peaks = np.where(stands, peak, 0.0).sum(axis=1) / stands.sum(axis=1)
+    beyond = ~stands | (slip > case.travel * (1 + 1e-9))
+    pace = np.asarray(made.end_speed)[~stands]
+    mean, error = _mean(peaks, 0.0)
+    least = 1.0 / mass.size
+    return Spread(
+        mean, error, float(np.quantile(peak[stands], 0.95)) if stands.any() else float("nan"),
+        *_mean(beyond.mean(axis=1), least), *_mean((~stands).mean(axis=1), least),
+        float(np.nanmean(pace)) if np.isfinite(pace).any() else 0.0, mass.size,
+    )  # fmt: skip
+
+
+def _mean(values: Array, least: float) -> tuple[float, float]:
+    """Mean over the shifts and its standard error, never below one point's weight."""
+    if not np.isfinite(values).all():
+        return float("nan"), float("nan")
+    return float(values.mean()), max(float(values.std(ddof=1)) / SHIFTS**0.5, least)
