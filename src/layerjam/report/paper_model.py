@@ -165,17 +165,20 @@ def fluids() -> list[Claim]:
     line = load_line("choi2018").line
     air, water = (float(rise_time(FULL, line, w) or "nan") for w in (False, True))
     return [
-        number(
-            "Fig. 5: rise time 10 to 90 % to 94.5 kPa in air", "III-B", 3.9, air, "s", 0.039,
-            "by construction: the paper prints no volume, and 7.50 mL is inferred from this time "
-            "at 3.33 mL/s",
+        beyond(
+            "Fig. 5: rise time 10 to 90 % to 94.5 kPa in air", "III-B", 3.9, "s",
+            "the paper prints no volume; ours has the 7.50 mL that this time asks for at "
+            "3.33 mL/s, so that it is met by construction", ours=air,
+        ),
+        beyond(
+            "Fig. 5: the same in water", "III-B", 1.5, "s",
+            "the paper prints no compliance; ours has the 0.0661 mL/kPa that this time asks for, "
+            "so that it is met by construction", ours=water,
         ),
         number(
-            "Fig. 5: the same in water", "III-B", 1.5, water, "s", 0.015,
-            "by construction: 0.0661 mL/kPa is inferred from this time; from 10 to 90 % the pumps "
-            f"move {0.8 * 94.5 * 0.06607:.1f} mL of water",
+            "water is faster by a factor", "III-B", 2.6, 3.9 / 1.5, "1", 0.05,
+            "the ratio of the paper's own two times",
         ),
-        number("water is faster by a factor", "III-B", 2.6, air / water, "1", 0.026),
         statement(
             "dry, the force does not depend on speed", "III-B", slow == fast,
             f"{slow:.2f} N at 1 and at 25 mm/s",
