@@ -97,9 +97,3 @@ def fall_by_pump(target: float, line: Line, water: bool = False) -> float | None
         assert line.chamber.compliance is not None
         return 0.8 * target * line.chamber.compliance / flow
     return 0.8 * target / line.site.atmosphere * line.chamber.volume / flow
-
-
-def gas_pumped(target: float, line: Line) -> float:
-    """Throughput-time [Pa m^3] to be taken out of a chamber for a vacuum [Pa], without leak."""
-    chamber, a = line.chamber, line.site.atmosphere
-    return a * chamber.volume - (a - target) * (chamber.volume - chamber.shrink * target)
