@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from layerjam.errors import FileError, QuantityError, UnknownNameError
-from layerjam.verbs.regulate import follow, regulate
+from layerjam.verbs.follow import follow
+from layerjam.verbs.regulate import regulate
 
 SEEN = {"safe_state": "release", "sensor_range": "103 kPa", "noise": "50 Pa"}
 SHAPE = {

@@ -14,6 +14,7 @@ from typer.exceptions import Abort, Exit, TyperException
 from layerjam._version import __version__
 from layerjam.cli import (
     calibration,
+    follow,
     friction,
     impact,
     judder,
@@ -50,6 +51,7 @@ for group in (
     measurements,
     vacuum_line,
     regulate,
+    follow,
     plan,
     paper,
 ):

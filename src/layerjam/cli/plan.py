@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from layerjam.cli import line_options as line_opt
 from layerjam.cli import options as opt
 
 SPREAD = ("expected_g", "g_95", "_beyond", "_out", "g_error", "chance_error", "samples", "seed")
@@ -17,9 +18,7 @@ def register(app: typer.Typer) -> None:
 
 
 def plan(
-    line: Annotated[
-        str, typer.Argument(metavar="LINE", help="Catalogue name or path of a line's TOML file.")
-    ],
+    line: line_opt.Line,
     brake: opt.BrakeName,
     mass: Annotated[str, typer.Option(metavar="Q", help="Mass to stop, e.g. 1kg.")],
     speed: Annotated[str, typer.Option(metavar="Q", help="Speed on arrival, as estimated.")],
@@ -41,7 +40,7 @@ def plan(
     horizontal: Annotated[
         bool, typer.Option("--horizontal", help="No gravity along the pull.")
     ] = False,
-    fluid: Annotated[str, typer.Option(metavar="air|water", help="What fills the line.")] = "air",
+    fluid: line_opt.Fluid = "air",
     samples: Annotated[
         int, typer.Option(metavar="N", help="Masses and speeds to try, at least.")
     ] = 40_000,

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from layerjam.cli import line_options as line_opt
 from layerjam.cli import options as opt
 
 
@@ -15,11 +16,9 @@ def register(app: typer.Typer) -> None:
 
 
 def rise(
-    line: Annotated[
-        str, typer.Argument(metavar="LINE", help="Catalogue name or path of a line's TOML file.")
-    ],
+    line: line_opt.Line,
     target: Annotated[str, typer.Option(metavar="Q", help="Vacuum to reach, e.g. 94.5kPa.")],
-    fluid: Annotated[str, typer.Option(metavar="air|water", help="What fills the line.")] = "air",
+    fluid: line_opt.Fluid = "air",
     atmosphere: opt.Atmosphere = None,
     as_json: opt.AsJson = False,
 ) -> int:

@@ -21,7 +21,7 @@ FLUIDS = ("air", "water")
 TARGET = Meaning("Pa", "vacuum to reach, the atmosphere less the pressure inside,", open_lo=True)
 UNITS = {
     "rise_time": "s", "time_constant": "s", "fall_time": "s", "target": "Pa", "reachable": "Pa",
-    "closed_form": "s", "pump_energy": "J", "gas_work": "J", "standing_power": "W",
+    "closed_form": "s", "gas_work": "J",
 }  # fmt: skip
 LONGEST = 200.0
 """Time constants after which a rise is given up."""
@@ -106,10 +106,7 @@ def rise(
             "closed_form": own,
             "gas_work": work,
         },
-        units={k: v for k, v in UNITS.items() if k in (
-            "rise_time", "time_constant", "fall_time", "reachable", "target", "closed_form",
-            "gas_work",
-        )},
+        units=UNITS,
         warnings=said,
         record=response,
     )  # fmt: skip
