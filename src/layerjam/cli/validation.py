@@ -54,7 +54,9 @@ def validate(
     if figure:
         from layerjam.report import figures
 
-        figures.save(figures.validation(*answer.record), figure, force)
+        synthetic = any("synthetic" in w for w in answer.warnings)
+        file, result = answer.record
+        figures.save(figures.validation(file, result, synthetic), figure, force)
     return say(answer, as_json, lines=_lines(answer), hidden=HIDDEN, shown=_shown(answer))
 
 

@@ -58,7 +58,7 @@ class Drawn:
     t: float
 
 
-def calibration(file: BrakeFile, result: Any, synthetic: bool = False) -> Figure:
+def calibration(file: BrakeFile, result: Any, synthetic: bool) -> Figure:
     """Pulls and law over elongation, whole and near the peak; residuals below, part of the peak."""
     drawn = _drawn(result)
     level = np.array(levels([c.vacuum for c in drawn.curves]))

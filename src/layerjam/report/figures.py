@@ -195,14 +195,14 @@ def _made(traces: Sequence[Trace]) -> str:
     return "synthetic data, made by the virtual test machine" if synthetic else "measured"
 
 
-def calibration(file: BrakeFile, result: Any, synthetic: bool = False) -> Figure:
+def calibration(file: BrakeFile, result: Any, synthetic: bool) -> Figure:
     """The pulls, the fitted law with its bands and what is left between them, at any depth."""
     from layerjam.report import calibration_figure
 
     return calibration_figure.calibration(file, result, synthetic)
 
 
-def validation(file: BrakeFile, result: Validation) -> Figure:
+def validation(file: BrakeFile, result: Validation, synthetic: bool) -> Figure:
     """Measured and predicted curves over the comparison window, and what is left between them."""
     with look():
         figure, (axes, rest) = canvas(
@@ -223,5 +223,6 @@ def validation(file: BrakeFile, result: Validation) -> Figure:
         rest.set(xlabel="elongation [mm]", ylabel="model − file [N]")
         words = f"MAPE {result.mape:.2%}, RMSE {show(result.rmse, 'N', 3)}"
         words += f" over {len(result.curves)} files"
+        words += ", synthetic data" if synthetic else ""
         title(axes, f"{file.name}: files (blue) and model (dashed)", words)
     return figure

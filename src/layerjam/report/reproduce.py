@@ -313,8 +313,8 @@ def main_job(
     names = ("friction", "calibration", "validation", "vacuum")
     figures = (
         functools.partial(friction, traces, reduced),
-        functools.partial(calibration, file, fitted),
-        functools.partial(validation, file, compared),
+        functools.partial(calibration, file, fitted, synthetic=True),
+        functools.partial(validation, file, compared, synthetic=True),
         functools.partial(force_over_vacuum, file, *vacuum),
     )
     captions = (
