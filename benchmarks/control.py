@@ -12,7 +12,7 @@ from layerjam.fluid.line import Sensor
 LINE = Plant(rate=0.4438, top=101325.0, leak=0.002, vent=5.0)
 SENSOR = Sensor(range=103e3, lag=0.005, noise=50.0, resolution=25.0)
 TARGETS = [(60.0, 80e3), (30.0, 40e3)]
-HOURS, WANTED = 20, 10_000
+HOURS, WANTED = 320, 10_000
 
 
 def rows() -> list[Row]:

@@ -149,19 +149,19 @@ def test_a_lower_target_is_reached_through_the_vent_or_the_reversed_pump(kind: s
 
 
 def test_a_batch_gives_what_each_run_gives_alone() -> None:
-    """Neither their number nor the cores change a run."""
+    """Neither their number nor the cores nor the lane change a run."""
     loop, steps = regulator(), [(4.0, 60e3), (2.0, 30e3), (1.0, 0.0)]
-    many = simulate_many(loop, steps, runs=7, duration=12.0, seed=3)
-    fewer = simulate_many(loop, steps, runs=2, duration=12.0, seed=3)
+    many = simulate_many(loop, steps, runs=37, duration=12.0, seed=3)
+    fewer = simulate_many(loop, steps, runs=19, duration=12.0, seed=3)
     alone = simulate(loop, steps, duration=12.0, seed=3)
     for field in dataclasses.fields(many):
         values = getattr(many, field.name)
-        np.testing.assert_array_equal(values[:2], getattr(fewer, field.name))
+        np.testing.assert_array_equal(values[:19], getattr(fewer, field.name))
     assert many.rise_time[0] == alone.rise_time
     assert many.overshoot[0] == alone.overshoot
     assert many.steady_error[0] == alone.steady_error
     assert many.pump_on[0] == alone.pump_on == pytest.approx(np.abs(alone.pump).sum() * 0.01)
-    assert len(set(many.overshoot)) == 7
+    assert len(set(many.overshoot)) == 37
 
 
 def test_the_sensor_shows_range_steps_offset_and_noise() -> None:
@@ -184,3 +184,35 @@ def test_an_upset_acts_from_its_time_on() -> None:
     assert (made.pump[500:] == 0).all()
     assert (made.vent[500:] == 0).all()
     assert np.isnan(made.measured[500:]).all()
+
+
+def test_a_broken_sensor_shows_what_was_said() -> None:
+    """Its number, its last one, or too much; up to then what a sound one shows."""
+    loop, path = regulator(safe_state="hold"), [(10.0, 60e3)]
+    sound = simulate(loop, path).measured
+    for name, value in (("rail", 7e3), ("stuck", 0.0), ("offset", 2e3)):
+        shown = simulate(loop, path, upset=Upset(at=8.0, sensor=name, value=value)).measured
+        np.testing.assert_array_equal(shown[:800], sound[:800])
+        if name == "offset":
+            assert shown[800] - sound[800] == 2e3
+        else:
+            assert (shown[800:] == (value or sound[799])).all()
+    never = simulate(loop, path, upset=Upset(at=0.0, sensor="stuck")).measured
+    assert not never.any()
+
+
+@pytest.mark.parametrize(
+    "upset",
+    [Upset(at=1.0, volume=1 / 8), Upset(at=1.0, volume=1e-3), Upset(at=1.0, leak=30.0, pump=3.0),
+     Upset(at=1.0, vent=100.0)],
+)  # fmt: skip
+def test_a_broken_plant_is_exact_too(upset: Upset) -> None:
+    """v = end + (v - end) exp(-b dt), however much of a sample's change that is."""
+    for kind in ("pi", "bang-bang"):
+        made = simulate(regulator(kind=kind), [(2.0, 50e3), (1.0, 0.0)], upset=upset)
+        rate, top, _weight, leak, vent, _back = upset.on(AIR)
+        u, z, v = made.pump[100:-1], made.vent[100:-1], made.vacuum[100:]
+        b = rate * u + leak + vent * z
+        end = rate * u * top / b
+        exact = end + (v[:-1] - end) * np.exp(-b * 0.01)
+        np.testing.assert_allclose(v[1:], exact, rtol=1e-12, atol=1e-8)

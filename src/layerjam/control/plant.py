@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from layerjam.errors import QuantityError
 from layerjam.fluid.flow import NORMAL, VAPOUR, leaking
 from layerjam.fluid.line import Line
+from layerjam.fluid.pump import check_water, displacement_at, lowest_pressure
 from layerjam.units import check, quantity, show
 
 
@@ -59,15 +60,15 @@ class Plant:
 def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
     """The plant of a fluid line, its leak and valve made linear so as to be right at `vacuum` [Pa].
 
-    Exact for the pump without leak. A valve's choked flow stands for its whole curve, so that late
-    in a release the plant is the faster one. Without valve the vent's command stands for the pump
-    run backwards, which a driver must then do: a fault of the pump leaves such a line without
-    release. Tube, reservoir, slip and shrinking are left out; a water line is taken as tight.
-    Raises QuantityError without any way to vent.
+    So is a pump by its flow curve. Exact for a pump by its displacement, without leak. A valve's
+    choked flow stands for its whole curve, so that late in a release the plant is the faster one.
+    Without valve the vent's command stands for the pump run backwards, which a driver must then do:
+    a fault of the pump leaves such a line without release. Tube, reservoir, slip and shrinking are
+    left out; a water line is taken as tight. Raises QuantityError without any way to vent.
     """
     pump, chamber, atmosphere = line.pump, line.chamber, line.site.atmosphere
     volume = chamber.volume
-    flow = pump.flow * pump.count
+    flow = displacement_at(atmosphere - vacuum, pump, atmosphere) * pump.count
     back = pump.backwards * pump.count
     vent = line.valve.conductance * NORMAL / volume if line.valve else 0.0
     if not vent and not back:
@@ -76,7 +77,7 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
         )
     if not water:
         leak = leaking(atmosphere - vacuum, atmosphere, line.leak.laminar, line.leak.orifice)
-        top = atmosphere - pump.ultimate
+        top = atmosphere - lowest_pressure(pump, atmosphere)
         made = Plant(
             rate=flow / volume, top=top, leak=leak / (volume * vacuum),
             vent=vent or back * atmosphere / (volume * vacuum),
@@ -85,6 +86,7 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
     else:
         if chamber.compliance is None:
             raise QuantityError("chamber.compliance is missing: water needs it")
+        check_water(pump)
         top = atmosphere - max(pump.ultimate, VAPOUR)
         slope = flow / chamber.compliance
         made = Plant(

@@ -1,0 +1,52 @@
+"""Faults by name, as a bench would provoke them: what breaks, so that a detector can be tried."""
+
+from __future__ import annotations
+
+from layerjam.control.closed_loop import Upset
+from layerjam.control.settings import Regulator
+from layerjam.errors import UnknownNameError
+from layerjam.units import show
+
+PROVOKED = {
+    "pump-dead": "the pump gives no flow",
+    "pump-weak": "the pump gives half the share of its flow below which it counts as weak",
+    "line-blocked": "the line is blocked: the pump empties little more than the tube before it",
+    "leak": "a leak opens against which the full pump holds half the target",
+    "sensor-nan": "the sensor gives no number",
+    "sensor-stuck": "the sensor shows the same number for ever",
+    "sensor-offset": "the sensor shows too much, by 2.5 times what counts as none when vented",
+}
+OFFSET = 2.5
+"""Of the greatest reading that counts as none when vented; a detector is due from 2 on."""
+
+
+def upset_of(fault: str, at: float, regulator: Regulator, target: float) -> tuple[Upset, str]:
+    """The upset from the time `at` [s] on while `target` [Pa] is held, and in words what breaks.
+
+    Sizes are those from which the regulator's detectors promise an answer (`detection_times`). The
+    leak is laminar, against a target above zero. Raises UnknownNameError.
+    """
+    if fault not in PROVOKED:
+        raise UnknownNameError("fault", fault, PROVOKED)
+    plant = regulator.plant
+    if fault == "pump-dead":
+        return Upset(at=at, pump=0.0), PROVOKED[fault]
+    if fault == "pump-weak":
+        share = regulator.weak_ratio / 2
+        return Upset(at=at, pump=share), f"the pump gives {share:.0%} of its flow"
+    if fault == "line-blocked":
+        left = 1 / (2 * regulator.blocked_ratio)
+        return Upset(at=at, volume=left), f"the line is blocked, {left:.1%} of its volume is left"
+    if fault == "leak":
+        half = target / 2
+        whole = plant.rate * (plant.top - plant.weight * half) / half
+        more = max(whole - plant.leak, 0.0)
+        return Upset(at=at, leak=more), (
+            f"a leak opens against which the full pump holds {show(half, 'Pa')}"
+        )
+    if fault == "sensor-offset":
+        value = OFFSET * regulator.largest_zero
+        return Upset(at=at, sensor="offset", value=value), (
+            f"the sensor shows {show(value, 'Pa')} too much"
+        )
+    return Upset(at=at, sensor=fault.removeprefix("sensor-")), PROVOKED[fault]
