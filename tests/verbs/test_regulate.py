@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from layerjam.errors import FileError, QuantityError, UnknownNameError
+from layerjam.errors import FileError, FitError, QuantityError, UnknownNameError
 from layerjam.verbs.follow import follow
+from layerjam.verbs.recorded_step import Recorded
 from layerjam.verbs.regulate import regulate
 
 SEEN = {"safe_state": "release", "sensor_range": "103 kPa", "noise": "50 Pa"}
@@ -83,3 +84,45 @@ def test_unknown_fluids_and_missing_parts_of_a_profile():
         follow("choi2018", "choi2018-kapton", profile="sine", low="1 N", high="2 N", **SEEN)
     with pytest.raises(QuantityError, match="high: 20 N is not above low"):
         follow("choi2018", "choi2018-kapton", profile="sine", **(SHAPE | {"high": "20 N"}), **SEEN)
+
+
+def recorded(path, rate=0.5, noise=60.0, until=12.0):
+    """A synthetic step: the pump on at 1 s, vacuum against time."""
+    time = np.arange(0, until, 0.02)
+    risen = 101325.0 * -np.expm1(-rate * np.maximum(time - 1, 0))
+    seen = risen + np.random.default_rng(2).normal(0, noise, time.size)
+    rows = "".join(f"{t:.2f},{v:.2f}\n" for t, v in zip(time, seen, strict=True))
+    path.write_text("time [s],vacuum [Pa]\n" + rows)
+    return path
+
+
+def test_a_recorded_step_tunes_the_regulator(tmp_path):
+    path = recorded(tmp_path / "step.csv")
+    seen = {key: value for key, value in SEEN.items() if key != "noise"}
+    made = regulate("choi2018", target="60 kPa", step=Recorded(path), **seen)
+    assert made.identified["rate"] == pytest.approx(0.5, rel=2e-3)
+    assert made.identified["pole"][0] < 0.5 < made.identified["pole"][1]
+    assert made.identified["reach"][0] < 101325 < made.identified["reach"][1]
+    assert made.identified["noise"] == pytest.approx(60, rel=0.1)
+    assert made.record[0].sensor.noise == made.identified["noise"]
+    # SIMC with T_c = 1/(20 k) and half a sample of dead time, at the target
+    assert 1 / made.gain == pytest.approx(0.5 * (101325 - 60e3) * (0.1 + 0.005), rel=5e-3)
+    assert made.rise_time == pytest.approx(np.log((1 - 6e3 / 101325) / (1 - 54e3 / 101325)) / 0.5,
+                                           rel=0.03)  # fmt: skip
+    kept = regulate("choi2018", target="60 kPa", step=Recorded(path), **SEEN)
+    assert kept.record[0].sensor.noise == 50.0
+
+
+def test_a_step_that_is_none_is_refused(tmp_path):
+    path = recorded(tmp_path / "step.csv")
+    with pytest.raises(FitError, match="samples between"):
+        regulate("choi2018", target="60 kPa", step=Recorded(path, start="11.9 s"), **SEEN)
+    with pytest.raises(FitError, match="no pump-down"):
+        flat = recorded(tmp_path / "flat.csv", rate=1e-4)
+        regulate("choi2018", target="60 kPa", step=Recorded(flat), **SEEN)
+    with pytest.raises(FileError):
+        regulate("choi2018", target="60 kPa", step=Recorded(tmp_path / "none.csv"), **SEEN)
+    faster = regulate(
+        "choi2018", target="60 kPa", step=Recorded(recorded(path, rate=1.5)), **SEEN
+    )
+    assert any("times that of the line's file" in said for said in faster.warnings)

@@ -29,6 +29,33 @@ def regulate(
     noise: line_opt.Noise = None,
     reversible: line_opt.Reversible = False,
     least_run: line_opt.LeastRun = None,
+    step: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="Log of the real line at full pump, to tune by."),
+    ] = None,
+    reading: Annotated[
+        str | None,
+        typer.Option(
+            metavar="absolute|gauge|vacuum", help="What the log's pressure counts from."
+        ),
+    ] = None,
+    start: Annotated[
+        str | None, typer.Option("--from", metavar="Q", help="Where the step begins in the log.")
+    ] = None,
+    end: Annotated[
+        str | None, typer.Option("--to", metavar="Q", help="Where the pump stops in the log.")
+    ] = None,
+    fault: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="What breaks: pump-dead, pump-weak, line-blocked, leak, sensor-nan, "
+            "sensor-stuck or sensor-offset.",
+        ),
+    ] = None,
+    fault_at: Annotated[
+        str | None, typer.Option(metavar="Q", help="When it breaks, e.g. 8s.")
+    ] = None,
     atmosphere: opt.Atmosphere = None,
     seed: line_opt.Seed = 0,
     figure: opt.Figure = None,
@@ -39,12 +66,18 @@ def regulate(
     opt.check_figure(figure, force)
     opt.engine()
     from layerjam.cli.output import say
+    from layerjam.errors import QuantityError
     from layerjam.verbs import regulate as verb
+    from layerjam.verbs.recorded_step import Recorded
 
+    if step is None and (reading or start or end):
+        raise QuantityError("reading, from, to: they go only with --step")
+    recorded = None if step is None else Recorded(step, reading, start, end)
     answer = verb.regulate(
         line, target=target, safe_state=safe_state, kind=kind, fluid=fluid, duration=duration,
         sample_time=sample_time, sensor_range=sensor_range, noise=noise, reversible=reversible,
-        least_run=least_run, atmosphere=atmosphere, seed=seed,
+        least_run=least_run, step=recorded, fault=fault, fault_at=fault_at, atmosphere=atmosphere,
+        seed=seed,
     )  # fmt: skip
     if figure:
         from layerjam.report.control_figures import loop, save
@@ -55,4 +88,11 @@ def regulate(
         f"  {name}: {'not seen' if time is None else f'{time:.3g} s'}"
         for name, time in answer.detection.items()
     ]
-    return say(answer, as_json, hidden=("detection",), lines=lines)
+    if answer.identified:
+        low, high = answer.identified["pole"]
+        lines = ["", f"step: rate {answer.identified['rate']:.4g} 1/s; its pole with the leak, at "
+                 f"95 %, {low:.4g} to {high:.4g} 1/s", *lines]  # fmt: skip
+    hidden = ["detection", "identified"]
+    if fault is None:
+        hidden += ["fault", "fault_at", "broken", "said_after"]
+    return say(answer, as_json, hidden=hidden, lines=lines)

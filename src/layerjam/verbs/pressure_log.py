@@ -82,10 +82,12 @@ def _absolute(
     return np.maximum(made, 1.0), kind, said
 
 
-def _read_pressure(
-    file: str | Path, reading: str | None, atmosphere: Quantity | None, zero: Quantity | None,
-    columns: str | None, decimal: str | None, warm: bool,
+def read_pressure(
+    file: str | Path, reading: str | None, atmosphere: Quantity | None,
+    zero: Quantity | None = None, columns: str | None = None, decimal: str | None = None,
+    warm: bool = False,
 ) -> tuple[Log, Any, str, float, list[str]]:  # fmt: skip
+    """(log, absolute pressure [Pa] shape (N,), kind of reading, atmosphere [Pa], what to say)."""
     if reading is not None and reading not in READINGS:
         raise UnknownNameError("reading", reading, READINGS)
     site = meaning_of(Site, "atmosphere")
@@ -96,7 +98,8 @@ def _read_pressure(
     return log, absolute, kind, around, said
 
 
-def _window(start: Quantity | None, end: Quantity | None) -> tuple[float | None, float | None]:
+def window(start: Quantity | None, end: Quantity | None) -> tuple[float | None, float | None]:
+    """Begin and end [s] of what counts; QuantityError where they are the wrong way round."""
     first = None if start is None else si(start, START, "from")
     last = None if end is None else si(end, START, "to")
     if first is not None and last is not None and first >= last:
@@ -125,8 +128,8 @@ def leak(
     the time. `record` is the Leak.
     """
     held = None if volume is None else si(volume, VOLUME, "volume")
-    given, window = temperature_of(temperature), _window(start, end)
-    log, absolute, kind, around, warnings = _read_pressure(
+    given, span = temperature_of(temperature), window(start, end)
+    log, absolute, kind, around, warnings = read_pressure(
         file, reading, atmosphere, zero, columns, decimal, True
     )
     warm: Any = given if given is not None else ROOM
@@ -135,7 +138,7 @@ def leak(
         if given is not None:
             warnings.append("the log has a column of temperature, which counts, not --temperature")
     found = leaking.fit_leak(
-        log["time"], absolute, atmosphere=around, window=window, temperature=warm
+        log["time"], absolute, atmosphere=around, window=span, temperature=warm
     )
     best = found.fits[found.best]
     warnings += [*found.warnings, *_of_heat(found, "temperature" in log)]
@@ -256,14 +259,14 @@ def pump_down(
     extra = None if added_volume is None else si(added_volume, VOLUME, "added volume")
     if compliance is not None and extra is not None:
         raise QuantityError("compliance: two logs are compared at constant volume; leave it out")
-    window = _window(start, end)
+    span = window(start, end)
 
     def one(path: str | Path, shrink: float | None = 0.0) -> tuple[Any, str, list[str], Log, float]:
-        log, absolute, kind, around, said = _read_pressure(
+        log, absolute, kind, around, said = read_pressure(
             path, reading, atmosphere, zero, columns, decimal, False
         )
         made = emptying.fit_pump_down(
-            log["time"], absolute, atmosphere=around, window=window, shrink=shrink
+            log["time"], absolute, atmosphere=around, window=span, shrink=shrink
         )
         return made, kind, said, log, around
 

@@ -6,21 +6,25 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from layerjam.control.closed_loop import simulate
+from layerjam.control.closed_loop import ClosedLoop, Upset, simulate
+from layerjam.control.faults import upset_of
 from layerjam.control.plant import plant_of
 from layerjam.control.settings import Regulator, detection_times
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Sensor
-from layerjam.units import Meaning, meaning_of
+from layerjam.units import Meaning, meaning_of, show
 from layerjam.verbs.answer import Answer, Quantity, si
+from layerjam.verbs.recorded_step import Recorded, tuned_by
 from layerjam.verbs.vacuum_line import FLUIDS, AnyLine, line_at, target_of
 
+FAULT_AT = Meaning("s", "time at which the fault begins", hi=1e5)
 DURATION = Meaning("s", "time to simulate", open_lo=True, hi=1e5)
 UNITS = {
     "target": "Pa", "rise_time": "s", "overshoot": "Pa", "steady_error": "Pa", "ripple": "Pa",
     "pump_on": "s", "fault_time": "s", "reachable": "Pa", "gain": "1/Pa", "integral_time": "s",
     "time_constant": "s", "duration": "s", "sample_time": "s",
+    "fault_at": "s", "said_after": "s",
 }  # fmt: skip
 
 
@@ -77,16 +81,26 @@ def regulate(
     noise: Quantity | None = None,
     reversible: bool = False,
     least_run: Quantity | None = None,
+    step: Recorded | None = None,
+    fault: str | None = None,
+    fault_at: Quantity | None = None,
     atmosphere: Quantity | None = None,
     seed: int = 0,
 ) -> Answer:
     """Bring a line to a vacuum and hold it there, in closed loop with a noisy sensor.
 
     `kind` is "bang-bang", "pi" or "scheduled"; `safe_state`, "release" or "hold", is where a fault
-    ends and must be declared; `least_run` is the pump's shortest run and rest. Times are those of
+    ends and must be declared; `least_run` is the pump's shortest run and rest. `step` is a log of
+    the real line at full pump: gains, detectors and the line simulated are then those it shows
+    (`identified`, with 95 % intervals), and its scatter the noise unless given. Times are those of
     the true vacuum, not of the reading. `detection` has the worst time [s] until each fault is said
-    at this vacuum (None: never). `record` is (Regulator, ClosedLoop).
+    at this vacuum (None: never). `fault`, one of `control.faults.PROVOKED`, breaks the line or
+    sensor from `fault_at` on; `broken` is that in words, `said_after` the time until the detector
+    answered (None: it said nothing, or before). `record` is (Regulator, ClosedLoop).
     """
+    if (fault is None) != (fault_at is None):
+        given, missing = ("fault", "fault_at") if fault_at is None else ("fault_at", "fault")
+        raise QuantityError(f"{missing}: missing; {given} is given, and they go together")
     file = line_at(line, atmosphere)
     wanted = target_of(target, file.line)
     made, said = regulator_of(
@@ -94,9 +108,18 @@ def regulate(
         sensor_range=sensor_range, noise=noise, reversible=reversible,
         least_run=least_run,
     )  # fmt: skip
+    found = None
+    if step is not None:
+        made, found, more = tuned_by(
+            made, step, atmosphere=file.line.site.atmosphere, keep_noise=noise is not None
+        )
+        said += more
     constant = 1 / (made.plant.rate + made.plant.leak)
     length = 12 * constant if duration is None else si(duration, DURATION, "duration")
-    loop = simulate(made, [(length, wanted)], seed=seed)
+    upset, broken = _upset(fault, fault_at, made, wanted, length, file)
+    loop = simulate(made, [(length, wanted)], upset=upset, seed=seed)
+    if fault is not None:
+        said += _of_the_fault(fault, upset, loop)
     gains = made.gains()
     values = {
         "target": wanted,
@@ -111,18 +134,75 @@ def regulate(
         "vent_switches": loop.vent_switches,
         "pump_on": loop.pump_on,
         "fault_time": _finite(loop.fault_time),
+        "fault": fault,
+        "fault_at": None if fault is None else upset.at,
+        "broken": broken,
+        "said_after": _said_after(loop, upset),
         "reachable": made.plant.reach,
         "time_constant": constant,
         "gain": None if kind == "bang-bang" else gains.gain,
         "integral_time": None if kind == "bang-bang" else gains.integral_time,
         "sample_time": made.sample_time,
         "duration": length,
+        "identified": None if found is None else {
+            "rate": found.plant.rate,
+            "pole": list(found.rate_interval),
+            "reach": list(found.reach_interval),
+            "noise": found.noise,
+        },
         "detection": {k: _finite(v) for k, v in detection_times(made, wanted).items()},
-    }
+    }  # fmt: skip
     return Answer(
         values=values, units=UNITS, warnings=said,
         record=(made, loop),
     )  # fmt: skip
+
+
+def _upset(
+    fault: str | None, at: Quantity | None, made: Regulator, target: float, length: float,
+    file: LineFile,
+) -> tuple[Upset, str | None]:  # fmt: skip
+    """What breaks, and in words; nothing without a fault."""
+    if fault is None or at is None:
+        return Upset(), None
+    begins = si(at, FAULT_AT, "fault_at")
+    if begins >= length:
+        raise QuantityError(
+            f"fault_at: {show(begins, 's')} is not allowed; the run ends at {show(length, 's')}"
+        )
+    upset, words = upset_of(fault, begins, made, target)
+    if file.line.valve is None and upset.pump < 1:
+        # the pump run backwards is the only way down
+        upset = replace(upset, vent=upset.pump)
+    return upset, words
+
+
+def _of_the_fault(fault: str, upset: Upset, loop: ClosedLoop) -> list[str]:
+    """What to say of a fault that was not said, or of an alarm before it."""
+    if loop.fault_time < upset.at:
+        return [f"{loop.outcome} was said at {show(loop.fault_time, 's')}, before the fault began"]
+    if math.isfinite(loop.fault_time):
+        return []
+    off = float(loop.vacuum[-1] - loop.target[-1])
+    full = "; it shows where the pump runs full, as in a rise, and here it hardly runs"
+    more = {
+        "pump-weak": full,
+        "line-blocked": full,
+        "pump-dead": full,
+        "sensor-offset": "; an offset shows when the line is vented, and here it is held",
+        "sensor-stuck": "; one number for long tells nothing of a sensor without noise that is at "
+        "its target",
+    }.get(fault, "")
+    where = "above" if off > 0 else "below"
+    return [
+        f"{fault} was not said in the time simulated{more}; the vacuum ends "
+        f"{show(abs(off), 'Pa')} {where} the target"
+    ]
+
+
+def _said_after(loop: ClosedLoop, upset: Upset) -> float | None:
+    passed = loop.fault_time - upset.at
+    return passed if math.isfinite(passed) and passed >= 0 else None
 
 
 def _finite(value: float) -> float | None:

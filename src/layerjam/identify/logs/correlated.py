@@ -112,7 +112,7 @@ def fit_series(
         correlation=noise.correlation,
         freedom=max(noise.effective - len(values), 2.0),
         rmse=float(np.sqrt(np.mean(samples**2))),
-        noise=float(np.std(np.diff(measured)) / np.sqrt(2)),
+        noise=float(np.std(np.diff(samples)) / np.sqrt(2)),
         residuals=-left,
         whiten=noise.whiten,
     )
