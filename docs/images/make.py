@@ -1,20 +1,33 @@
-"""Draw the picture of the README: python docs/images/make.py (writes kapton.svg beside itself)."""
+"""Draw the pictures of README and docs beside this file: python docs/images/make.py [NAME...]."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 HERE = Path(__file__).parent
+NAMES = ("kapton", "regulators", "forces", "warned", "coupling")
 VACUUMS = (94.5e3, 65.5e3, 31.0e3, 0.0)
 
 
-def draw(path: Path) -> Path:
-    """The paper's Kapton brake pulled at the paper's four vacuums, and the vacuum for 100 N."""
+def draw(name: str, path: Path) -> Path:
+    """One picture by name, `kapton` or a function of report/line_pictures.py."""
     jax.config.update("jax_enable_x64", True)
+    from layerjam.report import line_pictures, style
+
+    figure = kapton() if name == "kapton" else getattr(line_pictures, name)()
+    return style.save(figure, path, force=True)
+
+
+def kapton() -> Figure:
+    """The paper's Kapton brake pulled at the paper's four vacuums, and the vacuum for 100 N."""
     from layerjam.device.load import load
     from layerjam.mechanics.pull import brake_force, force_at_elongation, vacuum_for_force
     from layerjam.report import style
@@ -45,8 +58,9 @@ def draw(path: Path) -> Path:
         )  # fmt: skip
         right.set(xlabel="vacuum [kPa]", xlim=(0, 102), ylim=(0, 200))
         style.title(right, "Which vacuum for 100 N?", "computed; after 20 mm of slip")
-    return style.save(figure, path, force=True)
+    return figure
 
 
 if __name__ == "__main__":
-    print(draw(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / "kapton.svg"))
+    for each in sys.argv[1:] or NAMES:
+        print(draw(each, HERE / f"{each}.svg"))

@@ -23,6 +23,7 @@ from layerjam.identify.validation.metrics import Validation
 from layerjam.report import (
     fluid_figures,
     impact_figures,
+    line_pictures,
     paper_figures,
     paper_impact,
     paper_lab,
@@ -282,6 +283,34 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
                     caption="What it would take to show the paper's peaks. Left: a low-pass of a "
                     "few hertz, behind which the bare drop would not show its 50 g. Right: no rope "
                     "does; on one soft enough the brake never slips.",
+                ),
+            ],
+        ),
+        Part(
+            id="control",
+            title="Not in the paper: the hand on the pump",
+            text=["The paper sets a vacuum and waits. Here the same line is regulated, made to "
+                  "follow a force, and asked whether it is in time. Sensor (50 Pa of noise), leak "
+                  "and valve are examples of ours, not measurements."],
+            pictures=[
+                Picture(
+                    name="regulators", figure=line_pictures.regulators,
+                    caption="Left: what each regulator makes of 80 kPa and how often it switches "
+                    "the pump for it. Right: a pump that dies. The regulator says so and goes to "
+                    "the safe state that its configuration had to declare.",
+                ),
+                Picture(
+                    name="forces", figure=line_pictures.forces,
+                    caption="Wanted force and measured slip give the vacuum by the inverse law. "
+                    "The true brake rubs 3 % more than the controller knows; the slip is noisy by "
+                    "0.1 mm and grows by 0.5 mm a second. The saw on the plateau is the vent, "
+                    "which opens when the vacuum is 1 % of the pump's too high.",
+                ),
+                Picture(
+                    name="plan", figure=line_pictures.warned,
+                    caption="A collision announced 3 s before: the vacuum that comes in time, and "
+                    "the two modes of the paper over an uncertain energy. Tuned, the mass feels "
+                    "less and the travel runs out more often.",
                 ),
             ],
         ),
