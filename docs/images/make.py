@@ -13,16 +13,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(__file__).parent
-NAMES = ("kapton", "regulators", "forces", "warned", "coupling")
+NAMES = ("kapton", "rise", "regulators", "forces", "warned", "coupling")
 VACUUMS = (94.5e3, 65.5e3, 31.0e3, 0.0)
 
 
 def draw(name: str, path: Path) -> Path:
     """One picture by name, `kapton` or a function of report/line_pictures.py."""
     jax.config.update("jax_enable_x64", True)
-    from layerjam.report import line_pictures, style
+    from layerjam.report import fluid_figures, line_pictures, style
 
-    figure = kapton() if name == "kapton" else getattr(line_pictures, name)()
+    here = {"kapton": kapton, "rise": fluid_figures.fig5}
+    figure = here[name]() if name in here else getattr(line_pictures, name)()
     return style.save(figure, path, force=True)
 
 

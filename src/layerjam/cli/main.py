@@ -14,6 +14,7 @@ from typer.exceptions import Abort, Exit, TyperException
 from layerjam._version import __version__
 from layerjam.cli import (
     calibration,
+    compare,
     follow,
     friction,
     impact,
@@ -21,6 +22,7 @@ from layerjam.cli import (
     lab,
     measurements,
     paper,
+    parts,
     plan,
     predict,
     pull,
@@ -50,9 +52,11 @@ for group in (
     report,
     measurements,
     vacuum_line,
+    parts,
     regulate,
     follow,
     plan,
+    compare,
     paper,
 ):
     group.register(app)

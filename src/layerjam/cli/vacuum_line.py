@@ -20,11 +20,22 @@ def rise(
     target: Annotated[str, typer.Option(metavar="Q", help="Vacuum to reach, e.g. 94.5kPa.")],
     fluid: line_opt.Fluid = "air",
     atmosphere: opt.Atmosphere = None,
+    figure: opt.Figure = None,
     as_json: opt.AsJson = False,
+    force: opt.Force = False,
 ) -> int:
     """How fast a line brings a vacuum, and lets go of it."""
+    opt.check_figure(figure, force)
     from layerjam.cli.output import say
     from layerjam.verbs import vacuum_line
 
     answer = vacuum_line.rise(line, target=target, fluid=fluid, atmosphere=atmosphere)
-    return say(answer, as_json, hidden=("reason",) if answer.feasible else ())
+    if figure:
+        from layerjam.report.fluid_figures import rise_figure, save
+
+        file = vacuum_line.line_at(line, atmosphere)
+        save(rise_figure(file.line, answer.target, fluid == "water", file.name), figure, force)
+    hidden = [] if answer.feasible is False else ["reason"]
+    if answer.tube_delay is None:
+        hidden += ["tube_delay", "tube_lag"]
+    return say(answer, as_json, hidden=hidden)

@@ -2,36 +2,78 @@
 
 Air at one temperature, without a tube that matters: V p' = -F (p - p_u) + G (a^2 - p^2)/2a, with F
 the flow of all pumps, p_u the lowest pressure they reach, G a laminar leak and a the atmosphere.
-Water: C P' = F. Times are None where the pressure is never reached.
+A pump by its flow curve has a closed form without leak, stretch by stretch. Water: C P' = F. Times
+are None where the pressure is never reached. `lowest` and `reachable` hold for every line.
 """
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
-from layerjam.fluid.flow import NORMAL, VAPOUR
+from layerjam.fluid.flow import NORMAL, VAPOUR, leaking, tube_conductance
 from layerjam.fluid.line import Line
+from layerjam.fluid.pump import check_water, inlet_flow, intake, lowest_pressure, points
+
+
+def simple(line: Line) -> bool:
+    """Whether the closed forms hold: one rigid volume at one temperature, no orifice leaks.
+
+    Pumps by their flow curve have none against a leak.
+    """
+    leak = line.leak
+    rigid = line.tube is None and line.chamber.shrink == 0 and line.polytropic == 1
+    return rigid and leak.orifice == 0 and not (line.pump.curve is not None and leak.laminar)
 
 
 def pumps_flow(line: Line) -> float:
-    """Flow of all pumps [m^3/s]."""
-    return line.pump.flow * line.pump.count
+    """Flow of all pumps at their inlet, without vacuum and with none kept back [m^3/s]."""
+    return inlet_flow(line.pump) * line.pump.count
 
 
 def lowest(line: Line) -> float:
-    """Absolute pressure [Pa] that pump and laminar leak come to in the end."""
+    """Absolute pressure [Pa] that pumps, tube and leak come to in the end."""
+    leak, tightest = line.leak, lowest_pressure(line.pump, line.site.atmosphere)
+    if leak.laminar == 0 and leak.orifice == 0:
+        return tightest
+    if line.tube is None and line.pump.curve is None and leak.orifice == 0:
+        return _against_laminar(line)
+    return _balance(line, tightest)
+
+
+def _against_laminar(line: Line) -> float:
     flow, a, leak = pumps_flow(line), line.site.atmosphere, line.leak.laminar
-    if leak == 0:
-        return line.pump.ultimate
     # G/2a p^2 + F p - (F p_u + G a/2) = 0
     free = flow * line.pump.ultimate + leak * a / 2
     return 2 * free / (flow + math.sqrt(flow * flow + 2 * leak / a * free))
 
 
+def _balance(line: Line, tightest: float) -> float:
+    """Where the pumps, through the tube, take out what leaks in; by bisection."""
+    a, leak, tube = line.site.atmosphere, line.leak, line.tube
+
+    def excess(p: float) -> float:
+        comes = leaking(p, a, leak.laminar, leak.orifice)
+        squared = p * p
+        if tube is not None:
+            squared -= comes / tube_conductance(tube.length, tube.bore)
+        if squared <= 0:
+            return -comes
+        return line.pump.count * intake(math.sqrt(squared), line.pump, a) - comes
+
+    low, high = tightest, a
+    for _ in range(100):
+        middle = (low + high) / 2
+        low, high = (low, middle) if excess(middle) > 0 else (middle, high)
+    return high
+
+
 def reachable(line: Line, water: bool = False) -> float:
-    """Greatest vacuum [Pa] that can be reached."""
-    limit = max(line.pump.ultimate, VAPOUR) if water else lowest(line)
-    return line.site.atmosphere - limit
+    """Greatest vacuum [Pa] that can be reached; QuantityError for water by a flow curve of air."""
+    if not water:
+        return line.site.atmosphere - lowest(line)
+    check_water(line.pump)
+    return line.site.atmosphere - max(line.pump.ultimate, VAPOUR)
 
 
 def pumping_time(start: float, end: float, line: Line) -> float | None:
@@ -41,12 +83,24 @@ def pumping_time(start: float, end: float, line: Line) -> float | None:
     if end <= low:
         return None
     if leak == 0:
-        return volume / flow * math.log((start - low) / (end - low))
+        return _by_stretches(start, end, line)
     # p' = -c (p - low)(p + high)
     c = leak / (2 * a * volume)
     high = low + flow / volume / c
     ratio = (start - low) * (end + high) / ((end - low) * (start + high))
     return math.log(ratio) / (c * (low + high))
+
+
+def _by_stretches(start: float, end: float, line: Line) -> float:
+    """Without leak: between points q is straight in p, so V dp over the logarithmic mean of q."""
+    a, pump = line.site.atmosphere, line.pump
+    between = [p for p in points(pump, a) if end < p < start]
+    taken = 0.0
+    for high, low in pairwise([start, *between, end]):
+        more, less = intake(high, pump, a), intake(low, pump, a)
+        if more != less:
+            taken += (high - low) * math.log(more / less) / (more - less)
+    return line.chamber.volume * taken / pump.count
 
 
 def rise_time(target: float, line: Line, water: bool = False) -> float | None:
@@ -61,7 +115,10 @@ def rise_time(target: float, line: Line, water: bool = False) -> float | None:
 
 
 def time_constant(line: Line, water: bool = False) -> float:
-    """V/F of air [s]; of water the time to a vacuum of one atmosphere, C a/F, its only scale."""
+    """V/F of air [s], F at the inlet without vacuum.
+
+    Of water the time to a vacuum of one atmosphere, C a/F, its only scale.
+    """
     if water:
         assert line.chamber.compliance is not None
         return line.chamber.compliance * line.site.atmosphere / pumps_flow(line)

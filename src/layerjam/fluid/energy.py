@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from layerjam.fluid.closed_forms import pumps_flow
 from layerjam.fluid.flow import leaking
 from layerjam.fluid.line import Line
 from layerjam.fluid.network import CHAMBER, PUMPED, SIDE, Response
+from layerjam.fluid.pump import intake
 
 
 def emptying_work(p: float, volume: float, atmosphere: float) -> float:
@@ -92,7 +92,7 @@ def holding(vacuum: float, line: Line) -> Holding:
     leak = leaking(p, a, line.leak.laminar, line.leak.orifice)
     if leak == 0:
         return Holding(0.0, 0.0, 0.0, None if line.pump.power is None else 0.0)
-    able = pumps_flow(line) * max(p - line.pump.ultimate, 0.0)
+    able = line.pump.count * intake(p, line.pump, a)
     duty = leak / able if able > 0 else math.inf
     least = leak * math.log(a / p) if p > 0 else math.inf
     if line.pump.power is None or duty > 1:

@@ -1,4 +1,8 @@
-"""A vacuum line's TOML file, from the catalogue or the user's own."""
+"""A vacuum line's TOML file, from the catalogue or the user's own.
+
+`part = "NAME"` in [pump], [valve] or [sensor] takes a part of the catalogue with its sources; what
+stands beside it in the table comes before the part's own.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +17,13 @@ from typing import Any
 from layerjam.device.source import Source
 from layerjam.device.toml import Reader, line_of, parse_toml, read_text
 from layerjam.errors import FileError, LayerjamError, UnknownNameError
+from layerjam.fluid.curve import CURVE
 from layerjam.fluid.line import Line, validate
+from layerjam.fluid.parts import FAMILIES, part_entries
 from layerjam.units import Meaning, build, quantities
 
 _FIELDS: dict[str, tuple[Meaning, bool]] = {p: (m, r) for p, m, r in quantities(Line)}
+_FIELDS["pump.curve"] = (CURVE, False)
 _DUE = ("chamber.volume", "pump.flow")
 
 
@@ -29,6 +36,8 @@ class LineFile:
     sources: Mapping[str, Source] = field(repr=False)
     text: str = field(repr=False)
     title: str = ""
+    parts: Mapping[str, str] = field(default_factory=dict)
+    """Parts of the catalogue, by table."""
 
     def warnings(self) -> list[str]:
         """What every result made with this line has to say about its numbers."""
@@ -73,8 +82,11 @@ def read_line(text: str, path: object) -> LineFile:
     """A LineFile from TOML text; FileError with file and line for what it cannot be."""
     tables: dict[str, Any] = parse_toml(text, path)
     reader = Reader(text, path, _FIELDS)
+    parts = _with_parts(tables, reader)
     reader.take(tables)
     due = [p for p in _DUE if p not in reader.values]
+    if "pump.curve" in reader.values and "pump.flow" in due:
+        due.remove("pump.flow")
     for table in {p.split(".")[0] for p in reader.values if "." in p}:
         due += [
             p for p, (_, r) in _FIELDS.items()
@@ -92,5 +104,22 @@ def read_line(text: str, path: object) -> LineFile:
     if not isinstance(name, str) or not name.strip():
         raise FileError(path, "name is missing", line_of(text, "name"))
     return LineFile(
-        name=name, line=line, sources=reader.sources, text=text, title=str(tables.get("title", ""))
-    )
+        name=name, line=line, sources=reader.sources, text=text, parts=parts,
+        title=str(tables.get("title", "")),
+    )  # fmt: skip
+
+
+def _with_parts(tables: dict[str, Any], reader: Reader) -> dict[str, str]:
+    """Replace `part` in a line's tables by the part's entries; gives the names."""
+    found = {}
+    for family in FAMILIES:
+        table = tables.get(family)
+        if not isinstance(table, dict) or "part" not in table:
+            continue
+        beside = {k: v for k, v in table.items() if k != "part"}
+        try:
+            tables[family] = part_entries(family, table["part"], beside)
+        except LayerjamError as err:
+            raise reader.fail(f"{family}.part", str(err)) from None
+        found[family] = table["part"]
+    return found

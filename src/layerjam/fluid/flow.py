@@ -13,6 +13,10 @@ LAMINAR = 0.999
 ellipse of ISO 6358 is infinitely steep, which no flow is."""
 VISCOSITY = 1.81e-5
 """Of air at 20 degC [Pa s] (handbook)."""
+SPECIFIC_GAS = 287.05
+"""Of dry air [J/(kg K)] (handbook)."""
+TEMPERATURE = 293.15
+"""Of the gas in the line [K]: 20 degC, as for the viscosity."""
 VAPOUR = 2339.0
 """Vapour pressure of water at 20 degC [Pa] (handbook): below it water boils."""
 
@@ -38,9 +42,14 @@ def through_valve(high: float, low: float, conductance: float, critical: float =
     return conductance * NORMAL * high * passed(low / high if high > 0 else 1.0, critical)
 
 
+def tube_conductance(length: float, bore: float) -> float:
+    """Throughput over the difference of squared pressures [m^3/(s Pa)], laminar (Poiseuille)."""
+    return math.pi * bore**4 / (256 * VISCOSITY * length)
+
+
 def through_tube(a: float, b: float, length: float, bore: float) -> float:
     """From a to b [Pa absolute], laminar flow of a gas (Poiseuille)."""
-    return math.pi * bore**4 / (256 * VISCOSITY * length) * (a * a - b * b)
+    return tube_conductance(length, bore) * (a * a - b * b)
 
 
 def leaking(p: float, atmosphere: float, laminar: float, orifice: float) -> float:

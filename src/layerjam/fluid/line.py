@@ -6,8 +6,11 @@ volume per time [Pa m^3/s], which counts gas at one temperature.
 
 from __future__ import annotations
 
+from dataclasses import field
+
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
+from layerjam.fluid.curve import Curve, check_curve
 from layerjam.units import check, nested, quantity, record, show
 
 
@@ -34,19 +37,29 @@ class Chamber:
 
 @record
 class Tube:
-    """The tube between pump and brake; its gas counts with the pump's side."""
+    """The tube between pump and brake; its gas counts with the pump's side unless in cells."""
 
     length: float = quantity("m", "length of the tube", hi=100, open_lo=True)
     bore: float = quantity("m", "inner diameter of the tube", lo=1e-4, hi=0.1)
+    cells: int = quantity(
+        "1", "number of cells the tube is divided into, for pressure waves; 0: none", hi=60,
+        whole=True, default=0,
+    )  # fmt: skip
 
 
 @record
 class Pump:
-    """One of `count` equal pumps in parallel: q = flow (p - ultimate), all of them together."""
+    """One of `count` equal pumps in parallel, by its displacement or by a flow curve (`pump.py`).
 
-    flow: float = quantity(
-        "m^3/s", "flow of one pump at its inlet, without vacuum", lo=1e-12, hi=1, symbol="Q"
-    )
+    By its displacement q = flow (p - ultimate) each; a curve stands in place of both.
+    """
+
+    flow: float | None = quantity(
+        "m^3/s", "volume one pump displaces per time: the flow at its inlet where ultimate is zero",
+        lo=1e-12, hi=1, symbol="Q", default=None,
+    )  # fmt: skip
+    curve: Curve | None = field(default=None)
+    """Points (vacuum, flow of free air) of a data sheet's curve, from no vacuum to no flow."""
     count: int = quantity("1", "pumps in parallel", lo=1, hi=100, whole=True, default=1)
     ultimate: float = quantity(
         "Pa", "lowest absolute pressure the pump reaches", hi=1.2e5, symbol="p_u", default=0.0
@@ -130,6 +143,17 @@ def validate(line: Line) -> None:
     """Raise QuantityError for values that are out of bounds or contradict each other."""
     check(line)
     atmosphere, chamber = line.site.atmosphere, line.chamber
+    if (line.pump.flow is None) == (line.pump.curve is None):
+        raise QuantityError(
+            "pump.flow: a pump has a flow or a flow curve, pump.curve; "
+            + ("neither is given" if line.pump.flow is None else "both are given")
+        )
+    if line.pump.curve is not None:
+        check_curve(line.pump.curve, "pump.curve")
+        if line.pump.ultimate:
+            raise QuantityError(
+                "pump.ultimate: a flow curve ends at the lowest pressure; give one of the two"
+            )
     if line.pump.ultimate >= atmosphere:
         raise QuantityError(
             f"pump.ultimate: {show(line.pump.ultimate, 'Pa')} is no vacuum at an atmosphere of "

@@ -3,7 +3,8 @@
 Nodes are the chamber, the pump's side (tube and what sits there) and the reservoir; their gas is
 kept as N = p V [Pa m^3] at one temperature. Flows only move N from node to node or in and out, so
 that what is in the line and what passed its borders add up at every step. With an exponent n above
-1 pressures follow V p' = n (q - p V'), and N is counted beside them.
+1 pressures follow V p' = n (q - p V'), and N is counted beside them. A tube in cells adds the
+pressures along it and the flows between them to the state.
 """
 
 from __future__ import annotations
@@ -19,14 +20,23 @@ import numpy.typing as npt
 from layerjam.errors import QuantityError
 from layerjam.fluid.flow import leaking, through_tube, through_valve
 from layerjam.fluid.line import Line
+from layerjam.fluid.pump import intake
+from layerjam.fluid.tube import area, in_cells, share_at_chamber
 
 Array = npt.NDArray[np.float64]
 CHAMBER, SIDE, RESERVOIR = range(3)
 PUMPED, LEAKED, VENTED = 6, 7, 8
 """Places in the state after three pressures and three N: gas passed out and in so far [Pa m^3]."""
 SIZE = 9
+"""Length of the state without cells; the cells' pressures and flows stand behind."""
 SHORTEST = 1e-12
 """Time [s] below which the integrator does not get on."""
+
+
+CLOSE, CLOSE_IN_CELLS = 1e-11, 1e-6
+"""Relative error asked of the integrator, and with a tube in cells."""
+NUDGE = 1e-6
+"""Change of a place of the state, over its size, for the derivative by it."""
 
 
 class Drive(NamedTuple):
@@ -45,8 +55,18 @@ class Drive(NamedTuple):
 
 
 def side_volume(line: Line) -> float:
-    """Gas on the pump's side of the tube [m^3]: that of the tube; 0 without one."""
-    return 0.0 if line.tube is None else float(np.pi / 4) * line.tube.bore**2 * line.tube.length
+    """Gas on the pump's side [m^3]: that of the tube but for `nearby`; 0 without one."""
+    return 0.0 if line.tube is None else area(line.tube) * line.tube.length - nearby(line)
+
+
+def nearby(line: Line) -> float:
+    """Gas of the tube that counts with the chamber [m^3]: half a cell of a tube in cells."""
+    return 0.0 if line.tube is None else share_at_chamber(line.tube)
+
+
+def cells(line: Line) -> int:
+    """Cells of the tube."""
+    return 0 if line.tube is None else line.tube.cells
 
 
 def at_pressure(
@@ -56,12 +76,19 @@ def at_pressure(
     a = line.site.atmosphere
     p = a if p is None else p
     store = a if stored is None else stored
-    state = np.zeros(SIZE)
-    chamber = line.chamber
-    volume = chamber.volume + chamber.volume_per_slip * slip - chamber.shrink * (a - p)
+    state = np.zeros(SIZE + 2 * cells(line))
+    state[SIZE : SIZE + cells(line)] = p
+    volume = gas_volume(line, p, slip)
     tank = 0.0 if line.reservoir is None else line.reservoir.volume
     state[:6] = p, p, store, p * volume, p * side_volume(line), store * tank
     return state
+
+
+def gas_volume(line: Line, p: float, slip: float = 0.0) -> float:
+    """Gas that shares the chamber's pressure [m^3], at p [Pa absolute] and a slip [m]."""
+    chamber, vacuum = line.chamber, line.site.atmosphere - p
+    own = chamber.volume + chamber.volume_per_slip * slip - chamber.shrink * vacuum
+    return own + nearby(line)
 
 
 def rates(state: Array, drive: Drive, line: Line) -> Array:
@@ -70,12 +97,9 @@ def rates(state: Array, drive: Drive, line: Line) -> Array:
     p, side, stored = (float(v) for v in state[:3])
     joined = line.tube is None
     at_pump = p if joined else side
-    volume = chamber.volume + chamber.volume_per_slip * drive.slip - chamber.shrink * (a - p)
+    volume = gas_volume(line, p, drive.slip)
     speed = drive.pump * line.pump.count
-    if speed >= 0:
-        out = speed * line.pump.flow * max(at_pump - line.pump.ultimate, 0.0)
-    else:
-        out = speed * line.pump.backwards * a
+    out = speed * (intake(at_pump, line.pump, a) if speed >= 0 else line.pump.backwards * a)
     vent = 0.0
     if line.valve is not None and drive.vent > 0:
         vent = drive.vent * through_valve(
@@ -85,16 +109,23 @@ def rates(state: Array, drive: Drive, line: Line) -> Array:
     pull = 0.0
     if line.reservoir is not None and drive.store > 0:
         pull = drive.store * through_valve(p, stored, line.reservoir.conductance)
-    along = 0.0
-    if line.tube is not None:
+    along, count = 0.0, cells(line)
+    if count:
+        along = float(state[SIZE + count])
+    elif line.tube is not None:
         along = through_tube(p, side, line.tube.length, line.tube.bore)
     into = leak - pull + (vent - out if joined else -along)
     moved = p * chamber.volume_per_slip * drive.pace
     dp = n * (into - moved) / (volume + n * p * chamber.shrink)
-    made = np.zeros(SIZE)
+    made = np.zeros(SIZE + 2 * count)
     made[CHAMBER], made[3] = dp, into
     if not joined:
         made[SIDE], made[4] = n * (along + vent - out) / side_volume(line), along + vent - out
+        if count and line.tube is not None:
+            nodes, flows = state[SIZE : SIZE + count], state[SIZE + count :]
+            pressed, made[SIZE + count :] = in_cells(p, nodes, flows, out - vent, line.tube, n)
+            made[SIZE : SIZE + count] = pressed
+            made[SIDE] = pressed[-1]
     else:
         made[SIDE] = dp
     if line.reservoir is not None:
@@ -121,14 +152,14 @@ def advance(state: Array, drive: Drive, line: Line, dt: float, steps: int = 1) -
 def imbalance(state: Array, start: Array) -> float:
     """Gas that cannot be accounted for, over all that was there or passed [1]."""
     held, before = float(state[3:6].sum()), float(start[3:6].sum())
-    passed = state[PUMPED:] - start[PUMPED:]
+    passed = state[PUMPED:SIZE] - start[PUMPED:SIZE]
     most = max(held, before, float(np.abs(passed).sum()))
     return abs(held - before + passed[0] - passed[1] - passed[2]) / most
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Response:
-    """A line in time: `time` [s], shape (N,), and `states` (N, 9) as `rates` has them."""
+    """A line in time: `time` [s], shape (N,), and `states` (N, 9 and more) as `rates` has them."""
 
     line: Line
     time: Array
@@ -161,6 +192,16 @@ class Response:
         return float(brentq(curve, self.time[i], self.time[i + 1], xtol=1e-15, rtol=1e-14))
 
 
+def _sizes(begin: Array, line: Line) -> Array:
+    """Size of each place of the state, for the integrator's absolute error."""
+    sizes = np.maximum(begin, 1e-9)
+    if line.tube is not None and line.tube.cells:  # flows and what has passed begin at nothing
+        sizes[SIZE + line.tube.cells :] = area(line.tube) * line.site.atmosphere
+        sizes[PUMPED:SIZE] = np.maximum(sizes[PUMPED:SIZE], begin[3])
+        sizes[2] = sizes[5] = max(float(sizes[2]), 1.0)
+    return sizes
+
+
 def respond(
     line: Line,
     duration: float,
@@ -168,10 +209,11 @@ def respond(
     start: Array | None = None,
     samples: int = 401,
 ) -> Response:
-    """Integrate a line over `duration` [s] by SciPy's LSODA at a relative error of 1e-11.
+    """Integrate a line over `duration` [s] by SciPy's LSODA at a relative error of `CLOSE`.
 
-    `drive` is one for all the time, or a function of time that has no jumps. Raises QuantityError
-    where the integrator gives up.
+    A tube in cells by Radau, which steps over waves once they have died away. `drive` is one for
+    all the time, or a function of time that has no jumps. Raises QuantityError where the integrator
+    gives up.
     """
     from scipy.integrate import solve_ivp
 
@@ -181,9 +223,21 @@ def respond(
         )
     begin = at_pressure(line) if start is None else start
     at: Callable[[float], Drive] = drive if callable(drive) else lambda _: drive
+    sizes = _sizes(begin, line)
+
+    def change(t: float, state: Array) -> Array:
+        return rates(state, at(t), line)
+
+    def by_each(t: float, state: Array) -> Array:
+        base = change(t, state)
+        steps = NUDGE * np.diag(sizes)
+        return np.array([(change(t, state + s) - base) / s.sum() for s in steps]).T
+
+    waves: dict[str, Any] = {"method": "Radau", "rtol": CLOSE_IN_CELLS, "jac": by_each}
+    how = waves if cells(line) else {"method": "LSODA", "rtol": CLOSE}
     made: Any = solve_ivp(
-        lambda t, y: rates(y, at(t), line), (0.0, duration), begin, method="LSODA",
-        t_eval=np.linspace(0.0, duration, samples), rtol=1e-11, atol=1e-9 * np.maximum(begin, 1e-9),
+        change, (0.0, duration), begin, t_eval=np.linspace(0.0, duration, samples),
+        atol=(1e-8 if cells(line) else 1e-9) * sizes, **how,
     )  # fmt: skip
     if not made.success:
         raise QuantityError(f"line: cannot be integrated over {duration} s: {made.message[:100]}")

@@ -1,0 +1,1 @@
+"""What to build: arrays of brakes, and what could be bought instead."""

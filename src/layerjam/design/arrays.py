@@ -1,0 +1,284 @@
+"""Several brakes as one: in parallel, in series, both; what the whole weighs, holds and takes up.
+
+An array is chains side by side; a chain is stages one behind the other; a stage is members side by
+side. One brake is one chain of one stage of one member.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from layerjam.design.array_path import Backbone, Path, backbone, follow
+from layerjam.device.brake import Brake, mass, validate
+from layerjam.errors import QuantityError
+from layerjam.mechanics.energy import slip_work
+from layerjam.mechanics.stiffness import working_stiffness
+from layerjam.simulate.record import Outcome
+from layerjam.units import Meaning, show
+
+SLACK = Meaning("m", "slack before a member carries", hi=10)
+LEVER = Meaning("m", "lever arm or pulley radius", open_lo=True, hi=10)
+VOLUME = Meaning("m^3", "gas volume of one brake and its fittings", lo=1e-9, hi=1)
+MOST = 10_000
+_BLOCK = 4096
+
+
+@dataclass(frozen=True, kw_only=True)
+class Member:
+    """One brake of an array, at a constant vacuum.
+
+    `slack` [m] is how far the stage may lengthen before this brake carries. With `stop` a strap
+    takes the load at the usable travel; without one the sheets come apart at the overlap.
+    """
+
+    brake: Brake
+    vacuum: float
+    slack: float = 0.0
+    stop: bool = True
+    name: str = ""
+
+    @property
+    def travel(self) -> float:
+        """Slip it may take up [m]: the usable travel where a strap ends it, else the overlap."""
+        sheets = self.brake.sheets
+        return sheets.usable_travel if self.stop else sheets.overlap
+
+
+Stage = tuple[Member, ...]
+Chain = tuple[Stage, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Array:
+    """Chains side by side, each of stages one behind the other, each of members side by side.
+
+    Raises QuantityError for an empty part, more than 10,000 members, a vacuum above the site's
+    atmosphere, a slack out of bounds or a brake that contradicts itself.
+    """
+
+    chains: tuple[Chain, ...]
+
+    def __post_init__(self) -> None:
+        if not self.chains or not all(c and all(c) for c in self.chains):
+            raise QuantityError("array: a chain or stage is empty; each holds at least one member")
+        members = self.members
+        if len(members) > MOST:
+            raise QuantityError(f"array: {len(members)} members; at most {MOST} are allowed")
+        for index, member in enumerate(members, 1):
+            validate(member.brake)
+            SLACK.check(member.slack, f"member {index}.slack")
+            most = member.brake.site.atmosphere
+            Meaning("Pa", "vacuum up to the atmosphere", hi=most).check(
+                member.vacuum, f"member {index}.vacuum"
+            )
+
+    @property
+    def members(self) -> tuple[Member, ...]:
+        """Every member: chain by chain, stage by stage, in the order given."""
+        return tuple(m for chain in self.chains for stage in chain for m in stage)
+
+
+def single(brake: Brake, vacuum: float, **how: float | bool) -> Array:
+    """An array of one brake at a vacuum [Pa]; `how`: slack and stop of Member."""
+    return Array(chains=(((Member(brake=brake, vacuum=vacuum, **how),),),))  # type: ignore[arg-type]
+
+
+def grid(member: Member, *, series: int, parallel: int) -> Array:
+    """`parallel` equal chains side by side, each of `series` equal brakes."""
+    for count, name in ((series, "series"), (parallel, "parallel")):
+        Meaning("1", "brakes", lo=1, hi=MOST, whole=True).check(count, name)
+    return Array(chains=(((member,),) * series,) * parallel)
+
+
+def in_series(*parts: Array) -> Array:
+    """Arrays of one chain each, one behind the other, first named first."""
+    if any(len(part.chains) != 1 for part in parts):
+        raise QuantityError(
+            "array: several chains side by side cannot stand in series with others; a stage of "
+            "members side by side can"
+        )
+    return Array(chains=(tuple(stage for part in parts for stage in part.chains[0]),))
+
+
+def in_parallel(*parts: Array) -> Array:
+    """Arrays side by side: one elongation, forces that add.
+
+    Single-stage chains keep their own chain; brakes that are to share one stage of a longer chain
+    belong in one stage of Array.
+    """
+    return Array(chains=tuple(chain for part in parts for chain in part.chains))
+
+
+class Totals(NamedTuple):
+    """What the whole weighs and can do."""
+
+    mass: float
+    """[kg]"""
+    travel: float
+    """Elongation by slip alone until the first chain is at its end [m]."""
+    energy: float
+    """Work of slipping every brake over its travel at its vacuum [J]; it needs every stage to run
+    to its end, which members of unequal travel side by side do not."""
+    stiffness: float
+    """Before any slip, all slack taken up [N/m]."""
+    volume: float | None
+    """Gas volume the line has to empty [m^3]; None where none was given."""
+    brakes: int
+
+
+def totals(array: Array, chamber: float | None = None) -> Totals:
+    """Mass, travel, energy, stiffness and line volume of an array.
+
+    `chamber` is the gas volume [m^3] of one brake with its fittings (`chamber.volume` of its line);
+    every brake has one, and they add. A stage ends where its first member does: its travel is the
+    least of slack and travel together.
+    """
+    if chamber is not None:
+        VOLUME.check(chamber, "chamber")
+    members = array.members
+    travels, stiffness = [], 0.0
+    for chain in array.chains:
+        travels.append(sum(min(m.slack + m.travel for m in stage) for stage in chain))
+        per_stage = [sum(float(working_stiffness(m.brake)) for m in stage) for stage in chain]
+        stiffness += 1 / sum(1 / k for k in per_stage)
+    work = {m: float(slip_work(m.travel, m.vacuum, m.brake)) for m in dict.fromkeys(members)}
+    return Totals(
+        mass=float(sum(mass(m.brake) for m in members)),
+        travel=float(min(travels)),
+        energy=float(sum(work[m] for m in members)),
+        stiffness=stiffness,
+        volume=None if chamber is None else chamber * len(members),
+        brakes=len(members),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pulled:
+    """An array pulled once, slowly, from rest; N samples, M members in the order of `members`.
+
+    `outcome` is BOTTOMED_OUT (every stage of a chain is on its stop), SEPARATED (the first brake
+    without a stop came apart), FINISHED (the elongation asked for was reached) or SNAPS (a slipping
+    brake softens faster than the rest relaxes; the record ends there). `order` names what moved, in
+    sequence: (elongation [m], index among `members`, "runs" (past its peak) or "ends").
+    """
+
+    elongation: np.ndarray
+    """[m], shape (N,)"""
+    force: np.ndarray
+    """[N], shape (N,)"""
+    work: np.ndarray
+    """External work so far [J], shape (N,), summed over members: slip work and F^2/2k."""
+    slips: np.ndarray
+    """[m], shape (N, M)"""
+    forces: np.ndarray
+    """[N], shape (N, M)"""
+    order: tuple[tuple[float, int, str], ...]
+    outcome: Outcome
+    warnings: tuple[str, ...] = ()
+
+    def torque(self, lever: float) -> tuple[np.ndarray, np.ndarray]:
+        """(angle [rad], torque [N m]) where the array pulls tangentially at a lever arm [m]."""
+        LEVER.check(lever, "lever")
+        return self.elongation / lever, self.force * lever
+
+
+def pull(array: Array, until: float | None = None) -> Pulled:
+    """Pull an array slowly from rest, to an elongation [m] or to its end.
+
+    Within a stage members share one elongation: by stiffness before slip, each by its own law
+    after. Within a chain they share one force. The stage whose next peak is lowest slips; of equal
+    ones the first named. A brake falls once it slides, so the others then relax with their slip
+    kept, and the next slips only when the first is on its stop. First loading only: what relaxes
+    does so elastically, and below zero force nothing is carried.
+
+    Raises QuantityError for a brake that snaps on its own stiffness.
+    """
+    backbones = _backbones(array.members)
+    paths, first = [], 0
+    for chain in array.chains:
+        numbers = []
+        for stage in chain:
+            numbers.append(tuple(range(first, first + len(stage))))
+            first += len(stage)
+        paths.append(follow([[backbones[i] for i in n] for n in numbers]))
+    ends = [float(p.elongation[-1]) for p in paths]
+    end = min(ends) if until is None else min(*ends, until)
+    grid = np.unique(np.concatenate([p.elongation for p in paths]))
+    grid = np.append(grid[grid < end], end)
+    parts = [_at(path, grid) for path in paths]
+    slips, forces = (np.hstack([p[i] for p in parts]) for i in (1, 2))
+    force = np.sum([p[0] for p in parts], axis=0)
+    if until is not None and end >= until:
+        outcome = Outcome.FINISHED
+    else:
+        outcome = paths[int(np.argmin(ends))].outcome
+    return Pulled(
+        elongation=grid,
+        force=force,
+        work=_work(array.members, slips, forces),
+        slips=slips,
+        forces=forces,
+        order=_order(array.members, grid, slips, backbones),
+        outcome=outcome,
+        warnings=_said(array.members, outcome, end),
+    )
+
+
+def _backbones(members: Sequence[Member]) -> list[Backbone]:
+    """The force over elongation of each member; equal members are computed once."""
+    made: dict[Member, Backbone] = {}
+    for index, m in enumerate(members, 1):
+        plain = replace(m, slack=0.0, name="")
+        if plain not in made:
+            made[plain] = backbone(m.brake, m.vacuum, m.travel, m.stop, f"member {index}")
+    return [made[replace(m, slack=0.0, name="")].after(m.slack) for m in members]
+
+
+def _at(path: Path, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Force, member slips and member forces of a chain at elongations."""
+    force = np.interp(grid, path.elongation, path.force)
+    columns = [
+        np.column_stack([np.interp(grid, path.elongation, column) for column in table.T])
+        for table in (path.slips, path.forces)
+    ]
+    return force, columns[0], columns[1]
+
+
+def _work(members: Sequence[Member], slips: np.ndarray, forces: np.ndarray) -> np.ndarray:
+    count = len(slips)
+    total = np.zeros(count)
+    # whole blocks, so that few shapes are compiled
+    padded = np.pad(np.maximum(slips, 0.0), ((0, -count % _BLOCK), (0, 0)))
+    for column, m in enumerate(members):
+        total += np.asarray(slip_work(padded[:, column], m.vacuum, m.brake))[:count]
+        total += forces[:, column] ** 2 / (2 * float(working_stiffness(m.brake)))
+    return total
+
+
+def _order(
+    members: Sequence[Member], grid: np.ndarray, slips: np.ndarray, backbones: Sequence[Backbone]
+) -> tuple[tuple[float, int, str], ...]:
+    """When each member passed its peak (it then runs alone) and reached its end."""
+    events = []
+    for i, m in enumerate(members):
+        running = slips[:, i] > backbones[i].peak_slip * (1 + 1e-9) + 1e-12
+        ended = slips[:, i] >= m.travel * (1 - 1e-9)
+        for what, where in (("runs", running), ("ends", ended)):
+            if where.any():
+                events.append((float(grid[np.argmax(where)]), i, what))
+    return tuple(sorted(events, key=lambda e: e[0]))
+
+
+def _said(members: Sequence[Member], outcome: Outcome, end: float) -> tuple[str, ...]:
+    if outcome is Outcome.SEPARATED:
+        return (f"sheets came apart at {show(end, 'm')} of elongation; the record ends there",)
+    if outcome is Outcome.SNAPS:
+        return (
+            f"at {show(end, 'm')} the slipping brake softens faster than the others relax: it "
+            "snaps; fewer brakes in series, or stiffer ones, are needed",
+        )
+    return ()

@@ -1,0 +1,95 @@
+"""A pump's flow curve as data sheets print it: flow of free air over vacuum, point by point.
+
+The flow is that of free air, counted at the atmosphere the pump blows into; what goes in at the
+inlet at p is larger by p_atm/p. Vacuums are those below `STANDARD`. Between points the curve is
+straight: so it never rises between falling points, and pumping down has a closed form.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from layerjam.device.mount import Site
+from layerjam.errors import QuantityError
+from layerjam.units import Meaning, parse, show
+
+Curve = tuple[tuple[float, float], ...]
+"""Points (vacuum [Pa], flow of free air [m^3/s])."""
+STANDARD = Site().atmosphere
+"""Atmosphere at which data sheets count vacuum and free air [Pa]."""
+MOST_POINTS = 200
+MOST_FLOW = 1.0
+
+
+def check_curve(points: Curve, name: str) -> Curve:
+    """The points; QuantityError unless they fall from no vacuum to a last one without flow."""
+    if len(points) < 2:
+        raise QuantityError(f"{name}: {len(points)} point is none; a flow curve has at least two")
+    if len(points) > MOST_POINTS:
+        raise QuantityError(f"{name}: {len(points)} points; at most {MOST_POINTS} are allowed")
+    for vacuum, flow in points:
+        if not (0 <= vacuum <= STANDARD and 0 <= flow <= MOST_FLOW):
+            raise QuantityError(
+                f"{name}: {_point(vacuum, flow)} is not allowed; vacuums lie between zero and "
+                f"{show(STANDARD, 'Pa', 6)}, flows between zero and {show(MOST_FLOW, 'm^3/s')}"
+            )
+    if points[0][0] != 0:
+        raise QuantityError(
+            f"{name}: begins at {show(points[0][0], 'Pa')}; its first point is at no vacuum"
+        )
+    for one, two in pairwise(points):
+        if not two[0] > one[0]:
+            raise QuantityError(
+                f"{name}: the vacuum does not rise from {show(one[0], 'Pa')} to "
+                f"{show(two[0], 'Pa')}; points stand in the order of rising vacuum"
+            )
+        if not two[1] < one[1]:
+            raise QuantityError(
+                f"{name}: the flow does not fall from {_point(*one)} to {_point(*two)}; the free "
+                "air a pump moves falls strictly with vacuum"
+            )
+    if points[-1][1] != 0:
+        raise QuantityError(
+            f"{name}: ends with {_point(*points[-1])}; its last point is the greatest vacuum, "
+            "without flow"
+        )
+    return points
+
+
+def _point(vacuum: float, flow: float) -> str:
+    return f"{show(flow, 'm^3/s')} at {show(vacuum, 'Pa')}"
+
+
+def free_flow(vacuum: float, points: Curve) -> float:
+    """Free air [m^3/s] at a vacuum below `STANDARD` [Pa].
+
+    None beyond the last point. Above the atmosphere the inlet takes in what it does without vacuum.
+    """
+    if vacuum <= 0:
+        return points[0][1] * (1 - vacuum / STANDARD)
+    if vacuum >= points[-1][0]:
+        return 0.0
+    i = bisect_right(points, (vacuum, float("inf")))
+    (low, more), (high, less) = points[i - 1], points[i]
+    return more + (less - more) * (vacuum - low) / (high - low)
+
+
+@dataclass(frozen=True)
+class CurveMeaning(Meaning):
+    """What a file says of a curve: `[["0 kPa", "10 L/min"], ...]`."""
+
+    def read(self, text: object, name: str) -> Any:
+        """The points, in SI; raises QuantityError for what is no flow curve."""
+        if not (isinstance(text, list) and all(isinstance(p, list) and len(p) == 2 for p in text)):
+            raise QuantityError(
+                f"{name}: is no list of points such as "
+                '[["0 kPa", "10 L/min"], ["60 kPa", "0 L/min"]]'
+            )
+        made = tuple((parse(v, "Pa", name), parse(f, "m^3/s", name)) for v, f in text)
+        return check_curve(made, name)
+
+
+CURVE = CurveMeaning("m^3/s", "flow of free air over vacuum, point by point")

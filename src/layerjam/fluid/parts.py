@@ -1,0 +1,203 @@
+"""The catalogue of pumps, valves and sensors, and what a line takes from an entry.
+
+An entry's keys are the fields of the line's record (Pump, Valve, Sensor) where it has one; what
+else a data sheet prints is kept beside it (`PRINTED`) and counts for nothing. What a line needs and
+no source prints is assumed (`ASSUMED`) and says so.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from layerjam.device.source import Source
+from layerjam.device.toml import Reader, parse_toml
+from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.fluid.curve import CURVE
+from layerjam.fluid.line import Pump, Sensor, Valve
+from layerjam.units import Meaning, quantities
+
+FAMILIES: dict[str, type] = {"pump": Pump, "valve": Valve, "sensor": Sensor}
+NEEDED = {"pump": "flow", "valve": "conductance", "sensor": "range"}
+"""Without which a part cannot stand in a line; a pump may have its curve instead."""
+ASSUMED: dict[str, dict[str, tuple[object, str]]] = {
+    "pump": {"ultimate": ("0 Pa", "not printed: no gas is taken to be kept back")},
+    "valve": {
+        "critical_ratio": (0.528, "not printed: that of a nozzle without losses is taken"),
+        "delay": ("0 s", "not printed: taken to open at once"),
+    },
+    "sensor": {
+        "lag": ("0 s", "not printed: taken to follow at once"),
+        "noise": ("0 Pa", "not printed: taken as none"),
+        "resolution": ("0 Pa", "not printed: taken as exact"),
+        "offset": ("0 Pa", "not printed: taken as none"),
+    },
+}
+_TEXTS = {"name", "kind", "note"}
+_ANY = float("-inf")
+PRINTED = {
+    "free_flow": Meaning("m^3/s", "free air without vacuum", open_lo=True),
+    "ultimate_vacuum": Meaning("Pa", "greatest vacuum", open_lo=True, hi=101325.0),
+    "flow_in_all": Meaning("m^3/s", "flow of all pumps", open_lo=True),
+    "vacuum_reached": Meaning("Pa", "a vacuum that was reached"),
+    "voltage": Meaning("V", "rated voltage"),
+    "tube_bore": Meaning("m", "inner diameter of its tube"),
+    "tube_outer": Meaning("m", "outer diameter of its tube"),
+    "mass": Meaning("kg", "mass"),
+    "cv": Meaning("1", "flow coefficient Cv"),
+    "nominal_flow": Meaning("m^3/s", "free air from 6 to 5 bar gauge"),
+    "rated_flow": Meaning("m^3/s", "flow between pressures that are not printed"),
+    "bore": Meaning("m", "nominal width"),
+    "pressure_least": Meaning("Pa", "least working pressure, gauge", lo=_ANY),
+    "pressure_most": Meaning("Pa", "greatest working pressure, gauge", lo=_ANY),
+    "power": Meaning("W", "electric power"),
+    "range_least": Meaning("Pa", "least pressure it shows", lo=_ANY),
+    "range_most": Meaning("Pa", "greatest pressure it shows", lo=_ANY),
+    "error": Meaning("Pa", "greatest error"),
+    "accuracy": Meaning("1", "accuracy, of the full scale"),
+    "offset_stability": Meaning("1", "stability of its offset, of the full scale"),
+    "response": Meaning("s", "10 to 90 % of a step"),
+    "update": Meaning("s", "time between readings"),
+    "warm_up": Meaning("s", "time to warm up"),
+    "span_output": Meaning("V", "output over the full range"),
+    "output_at_atmosphere": Meaning("V", "output at the atmosphere"),
+    "sensitivity": Meaning("V/Pa", "output per pressure"),
+    "supply": Meaning("V", "supply voltage"),
+    "overpressure": Meaning("Pa", "pressure it stands"),
+}
+"""What data sheets print beside the fields of a line; each in its unit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """One entry of the catalogue: its numbers in SI, each with its source."""
+
+    name: str
+    family: str
+    title: str
+    kind: str
+    values: Mapping[str, Any]
+    """Fields of the line's record, and what is assumed of it."""
+    printed: Mapping[str, float]
+    """What else its sources print (`PRINTED`)."""
+    sources: Mapping[str, Source] = field(repr=False)
+    entries: Mapping[str, object] = field(repr=False)
+    """The fields as TOML has them, for a line's file."""
+    note: str = ""
+
+    @property
+    def missing(self) -> str | None:
+        """What no source prints and a line cannot do without."""
+        need = NEEDED[self.family]
+        return None if need in self.values or "curve" in self.values else need
+
+
+def family_fields(family: str) -> dict[str, Meaning]:
+    """Fields of a family's record, with a pump's curve."""
+    found = {name: meaning for name, meaning, _ in quantities(FAMILIES[family])}
+    return {**found, "curve": CURVE} if family == "pump" else found
+
+
+@cache
+def parts(family: str) -> dict[str, Part]:
+    """Every entry of a family, "pump", "valve" or "sensor", by name."""
+    if family not in FAMILIES:
+        raise UnknownNameError("family of parts", family, FAMILIES)
+    place = files("layerjam.fluid") / "catalogue" / f"{family}s.toml"
+    return read_parts(place.read_text(encoding="utf-8"), f"{family}s.toml", family)
+
+
+def read_parts(text: str, path: object, family: str) -> dict[str, Part]:
+    """The parts of a catalogue's text; FileError with the line for what it cannot be."""
+    tables = parse_toml(text, path)
+    return {name: _part(name, table, text, path, family) for name, table in tables.items()}
+
+
+def _part(name: str, table: Any, text: str, path: object, family: str) -> Part:
+    own = family_fields(family)
+    known = {f"{name}.{k}": (m, False) for k, m in {**PRINTED, **own}.items()}
+    reader = Reader(text, path, known)
+    if not isinstance(table, dict):
+        raise reader.fail(name, f"{name} must be a table, [{name}]")
+    words = {k: table.get(k, "") for k in _TEXTS}
+    if not (all(isinstance(w, str) for w in words.values()) and words["name"] and words["kind"]):
+        raise reader.fail(name, f"{name} needs a name and a kind, texts in quotes")
+    entries = {k: _in_full(v, table) for k, v in table.items() if k not in _TEXTS}
+    ends = entries.get("free_flow"), entries.get("ultimate_vacuum")
+    if "curve" not in entries and all(isinstance(e, dict) and "value" in e for e in ends):
+        entries["curve"] = _straight(*ends)
+    for key, entry in entries.items():
+        reader.entry(f"{name}.{key}", entry)
+        if not reader.sources[f"{name}.{key}"].text:
+            raise reader.fail(f"{name}.{key}", f"{name}.{key} names no source")
+    for key, (value, why) in ASSUMED[family].items():
+        if key not in entries and not (key == "ultimate" and "curve" in entries):
+            entries[key] = assumed(value, why)
+            reader.entry(f"{name}.{key}", entries[key])
+    short = {k.removeprefix(f"{name}."): v for k, v in reader.values.items()}
+    return Part(
+        name=name, family=family, title=words["name"], kind=words["kind"], note=words["note"],
+        values={k: v for k, v in short.items() if k in own},
+        printed={k: v for k, v in short.items() if k not in own},
+        sources={k.removeprefix(f"{name}."): s for k, s in reader.sources.items()},
+        entries={k: v for k, v in entries.items() if k in own},
+    )  # fmt: skip
+
+
+def _in_full(entry: Any, table: Mapping[str, Any]) -> Any:
+    """An entry whose source is "as KEY: ..." with that key's document named."""
+    text = entry.get("source") if isinstance(entry, dict) else None
+    match = re.match(r"as (\w+)(.*)", text, re.DOTALL) if isinstance(text, str) else None
+    if match is None or match.group(1) not in table:
+        return entry
+    # an entry cannot refer to itself, and a catalogue's entries to earlier ones alone
+    before = dict(list(table.items())[: list(table.values()).index(entry)])
+    other = _in_full(before.get(match.group(1), ""), before)
+    whole = str(other.get("source", "")) if isinstance(other, dict) else ""
+    rest = match.group(2)
+    return {**entry, "source": whole.split(": '", maxsplit=1)[0] + rest if rest else whole}
+
+
+def assumed(value: object, why: str) -> dict[str, object]:
+    """An entry of a number that no source prints."""
+    return {"value": value, "kind": "assumed", "source": why}
+
+
+def _straight(free: Any, greatest: Any) -> dict[str, object]:
+    """A flow curve from what a data sheet prints of its ends."""
+    spread = "; ".join(e["spread"] for e in (free, greatest) if "spread" in e)
+    return {
+        "value": [["0 Pa", free["value"]], [greatest["value"], "0 m^3/s"]],
+        "kind": "assumed",
+        "source": "straight from free_flow to ultimate_vacuum, the two ends that are printed: "
+        f"{free.get('source', '')}; {greatest.get('source', '')}",
+        **({"spread": spread} if spread else {}),
+    }
+
+
+def part_entries(family: str, name: object, beside: Mapping[str, object]) -> dict[str, object]:
+    """A line's table for a part, with what its file says `beside` it in place of the part's own.
+
+    Raises UnknownNameError, or QuantityError where a number is missing that no source prints.
+    """
+    known = parts(family)
+    if not isinstance(name, str) or name not in known:
+        raise UnknownNameError(family, str(name), known)
+    part = known[name]
+    if part.missing is not None and part.missing not in beside and "curve" not in beside:
+        meaning = family_fields(family)[part.missing]
+        raise QuantityError(
+            f"{family}.part: {name} has no {part.missing} ({meaning.text}), which none of its "
+            f"sources prints; give {family}.{part.missing} beside it"
+        )
+    taken = dict(part.entries)
+    if "flow" in beside and taken.pop("curve", None) is not None:
+        taken["ultimate"] = assumed(*ASSUMED["pump"]["ultimate"])
+    if "curve" in beside:
+        taken.pop("flow", None)
+        taken.pop("ultimate", None)
+    return {**taken, **beside}

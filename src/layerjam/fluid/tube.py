@@ -1,0 +1,80 @@
+"""What a tube delays: the pressure wave, the lag of its resistance, and both in cells.
+
+A wave of small amplitude travels at c = sqrt(n R T), 290 m/s where the gas keeps its temperature
+(n = 1, narrow tubes) and 343 m/s where it exchanges no heat (n = 1.4). In N cells, per length,
+
+    A dp/dt = -n dq/dx,    dq/dt = R T (-A dp/dx - 32 mu q / (p d^2)),
+
+with q the throughput: continuity and momentum with laminar friction, without the convective part,
+which counts for little far below c. At rest in q it is Poiseuille's law for a gas, exactly.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.fluid.flow import SPECIFIC_GAS, TEMPERATURE, VISCOSITY, tube_conductance
+from layerjam.fluid.line import Line, Tube
+
+Array = npt.NDArray[np.float64]
+LAMINAR_UP_TO = 2300.0
+"""Reynolds number up to which flow in a pipe is laminar (handbook)."""
+
+
+def sound_speed(polytropic: float = 1.0) -> float:
+    """Speed of a pressure wave [m/s] in air at 20 degC of this exponent."""
+    return math.sqrt(polytropic * SPECIFIC_GAS * TEMPERATURE)
+
+
+def wave_delay(tube: Tube, polytropic: float = 1.0) -> float:
+    """Time [s] a pressure wave takes along the tube."""
+    return tube.length / sound_speed(polytropic)
+
+
+def filling_lag(line: Line, p: float) -> float:
+    """Time constant [s] of chamber volume and the tube's resistance about p [Pa absolute].
+
+    V / (2 n K p): the thinner the gas, the longer. inf at p = 0; 0 without a tube.
+    """
+    if line.tube is None:
+        return 0.0
+    volume = line.chamber.volume - line.chamber.shrink * (line.site.atmosphere - p)
+    passes = 2 * line.polytropic * tube_conductance(line.tube.length, line.tube.bore) * p
+    return volume / passes if p > 0 else math.inf
+
+
+def reynolds(throughput: float, bore: float) -> float:
+    """Reynolds number of a throughput [Pa m^3/s]: 4 (q / R T) / (pi d mu)."""
+    return 4 * throughput / (SPECIFIC_GAS * TEMPERATURE * math.pi * bore * VISCOSITY)
+
+
+def area(tube: Tube) -> float:
+    """Cross-section [m^2]."""
+    return math.pi / 4 * tube.bore**2
+
+
+def share_at_chamber(tube: Tube) -> float:
+    """Gas of the tube that counts with the chamber [m^3]: half a cell."""
+    return area(tube) * tube.length / tube.cells / 2 if tube.cells else 0.0
+
+
+def in_cells(
+    p: float, nodes: Array, flows: Array, taken: float, tube: Tube, polytropic: float
+) -> tuple[Array, Array]:
+    """Rates of the pressures at the cells' far ends [Pa/s], shape (N,), and of the flows into them.
+
+    `p` is the chamber's pressure, `taken` what leaves at the pump [Pa m^3/s]. Half a cell of gas
+    stands at either end, so that it is second order in 1/N.
+    """
+    step = tube.length / tube.cells
+    ends = np.concatenate(([p], nodes))
+    mean = (ends[1:] + ends[:-1]) / 2
+    # a wild trial step of the integrator may pass through zero, where no gas flows
+    drag = 32 * VISCOSITY * flows / (np.maximum(mean, 1e-3) * tube.bore**2)
+    pace = SPECIFIC_GAS * TEMPERATURE * (-area(tube) * np.diff(ends) / step - drag)
+    volumes = np.full(tube.cells, area(tube) * step)
+    volumes[-1] /= 2
+    return polytropic * (flows - np.append(flows[1:], taken)) / volumes, pace
