@@ -27,9 +27,13 @@ def rise(
     """How fast a line brings a vacuum, and lets go of it."""
     opt.check_figure(figure, force)
     from layerjam.cli.output import say
+    from layerjam.cli.ticker import Ticker
     from layerjam.verbs import vacuum_line
 
-    answer = vacuum_line.rise(line, target=target, fluid=fluid, atmosphere=atmosphere)
+    with Ticker() as ticker:
+        answer = vacuum_line.rise(
+            line, target=target, fluid=fluid, atmosphere=atmosphere, progress=ticker
+        )
     if figure:
         from layerjam.report.fluid_figures import rise_figure, save
 

@@ -208,12 +208,13 @@ def respond(
     drive: Drive | Callable[[float], Drive] = Drive(),
     start: Array | None = None,
     samples: int = 401,
+    progress: Callable[[float], None] | None = None,
 ) -> Response:
     """Integrate a line over `duration` [s] by SciPy's LSODA at a relative error of `CLOSE`.
 
     A tube in cells by Radau, which steps over waves once they have died away. `drive` is one for
-    all the time, or a function of time that has no jumps. Raises QuantityError where the integrator
-    gives up.
+    all the time, or a function of time that has no jumps. `progress` is told the share done. Raises
+    QuantityError where the integrator gives up.
     """
     from scipy.integrate import solve_ivp
 
@@ -226,6 +227,8 @@ def respond(
     sizes = _sizes(begin, line)
 
     def change(t: float, state: Array) -> Array:
+        if progress is not None:
+            progress(t / duration)
         return rates(state, at(t), line)
 
     def by_each(t: float, state: Array) -> Array:

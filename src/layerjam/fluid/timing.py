@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from layerjam.fluid.closed_forms import (
     fall_by_pump,
     fall_by_valve,
@@ -12,13 +14,17 @@ from layerjam.fluid.line import Line
 from layerjam.fluid.network import Drive, Response, at_pressure, respond
 from layerjam.fluid.tube import filling_lag, wave_delay
 
+Progress = Callable[[float], None]
+"""Told the share done of a stretch of time."""
 LONGEST = 200.0
 """Time constants after which a rise is given up."""
 SAMPLES = 801
 DOUBLINGS = 12
 
 
-def pumped(target: float, line: Line) -> tuple[float | None, Response | None]:
+def pumped(
+    target: float, line: Line, progress: Progress | None = None
+) -> tuple[float | None, Response | None]:
     """10 to 90 % rise time [s] to a vacuum [Pa] in air, pump full on; None where it never comes."""
     if target >= reachable(line):
         return None, None
@@ -27,14 +33,16 @@ def pumped(target: float, line: Line) -> tuple[float | None, Response | None]:
         constant += filling_lag(line, line.site.atmosphere - target) + wave_delay(line.tube)
     span = 4 * constant
     while span < LONGEST * constant:
-        made = respond(line, span, Drive(), at_pressure(line), SAMPLES)
+        made = respond(line, span, Drive(), at_pressure(line), SAMPLES, progress)
         if made.vacuum[-1] >= target:
             return _between(made, 0.1 * target, 0.9 * target), made
         span *= 2
     return None, None
 
 
-def released(target: float, line: Line) -> tuple[float | None, str | None]:
+def released(
+    target: float, line: Line, progress: Progress | None = None
+) -> tuple[float | None, str | None]:
     """90 to 10 % fall time [s] from a vacuum [Pa] in air, and by what; None where nothing vents.
 
     By the vent valve from when it is open, else by the pumps run backwards.
@@ -49,7 +57,7 @@ def released(target: float, line: Line) -> tuple[float | None, str | None]:
         first = alone
     start, span = at_pressure(line, line.site.atmosphere - target), 2 * first
     for _ in range(DOUBLINGS):
-        made = respond(line, span, drive, start, SAMPLES)
+        made = respond(line, span, drive, start, SAMPLES, progress)
         if made.vacuum[-1] <= 0.1 * target:
             return _between(made, 0.9 * target, 0.1 * target), by
         span *= 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -67,7 +68,12 @@ def target_of(target: Quantity, line: Line) -> float:
 
 
 def rise(
-    line: AnyLine, *, target: Quantity, fluid: str = "air", atmosphere: Quantity | None = None
+    line: AnyLine,
+    *,
+    target: Quantity,
+    fluid: str = "air",
+    atmosphere: Quantity | None = None,
+    progress: Callable[[str, float], None] | None = None,
 ) -> Answer:
     """10 to 90 % rise time to a vacuum, the time constant, and the fall when vented.
 
@@ -78,7 +84,8 @@ def rise(
     or the pumps run backwards (`fall_by`), with `closed_form_fall` likewise; None where the line
     has neither.
     `tube_delay` is the way of a pressure wave along the tube, `tube_lag` the time constant of its
-    resistance and the chamber's volume at the target; None without a tube.
+    resistance and the chamber's volume at the target; None without a tube. `progress` is told
+    (what, share done): a tube in many cells takes a while.
     """
     if fluid not in FLUIDS:
         raise UnknownNameError("fluid", fluid, FLUIDS)
@@ -94,8 +101,12 @@ def rise(
     said = list(file.warnings())
     if water:
         said.append("water: pump and compliance only; neither tube nor bubbles are counted")
-    timed, response = (forms.rise_time(wanted, made, True), None) if water else pumped(wanted, made)
-    fall, by = _fall(wanted, made, water) if timed is not None else (None, None)
+    timed, response = (forms.rise_time(wanted, made, True), None) if water else (
+        pumped(wanted, made, _of(progress, "rise"))
+    )  # fmt: skip
+    fall, by = (
+        _fall(wanted, made, water, _of(progress, "fall")) if timed is not None else (None, None)
+    )
     reason, curve = None, response or _curve(wanted, made, water)
     if timed is None:
         what = f"the water boils ({show(VAPOUR, 'Pa')} at 20 °C)" if water and (
@@ -146,10 +157,16 @@ def _curve(target: float, line: Line, water: bool) -> Response | Filling:
     return Filling(np.array([0.0, whole, 1.6 * whole]), np.array([0.0, end, end]))
 
 
-def _fall(target: float, line: Line, water: bool) -> tuple[float | None, str | None]:
+def _of(progress: Callable[[str, float], None] | None, what: str) -> Callable[[float], None] | None:
+    return None if progress is None else lambda share: progress(what, max(share, 1e-9))
+
+
+def _fall(
+    target: float, line: Line, water: bool, progress: Callable[[float], None] | None
+) -> tuple[float | None, str | None]:
     """90 to 10 % when vented, and by what; water by the pumps alone."""
     if not water:
-        return released(target, line)
+        return released(target, line, progress)
     back = forms.fall_by_pump(target, line, water=True)
     return back, None if back is None else "pumps run backwards"
 
