@@ -64,6 +64,7 @@ _PUBLIC = {
     "layerjam.verbs.follow": "follow",
     "layerjam.verbs.plan": "plan",
     "layerjam.verbs.compare": "compare",
+    "layerjam.verbs.apply": "apply machines",
     "layerjam.design.arrays": "Array Member grid in_parallel in_series single totals",
     "layerjam.design.antagonist": "neutral_stiffness pair",
     "layerjam.verbs.calibration": "calibrate",

@@ -13,6 +13,7 @@ from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
 from layerjam.cli import (
+    apply,
     calibration,
     compare,
     follow,
@@ -57,6 +58,7 @@ for group in (
     follow,
     plan,
     compare,
+    apply,
     paper,
 ):
     group.register(app)

@@ -1,0 +1,1 @@
+"""Four machines with layer-jamming brakes (paper, section III-F and Fig. 13)."""

@@ -1,0 +1,50 @@
+"""What loads do to people, as the standards count it; every constant with where it was read."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.identify.logs.crash import head_injury
+from layerjam.simulate.accelerometer import LEAST_RATE, cfc_filter
+
+Array = npt.NDArray[np.float64]
+BRIC_CRITICAL = (66.25, 56.45, 42.87)
+"""Critical angular velocities [rad/s] about x, y, z: average of the CSDM and MPS based ones of
+Takhounts et al. 2013 (Stapp 57), as printed at elemance.com, knowledge base, "BrIC"."""
+HIC_WINDOW = 0.015
+"""Longest window [s] of HIC15 (49 CFR 571.208: at most 700, law.cornell.edu)."""
+_AIS2 = (0.602, 2.84)
+"""Scale and shape of the risk of an AIS 2 injury over BrIC, same page."""
+
+
+def bric(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> float:
+    """Brain injury criterion from the greatest angular velocities [rad/s] about each axis."""
+    parts = zip((x, y, z), BRIC_CRITICAL, strict=True)
+    return math.sqrt(sum((speed / critical) ** 2 for speed, critical in parts))
+
+
+def concussion_risk(value: float) -> float:
+    """Share of people with an injury of AIS 2 or more at a BrIC (Takhounts et al. 2013)."""
+    scale, shape = _AIS2
+    return -math.expm1(-((value / scale) ** shape))
+
+
+def hic15(acceleration: Array, dt: float) -> float:
+    """HIC15 of the head's resultant acceleration [m/s^2] at equal steps [s], shape (N,)."""
+    # ten samples a millisecond are plenty: the windows are counted in samples
+    stride = max(1, int(1e-4 / dt))
+    return head_injury(acceleration[::stride], 1 / (dt * stride), HIC_WINDOW)[0]
+
+
+def filtered(signal: Array, dt: float, cfc: float) -> Array:
+    """A signal at equal steps [s] behind the filter of SAE J211-1 of a class, shape (N,).
+
+    Raises QuantityError for fewer samples a second than ten times the class.
+    """
+    stride = max(1, int(1 / (dt * LEAST_RATE * cfc * 10)))
+    small = cfc_filter(signal[::stride], 1 / (dt * stride), cfc)
+    at = np.arange(len(signal)) * dt
+    return np.interp(at, at[::stride], small)

@@ -1,0 +1,259 @@
+"""Equal brakes in a strap that holds a mass, in time: a body thrown against its restraint.
+
+The strap is an elastic line that slips: force k (u - S), with u its payout and S the slip of all
+brakes of a chain together. Brakes fall off behind their peak, so that in a chain they slip one
+after the other, each to the end of its travel, where a stop of webbing takes over; which one
+begins makes no difference to the force of equal ones. The slip at a payout never reached before is
+the closed form of a slow pull (mechanics, section 2); back from it the strap is elastic, and it
+only pulls. Behind the last travel the strap holds on its stops. What the other brakes of a chain
+slip before their peak (0.19 mm each at full vacuum) is left out.
+
+In turning the same holds with a lever: payout = lever * angle, mass = inertia / lever^2.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.enclosure import Sleeve, backbone, sleeve_of
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.law import law
+from layerjam.mechanics.pull import rising_root
+from layerjam.mechanics.stiffness import working_stiffness
+
+ROOMS = (256, 4096)
+"""Lanes that are marched at once; numbers in between are filled up."""
+
+
+class Strap(NamedTuple):
+    """A strap's constants, all chains together; leaves broadcast."""
+
+    stiffness: Any
+    """k of brakes, stuck, and webbing in series [N/m]."""
+    onset: Any
+    """Force at which a fresh brake begins to slide, N c L2 [N]; infinite where nothing slides."""
+    fall: Any
+    """N c [N/m]."""
+    sleeve: Sleeve
+    travel: Any
+    """Usable travel of one brake [m]."""
+    series: Any
+
+
+@law
+def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake) -> Strap:
+    """`parallel` chains of `series` equal brakes at a vacuum [Pa] behind webbing [N/m]; broadcasts.
+
+    Valid while the strap is stiffer than the friction falls, k > N c; `snaps` tells.
+    """
+    every = jnp.broadcast_arrays(parallel, series, vacuum, webbing)
+    parallel, series, vacuum, webbing = every
+    sheets = brake.sheets
+    fall = parallel * friction_per_contact(vacuum, brake)
+    sleeve = sleeve_of(
+        parallel * brake.enclosure.modulus * sheets.width * brake.enclosure.wall,
+        parallel * brake.film.friction_on_silicone * sheets.width * vacuum,
+        (sheets.free_left + sheets.overlap + sheets.free_right) / 2 + 0 * parallel,
+    )
+    own = series / (parallel * working_stiffness(brake))
+    travel = sheets.usable_travel + 0 * parallel
+    return Strap(1 / (own + 1 / webbing), fall * sheets.overlap, fall, sleeve, travel, series)
+
+
+def limiter_of(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
+    """A load limiter: elastic up to a force [N], which it then keeps over its travel [m].
+
+    With an infinite force it is plain webbing.
+    """
+    force, stiffness, travel = jnp.broadcast_arrays(
+        *(jnp.asarray(a, jnp.float64) for a in (force, stiffness, travel))
+    )
+    zero = jnp.zeros_like(force)
+    none = Sleeve(zero, zero, zero + 1.0, zero, zero + jnp.inf)
+    return Strap(stiffness, force, zero, none, travel, zero + 1.0)
+
+
+def snaps(strap: Strap) -> Any:
+    """Whether the strap is softer than its friction falls, so that brakes in it may snap.
+
+    As friction falls by onset/L2 a metre, a strap of stiffness k slides steadily up to k L2 only.
+    """
+    return strap.stiffness <= strap.fall
+
+
+def drawn(payout: Any, slipped: Any, strap: Strap) -> Any:
+    """Slip [m] of a chain at a payout [m], having slipped by `slipped` before: never less.
+
+    At most one brake's travel is used up in a call; the next begins with the next one. A strap that
+    snaps runs through a travel at once.
+    """
+    finite = jnp.where(jnp.isfinite(strap.travel), strap.travel, 1.0)
+    used = jnp.where(jnp.isfinite(strap.travel), jnp.floor(slipped / finite * (1 + 1e-12)), 0.0)
+    base = jnp.where(used > 0, used * finite, 0.0)
+    drive = strap.stiffness * (payout - base) - strap.onset
+    drive = jnp.where(jnp.isfinite(drive), drive, -1.0)
+    soft = snaps(strap)
+    slip = rising_root(drive, jnp.where(soft, 1.0, strap.stiffness - strap.fall), strap.sleeve)
+    slip = jnp.minimum(jnp.where(soft & (drive > 0), strap.travel, slip), strap.travel)
+    return jnp.where(used >= strap.series, slipped, jnp.maximum(slipped, base + slip))
+
+
+def tension(payout: Any, slipped: Any, strap: Strap) -> Any:
+    """Force of the strap [N]: it only pulls."""
+    return jnp.maximum(strap.stiffness * (payout - slipped), 0.0)
+
+
+def resistance(slipped: Any, strap: Strap) -> Any:
+    """Force [N] of the brake that slides at a slip [m] of its own, 0 to the travel."""
+    return strap.onset - strap.fall * slipped + backbone(slipped, strap.sleeve)
+
+
+class Body(NamedTuple):
+    """What is held: mass [kg], payout per way of the body, slack of the strap [m], start [m/s]."""
+
+    mass: Any
+    ratio: Any = 1.0
+    slack: Any = 0.0
+    speed: Any = 0.0
+
+
+class Ride(NamedTuple):
+    """A ride in time; arrays of shape (N, ...)."""
+
+    time: Any
+    way: Any
+    """Of the body relative to what it is strapped to [m]."""
+    speed: Any
+    acceleration: Any
+    """Relative [m/s^2]."""
+    force: Any
+    """Tension of the strap [N]; on the body it acts `ratio` times."""
+    slip: Any
+    """Of a chain [m]."""
+    heat: Any
+    """Work of the strap in slipping [J]: heat, and what stays in the sleeves."""
+    put_in: Any
+    """Work of the drive on the body [J]."""
+
+
+class Extremes(NamedTuple):
+    """Greatest values of rides, and the last slip; arrays of the lanes' shape."""
+
+    way: Any
+    force: Any
+    held: Any
+    """What the restraint alone gives the body [m/s^2]."""
+    acceleration: Any
+    """Size of drive and restraint together [m/s^2]."""
+    speed: Any
+    end_speed: Any
+    """The last, with its sign [m/s]."""
+    slip: Any
+    """The last [m]."""
+
+
+class _State(NamedTuple):
+    way: Any
+    speed: Any
+    push: Any
+    force: Any
+    slip: Any
+    heat: Any
+    put_in: Any
+
+
+def _start(drive: Any, body: Body, strap: Strap) -> _State:
+    lanes = jnp.broadcast_shapes(
+        *(jnp.shape(a) for a in jax.tree.leaves((drive, body, strap)))
+    )  # fmt: skip
+    zero = jnp.zeros(lanes)
+    return _State(zero, zero + body.speed, zero + drive, zero, zero, zero, zero)
+
+
+def _next(now: _State, drive: Any, dt: Any, body: Body, strap: Strap) -> _State:
+    """A step of velocity Verlet; the strap's slip is exact at every payout."""
+    half = now.speed + now.push * dt / 2
+    way = now.way + half * dt
+    payout = body.ratio * way - body.slack
+    slip = drawn(payout, now.slip, strap)
+    force = tension(payout, slip, strap)
+    push = drive - body.ratio * force / body.mass
+    before = now.push + body.ratio * now.force / body.mass
+    return _State(
+        way, half + push * dt / 2, push, force, slip,
+        now.heat + (force + now.force) / 2 * (slip - now.slip),
+        now.put_in + body.mass * (before + drive) / 2 * (way - now.way),
+    )  # fmt: skip
+
+
+@jax.jit
+def _ride(drive: Any, dt: Any, body: Body, strap: Strap) -> tuple[_State, _State]:
+    def on(now: _State, push: Any) -> tuple[_State, _State]:
+        new = _next(now, push, dt, body, strap)
+        return new, new
+
+    start = _start(drive[0], body, strap)
+    return start, jax.lax.scan(on, start, drive[1:])[1]
+
+
+@jax.jit
+def _extremes(drive: Any, dt: Any, body: Body, strap: Strap) -> Extremes:
+    def on(state: tuple[_State, Extremes], push: Any) -> tuple[tuple[_State, Extremes], None]:
+        now, most = state
+        new = _next(now, push, dt, body, strap)
+        held = body.ratio * new.force / body.mass
+        return (
+            new,
+            Extremes(
+                jnp.maximum(most.way, new.way), jnp.maximum(most.force, new.force),
+                jnp.maximum(most.held, held),
+                jnp.maximum(most.acceleration, jnp.abs(new.push)),
+                jnp.maximum(most.speed, jnp.abs(new.speed)), new.speed, new.slip,
+            ),
+        ), None  # fmt: skip
+
+    start = _start(drive[0], body, strap)
+    zero = jnp.zeros_like(start.way)
+    speed = jnp.abs(start.speed)
+    first = Extremes(zero, zero, zero, jnp.abs(start.push), speed, start.speed, zero)
+    return jax.lax.scan(on, (start, first), drive[1:])[0][1]
+
+
+def ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
+    """March a body under a drive [m/s^2], shape (N,), at steps of `dt` [s]; second order in time.
+
+    `drive` is the acceleration the body has relative to its mount while nothing holds it.
+    """
+    drive = np.asarray(drive, float)
+    start, states = _ride(drive, np.float64(dt), _doubles(body), strap)
+    rows = jax.tree.map(lambda a, b: np.concatenate([np.asarray(a)[None], b]), start, states)
+    return Ride(
+        np.arange(len(drive)) * dt, rows.way, rows.speed, rows.push, rows.force, rows.slip,
+        rows.heat, rows.put_in,
+    )  # fmt: skip
+
+
+def extremes(drive: Any, dt: float, body: Body, strap: Strap) -> Extremes:
+    """The greatest values of many rides side by side; body and strap may have lanes, shape (B,)."""
+    leaves, tree = jax.tree.flatten((_doubles(body), strap))
+    wide = np.broadcast_arrays(*(np.asarray(a) for a in leaves))
+    shape, count = wide[0].shape, wide[0].size
+    # few sizes, so that little is compiled
+    room = next((size for size in ROOMS if count <= size), -(-count // ROOMS[-1]) * ROOMS[-1])
+    lanes = [np.pad(a.ravel(), (0, room - count), mode="edge") for a in wide]
+    made = _extremes(np.asarray(drive, float), np.float64(dt), *jax.tree.unflatten(tree, lanes))
+    return Extremes(*(np.asarray(a)[:count].reshape(shape) for a in made))
+
+
+def _doubles(body: Body) -> Body:
+    return Body(*(jnp.asarray(a, jnp.float64) for a in body))
+
+
+def stored(made: Ride, strap: Strap) -> Any:
+    """Elastic energy of the strap along a ride [J], the sleeves' apart."""
+    return made.force**2 / (2 * np.asarray(strap.stiffness))
