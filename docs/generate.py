@@ -213,7 +213,7 @@ def _for(name: str) -> Callable[[], str]:
 
 
 COMMANDS = (
-    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "judder", "rise", "parts", "regulate", "follow", "plan", "compare", "apply", "lab", "pull",
+    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "judder", "rise", "parts", "regulate", "follow", "plan", "compare", "design", "sweep", "apply", "lab", "pull",
     "friction", "calibrate", "validate", "report", "sleeve", "leak", "pump-down", "crash",
     "reproduce",
 )  # fmt: skip

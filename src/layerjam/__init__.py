@@ -8,6 +8,8 @@ Everything public can be had from here and is imported when first used, so that
 from __future__ import annotations
 
 import importlib
+import sys
+import types
 from typing import Any
 
 from layerjam._version import __version__
@@ -65,6 +67,9 @@ _PUBLIC = {
     "layerjam.verbs.plan": "plan",
     "layerjam.verbs.compare": "compare",
     "layerjam.verbs.apply": "apply machines",
+    "layerjam.verbs.design": "design",
+    "layerjam.verbs.sweep": "sweep",
+    "layerjam.design.spec": "load_spec",
     "layerjam.design.arrays": "Array Member grid in_parallel in_series single totals",
     "layerjam.design.antagonist": "neutral_stiffness pair",
     "layerjam.verbs.calibration": "calibrate",
@@ -92,6 +97,20 @@ _WHERE = {
 }
 
 __all__ = ["__version__", *sorted(_WHERE)]  # noqa: PLE0604
+
+
+class _Root(types.ModuleType):
+    """Importing a folder does not hide the verb of its name: `layerjam.design`, `layerjam.report`.
+
+    Leaves are imported with `from`: `from layerjam.design.merit import MERITS`.
+    """
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _WHERE and isinstance(value, types.ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Root
 
 
 def __getattr__(name: str) -> Any:

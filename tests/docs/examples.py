@@ -137,6 +137,7 @@ def console(text: str) -> Iterator[tuple[str, str]]:
 
 def write_file(block: Block) -> None:
     """A titled block as a file, read back as what it claims to be."""
+    from layerjam.design.spec import load_spec
     from layerjam.device.load import load
     from layerjam.fluid.file import load_line
     from layerjam.identify.readers.read import read_trace
@@ -151,6 +152,8 @@ def write_file(block: Block) -> None:
         read_facts(path.with_suffix(""))
     elif "[pump]" in block.text:
         load_line(path)
+    elif "objectives" in block.text:
+        load_spec(path)
     else:
         load(path)
 

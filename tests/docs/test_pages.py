@@ -33,6 +33,8 @@ COMMANDS = {
     "regulate": "regulate choi2018 --target 60kPa --safe-state release --sensor-range 103kPa",
     "follow": "follow choi2018 choi2018-kapton --profile sine --low 40N --high 60N --period 20s "
     "--duration 20s --speed 1mm/s --safe-state release --sensor-range 103kPa",
+    "design": "design wrist",
+    "sweep": "sweep wrist --out swept",
     "apply": "apply slow-stop",
     "parts": "parts smc-vt307v",
     "compare": "compare choi2018-kapton",

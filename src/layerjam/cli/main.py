@@ -16,6 +16,7 @@ from layerjam.cli import (
     apply,
     calibration,
     compare,
+    design,
     follow,
     friction,
     impact,
@@ -29,6 +30,7 @@ from layerjam.cli import (
     pull,
     regulate,
     report,
+    sweep,
     vacuum_line,
     validation,
 )
@@ -58,6 +60,8 @@ for group in (
     follow,
     plan,
     compare,
+    design,
+    sweep,
     apply,
     paper,
 ):

@@ -5,23 +5,15 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 
 from layerjam.device.file import BrakeFile, read_brake
-from layerjam.device.toml import read_text
-from layerjam.errors import FileError, UnknownNameError
+from layerjam.device.shipped import shipped, text_of
+from layerjam.errors import FileError
 
 
-@cache
 def _texts(folder: str) -> dict[str, str]:
-    place = files("layerjam.device") / "catalogue" / folder
-    return {
-        f.name.removesuffix(".toml"): f.read_text(encoding="utf-8")
-        for f in sorted(place.iterdir(), key=lambda f: f.name)
-        if f.name.endswith(".toml")
-    }
+    return shipped("layerjam.device", "catalogue", folder)
 
 
 def catalogue() -> list[str]:
@@ -39,14 +31,7 @@ def load(brake: str | Path) -> BrakeFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    name = str(brake)
-    texts = _texts("brakes")
-    if name in texts:
-        return read_brake(texts[name], name, materials())
-    looks_like_path = name.endswith(".toml") or os.sep in name
-    if not looks_like_path and not Path(name[:200]).is_file():
-        raise UnknownNameError("brake", name, texts)
-    return read_brake(read_text(Path(name)), name, materials())
+    return read_brake(*text_of("brake", brake, _texts("brakes")), materials())
 
 
 def write_whole(path: str | Path, write: Callable[[Path], None], force: bool = False) -> Path:

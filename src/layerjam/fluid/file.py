@@ -6,17 +6,15 @@ stands beside it in the table comes before the part's own.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from layerjam.device.shipped import shipped, text_of
 from layerjam.device.source import Source
-from layerjam.device.toml import Reader, line_of, parse_toml, read_text
-from layerjam.errors import FileError, LayerjamError, UnknownNameError
+from layerjam.device.toml import Reader, line_of, parse_toml
+from layerjam.errors import FileError, LayerjamError
 from layerjam.fluid.curve import CURVE
 from layerjam.fluid.line import Line, validate
 from layerjam.fluid.parts import FAMILIES, part_entries
@@ -49,14 +47,8 @@ class LineFile:
         return out
 
 
-@cache
 def _texts() -> dict[str, str]:
-    place = files("layerjam.fluid") / "catalogue" / "lines"
-    return {
-        f.name.removesuffix(".toml"): f.read_text(encoding="utf-8")
-        for f in sorted(place.iterdir(), key=lambda f: f.name)
-        if f.name.endswith(".toml")
-    }
+    return shipped("layerjam.fluid", "catalogue", "lines")
 
 
 def lines() -> list[str]:
@@ -69,13 +61,7 @@ def load_line(line: str | Path) -> LineFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    name, texts = str(line), _texts()
-    if name in texts:
-        return read_line(texts[name], name)
-    looks_like_path = name.endswith(".toml") or os.sep in name
-    if not looks_like_path and not Path(name[:200]).is_file():
-        raise UnknownNameError("line", name, texts)
-    return read_line(read_text(Path(name)), name)
+    return read_line(*text_of("line", line, _texts()))
 
 
 def read_line(text: str, path: object) -> LineFile:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 
 from layerjam.design.machines import ankle_clutch, neck_guard, rehabilitation, seat_belt
 from layerjam.design.machines.scenario import Kind, Scenario, read_scenario
 from layerjam.design.machines.verdict import Result
-from layerjam.device.toml import read_text
-from layerjam.errors import UnknownNameError
+from layerjam.device.shipped import shipped, text_of
 
 KINDS: dict[str, Kind] = {
     "seat-belt": seat_belt.KIND,
@@ -28,14 +24,8 @@ _ANALYSE: dict[str, Callable[[Scenario], Result]] = {
 }
 
 
-@cache
 def _texts() -> dict[str, str]:
-    place = files("layerjam.design") / "scenarios"
-    return {
-        f.name.removesuffix(".toml"): f.read_text(encoding="utf-8")
-        for f in sorted(place.iterdir(), key=lambda f: f.name)
-        if f.name.endswith(".toml")
-    }
+    return shipped("layerjam.design", "scenarios")
 
 
 def scenarios() -> list[str]:
@@ -48,14 +38,9 @@ def load_scenario(scenario: str | Path) -> Scenario:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    name, texts = str(scenario), _texts()
-    if name in texts:
-        return read_scenario(texts[name], name, KINDS)
-    looks_like_path = name.endswith(".toml") or os.sep in name
-    if not looks_like_path and not Path(name[:200]).is_file():
-        raise UnknownNameError("scenario", name, texts)
-    path = Path(name)
-    return read_scenario(read_text(path), name, KINDS, path.parent)
+    text, name = text_of("scenario", scenario, _texts())
+    folder = None if name in _texts() else Path(name).parent
+    return read_scenario(text, name, KINDS, folder)
 
 
 def analyse(scenario: Scenario) -> Result:

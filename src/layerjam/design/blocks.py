@@ -1,0 +1,262 @@
+"""A sweep on disk: one Parquet file a block, each whole or not there, and the manifest last.
+
+A block's file holds the designs it keeps (its front, and what the verdict speaks of) with all their
+variables and merits; what the whole block came to stands in its metadata. The same block always
+gives the same bytes, wherever it was computed, so that doing one twice changes nothing.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from layerjam._version import __version__
+from layerjam.design.grid import Grid
+from layerjam.design.merit import MERITS, VARIABLES
+from layerjam.design.search import CHUNK, Found, Search
+from layerjam.design.wishes import Spec
+from layerjam.device.load import write_whole
+from layerjam.errors import FileError, MissingExtraError
+from layerjam.units import Meaning
+
+MANIFEST, FRONT, NOTE, LOCK, FOLDER = (
+    "manifest.json", "front.parquet", "sweep.json", ".lock", "blocks",
+)  # fmt: skip
+
+
+def parquet() -> Any:
+    """pyarrow's Parquet; raises MissingExtraError without it."""
+    try:
+        import pyarrow.parquet  # type: ignore[import-untyped]
+    except ImportError:
+        raise MissingExtraError("a sweep on disk (pyarrow)", "sweep") from None
+    return pyarrow.parquet
+
+
+def fingerprint(spec: Spec, block: int) -> str:
+    """SHA-256 of all that decides what a sweep finds: designs, laws' inputs, wishes, version."""
+    grid: Grid = spec.grid
+    parts: list[Any] = [__version__, block, CHUNK, grid.names, grid.thickness.tolist()]
+    parts += [[np.asarray(row).tolist() for row in grid.stock]]
+    parts += [[(n, v.tolist()) for n, v in grid.axes.items()]]
+    asked = spec.asked
+    parts += [repr(asked.base), repr(asked.judder), repr(asked.need)]
+    parts += [None if row is None else row.tolist() for row in (asked.rise, asked.work)]
+    parts += [[repr(c) for c in spec.constraints], [repr(o) for o in spec.objectives]]
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Block:
+    """One block as read back."""
+
+    index: int
+    found: Found
+    rows: int
+
+
+def encoded(search: Search, index: int, found: Found, mark: str) -> bytes:
+    """The Parquet file of a block, the same bytes for the same block."""
+    kept = found.kept()
+    told = {f.name: getattr(found, f.name) for f in fields(Found)}
+    told |= {"numbers": found.numbers.tolist(), "costs": found.costs.tolist()}
+    note = {"block": index, "fingerprint": mark, "found": told}
+    return table_bytes(search, kept, np.isin(kept, found.numbers), note)
+
+
+def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any]) -> bytes:
+    """Designs with all variables and merits as a Parquet file, `note` in its metadata."""
+    pq = parquet()
+    import pyarrow as pa  # type: ignore[import-untyped]
+
+    grid, names = search.spec.grid, search.spec.asked.all_names
+    digits = grid.digits(numbers)
+    columns: dict[str, Any] = {"number": pa.array(numbers, pa.int64())}
+    columns["on_front"] = pa.array(on_front, pa.bool_())
+    films = np.array(grid.names, object)[digits[0]] if len(numbers) else []
+    columns["film"] = pa.array(films, pa.string())
+    columns["thickness"] = pa.array(grid.thickness[digits[0]], pa.float64())
+    values = search.kernel.at(numbers) if len(numbers) else np.empty((len(names), 0))
+    rows: dict[str, Any] = {
+        n: row[place] for (n, row), place in zip(grid.axes.items(), digits[1:], strict=True)
+    }
+    # the travel of all brakes in series is a merit; that of one is the variable
+    rows = {("travel_of_one" if n in names else n): v for n, v in rows.items()}
+    rows |= {n: values[i] for i, n in enumerate(names)}
+    for name, row in rows.items():
+        columns[name] = pa.array(np.asarray(row, float), pa.float64())
+    known: dict[str, Meaning] = {**VARIABLES, **MERITS}
+    schema = pa.schema(
+        [
+            pa.field(n, c.type, metadata={"unit": known[n].unit} if n in known else None)
+            for n, c in columns.items()
+        ],
+        metadata={"layerjam": json.dumps(note, sort_keys=True)},
+    )
+    sink = io.BytesIO()
+    pq.write_table(pa.table(list(columns.values()), schema=schema), sink, compression="zstd")
+    return sink.getvalue()
+
+
+def decoded(data: bytes | Path, mark: str, index: int) -> Block | None:
+    """A block read back; None where the file is no such block."""
+    pq = parquet()
+    try:
+        meta = pq.read_metadata(io.BytesIO(data) if isinstance(data, bytes) else data)
+        note = json.loads(meta.metadata[b"layerjam"])
+        if note["fingerprint"] != mark or note["block"] != index:
+            return None
+        told = note["found"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    numbers = np.array(told.pop("numbers"), np.int64)
+    costs = np.array(told.pop("costs"), float)
+    costs = costs if len(numbers) else np.empty((0, 0))
+    told["best"] = [(float(s), int(n), int(f)) for s, n, f in told["best"]]
+    for name in ("alone", "reach"):
+        told[name] = {int(i): (float(v), int(n)) for i, (v, n) in told[name].items()}
+    told["failed"] = {int(i): int(n) for i, n in told["failed"].items()}
+    return Block(index, Found(numbers=numbers, costs=costs, **told), meta.num_rows)
+
+
+class Store:
+    """The folder of one sweep; use as a context, which keeps a second process out."""
+
+    def __init__(self, folder: str | Path, search: Search) -> None:
+        self.folder, self.spec, self.size = Path(folder), search.spec, search.size
+        self.mark = fingerprint(search.spec, search.size)
+        self.handle: int | None = None
+
+    def __enter__(self) -> Store:
+        parquet()
+        try:
+            (self.folder / FOLDER).mkdir(parents=True, exist_ok=True)
+            self.handle = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT)
+        except OSError as err:
+            raise FileError(self.folder, f"cannot be written: {err.strerror or err}") from None
+        try:
+            self._locked()
+            self._claim()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.handle is not None:
+            os.close(self.handle)
+            self.handle = None
+
+    def _locked(self) -> None:
+        """The lock ends with the process, however that ends."""
+        try:
+            import fcntl
+        except ImportError:  # pragma: no cover  (elsewhere than on POSIX nobody is kept out)
+            return
+        assert self.handle is not None
+        try:
+            fcntl.flock(self.handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise FileError(self.folder, "another sweep is at work in this folder") from None
+
+    def _claim(self) -> None:
+        """Make the folder this sweep's; clear away what a killed one left half written."""
+        note = self.folder / NOTE
+        if note.exists():
+            with contextlib.suppress(OSError, ValueError, KeyError):
+                if json.loads(note.read_text(encoding="utf-8"))["fingerprint"] == self.mark:
+                    for rest in (*self.folder.glob(".*-*"), *(self.folder / FOLDER).glob(".*-*")):
+                        rest.unlink()
+                    return
+            raise FileError(self.folder, "holds a sweep of another specification or version; "
+                            "give an empty folder")  # fmt: skip
+        if any((self.folder / FOLDER).iterdir()) or (self.folder / MANIFEST).exists():
+            raise FileError(self.folder, "holds files of something else; give an empty folder")
+        said = {"name": self.spec.name, "fingerprint": self.mark, "designs": self.spec.grid.size,
+                "block": self.size, "specification": self.spec.text}  # fmt: skip
+        put(note, (json.dumps(said, indent=1) + "\n").encode())
+
+    def path(self, index: int) -> Path:
+        """Where block `index` lies."""
+        return self.folder / FOLDER / f"block-{index:07d}.parquet"
+
+    def read(self, index: int) -> Block | None:
+        """A block that was done before, None where it is missing or not whole."""
+        path = self.path(index)
+        return decoded(path, self.mark, index) if path.is_file() else None
+
+    def missing(self, total: int) -> list[int]:
+        """Numbers of the blocks still to do."""
+        return [i for i in range(total) if self.read(i) is None]
+
+    def put(self, index: int, data: bytes) -> None:
+        """Write a block, whole or not at all."""
+        put(self.path(index), data)
+
+    def blocks(self, total: int) -> Iterator[Block]:
+        """All blocks in their order; raises FileError where one is missing."""
+        for index in range(total):
+            block = self.read(index)
+            if block is None:
+                raise FileError(self.path(index), "is missing or not whole; sweep again")
+            yield block
+
+    def finish(self, search: Search, total: int) -> Found:
+        """Sum of all blocks, the front of all designs, and the manifest, which comes last."""
+        rows: list[dict[str, Any]] = []
+
+        def parts() -> Iterator[Found]:
+            for block in self.blocks(total):
+                data = self.path(block.index).read_bytes()
+                rows.append(
+                    {
+                        "file": f"{FOLDER}/{self.path(block.index).name}", "rows": block.rows,
+                        "designs": block.found.examined, "feasible": block.found.feasible,
+                        "sha256": hashlib.sha256(data).hexdigest(),
+                    }
+                )  # fmt: skip
+                yield block.found
+
+        found = search.sum(parts())
+        whole = table_bytes(
+            search, found.numbers, np.ones(len(found.numbers), bool), {"fingerprint": self.mark}
+        )
+        put(self.folder / FRONT, whole)
+        summary = asdict(found)
+        summary.pop("numbers"), summary.pop("costs")
+        manifest = {
+            "name": self.spec.name, "fingerprint": self.mark, "layerjam": __version__,
+            "designs": self.spec.grid.size, "block": self.size, "front": FRONT,
+            "front_rows": len(found.numbers),
+            "front_sha256": hashlib.sha256(whole).hexdigest(),
+            "constraints": [str(c) for c in self.spec.constraints],
+            "objectives": [str(o) for o in self.spec.objectives],
+            "found": summary, "blocks": rows,
+        }  # fmt: skip
+        put(self.folder / MANIFEST, (json.dumps(manifest, indent=1) + "\n").encode())
+        return found
+
+    def bytes(self) -> int:
+        """What the sweep takes on disk."""
+        return sum(p.stat().st_size for p in self.folder.rglob("*") if p.is_file())
+
+
+def put(path: Path, data: bytes) -> None:
+    """A file that appears whole or not at all, and stays after a loss of power."""
+
+    def write(temporary: Path) -> None:
+        with temporary.open("wb") as handle:
+            handle.write(data)
+            handle.flush()
+            os.fsync(handle.fileno())
+
+    write_whole(path, write, force=True)

@@ -1,0 +1,361 @@
+"""Can a specification be met at all? Proved by the corners of boxes of designs, before a sweep.
+
+Many merits rise or fall with every variable; the best value in a box of designs is then that of one
+corner. A box none of whose designs can meet a constraint is thrown away, the others are cut in two.
+Nothing left: proved that nothing meets them all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from layerjam.design.grid import Numbers
+from layerjam.design.merit import STOP_MERITS, VARIABLES
+from layerjam.design.search import Search
+from layerjam.design.stopping import least_peak
+from layerjam.design.wishes import Constraint
+from layerjam.units import show
+
+MOST_BOXES = 1_000_000
+"""Boxes looked at before the answer is left to the sweep."""
+FEASIBLE, IMPOSSIBLE, UNKNOWN = "feasible", "impossible", "unknown"
+
+_UP: dict[str, str] = {
+    "holding_force": "count width overlap vacuum parallel",
+    "max_force": "count width overlap vacuum wall parallel",
+    "usable_travel": "overlap usable_travel series",
+    "energy_capacity": "count width overlap usable_travel vacuum wall series parallel",
+    "mass": "count width overlap free_left free_right offset wall fittings_mass series parallel",
+    "volume": "count width overlap free_left free_right offset wall series parallel",
+    "length": "overlap free_left free_right offset series",
+    "height": "count wall",
+    "stiffness": "count width parallel",
+    "buckling_force": "width",
+    "rise_time": "vacuum series parallel",
+    "gas_work": "vacuum series parallel",
+}
+_DOWN: dict[str, str] = {
+    "holding_force": "offset",
+    "max_force": "offset free_left free_right",
+    "usable_travel": "offset",
+    "energy_capacity": "offset free_left free_right",
+    "stiffness": "overlap free_left free_right offset series",
+    "buckling_force": "free_left free_right offset",
+}
+_UNTOUCHED: dict[str, str] = {
+    "holding_force": "free_left free_right usable_travel wall fittings_mass series",
+    "max_force": "fittings_mass series",
+    "usable_travel": "count width free_left free_right wall fittings_mass vacuum parallel",
+    "energy_capacity": "fittings_mass",
+    "mass": "usable_travel vacuum",
+    "volume": "usable_travel fittings_mass vacuum",
+    "length": "count width usable_travel wall fittings_mass vacuum parallel",
+    "height": "width overlap free_left free_right offset usable_travel fittings_mass vacuum series"
+    " parallel",
+    "stiffness": "usable_travel wall fittings_mass vacuum",
+    "buckling_force": "count overlap usable_travel wall fittings_mass vacuum series parallel",
+    "rise_time": "count width overlap free_left free_right offset usable_travel wall fittings_mass",
+    "gas_work": "count width overlap free_left free_right offset usable_travel wall fittings_mass",
+}
+"""Which merit rises, falls, or stays with which variable; of what is missing nothing is claimed."""
+
+
+def direction(merit: str, variable: str, tied: bool) -> int | None:
+    """1, -1 or 0 where a merit rises, falls or stays with a variable; None where not known.
+
+    `tied`: the usable travel follows the overlap. With a travel of its own the force at the end of
+    a weak brake may fall with the overlap, and so may the work.
+    """
+    if merit in ("sheet_stress", "clamp_stress", "stress_margin"):
+        return _stress(merit, variable, tied)
+    if merit not in _UP:
+        return (1 if merit == variable else 0) if merit in VARIABLES else None
+    if not tied and merit in ("max_force", "energy_capacity", "usable_travel"):
+        if variable == "overlap":
+            return 0 if merit == "usable_travel" else None
+        if merit == "max_force" and variable == "usable_travel":
+            return 1
+    if variable in _UP[merit].split():
+        return 1
+    if variable in _DOWN.get(merit, "").split():
+        return -1
+    return 0 if variable in _UNTOUCHED[merit].split() else None
+
+
+def _stress(merit: str, variable: str, tied: bool) -> int | None:
+    """Stress follows the force of one brake, which is proportional to its width."""
+    turn = -1 if merit == "stress_margin" else 1
+    if variable == "count":
+        return None  # of odd and even numbers of sheets, one side has as many or one more
+    if variable == "width":
+        return 0 if merit == "sheet_stress" else -turn
+    if variable == "parallel":
+        return 0
+    force = direction("max_force", variable, tied)
+    return None if force is None else force * turn
+
+
+@dataclass(frozen=True)
+class Proof:
+    """How a search by boxes ended."""
+
+    outcome: str
+    number: int | None = None
+    """A design that meets the constraints, where one was met."""
+
+
+class Reached(NamedTuple):
+    """The best value of a quantity under other constraints; None where none was found."""
+
+    value: float | None
+    exact: bool
+    """False where better ones are not excluded."""
+
+
+ROUNDS = 24
+
+
+class Boxes:
+    """Boxes of designs of one search; `prove` says whether constraints can be met together."""
+
+    def __init__(self, search: Search) -> None:
+        self.search, self.grid = search, search.spec.grid
+        tied = "usable_travel" not in self.grid.axes
+        self.names = tuple(self.grid.axes)
+        self.signs: dict[str, list[int | None]] = {}
+        known = {c.name for c in search.spec.constraints} | {"energy_capacity"}
+        for name in known:
+            self.signs[name] = [direction(name, v, tied) for v in self.names]
+
+    def corner(self, low: Numbers, high: Numbers, c: Constraint) -> tuple[Numbers, Any]:
+        """Digits of the corner best for a constraint, and for which boxes that is a bound."""
+        best, sure = low.copy(), np.ones(len(low), bool)
+        for axis, sign in enumerate(self.signs[c.name], 1):
+            wide = high[:, axis] > low[:, axis]
+            if sign is None:
+                sure &= ~wide
+            elif sign == (-1 if c.most else 1):
+                best[:, axis] = high[:, axis]
+        return best, sure
+
+    def values(self, digits: Numbers, name: str) -> Any:
+        """A quantity of designs by digits."""
+        numbers = np.asarray(self.grid.number(list(digits.T)))
+        return self.search.quantity(name, self.rows(numbers), numbers)
+
+    def rows(self, numbers: Numbers) -> Any:
+        """Merits without the stop's."""
+        return self.search.kernel.at(numbers, stop=False)
+
+    def prove(self, constraints: Sequence[Constraint]) -> Proof:
+        """Whether designs meet all constraints that are bounded by corners."""
+        rules = [c for c in constraints if c.name in self.signs and c.name not in STOP_MERITS]
+        if not rules:
+            return Proof(UNKNOWN)
+        whole = len(rules) == len(constraints)
+        shape = np.array(self.grid.shape)
+        films = np.arange(shape[0])
+        low = np.zeros((shape[0], len(shape)), np.int64)
+        low[:, 0] = films
+        high = np.tile(shape - 1, (shape[0], 1)).astype(np.int64)
+        high[:, 0] = films
+        looked = 0
+        # where nothing is claimed a box says nothing until it is one value wide
+        first = np.ones(len(shape))
+        for c in rules:
+            open_ = [s is None for s in self.signs[c.name]]
+            first[1:][open_] = 1e3
+        while len(low):
+            looked += len(low)
+            if looked > MOST_BOXES:
+                return Proof(UNKNOWN)
+            alive = np.ones(len(low), bool)
+            for c in rules:
+                best, sure = self.corner(low, high, c)
+                numbers = np.asarray(self.grid.number(list(best.T)))
+                rows = self.rows(numbers)
+                value = self.search.quantity(c.name, rows, numbers)
+                built = np.isfinite(rows[self.search.row["mass"]])
+                alive &= ~(sure & built & ~c.holds(value))
+                if whole:
+                    good = built.copy()
+                    for other in rules:
+                        good &= other.holds(self.search.quantity(other.name, rows, numbers))
+                    if good.any():
+                        return Proof(FEASIBLE, int(numbers[np.argmax(good)]))
+            single = (low == high).all(axis=1)
+            if (single & alive).any() and not whole:
+                return Proof(UNKNOWN)
+            # a single design was looked at itself: had it met all, it would have been told
+            alive &= ~single
+            low, high = _cut(low[alive], high[alive], first)
+        return Proof(IMPOSSIBLE)
+
+    def farthest(self, c: Constraint, others: Sequence[Constraint]) -> Reached:
+        """The best value of c's quantity while the others hold, to 1e-4 of the limit."""
+        if not others:
+            best = self._single(c)
+            if best is not None:
+                return Reached(best, True)
+        start = self.prove(list(others)) if others else Proof(FEASIBLE, self.grid.size - 1)
+        if start.outcome != FEASIBLE or start.number is None:
+            return Reached(None, False)
+        reached, limit = self._value(start.number, c), c.limit
+        for _ in range(ROUNDS):
+            if not math.isfinite(reached):
+                return Reached(None, False)
+            if abs(limit - reached) <= 1e-4 * abs(limit):
+                return Reached(reached, True)
+            middle = (reached + limit) / 2
+            tried = self.prove([*others, Constraint(c.name, c.most, middle)])
+            if tried.outcome == FEASIBLE and tried.number is not None:
+                reached = self._value(tried.number, c)
+            elif tried.outcome == IMPOSSIBLE:
+                limit = middle
+            else:
+                return Reached(reached, False)
+        return Reached(reached, True)
+
+    def _single(self, c: Constraint) -> float | None:
+        shape = np.array(self.grid.shape)
+        low = np.zeros((shape[0], len(shape)), np.int64)
+        low[:, 0] = np.arange(shape[0])
+        high = np.tile(shape - 1, (shape[0], 1)).astype(np.int64)
+        best, sure = self.corner(low, high, c)
+        values = self.values(best, c.name)
+        if not sure.all() or not np.isfinite(values).all():
+            return None
+        return float(values.min() if c.most else values.max())
+
+    def _value(self, number: int, c: Constraint) -> float:
+        numbers = np.array([number], np.int64)
+        return float(self.search.quantity(c.name, self.rows(numbers), numbers)[0])
+
+
+def _cut(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
+    """Every box cut in two along its longest side, counted in `first`."""
+    if not len(low):
+        return low, high
+    side = np.argmax((high - low) * first, axis=1)
+    rows = np.arange(len(low))
+    middle = (low[rows, side] + high[rows, side]) // 2
+    upper, lower = low.copy(), high.copy()
+    upper[rows, side], lower[rows, side] = middle + 1, middle
+    return np.concatenate([low, upper]), np.concatenate([lower, high])
+
+
+@dataclass(frozen=True)
+class Killed:
+    """Why nothing meets a specification: constraints that exclude each other."""
+
+    constraint: str
+    """The one that fails."""
+    others: tuple[str, ...]
+    """Those that must be given up for it; empty where it fails alone."""
+    reachable: float | None
+    """The best value of its quantity while the others hold."""
+    unit: str
+    reason: str
+    short: float = 0.0
+    """By how much it is missed, over the limit."""
+
+
+def impossible(search: Search) -> Killed | None:
+    """The constraints that cannot be met together, None where that is not proved."""
+    spec = search.spec
+    found = _physics(search)
+    if found is not None:
+        return found
+    rules = list(spec.constraints)
+    boxes = Boxes(search)
+    for c in rules:
+        if boxes.prove([c]).outcome == IMPOSSIBLE:
+            return _told(boxes, c, [])
+    if boxes.prove(rules).outcome != IMPOSSIBLE:
+        return None
+    core = [c for c in rules if c.name in boxes.signs and c.name not in STOP_MERITS]
+    for c in list(core):
+        rest = [o for o in core if o is not c]
+        if boxes.prove(rest).outcome == IMPOSSIBLE:
+            core = rest
+    return min((_told(boxes, c, [o for o in core if o is not c]) for c in core), key=_shortfall)
+
+
+def _shortfall(k: Killed) -> float:
+    return math.inf if k.reachable is None or not math.isfinite(k.reachable) else k.short
+
+
+def _told(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Killed:
+    reached = boxes.farthest(c, others)
+    words = f" together with {' and '.join(map(str, others))}" if others else ""
+    return Killed(
+        str(c), tuple(map(str, others)), reached.value, c.unit,
+        f"{c} cannot be met{words}{by(c, reached.value, reached.exact)}",
+        math.inf if reached.value is None else c.short(reached.value),
+    )  # fmt: skip
+
+
+def by(c: Constraint, reached: float | None, exact: bool = True) -> str:
+    """By how much a constraint is missed, as the end of a sentence."""
+    if reached is None or not math.isfinite(reached):
+        return ""
+    least = ("least" if c.most else "greatest") + (" reachable is" if exact else " found is")
+    short = c.short(reached)
+    words = f"{short:.2g} times the limit" if short > 2 else f"{short:.2%}"
+    return f": the {least} {show(reached, c.unit)}, {words} {'over' if c.most else 'short'}"
+
+
+def _physics(search: Search) -> Killed | None:
+    """A stop that no brake of the grid, or none at all, could give."""
+    need = search.spec.asked.need
+    if need is None or need.travel is None:
+        return None
+    whole = search.spec.grid
+    soft = Boxes(search)
+    soft.signs["stiffness"] = [
+        direction("stiffness", v, "usable_travel" not in whole.axes) for v in soft.names
+    ]
+    soft.signs["max_force"] = [
+        direction("max_force", v, "usable_travel" not in whole.axes) for v in soft.names
+    ]
+    least = soft._single(Constraint("stiffness", True, 1.0))
+    if least is None or not least > 0:
+        return None
+    most = soft._single(Constraint("max_force", False, 1.0))
+    force = min(f for f in (need.force, most, math.inf) if f is not None)
+    if math.isinf(force):
+        return None
+    way = need.travel + force / least
+    due = float(least_peak(need.mass, need.speed, way, need.gravity))
+    if need.force is not None and need.force < due:
+        c = Constraint("stop_peak", True, need.force)
+        return Killed(
+            str(c), (str(Constraint("stop_slip", True, need.travel)),), due, "N",
+            f"{c} cannot be met by any brake: {show(need.mass, 'kg')} at "
+            f"{show(need.speed, 'm/s')} within {show(way, 'm')} (slip and stretch) take "
+            f"{show(due, 'N')} at the least",
+        )  # fmt: skip
+    if most is not None and most < due:
+        c = Constraint("max_force", False, due)
+        return Killed(
+            str(Constraint("stop_slip", True, need.travel)), (), most, "N",
+            f"stop_slip <= {show(need.travel, 'm')} takes {show(due, 'N')} at the least; the "
+            f"strongest of these brakes gives {show(most, 'N')}",
+        )  # fmt: skip
+    bring = need.mass * need.speed**2 / 2 - force**2 / (2 * least)
+    if bring <= 0:
+        return None
+    c = Constraint("energy_capacity", False, bring)
+    if soft.prove([c]).outcome != IMPOSSIBLE:
+        return None
+    reached = soft._single(c)
+    return Killed(
+        str(c), (), reached, "J",
+        f"the mass brings {show(need.mass * need.speed**2 / 2, 'J')}"
+        f"{by(c, reached)}: energy_capacity of the greatest of these brakes",
+    )  # fmt: skip

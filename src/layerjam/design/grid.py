@@ -1,0 +1,177 @@
+"""The designs of a specification as one long row: design number to values and back."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.design.merit import (
+    LINE_MERITS,
+    MERITS,
+    STOP_MERITS,
+    VARIABLES,
+    Judder,
+    Point,
+    Stock,
+    merits,
+)
+from layerjam.design.stopping import Need, stops
+from layerjam.device.brake import Brake
+
+Array = npt.NDArray[np.float64]
+Numbers = npt.NDArray[np.int64]
+PIECE = 1 << 15
+"""Most designs that are computed in one go; they stay in the cache."""
+AXES = tuple(n for n in VARIABLES if n != "thickness")
+"""Every axis but the first, which is the film with its thickness."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Values of every variable; the design's number counts through them, the last axis fastest.
+
+    `stock` and `thickness` are rows of one length: a film together with a thickness it is sold in.
+    `axes` has a row for every other variable; `usable_travel` may be absent. `ranges` maps the
+    continuous variables to their least and greatest value.
+    """
+
+    stock: Stock
+    names: tuple[str, ...]
+    thickness: Array
+    axes: dict[str, Array]
+    ranges: dict[str, tuple[float, float]]
+
+    @functools.cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values on the film's axis and on all others."""
+        return (len(self.thickness), *(len(v) for v in self.axes.values()))
+
+    @property
+    def size(self) -> int:
+        """Number of designs."""
+        return math.prod(self.shape)
+
+    def digits(self, number: Any) -> list[Any]:
+        """Place on every axis of designs by number; past the end they repeat."""
+        out = []
+        for length in reversed(self.shape):
+            out.append(number % length if length > 1 else number * 0)
+            number = number // length if length > 1 else number
+        return out[::-1]
+
+    def number(self, digits: list[Any]) -> Any:
+        """The inverse of `digits`."""
+        out = digits[0] * 0
+        for place, length in zip(digits, self.shape, strict=True):
+            out = out * length + place
+        return out
+
+    def point(self, digits: list[Any]) -> Point:
+        """The designs at places on the axes."""
+        first, *rest = digits
+        values = {n: row[d] for (n, row), d in zip(self.axes.items(), rest, strict=True)}
+        film = Stock(*(row[first] for row in self.stock))
+        return Point(
+            stock=film, thickness=self.thickness[first], **{"usable_travel": None, **values}
+        )
+
+    def values(self, number: int) -> dict[str, float | str]:
+        """One design in words and SI: `film`, `thickness` and every variable."""
+        digits = self.digits(int(number))
+        rest = zip(self.axes.items(), digits[1:], strict=True)
+        return {
+            "film": self.names[digits[0]],
+            "thickness": float(self.thickness[digits[0]]),
+            **{n: int(row[d]) if VARIABLES[n].whole else float(row[d]) for (n, row), d in rest},
+        }
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is computed of every design: the base brake, and what the optional merits need."""
+
+    base: Brake
+    judder: Judder | None = None
+    need: Need | None = None
+    rise: Array | None = None
+    """`rise_time` of one brake for every vacuum of the grid."""
+    work: Array | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The merits of the kernel's rows, in order."""
+        out = [n for n in MERITS if n not in (*LINE_MERITS, *STOP_MERITS, "judder_margin")]
+        out += ["judder_margin"] * (self.judder is not None)
+        return (*out, *(LINE_MERITS if self.rise is not None else ()))
+
+    @property
+    def all_names(self) -> tuple[str, ...]:
+        """`names` and those of the stop."""
+        return (*self.names, *(STOP_MERITS if self.need is not None else ()))
+
+
+@functools.partial(jax.jit, static_argnames=("names",))
+def _merits(point: Point, base: Brake, judder: Judder | None, *, names: tuple[str, ...]) -> Any:
+    """Merits of a row of designs, (merits, n). Compiled once for all specifications."""
+    out = merits(point, base, judder)
+    shape = jnp.shape(out["mass"])
+    return jnp.stack([jnp.broadcast_to(out[n], shape) for n in names])
+
+
+@functools.partial(jax.jit, static_argnames=("row",))
+def _stops(point: Point, base: Brake, need: Need, *, row: int) -> Any:
+    out = stops(point, base, need, row)
+    return jnp.stack([out[n] for n in STOP_MERITS])
+
+
+class Kernel:
+    """Merits of designs by number."""
+
+    def __init__(self, grid: Grid, asked: Asked) -> None:
+        self.grid, self.asked = grid, asked
+        self.names = tuple(n for n in asked.names if n not in LINE_MERITS)
+        self.row = int(grid.axes["series"].max())
+        self.vacuums = 1 + list(grid.axes).index("vacuum")
+
+    def merits(self, numbers: Numbers) -> Array:
+        """Merits without those of the stop, shape (merits, n)."""
+        digits = self.grid.digits(_padded(numbers))
+        point = self.grid.point(digits)
+        made = np.asarray(_merits(point, self.asked.base, self.asked.judder, names=self.names))
+        if self.asked.rise is not None and self.asked.work is not None:
+            at, brakes = digits[self.vacuums], point.series * point.parallel
+            line = np.stack([self.asked.rise[at] * brakes, self.asked.work[at] * brakes])
+            # what cannot be built has no line either
+            line[:, np.isnan(made[self.names.index("mass")])] = np.nan
+            made = np.concatenate([made, line])
+        return made[:, : len(numbers)]
+
+    def stops(self, numbers: Numbers) -> Array:
+        """`stop_slip` and `stop_peak` of the designs with these numbers, shape (2, n)."""
+        if len(numbers) == 0:
+            return np.empty((2, 0))
+        point = self.grid.point(self.grid.digits(_padded(numbers)))
+        assert self.asked.need is not None
+        made = _stops(point, self.asked.base, self.asked.need, row=self.row)
+        return np.asarray(made)[:, : len(numbers)]
+
+    def at(self, numbers: Numbers, stop: bool = True) -> Array:
+        """All merits of any number of designs, in the order of `asked.all_names`."""
+        parts = [numbers[i : i + PIECE] for i in range(0, max(len(numbers), 1), PIECE)]
+        made = [self.merits(part) for part in parts]
+        if stop and self.asked.need is not None:
+            made = [np.concatenate([m, self.stops(p)]) for m, p in zip(made, parts, strict=True)]
+        return np.concatenate(made, axis=1)
+
+
+def _padded(numbers: Numbers) -> Numbers:
+    """To one of few lengths, as each length compiles once."""
+    size = next(n for n in (256, 4096, PIECE) if n >= len(numbers))
+    return np.pad(np.asarray(numbers, np.int64), (0, size - len(numbers)), "edge")

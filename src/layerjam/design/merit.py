@@ -1,0 +1,255 @@
+"""Figures of merit of brakes as they could be built: one pure batch function over designs.
+
+A design is a `Point`: sheets, film, lengths, sleeve, vacuum, and how many equal brakes stand in
+series and in parallel. Everything else comes from a given brake. All forces are the laws of
+`mechanics`; here they are only called and shared out among equal brakes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from layerjam.device.brake import Brake, mass, sheet_mass, sleeve_mass
+from layerjam.device.enclosure import Enclosure
+from layerjam.device.mount import Mount
+from layerjam.device.sheets import Film, Sheets
+from layerjam.fluid.closed_forms import rise_time
+from layerjam.fluid.energy import jam_work
+from layerjam.fluid.line import Line
+from layerjam.mechanics import energy, friction, limits, pull, stickslip, stiffness
+from layerjam.mechanics.law import within
+from layerjam.units import Meaning, meaning_of
+
+_TIMES = Meaning("1", "equal brakes", lo=1, hi=1000, whole=True)
+VARIABLES: dict[str, Meaning] = {
+    "count": meaning_of(Sheets, "count"),
+    "thickness": meaning_of(Sheets, "thickness"),
+    "width": meaning_of(Sheets, "width"),
+    "overlap": meaning_of(Sheets, "overlap"),
+    "free_left": meaning_of(Sheets, "free_left"),
+    "free_right": meaning_of(Sheets, "free_right"),
+    "offset": Meaning("m", "slip before use, taken from overlap and travel", hi=5),
+    "usable_travel": meaning_of(Sheets, "usable_travel"),
+    "wall": meaning_of(Enclosure, "wall"),
+    "fittings_mass": meaning_of(Brake, "fittings_mass"),
+    "vacuum": Meaning("Pa", "vacuum the brake is used at", hi=1.2e5, open_lo=True),
+    "series": replace(_TIMES, text="equal brakes in series"),
+    "parallel": replace(_TIMES, text="equal brakes in parallel"),
+}  # fmt: skip
+"""What may be varied, with unit, meaning and bounds; the film is chosen beside it."""
+
+MERITS: dict[str, Meaning] = {
+    "holding_force": Meaning("N", "static friction of all sheets at rest"),
+    "max_force": Meaning("N", "peak of a slow pull over the usable travel"),
+    "usable_travel": Meaning("m", "slip of all brakes in series"),
+    "energy_capacity": Meaning("J", "work over the usable travel"),
+    "mass": Meaning("kg", "mass of all brakes"),
+    "volume": Meaning("m^3", "boxes around sleeves and clamped ends, at rest"),
+    "length": Meaning("m", "length at rest, clamped ends included, in series"),
+    "height": Meaning("m", "height of one stack in its sleeve"),
+    "force_density": Meaning("N/kg", "max_force over mass"),
+    "energy_density": Meaning("J/kg", "energy_capacity over mass"),
+    "stiffness": Meaning("N/m", "before slip; the sheets' own on the given brake's mount"),
+    "sheet_stress": Meaning("Pa", "greatest stress in a sheet's free part"),
+    "clamp_stress": Meaning("Pa", "greatest stress at the screw hole"),
+    "stress_margin": Meaning("1", "strength of the film over clamp_stress"),
+    "buckling_force": Meaning("N", "compression at which one sheet buckles, at rest"),
+    "self_closing_vacuum": Meaning("Pa", "vacuum below which the sleeve closes it, end of travel"),
+    "rise_time": Meaning("s", "10 to 90 % of the vacuum on the given line"),
+    "gas_work": Meaning("J", "least work of a pump for one jam"),
+    "judder_margin": Meaning("1", "stiffness over the least without judder"),
+    "stop_slip": Meaning("m", "slip at standstill"),
+    "stop_peak": Meaning("N", "greatest force of the stop"),
+}  # fmt: skip
+"""Every figure of merit with its unit and meaning; those that need more than a brake come last."""
+LINE_MERITS = ("rise_time", "gas_work")
+STOP_MERITS = ("stop_slip", "stop_peak")
+
+
+class Stock(NamedTuple):
+    """The film: what the friction test of this pair of surfaces and the data sheet say."""
+
+    modulus: Any
+    density: Any
+    static: Any
+    kinetic: Any
+    friction_on_silicone: Any
+    strength: Any
+    """NaN where none is known."""
+    scale_factor: Any
+
+
+class Point(NamedTuple):
+    """One design, or arrays of many; SI. `usable_travel` None: all but the base's rest."""
+
+    stock: Stock
+    count: Any
+    thickness: Any
+    width: Any
+    overlap: Any
+    free_left: Any
+    free_right: Any
+    offset: Any
+    usable_travel: Any
+    wall: Any
+    fittings_mass: Any
+    vacuum: Any
+    series: Any
+    parallel: Any
+
+
+class Judder(NamedTuple):
+    """What pulls, for the judder margin; SI."""
+
+    speed: float
+    mass: float
+    damping_ratio: float
+
+
+def stock_of(brake: Brake) -> Stock:
+    """The film of a brake, with its calibration factor."""
+    film = brake.film
+    strength = math.nan if film.strength is None else film.strength
+    return Stock(
+        film.modulus, film.density, film.static, film.kinetic, film.friction_on_silicone, strength,
+        brake.scale_factor,
+    )  # fmt: skip
+
+
+def point_of(brake: Brake, vacuum: Any = None) -> Point:
+    """The design that is this brake itself, at the site's full vacuum unless another is given."""
+    sheets = brake.sheets
+    fittings = brake.fittings_mass
+    if brake.weighed_mass is not None:
+        fittings = brake.weighed_mass - sheets.count * sheet_mass(brake) - sleeve_mass(brake)
+    return Point(
+        stock_of(brake), sheets.count, sheets.thickness, sheets.width, sheets.overlap,
+        sheets.free_left, sheets.free_right, 0.0, sheets.usable_travel, brake.enclosure.wall,
+        fittings, brake.site.atmosphere if vacuum is None else vacuum, 1.0, 1.0,
+    )  # fmt: skip
+
+
+def brake_of(point: Point, base: Brake) -> Brake:
+    """One brake of a design, as a record of arrays; what the design does not say is the base's.
+
+    An offset x0 turns overlap into free length on both sides. The stiffness is the sheets' own in
+    series with the base's mount, where one was measured.
+    """
+    at, film, start = point, point.stock, base.sheets
+    clamped = base.mount.clamped_length
+    spare = start.length - start.overlap - jnp.maximum(start.free_left, start.free_right) - clamped
+    travel = at.usable_travel
+    if travel is None:
+        travel = at.overlap - (start.overlap - start.usable_travel)
+    sheets = Sheets(
+        count=at.count,
+        width=at.width,
+        thickness=at.thickness,
+        length=at.overlap + jnp.maximum(at.free_left, at.free_right) + clamped + spare,
+        overlap=at.overlap - at.offset,
+        free_left=at.free_left + at.offset,
+        free_right=at.free_right + at.offset,
+        usable_travel=travel - at.offset,
+    )
+    made = Brake(
+        sheets=sheets,
+        film=Film(
+            modulus=film.modulus, density=film.density, static=film.static, kinetic=film.kinetic,
+            friction_on_silicone=film.friction_on_silicone, strength=film.strength,
+        ),
+        enclosure=Enclosure(
+            wall=at.wall, modulus=base.enclosure.modulus, density=base.enclosure.density
+        ),
+        mount=Mount(clamped_length=clamped, screw_hole=base.mount.screw_hole),
+        fittings_mass=at.fittings_mass,
+        scale_factor=film.scale_factor,
+        pressure_exponent=base.pressure_exponent,
+        test_pressure=base.test_pressure,
+        site=base.site,
+    )  # fmt: skip
+    if base.stiffness_measured is None:
+        return made
+    give = 1 / base.stiffness_measured - 1 / stiffness.stiffness_before_slip(base)
+    own = stiffness.stiffness_before_slip(made)
+    return replace(made, stiffness_measured=1 / (1 / own + give))
+
+
+def can_be_built(point: Point, brake: Brake) -> Any:
+    """True where the design is a brake: travel within the overlap, hole within the width, ..."""
+    sheets = brake.sheets
+    fine = (sheets.usable_travel > 0) & (sheets.usable_travel <= sheets.overlap * (1 + 1e-12))
+    fine = fine & (point.width > brake.mount.screw_hole) & (point.count >= 2)
+    fine = fine & (point.vacuum > 0) & (point.vacuum <= brake.site.atmosphere)
+    return fine & (brake.stiffness_measured > 0 if brake.stiffness_measured is not None else True)
+
+
+def merits(point: Point, base: Brake, judder: Judder | None = None) -> dict[str, Any]:
+    """Every figure of merit that follows from the brake alone; arrays of the broadcast shape.
+
+    For `series` times `parallel` equal brakes with an ideally even share. All NaN where the design
+    cannot be built; `judder_margin` only with `judder`.
+    """
+    made = brake_of(point, base)
+    sheets, vacuum = made.sheets, point.vacuum
+    row, rows = point.series, point.parallel
+    number = row * rows
+    fine = can_be_built(point, made)
+    top = pull.peak(vacuum, sheets.usable_travel, made).force
+    weight = mass(made) * number
+    work = energy.slip_work(sheets.usable_travel, vacuum, made) * number
+    clamp = limits.clamp_stress(top, made)
+    height = sheets.count * sheets.thickness + 2 * made.enclosure.wall
+    length = sheets.free_left + sheets.overlap + sheets.free_right + 2 * made.mount.clamped_length
+    held = friction.holding_force(vacuum, made)
+    own = stiffness.working_stiffness(made)
+    out = {
+        "holding_force": held * rows,
+        "max_force": top * rows,
+        "usable_travel": sheets.usable_travel * row,
+        "energy_capacity": work,
+        "mass": weight,
+        "volume": (point.width + 2 * made.enclosure.wall) * height * length * number,
+        "length": length * row,
+        "height": height,
+        "force_density": top * rows / weight,
+        "energy_density": work / weight,
+        "stiffness": own * rows / row,
+        "sheet_stress": limits.sheet_stress(top, made),
+        "clamp_stress": clamp,
+        "stress_margin": point.stock.strength / clamp,
+        "buckling_force": limits.buckling_force(0.0, made),
+        "self_closing_vacuum": limits.self_closing_vacuum(sheets.usable_travel, made),
+    }
+    if judder is not None:
+        kinetic = friction.sheet_friction(0.0, vacuum, made)
+        least = stickslip.stiffness_without_judder(
+            judder.speed, held * rows, kinetic * rows, judder.mass, judder.damping_ratio
+        )
+        out["judder_margin"] = own * rows / row / least
+    return {name: within(fine, value) for name, value in out.items()}
+
+
+def line_merits(vacuum: float, line: Line, brakes: float) -> tuple[float, float]:
+    """`rise_time` [s] and `gas_work` [J] with one chamber of the line's for every brake.
+
+    Rise time NaN where the line never reaches the vacuum. Closed forms: a rigid chamber at one
+    temperature without a tube that matters; both grow in proportion to the chamber.
+    """
+    chamber = replace(
+        line.chamber, volume=line.chamber.volume * brakes, shrink=line.chamber.shrink * brakes
+    )
+    many = replace(line, chamber=chamber)
+    time = rise_time(vacuum, many)
+    work = jam_work(vacuum, many) if vacuum <= line.site.atmosphere else math.nan
+    return math.nan if time is None else time, work
+
+
+def line_table(vacuums: np.ndarray[Any, Any], line: Line) -> tuple[Any, Any]:
+    """`line_merits` of one brake for a row of vacuums [Pa]; times the brakes it is that of many."""
+    pairs = [line_merits(float(v), line, 1.0) for v in vacuums]
+    return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])

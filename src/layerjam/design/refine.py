@@ -1,0 +1,250 @@
+"""From the best design of a grid to the best there is: continuous variables by their gradients.
+
+The merits are differentiated by JAX, the search is SciPy's SLSQP on their logarithms. What stays:
+film, thickness, whole numbers and whatever the specification gives as a list or one value.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.design.merit import LINE_MERITS, Point, line_merits, merits
+from layerjam.design.stopping import stops
+from layerjam.design.wishes import Constraint, Spec
+
+Array = npt.NDArray[np.float64]
+LENGTHS = ("width", "thickness", "overlap", "free_left", "free_right", "offset", "wall",
+           "fittings_mass", "vacuum")  # fmt: skip
+FILM = ("modulus", "density", "static", "kinetic", "friction_on_silicone", "scale_factor")
+NEAR = 1e-5
+"""Step of the vacuum, relative, for slopes on the line, whose closed forms are not traced."""
+ACCURACY = 1e-9
+ROUNDS = 200
+BAD = 1e3
+"""Cost of a design that is none; ln of a merit is never near."""
+
+
+def changed(point: Point, values: dict[str, Any]) -> Point:
+    """The design with other variables; names of FILM go to its stock."""
+    film = {n: v for n, v in values.items() if n in FILM}
+    rest = {n: v for n, v in values.items() if n not in FILM}
+    if film:
+        rest["stock"] = point.stock._replace(**film)
+    return point._replace(**rest)
+
+
+@functools.partial(jax.jit, static_argnames=("names", "row"))
+def _values(x: Any, point: Point, more: Any, *, names: tuple[str, ...], row: int) -> Any:
+    """ln of all merits at values `x` of the variables `names`; stop's last."""
+    base, judder, need = more
+    at = changed(point, dict(zip(names, x, strict=True)))
+    out = merits(at, base, judder)
+    if need is not None:
+        out |= stops(at, base, need, row)
+    return jnp.log(jnp.stack([jnp.asarray(out[n], float) for n in sorted(out)]))
+
+
+_slopes = jax.jit(jax.jacfwd(_values), static_argnames=("names", "row"))
+
+
+class Smooth:
+    """ln of one design's merits as a function of its lengths, vacuum and film, and the slopes.
+
+    Always of all of them, so that every specification uses the same compiled function.
+    """
+
+    def __init__(self, spec: Spec, point: Point) -> None:
+        self.spec = spec
+        self.point = jax.tree.map(float, point)
+        travel = () if point.usable_travel is None else ("usable_travel",)
+        self.names = (*LENGTHS, *travel, *FILM)
+        place = {n: self.point.stock if n in FILM else self.point for n in self.names}
+        self.start = np.array([float(getattr(place[n], n)) for n in self.names])
+        asked = spec.asked
+        self.more = (asked.base, asked.judder, asked.need)
+        self.row = int(spec.grid.axes["series"].max())
+        own = {n for n in asked.all_names if n not in LINE_MERITS}
+        self.order = tuple(sorted(own))
+        self.brakes = float(point.series) * float(point.parallel)
+
+    def at(self, x: Array) -> dict[str, float]:
+        """ln of every merit and of every variable in `names`."""
+        made = _values(jnp.asarray(x), self.point, self.more, names=self.names, row=self.row)
+        out = dict(zip(self.order, np.asarray(made).tolist(), strict=True))
+        out |= self._line(self._vacuum(x))
+        return {**{n: _log(v) for n, v in zip(self.names, x, strict=True)}, **out}
+
+    def slopes(self, x: Array) -> dict[str, Array]:
+        """d ln(merit)/d variable for every merit and variable in `names`."""
+        made = np.asarray(
+            _slopes(jnp.asarray(x), self.point, self.more, names=self.names, row=self.row)
+        )
+        out = dict(zip(self.order, made, strict=True))
+        unit = np.eye(len(self.names))
+        if self.spec.line is not None:
+            at = self._vacuum(x)
+            up, down = self._line(at * (1 + NEAR)), self._line(at * (1 - NEAR))
+            place = unit[self.names.index("vacuum")]
+            out |= {n: place * (up[n] - down[n]) / (2 * NEAR * at) for n in LINE_MERITS}
+        own = {n: unit[i] / x[i] for i, n in enumerate(self.names) if x[i] > 0}
+        return {**own, **out}
+
+    def _vacuum(self, x: Array) -> float:
+        return float(x[self.names.index("vacuum")])
+
+    def _line(self, vacuum: float) -> dict[str, float]:
+        if self.spec.line is None:
+            return {}
+        pair = line_merits(vacuum, self.spec.line.line, self.brakes)
+        return {n: _log(v) for n, v in zip(LINE_MERITS, pair, strict=True)}
+
+
+def _log(value: float) -> float:
+    return math.log(value) if value > 0 else math.nan if value != 0 else -math.inf
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A design between the grid's steps."""
+
+    number: int
+    """The grid's design it started from."""
+    values: dict[str, float]
+    """The continuous variables [SI]."""
+    merits: dict[str, float]
+    score: float
+    """Sum of weight times signed ln(objective); less is better."""
+    binding: tuple[str, ...]
+    """Constraints and bounds that hold it where it is."""
+
+
+def _fixed(constraint: Constraint, spec: Spec, point: Point) -> float | None:
+    """The value of a quantity that no continuous variable changes; None where one may."""
+    name = constraint.name
+    if name in spec.asked.all_names or name in spec.grid.ranges:
+        return None
+    return float(getattr(point, name))
+
+
+def refine(spec: Spec, number: int) -> Refined | None:
+    """The best design near one of the grid's, None where no variable is continuous or none fits."""
+    grid = spec.grid
+    names = tuple(grid.ranges)
+    if not names:
+        return None
+    point = grid.point(grid.digits(number))
+    held = {c: _fixed(c, spec, point) for c in spec.constraints}
+    if any(v is not None and not c.holds(v) for c, v in held.items()):
+        return None
+    live = [c for c, v in held.items() if v is None and c.limit > 0]
+    smooth = Smooth(spec, point)
+    way = Way(smooth, live)
+    x = way.best()
+    if x is None:
+        return None
+    found = smooth.at(x)
+    # SLSQP ends a rounding outside: the constraint is met to nine digits
+    if not all(left >= -ACCURACY for left in way.left(found)):
+        return None
+    value = sum(o.weight * o.sign * found[o.name] for o in spec.objectives)
+    if not math.isfinite(value):
+        return None
+    binding = [str(c) for c in live if abs(found[c.name] - math.log(c.limit)) < 1e-6]
+    moved = x[way.places]
+    for n, v, lo, hi in zip(names, moved, way.low, way.high, strict=True):
+        if min(v - lo, hi - v) < 1e-6 * (hi - lo):
+            binding.append(f"{n} at its {'least' if v - lo < hi - v else 'greatest'}")
+    return Refined(
+        number,
+        dict(zip(names, moved.tolist(), strict=True)),
+        {n: math.exp(found[n]) if not math.isnan(found[n]) else math.nan
+         for n in spec.asked.all_names},
+        value,
+        tuple(binding),
+    )  # fmt: skip
+
+
+class Way:
+    """The search among the continuous variables of one design, each from 0 to 1 of its range."""
+
+    def __init__(self, smooth: Smooth, live: list[Constraint]) -> None:
+        self.smooth, self.live = smooth, live
+        self.goals = smooth.spec.objectives
+        ranges = smooth.spec.grid.ranges
+        self.places = [smooth.names.index(n) for n in ranges]
+        self.low, self.high = (np.array([r[i] for r in ranges.values()]) for i in (0, 1))
+        self.signs = [1.0 if c.most else -1.0 for c in live]
+
+    def full(self, y: Array) -> Array:
+        """All variables at a place within the ranges."""
+        x = self.smooth.start.copy()
+        x[self.places] = self.low + y * (self.high - self.low)
+        return x
+
+    def cost(self, y: Array) -> float:
+        """Sum of weight times signed ln(objective)."""
+        at = self.smooth.at(self.full(y))
+        value = sum(o.weight * o.sign * at[o.name] for o in self.goals)
+        return value if math.isfinite(value) else BAD
+
+    def cost_slope(self, y: Array) -> Array:
+        """Its gradient."""
+        at = self.smooth.slopes(self.full(y))
+        whole = np.sum([o.weight * o.sign * at[o.name] for o in self.goals], axis=0)
+        return np.asarray(np.nan_to_num(whole[self.places] * (self.high - self.low)))
+
+    def left(self, at: dict[str, float]) -> Array:
+        """ln of what is left to each limit, negative where it is broken."""
+        pairs = zip(self.live, self.signs, strict=True)
+        out = [(math.log(c.limit) - at[c.name]) * sign for c, sign in pairs]
+        return np.nan_to_num(np.array(out, float), nan=-BAD, posinf=BAD, neginf=-BAD)
+
+    def room(self, y: Array) -> Array:
+        """`left` at a place."""
+        return self.left(self.smooth.at(self.full(y)))
+
+    def room_slope(self, y: Array) -> Array:
+        """Its gradient, (constraints, variables)."""
+        at = self.smooth.slopes(self.full(y))
+        pairs = zip(self.live, self.signs, strict=True)
+        rows = [-at[c.name][self.places] * sign for c, sign in pairs]
+        return np.asarray(np.nan_to_num(np.array(rows) * (self.high - self.low)))
+
+    def best(self) -> Array | None:
+        """The best variables found; None where none meets the constraints."""
+        from scipy.optimize import minimize
+
+        wide = self.high - self.low
+        first = np.clip((self.smooth.start[self.places] - self.low) / wide, 0.0, 1.0)
+        kept = [{"type": "ineq", "fun": self.room, "jac": self.room_slope}] if self.live else []
+        made = minimize(
+            self.cost, first, jac=self.cost_slope, method="SLSQP", constraints=kept,
+            bounds=[(0.0, 1.0)] * len(first), options={"ftol": ACCURACY, "maxiter": ROUNDS},
+        )  # fmt: skip
+        y = np.clip(made.x, 0.0, 1.0)
+        # a rounding outside is walked back in along the way from the start
+        for share in (0.0, 1e-9, 1e-7, 1e-5, 1e-3):
+            back = y + share * (first - y)
+            if not self.live or (self.room(back) >= -ACCURACY).all():
+                return self.full(back)
+        return None
+
+
+def sensitivities(spec: Spec, point: Point, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
+    """{merit: {parameter: d ln(merit)/d ln(parameter)}} at a design, for merits `names`.
+
+    Parameters are lengths, vacuum and the film's numbers; the travel follows the overlap unless it
+    is varied by itself.
+    """
+    smooth = Smooth(spec, point)
+    slopes = smooth.slopes(smooth.start)
+    able = [(i, n, x) for i, (n, x) in enumerate(zip(smooth.names, smooth.start, strict=True)) if x]
+    return {m: {n: float(slopes[m][i] * x) for i, n, x in able} for m in names if m in slopes}

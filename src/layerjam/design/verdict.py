@@ -1,0 +1,103 @@
+"""What a search says: which design, why the next one lost, what forbids better ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from layerjam.design.bounds import by
+from layerjam.design.search import Found, Search
+from layerjam.design.wishes import EVERY, Constraint, Objective, Spec
+from layerjam.units import show
+
+
+def named(design: Mapping[str, Any]) -> str:
+    """A design in a few words: film, thickness, sheets, how many brakes."""
+    words = [
+        f"{design['count']:.0f} sheets",
+        f"{show(design['thickness'], 'm')} of {design['film']}",
+    ]
+    words.append(f"{show(design['width'], 'm')} wide, overlap {show(design['overlap'], 'm')}")
+    words.append(f"at {show(design['vacuum'], 'Pa')}")
+    for name in ("series", "parallel"):
+        if design[name] > 1:
+            words.append(f"{design[name]:.0f} in {name}")
+    return ", ".join(words)
+
+
+def why_lost(
+    winner: Mapping[str, Any], loser: Mapping[str, Any], objectives: Sequence[Objective]
+) -> str:
+    """Which objectives the runner-up loses and wins by, and what that makes together."""
+    worse: list[str] = []
+    better: list[str] = []
+    total = 0.0
+    for o in objectives:
+        step = math.log(loser[o.name] / winner[o.name]) * o.sign
+        total += o.weight * step
+        if abs(step) < 1e-9:
+            continue
+        over = loser[o.name] / winner[o.name] - 1
+        text = f"{o.name} {over:+.2%} ({show(loser[o.name], EVERY[o.name].unit)})"
+        (worse if step > 0 else better).append(text)
+    lost = " and ".join(worse) or "nothing"
+    if len(objectives) == 1:
+        return f"it loses by {lost}"
+    won = f"; against that {' and '.join(better)}" if better else ""
+    return f"it loses by {lost}{won}; weighted, {math.expm1(total):.2%} behind"
+
+
+def forbidden(search: Search, found: Found, score: float) -> list[dict[str, Any]]:
+    """Designs that would have won but for one constraint, and by how much they break it."""
+    out = []
+    for i, (cost, number) in sorted(found.alone.items(), key=lambda item: item[1]):
+        if cost >= score:
+            continue
+        constraint = search.spec.constraints[i]
+        design = search.told(number)
+        value = value_of(design, constraint)
+        gain = -math.expm1(cost - score)
+        out.append(
+            {
+                "constraint": str(constraint), "design": design, "value": value,
+                "short": constraint.short(value), "gain": gain,
+                "reason": f"{constraint} keeps out {named(design)}: {constraint.name} "
+                f"{show(value, constraint.unit)}; weighted, it would be {gain:.2%} better",
+            }
+        )  # fmt: skip
+    return out
+
+
+def value_of(design: Mapping[str, Any], constraint: Constraint) -> float:
+    """The quantity of a constraint in a design's row."""
+    return float(design[constraint.name])
+
+
+def binding(design: Mapping[str, Any], spec: Spec) -> list[str]:
+    """Constraints met with less than 2 % to spare."""
+    out = []
+    for c in spec.constraints:
+        room = abs(value_of(design, c) - c.limit) / abs(c.limit) if c.limit else math.inf
+        if room < 0.02:
+            out.append(f"{c} ({room:.1%} to spare)")
+    return out
+
+
+def why_none(search: Search, found: Found) -> tuple[str, str | None, float | None]:
+    """Reason, the constraint that kills, and its best value, where a sweep found no design."""
+    spec = search.spec
+    if not found.built:
+        return "none of the designs can be built: travel, overlap and width contradict", None, None
+    near = [(spec.constraints[i].short(value), i, value) for i, (value, _) in found.reach.items()]
+    if near:
+        _, i, value = min(near)
+        c = spec.constraints[i]
+        return f"{c} is not met on this grid while the others hold{by(c, value)}", str(c), value
+    worst = max(found.failed, key=lambda i: found.failed[i])
+    c = spec.constraints[worst]
+    return (
+        f"no design meets all but one of the constraints; {c} alone shuts out "
+        f"{found.failed[worst]} of {found.built}",
+        str(c), None,
+    )  # fmt: skip

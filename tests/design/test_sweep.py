@@ -1,0 +1,258 @@
+"""Sweeps on disk: stopped, killed and gone on with, here and on a cluster, to the same bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from layerjam.design import blocks
+from layerjam.design.blocks import Store, decoded, encoded, fingerprint
+from layerjam.design.search import Search
+from layerjam.design.spec import read_spec
+from layerjam.errors import FileError, MissingExtraError
+from layerjam.verbs.design import design
+from layerjam.verbs.sweep import sweep
+
+pytest.importorskip("pyarrow")
+
+SPEC = """
+name = "swept"
+brake = "choi2018-kapton"
+line = "choi2018"
+constraints = ["holding_force >= 150 N", "length <= 110 mm"]
+objectives = ["minimise mass", "maximise energy_capacity"]
+[vary]
+count = { from = 5, to = 24, step = 1 }
+width = { from = "10 mm", to = "25 mm", step = "1 mm" }
+overlap = { from = "40 mm", to = "80 mm", step = "2 mm" }
+vacuum = ["50 kPa", "70 kPa", "90 kPa"]
+"""
+BLOCK = 2000
+TOTAL = 11  # of 20 * 16 * 21 * 3 designs
+
+
+def read(text: str = SPEC):
+    return read_spec(text, "spec.toml")
+
+
+def content(folder: Path) -> dict[str, str]:
+    """SHA-256 of every file of a sweep."""
+    return {
+        str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest()
+        for p in sorted(folder.rglob("*"))
+        if p.is_file() and p.name != ".lock"
+    }
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A sweep that nothing disturbed."""
+    out = tmp_path_factory.mktemp("whole") / "sweep"
+    return out, sweep(read(), out=out, block=BLOCK)
+
+
+def test_a_sweep_finds_what_design_finds(whole):
+    out, answer = whole
+    alone = design(read())
+    assert answer.complete and answer.blocks == answer.blocks_done == TOTAL
+    for key in ("chosen", "runner_up", "refined", "front_size", "feasible_designs", "binding"):
+        np.testing.assert_equal(answer.values[key], alone.values[key])
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert sum(b["designs"] for b in manifest["blocks"]) == read().grid.size
+    assert sum(b["feasible"] for b in manifest["blocks"]) == answer.feasible_designs
+    for row in manifest["blocks"]:
+        assert hashlib.sha256((out / row["file"]).read_bytes()).hexdigest() == row["sha256"]
+
+
+def test_the_front_can_be_read_as_a_table(whole):
+    import pyarrow.parquet as pq
+
+    out, answer = whole
+    table = pq.read_table(out / "front.parquet")
+    assert table.num_rows == answer.front_size
+    assert table.schema.field("mass").metadata[b"unit"] == b"kg"
+    mass = table["mass"].to_numpy()
+    assert sorted(mass) == pytest.approx(sorted(d["mass"] for d in answer.front))
+
+
+def test_a_block_is_the_same_bytes_each_time_and_read_back_whole():
+    search = Search(read(), BLOCK)
+    mark = fingerprint(search.spec, BLOCK)
+    first, second = (encoded(search, 3, search.block(3), mark) for _ in range(2))
+    assert first == second
+    back, found = decoded(first, mark, 3), search.block(3)
+    assert back is not None
+    np.testing.assert_array_equal(back.found.numbers, found.numbers)
+    np.testing.assert_array_equal(back.found.costs, found.costs)
+    assert back.found.best == found.best and back.found.reach == found.reach
+    assert decoded(first, mark, 4) is None
+    assert decoded(first, "another", 3) is None
+    assert decoded(first[:-10], mark, 3) is None
+
+
+def test_a_block_without_a_find_is_kept_too(tmp_path):
+    # in its first blocks, of few sheets, nothing holds so much
+    asked = read(SPEC.replace("150 N", "600 N"))
+    answer = sweep(asked, out=tmp_path / "s", block=BLOCK)
+    with Store(tmp_path / "s", Search(asked, BLOCK)) as store:
+        empty = [b.index for b in store.blocks(TOTAL) if not b.found.feasible]
+    assert answer.complete and 0 in empty and len(empty) < TOTAL
+    np.testing.assert_equal(answer.chosen, design(asked).chosen)
+
+
+@pytest.mark.parametrize("at", [1, 4, TOTAL])
+def test_stopped_from_the_keyboard_it_goes_on(tmp_path, whole, at):
+    seen = []
+
+    def stop(_what: str, share: float) -> None:
+        seen.append(share)
+        if len(seen) == at:
+            raise KeyboardInterrupt
+
+    first = sweep(read(), out=tmp_path / "s", block=BLOCK, progress=stop)
+    assert not first.complete and first.feasible is None
+    assert first.blocks_done == at
+    assert not (tmp_path / "s" / "manifest.json").exists()
+    again = sweep(read(), out=tmp_path / "s", block=BLOCK)
+    assert again.complete and again.blocks_found == at
+    assert content(tmp_path / "s") == content(whole[0])
+
+
+def test_what_a_killed_process_left_is_cleared_away(tmp_path, whole):
+    out = tmp_path / "s"
+    sweep(read(), out=out, block=BLOCK)
+    (out / "manifest.json").unlink()
+    folder = out / "blocks"
+    (folder / "block-0000002.parquet").write_bytes(b"PAR1 half of it")
+    (folder / "block-0000005.parquet").unlink()
+    (folder / ".block-0000005-x1y2.parquet").write_bytes(b"half")
+    again = sweep(read(), out=out, block=BLOCK)
+    assert again.blocks_found == TOTAL - 2
+    assert content(out) == content(whole[0])
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path, whole):
+    other = read(SPEC.replace("150 N", "160 N"))
+    before = content(whole[0])
+    with pytest.raises(FileError, match="another specification"):
+        sweep(other, out=whole[0], block=BLOCK)
+    with pytest.raises(FileError, match="another specification"):
+        sweep(read(), out=whole[0], block=BLOCK // 2)
+    assert content(whole[0]) == before
+    (tmp_path / "blocks").mkdir()
+    (tmp_path / "blocks" / "thesis.txt").write_text("mine")
+    with pytest.raises(FileError, match="something else"):
+        sweep(read(), out=tmp_path, block=BLOCK)
+    assert (tmp_path / "blocks" / "thesis.txt").read_text() == "mine"
+
+
+def test_two_at_once_are_kept_apart(tmp_path):
+    search = Search(read(), BLOCK)
+    with Store(tmp_path / "s", search), pytest.raises(FileError, match="at work"):
+        sweep(read(), out=tmp_path / "s", block=BLOCK)
+
+
+def test_without_pyarrow_the_extra_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(MissingExtraError, match=r"layerjam\[sweep\]"):
+        sweep(read(), out=tmp_path / "s", block=BLOCK)
+
+
+def test_what_cannot_be_is_said_without_a_folder(tmp_path):
+    answer = sweep(read(SPEC.replace("150 N", "50 kN")), out=tmp_path / "s", block=BLOCK)
+    assert answer.feasible is False and not (tmp_path / "s").exists()
+
+
+SCRIPT = """
+import jax, sys
+jax.config.update("jax_enable_x64", True)
+from pathlib import Path
+from layerjam.design.spec import load_spec
+from layerjam.verbs.sweep import sweep
+answer = sweep(load_spec(sys.argv[1]), out=sys.argv[2], block=int(sys.argv[3]),
+               scheduler=sys.argv[4] if len(sys.argv) > 4 else None)
+print(answer.blocks_found, answer.complete)
+"""
+
+
+@pytest.mark.slow
+def test_killed_hard_at_any_point_nothing_is_lost_or_doubled(tmp_path, whole):
+    (tmp_path / "spec.toml").write_text(SPEC)
+    out = tmp_path / "s"
+    command = [sys.executable, "-c", SCRIPT, str(tmp_path / "spec.toml"), str(out), str(BLOCK)]
+    for wanted in (1, 4, 7):
+        made = subprocess.Popen(command, stdout=subprocess.PIPE)
+        while made.poll() is None:
+            if len(list((out / "blocks").glob("block-*"))) >= wanted:
+                made.send_signal(signal.SIGKILL)
+                break
+            time.sleep(0.002)
+        made.wait()
+        assert made.stdout is not None
+        made.stdout.close()
+    said = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout.split()
+    assert int(said[0]) >= 1 and said[1] == "True"
+    assert content(out) == content(whole[0])
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(tmp_path):
+    """Three local workers, one killed in mid-sweep, against one machine."""
+    distributed = pytest.importorskip("distributed")
+    text = SPEC.replace("step = 1 }", 'step = 1 }\nwall = ["0.5 mm", "1 mm", "2 mm"]')
+    alone = tmp_path / "alone"
+    sweep(read(text), out=alone, block=1000)
+    with (
+        distributed.LocalCluster(
+            n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        pids = sorted(client.run(os.getpid).values())
+        killed = []
+
+        def progress(_what: str, share: float) -> None:
+            if share > 0.2 and not killed:
+                killed.append(pids[0])
+                os.kill(pids[0], signal.SIGKILL)
+
+        answer = sweep(
+            read(text), out=tmp_path / "s", block=1000, scheduler=cluster.scheduler_address,
+            progress=progress,
+        )  # fmt: skip
+        assert killed and answer.complete
+    assert content(tmp_path / "s") == content(alone)
+
+
+def test_a_scheduler_out_of_reach_is_said(tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    from layerjam.design import cluster
+
+    monkeypatch.setattr(cluster, "PATIENCE", 0.3)
+    with pytest.raises(cluster.ClusterError, match="cannot be reached"):
+        sweep(read(), out=tmp_path / "s", block=BLOCK, scheduler="tcp://127.0.0.1:1")
+
+
+def test_the_mark_changes_with_what_is_asked():
+    marks = {
+        fingerprint(read(SPEC), BLOCK),
+        fingerprint(read(SPEC), BLOCK + 1),
+        fingerprint(read(SPEC.replace("150 N", "151 N")), BLOCK),
+        fingerprint(read(SPEC.replace("90 kPa", "91 kPa")), BLOCK),
+        fingerprint(read(SPEC.replace("choi2018-kapton", "choi2018-ptfe")), BLOCK),
+    }
+    assert len(marks) == 5
+    # comments and what is only reported change nothing
+    assert fingerprint(read(SPEC + "# well\n"), BLOCK) in marks
+    assert blocks.MANIFEST == "manifest.json"
