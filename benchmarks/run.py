@@ -18,7 +18,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from benchmarks import calibration, control, force_law, impact, readers, stack
+from benchmarks import calibration, control, design, force_law, impact, readers, stack
 from benchmarks.timing import Row, median, table
 
 jax.config.update("jax_enable_x64", True)
@@ -71,6 +71,7 @@ def main() -> None:
         ("calibrating on whole curves", calibration.rows),
         ("the regulator", control.rows),
         ("the stack, sheet by sheet", stack.rows),
+        ("ten million designs", design.rows),
     ]
     for title, measure in parts:
         print(f"\n{title} ...", flush=True)

@@ -213,9 +213,10 @@ def _for(name: str) -> Callable[[], str]:
 
 
 COMMANDS = (
-    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "judder", "rise", "parts", "regulate", "follow", "plan", "compare", "design", "sweep", "apply", "lab", "pull",
-    "friction", "calibrate", "validate", "report", "sleeve", "leak", "pump-down", "crash",
-    "reproduce",
+    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "judder",
+    "rise", "parts", "regulate", "follow", "plan", "compare", "design", "sweep", "apply",
+    "workbench", "lab", "pull", "friction", "calibrate", "validate", "report", "sleeve", "leak",
+    "pump-down", "crash", "reproduce",
 )  # fmt: skip
 PARTS: dict[str, Callable[[], str]] = {
     f.__name__: f

@@ -62,6 +62,8 @@ _PUBLIC = {
     "layerjam.verbs.tuning": "tune",
     "layerjam.verbs.vacuum_line": "rise",
     "layerjam.verbs.parts": "parts",
+    "layerjam.verbs.edit": "edit",
+    "layerjam.verbs.edit_line": "edit_line",
     "layerjam.verbs.regulate": "regulate",
     "layerjam.verbs.follow": "follow",
     "layerjam.verbs.plan": "plan",

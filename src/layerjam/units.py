@@ -97,6 +97,11 @@ def _pint_name(si: str) -> str:
     return si.replace("(kg K)", "(kg*K)").replace("N s/m", "N*s/m").replace("(s Pa)", "(s*Pa)")
 
 
+def usual_unit(si: str) -> str:
+    """The unit in which a quantity is usually read and typed, e.g. kPa for Pa."""
+    return "" if si == "1" else _FRIENDLY.get(si, (si,))[0]
+
+
 def examples(si: str, number: str = "") -> str:
     """Units that would do for the SI unit `si`, as a phrase for an error message."""
     units = _HINTS.get(si) or _FRIENDLY.get(si, (si,))[:2]

@@ -284,7 +284,6 @@ def test_too_many_designs_are_left_to_sweep():
 
 
 def test_the_examples_are_answered_and_drawn(tmp_path):
-    from pathlib import Path
 
     asked = load_spec("wrist")
     answer = design(asked)

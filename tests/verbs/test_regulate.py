@@ -122,7 +122,5 @@ def test_a_step_that_is_none_is_refused(tmp_path):
         regulate("choi2018", target="60 kPa", step=Recorded(flat), **SEEN)
     with pytest.raises(FileError):
         regulate("choi2018", target="60 kPa", step=Recorded(tmp_path / "none.csv"), **SEEN)
-    faster = regulate(
-        "choi2018", target="60 kPa", step=Recorded(recorded(path, rate=1.5)), **SEEN
-    )
+    faster = regulate("choi2018", target="60 kPa", step=Recorded(recorded(path, rate=1.5)), **SEEN)
     assert any("times that of the line's file" in said for said in faster.warnings)

@@ -11,6 +11,7 @@ import pytest
 from layerjam.cli.report import spread
 from layerjam.errors import FileError, FitError, LayerjamError, QuantityError
 from layerjam.report import brake_files as writer
+from layerjam.report import typeset
 from layerjam.verbs.answer import Answer
 from layerjam.verbs.report import report
 from report.brake_files import BRAKE, Campaign, campaign
@@ -26,7 +27,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures and pages are looked at elsewhere."""
     monkeypatch.setattr(writer, "drawings", lambda report: ())
     monkeypatch.setattr(writer, "html", lambda shown, pictures: json.dumps(shown))
-    monkeypatch.setattr("layerjam.report.typeset.pdf", lambda shown, pictures: b"%PDF")
+    monkeypatch.setattr(typeset, "pdf", lambda shown, pictures: b"%PDF")
 
 
 def run(out: Path, **given: Any) -> Answer:

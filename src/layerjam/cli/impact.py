@@ -131,8 +131,9 @@ def drop(
 def tune(
     brake: opt.BrakeName,
     mass: Mass,
-    speed: Annotated[str, typer.Option(metavar="Q", help="Speed on arrival.")],
     travel: Annotated[str, typer.Option(metavar="Q", help="Slip to stop within.")],
+    speed: Annotated[str | None, typer.Option(metavar="Q", help="Speed on arrival.")] = None,
+    height: Annotated[str | None, typer.Option(metavar="Q", help="Height of the fall.")] = None,
     rope_stiffness: Rope = None,
     horizontal: Horizontal = False,
     atmosphere: opt.Atmosphere = None,
@@ -144,8 +145,8 @@ def tune(
     from layerjam.verbs import tuning
 
     answer = tuning.tune(
-        brake, mass=mass, speed=speed, travel=travel, rope_stiffness=rope_stiffness,
-        horizontal=horizontal, atmosphere=atmosphere,
+        brake, mass=mass, speed=speed, height=height, travel=travel,
+        rope_stiffness=rope_stiffness, horizontal=horizontal, atmosphere=atmosphere,
     )  # fmt: skip
     unknown = tuple(key for key, value in answer.values.items() if value is None)
     return say(answer, as_json, hidden=unknown)

@@ -33,6 +33,7 @@ from layerjam.cli import (
     sweep,
     vacuum_line,
     validation,
+    workbench,
 )
 from layerjam.errors import LayerjamError
 
@@ -63,6 +64,7 @@ for group in (
     design,
     sweep,
     apply,
+    workbench,
     paper,
 ):
     group.register(app)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from layerjam.errors import FileError, QuantityError
+from layerjam.errors import FileError
 
 if TYPE_CHECKING:
     from layerjam.identify.readers.columns import Choices
@@ -73,26 +73,9 @@ def choices(
     """What the user says of the files where they leave something open."""
     if not (negative or column or decimal or columns or sheet) and specimen is None:
         return None
-    from layerjam.identify.readers.columns import Choices
+    from layerjam.identify.readers.answers import choices_of
 
-    names, units = {}, {}
-    for entry in column or []:
-        said, equals, name = entry.partition("=")
-        role, colon, unit = said.partition(":")
-        if not (equals and name):
-            raise QuantityError(f"--column: '{said}' is not of the form force='Standard force'")
-        names[role] = name
-        if colon:
-            units[role] = unit
-    return Choices(
-        negative=tuple(negative or ()),
-        columns=names,
-        decimal=decimal,
-        units=units,
-        places=tuple(e.strip() for e in columns.split(",")) if columns else (),
-        specimen=specimen,
-        sheet=sheet,
-    )
+    return choices_of(negative or (), column or (), decimal, columns, specimen, sheet)
 
 
 def engine() -> None:

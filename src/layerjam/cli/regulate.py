@@ -35,9 +35,7 @@ def regulate(
     ] = None,
     reading: Annotated[
         str | None,
-        typer.Option(
-            metavar="absolute|gauge|vacuum", help="What the log's pressure counts from."
-        ),
+        typer.Option(metavar="absolute|gauge|vacuum", help="What the log's pressure counts from."),
     ] = None,
     start: Annotated[
         str | None, typer.Option("--from", metavar="Q", help="Where the step begins in the log.")

@@ -56,7 +56,7 @@ class Upset:
         v = self.volume
         return (
             plant.rate * self.pump / v, plant.top, plant.weight, (plant.leak + self.leak) / v,
-            plant.vent * self.vent / v, plant.backwards / v,
+            plant.vent * self.vent / v, plant.backwards * self.pump / v,
         )  # fmt: skip
 
 

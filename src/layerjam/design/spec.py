@@ -34,12 +34,12 @@ from layerjam.device.sheets import Film
 from layerjam.device.shipped import shipped, text_of
 from layerjam.device.toml import line_of, parse_toml
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
-from layerjam.fluid.file import LineFile, load_line
+from layerjam.fluid.file import LineFile, lines, load_line
 from layerjam.units import Meaning, meaning_of, show
 
 MOST_VALUES = 1_000_000
 MOST_DESIGNS = 10**12
-_NEED = {
+NEED = {
     "mass": Meaning("kg", "mass to stop", lo=1e-3, hi=1e6),
     "speed": Meaning("m/s", "speed of the mass", lo=1e-3, hi=1000),
     "travel": Meaning("m", "slip it may take", lo=1e-4, hi=100),
@@ -71,14 +71,21 @@ def load_spec(spec: str | Path) -> Spec:
     return read_spec(*text_of("specification", spec, examples()))
 
 
-def read_spec(text: str, path: object) -> Spec:
-    """A specification from TOML text; raises FileError with file and line."""
-    return _Parser(text, path).spec()
+def read_spec(
+    text: str, path: object, beside: Mapping[str, BrakeFile | LineFile] | None = None
+) -> Spec:
+    """A specification from TOML text; raises FileError with file and line.
+
+    With `beside` no file is opened: what the text names is one of these, or in the catalogue.
+    """
+    return _Parser(text, path, beside).spec()
 
 
 class _Parser:
-    def __init__(self, text: str, path: object) -> None:
-        self.text, self.path = text, path
+    def __init__(
+        self, text: str, path: object, beside: Mapping[str, BrakeFile | LineFile] | None
+    ) -> None:
+        self.text, self.path, self.beside = text, path, beside
         self.tables: dict[str, Any] = parse_toml(text, path)
         self.notes: list[str] = []
 
@@ -143,6 +150,13 @@ class _Parser:
 
     def named(self, key: str, name: str, reader: Any) -> Any:
         """A file by catalogue name, or by a path from the specification's folder."""
+        if self.beside is not None:
+            if name in self.beside:
+                return self.beside[name]
+            known = catalogue() if reader is load else lines()
+            if name not in known:
+                raise self.fail(name, str(UnknownNameError(key, name, [*self.beside, *known])))
+            return reader(name)
         near = Path(str(self.path)).parent / name
         try:
             return reader(near if name.endswith(".toml") and near.is_file() else name)
@@ -169,15 +183,15 @@ class _Parser:
         return given
 
     def need(self, brake: BrakeFile) -> Need | None:
-        given = self.table("stop", [*_NEED, "horizontal"])  # type: ignore[arg-type]
+        given = self.table("stop", [*NEED, "horizontal"])  # type: ignore[arg-type]
         if given is None:
             return None
         got: dict[str, Any] = {
-            k: self.read(f"stop.{k}", given[k], m) if k in given else None for k, m in _NEED.items()
+            k: self.read(f"stop.{k}", given[k], m) if k in given else None for k, m in NEED.items()
         }
         for due in ("mass", "speed"):
             if got[due] is None:
-                raise self.fail("stop", f"stop.{due} is missing: {_NEED[due].text}")
+                raise self.fail("stop", f"stop.{due} is missing: {NEED[due].text}")
         flat = given.get("horizontal", False)
         if not isinstance(flat, bool):
             raise self.fail("stop.horizontal", "stop.horizontal must be true or false")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
@@ -20,6 +22,26 @@ def sha256(path: str) -> str:
         while block := handle.read(1 << 20):
             digest.update(block)
     return digest.hexdigest()
+
+
+def renamed(value: Any, names: Mapping[str, str]) -> Any:
+    """A text, or lists and tables of texts, in which files (with their folder) are called anew.
+
+    `names` is {name of a file: what it is called}, for files that lie under other names than those
+    their owner knows.
+    """
+    if isinstance(value, str):
+        for name, new in names.items():
+            if name in value:
+                found = rf"(?:[^\s'\"(),;]*/)?{re.escape(name)}"
+                value = re.sub(found, new.replace("\\", r"\\"), value)
+        return value
+    if isinstance(value, Mapping):
+        return {renamed(k, names): renamed(v, names) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        several = [renamed(v, names) for v in value]
+        return several if isinstance(value, list) else tuple(several)
+    return value
 
 
 def calibrated_on(file: BrakeFile, paths: Iterable[str]) -> list[str]:

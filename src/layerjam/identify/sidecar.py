@@ -11,6 +11,10 @@ from layerjam.device.toml import line_of, parse_toml, read_text
 from layerjam.errors import FileError, LayerjamError, UnknownNameError
 from layerjam.units import exact_text, quantity
 
+SIDECAR_ENDING = ".toml"
+READ = "read"
+"""Table of a sidecar that says how to read the file; readers.answers takes it."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Facts:
@@ -34,7 +38,7 @@ class Facts:
 def sidecar_path(path: str | Path) -> Path:
     """Where the facts of a data file stand: the same name with .toml behind it."""
     path = Path(path)
-    return path.with_name(path.name + ".toml")
+    return path.with_name(path.name + SIDECAR_ENDING)
 
 
 def read_facts(path: str | Path) -> Facts:
@@ -52,6 +56,8 @@ def read_facts(path: str | Path) -> Facts:
     known = {f.name: f for f in fields(Facts)}
     values: dict[str, Any] = {}
     for key, value in parse_toml(text, beside).items():
+        if key == READ:
+            continue
         try:
             if key not in known:
                 raise UnknownNameError("key", key, known)

@@ -18,6 +18,7 @@ from typing import Any
 
 from layerjam._version import __version__
 from layerjam.errors import FileError, MissingExtraError
+from layerjam.identify.provenance import renamed
 from layerjam.identify.validation.metrics import WINDOW
 from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.report.brake_report import BrakeReport, all_numbers, context, drawings
@@ -27,13 +28,13 @@ FIGURES = ("friction", "calibration", "validation", "residuals")
 NAMES = ("results.json", "numbers.csv", "report.pdf", "report.html")
 
 
-def csv_text(numbers: Sequence[Number]) -> str:
-    """numbers.csv: SI values, every digit."""
+def csv_text(numbers: Sequence[Number], names: Mapping[str, str] | None = None) -> str:
+    """numbers.csv: SI values, every digit; `names` as in a BrakeReport."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
     for number in numbers:
-        cells = (plain(v) for v in number.row().values())
+        cells = (renamed(plain(v), names or {}) for v in number.row().values())
         writer.writerow(
             ["" if v is None else repr(v) if isinstance(v, float) else v for v in cells]
         )
@@ -176,10 +177,12 @@ def _fill(report: BrakeReport, folder: Path, say: Callable[[str], None]) -> list
         pictures[drawing.name] = drawn(drawing.figure())
         path = folder / "figures" / f"{drawing.name}.svg"
         path.write_text(pictures[drawing.name], encoding="utf-8")
-    shown = context(report)
-    text = json.dumps(plain(results(report)), indent=2, ensure_ascii=False, allow_nan=False)
+    names = report.names
+    shown = renamed(context(report), names)
+    whole = renamed(plain(results(report)), names)
+    text = json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "results.json").write_text(text + "\n", encoding="utf-8")
-    (folder / "numbers.csv").write_text(csv_text(all_numbers(report)), encoding="utf-8")
+    (folder / "numbers.csv").write_text(csv_text(all_numbers(report), names), encoding="utf-8")
     say("page report.html")
     (folder / "report.html").write_text(html(shown, pictures), encoding="utf-8")
     try:

@@ -38,6 +38,7 @@ MOST_WORDS = 3
 class BrakeReport:
     """What a report is made of. `file` is the brake the model's lines were drawn with.
 
+    `names` {name of a file: what the pages call it} is for files that lie under other names.
     `stages` maps friction, calibration and validation to the keys of the verbs' answers, for the
     stages there are; `refused` is (file, stage, why); `seen` names validation files that the brake
     was calibrated on; `command` made the report, on `date` (ISO).
@@ -56,6 +57,7 @@ class BrakeReport:
     seen: Sequence[str] = ()
     warnings: Mapping[str, Sequence[str]] = field(default_factory=dict)
     brake_sha256: str = ""
+    names: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def brake(self) -> Brake:

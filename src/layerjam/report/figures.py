@@ -130,7 +130,7 @@ def friction(traces: Sequence[Trace], result: FrictionResult) -> Figure:
         for place in places:
             _friction_records(place, traces, result)
         highest = max(r.static for r in result.repeats)
-        axes.axvspan(start, end, color="#eaeff2", lw=0)
+        axes.axvspan(start, end, color="#f1f4f6", lw=0)
         axes.set(ylim=(0, highest * 1.22))
         label(axes, (start + end) / 2, highest * 0.05, "kinetic window", GREY, ha="center")
         ends = [(result.static, f"static {result.static:.4f}{_pm(result.static_sd)}", INK)]

@@ -176,6 +176,11 @@ class DropRecord(Record):
     gravity: float
     step: float | None = None
 
+    @property
+    def deceleration(self) -> np.ndarray:
+        """Of the mass [m/s^2]: force over mass less gravity along the pull."""
+        return self.force / self.mass - self.gravity
+
     def conditions(self) -> dict[str, str]:
         """Mass, speed, vacuum, rope, gravity and solver in SI."""
         rope = "none" if self.rope_stiffness is None else f"{self.rope_stiffness!r} N/m"

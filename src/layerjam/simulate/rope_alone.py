@@ -29,6 +29,21 @@ class BareDrop(NamedTuple):
     """Specific force, force over mass [m/s^2]."""
     gravity: float
     """The site's [m/s^2], what a reading in g counts in."""
+    travel: Array
+    """Way of the mass from the taut rope [m]."""
+    mass: float
+    along: float
+    """Gravity along the pull [m/s^2]."""
+
+    @property
+    def force(self) -> Array:
+        """Of the rope on the mass [N]."""
+        return self.mass * self.acceleration
+
+    @property
+    def deceleration(self) -> Array:
+        """Of the mass [m/s^2]: force over mass less gravity along the pull."""
+        return self.acceleration - self.along
 
 
 class _Damped(NamedTuple):
@@ -166,4 +181,6 @@ def felt(
     time, force = time[keep], force[keep]
     if force[0] > 0:
         time, force = np.append(-_INSTANT, time), np.append(0.0, force)
-    return BareDrop(time, force / mass, site)
+    sag = gravity / of.stiff
+    travel = sag + _course(np.maximum(time, 0.0), -sag, speed, of)
+    return BareDrop(time, force / mass, site, travel, mass, gravity)

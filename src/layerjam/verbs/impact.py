@@ -20,31 +20,14 @@ from layerjam.simulate.rope_alone import felt
 from layerjam.simulate.vacuum_history import History
 from layerjam.units import Meaning, meaning_of, show
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at, si, vacuum_of
-from layerjam.verbs.tuning import MASS, SPEED, TRAVEL, rope_of, tune
+from layerjam.verbs.tuning import MASS, TRAVEL, arrival, rope_of, tune
 
-HEIGHT = Meaning("m", "height of the fall", open_lo=True, hi=1e5)
 DURATION = Meaning("s", "time to simulate", open_lo=True, hi=3600)
 DROP_UNITS = {
     "slip": "m", "peak_force": "N", "peak_deceleration": "m/s^2", "peak_g": "1",
     "stopping_time": "s", "dissipated_energy": "J", "end_speed": "m/s", "vacuum": "Pa",
     "speed": "m/s", "least_stiffness": "N/m", "slip_at_end": "m",
 }  # fmt: skip
-
-
-def _arrival(
-    speed: Quantity | None, height: Quantity | None, horizontal: bool, gravity: float
-) -> float:
-    """Speed [m/s] at the taut rope."""
-    if (speed is None) == (height is None):
-        both = "both" if speed is not None else "neither"
-        raise QuantityError(f"speed and height: {both} given; give one of them")
-    if speed is not None:
-        return si(speed, SPEED, "speed")
-    if horizontal:
-        raise QuantityError("height: a horizontal stop falls from none; give the speed")
-    if not gravity:
-        raise QuantityError("height: nothing falls where gravity is 0 m/s^2; give the speed")
-    return math.sqrt(2 * gravity * si(height, HEIGHT, "height"))  # type: ignore[arg-type]
 
 
 def drop(
@@ -83,7 +66,7 @@ def drop(
     weighs, rope = si(mass, MASS, "mass"), rope_of(rope_stiffness)
     damping = _damping(rope_damping, rope)
     g = file.brake.site.gravity
-    arrives = _arrival(speed, height, horizontal, g)
+    arrives = arrival(speed, height, horizontal, g)
     along = 0.0 if horizontal else g
     until = None if duration is None else si(duration, DURATION, "duration")
     if no_brake:

@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import re
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -102,6 +102,7 @@ def report(
     date: str | None = None,
     say: Callable[[str], None] | None = None,
     progress: Progress | None = None,
+    names: Mapping[str, str] | None = None,
 ) -> Answer:
     """Write report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
 
@@ -112,7 +113,8 @@ def report(
     pulls it was calibrated on, and the page says so. `vacuum` serves files without a sidecar;
     `normal_force`, `window`, `standard`, `area`, `accept_judder` belong to the friction tests and
     `depth` ("exact" or "curves") to the calibration, as in their own verbs; `date` (ISO) is
-    today unless given; `progress` is told (what, share done) of the files read.
+    today unless given; `progress` is told (what, share done) of the files read; `names` {file name:
+    what the report calls it} serves files that lie under other names than their own.
     `record` is the BrakeReport. Raises FileError where a report exists and `force` is not set.
     """
     out = Path(out)
@@ -149,6 +151,7 @@ def report(
         refused=work.refused,
         warnings=work.warnings,
         brake_sha256=hashlib.sha256(given.text.encode()).hexdigest(),
+        names=names or {},
         **made,
     )
     written = write(content, out, force, work.say)

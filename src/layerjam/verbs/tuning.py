@@ -20,6 +20,7 @@ from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at, si
 
 MASS = Meaning("kg", "mass", lo=1e-6, hi=1e6)
 SPEED = Meaning("m/s", "speed on arrival", lo=1e-6, hi=1e4)
+HEIGHT = Meaning("m", "height of the fall", open_lo=True, hi=1e5)
 ROPE = Meaning("N/m", "stiffness of the rope", lo=1, hi=1e9)
 TRAVEL = Meaning("m", "slip of the brake", lo=1e-6, hi=10)
 MOST_SHEETS, MOST_BRAKES = 500, 1000
@@ -32,11 +33,28 @@ def rope_of(stiffness: Quantity | None) -> float | None:
     return si(stiffness, ROPE, "rope stiffness")
 
 
+def arrival(
+    speed: Quantity | None, height: Quantity | None, horizontal: bool, gravity: float
+) -> float:
+    """Speed [m/s] at the taut rope, from one of the two; QuantityError for both or neither."""
+    if (speed is None) == (height is None):
+        both = "both" if speed is not None else "neither"
+        raise QuantityError(f"speed and height: {both} given; give one of them")
+    if speed is not None:
+        return si(speed, SPEED, "speed")
+    if horizontal:
+        raise QuantityError("height: a horizontal stop falls from none; give the speed")
+    if not gravity:
+        raise QuantityError("height: nothing falls where gravity is 0 m/s^2; give the speed")
+    return math.sqrt(2 * gravity * si(height, HEIGHT, "height"))  # type: ignore[arg-type]
+
+
 def tune(
     brake: AnyBrake,
     *,
     mass: Quantity,
-    speed: Quantity,
+    speed: Quantity | None = None,
+    height: Quantity | None = None,
     travel: Quantity,
     rope_stiffness: Quantity | None = None,
     horizontal: bool = False,
@@ -44,12 +62,14 @@ def tune(
 ) -> Answer:
     """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
-    Where there is none, `reason` says why and what would do: the speeds that can be stopped so,
-    a longer travel, more sheets, more brakes side by side.
+    The mass arrives with `speed` or falls from `height`. Where there is no such vacuum, `reason`
+    says why and what would do: the speeds that can be stopped so, a longer travel, more sheets,
+    more brakes side by side.
     """
     file = brake_at(brake, atmosphere)
     device = file.brake
-    weighs, arrives = si(mass, MASS, "mass"), si(speed, SPEED, "speed")
+    weighs = si(mass, MASS, "mass")
+    arrives = arrival(speed, height, horizontal, device.site.gravity)
     way, rope = si(travel, TRAVEL, "travel"), rope_of(rope_stiffness)
     if way > device.sheets.usable_travel:
         raise QuantityError(

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from layerjam.errors import FileError
 from layerjam.identify.readers import own
+from layerjam.identify.readers.answers import Opened, answers_beside, over
 from layerjam.identify.readers.columns import Choices
 from layerjam.identify.readers.content import Source
 from layerjam.identify.readers.source import load_sources
@@ -24,9 +25,10 @@ __all__ = ["open_traces", "read_trace", "read_traces"]
 def read_trace(path: str | Path, choices: Choices | None = None) -> Trace:
     """The trace in a test machine's file.
 
-    `choices` answers what a file leaves open (sign, column, unit, decimal sign, specimen). Raises
-    FileError, one sentence with the file and where known the line, for anything that cannot be
-    read with certainty, and for a file of several specimens unless `choices` names one.
+    `choices` answers what a file leaves open (sign, column, unit, decimal sign, specimen), before
+    the [read] table of its sidecar does. Raises FileError, one sentence with the file and where
+    known the line, for anything that cannot be read with certainty, and for a file of several
+    specimens unless one is named.
     """
     choices = choices or Choices()
     found = open_traces(path, choices)
@@ -43,13 +45,17 @@ def read_traces(path: str | Path, choices: Choices | None = None) -> list[Trace]
     return [one.read(choices) for one in open_traces(path, choices)]
 
 
-def open_traces(path: str | Path, choices: Choices | None = None) -> list[Specimen | own.Own]:
+def open_traces(path: str | Path, choices: Choices | None = None) -> list[Opened]:
     """The specimens of a file, each with `label` and `read(choices)`, none of them read yet.
 
     So that one damaged specimen does not take the others with it. Raises FileError where the file
     holds nothing that can be a tension test, and for a specimen that is not there.
     """
-    choices = choices or Choices()
+    beside = answers_beside(path)
+    return [Opened(one, beside) for one in _open(path, over(choices or Choices(), beside))]
+
+
+def _open(path: str | Path, choices: Choices) -> list[Specimen | own.Own]:
     sources = load_sources(path, choices.sheet)
     if sources[0].data.startswith(b"# layerjam"):
         return _one_of(sources[0].path, [own.Own(sources[0])], choices)

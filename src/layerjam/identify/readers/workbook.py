@@ -7,6 +7,7 @@ is, without tabs and line ends.
 from __future__ import annotations
 
 import io
+import zipfile
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,6 +15,9 @@ from layerjam.errors import FileError, MissingExtraError
 from layerjam.identify.readers.content import Source
 from layerjam.identify.readers.xlsx import trimmed
 
+MAX_UNPACKED = 250_000_000
+"""Bytes a zipped workbook may unpack to, which cost several times their number in memory: two full
+sheets (a million rows) of four columns."""
 _CLEAN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "''"})
 
 
@@ -23,6 +27,8 @@ def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
         import python_calamine
     except ImportError:
         raise MissingExtraError(f"{path}: reading a workbook", "excel") from None
+
+    _check_size(path, data)
 
     def opened(data: bytes) -> Any:
         return python_calamine.CalamineWorkbook.from_filelike(io.BytesIO(data))
@@ -53,6 +59,23 @@ def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
     if not found:
         raise FileError(path, "is a workbook without any filled cell")
     return found
+
+
+def _check_size(path: str, data: bytes) -> None:
+    """Refuse a small file that unpacks into what no memory holds."""
+    if not data.startswith(b"PK"):
+        return
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as book:
+            size = sum(part.file_size for part in book.infolist())
+    except (zipfile.BadZipFile, ValueError, NotImplementedError, EOFError, OSError):
+        return  # damaged: the reader says so
+    if size > MAX_UNPACKED:
+        raise FileError(
+            path,
+            f"unpacks to {size / 1e6:.0f} MB, more than {MAX_UNPACKED / 1e6:.0f} MB is not read; "
+            "export it as CSV",
+        )
 
 
 def _rows(book: Any, name: str) -> list[list[object]]:

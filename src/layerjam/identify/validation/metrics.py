@@ -70,6 +70,11 @@ class CurveError:
     speed: float | None = None
     repeat: int | None = None
 
+    @property
+    def residual(self) -> np.ndarray:
+        """Measured less model [N], shape (M,): what the model leaves over."""
+        return self.measured - self.model
+
 
 @dataclass(frozen=True, kw_only=True)
 class Split:

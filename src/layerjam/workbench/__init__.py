@@ -1,0 +1,1 @@
+"""The browser app: pages on the verbs. It computes nothing itself."""

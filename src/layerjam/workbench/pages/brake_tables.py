@@ -1,0 +1,131 @@
+"""Tables of the brake's page: two brakes side by side, and where the numbers come from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from nicegui import ui
+
+from layerjam.device.file import BrakeFile
+from layerjam.units import get, show
+from layerjam.verbs.answer import Answer
+from layerjam.verbs.edit import FIELDS
+from layerjam.workbench.tables import cell, table
+
+ROWS: Mapping[str, tuple[str, int]] = {
+    "mass": ("Mass", -1),
+    "max_force": ("Greatest force of a pull at full vacuum", 1),
+    "holding_force": ("Holding force at rest, full vacuum", 1),
+    "force_density": ("Force over mass", 1),
+    "energy_capacity": ("Energy capacity of one stop", 1),
+    "usable_travel": ("Usable travel", 1),
+    "stiffness_before_slip": ("Stiffness before slip, sheets alone", 0),
+    "stiffness_measured": ("Stiffness measured, with the rig", 0),
+    "stiffness_sliding": ("Stiffness while sliding", 0),
+    "peak_vacuum": ("Vacuum above which a pull has a peak", 0),
+    "buckling_force": ("Buckling force of the free sheets", 0),
+    "sheet_stress": ("Stress in the sheets at the greatest force", -1),
+    "clamp_stress": ("Stress at the clamp at the greatest force", -1),
+    "film_strength": ("Strength of the film", 1),
+    "scale_factor": ("Scale factor on the friction", 0),
+}
+"""Key of `show`, its words, and which way is better: more, less, or neither of the two."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One row of the comparison, as shown."""
+
+    name: str
+    here: str
+    beside: str = ""
+    verdict: str = ""
+
+
+def lines(here: Answer, beside: Answer | None) -> list[Line]:
+    """The rows; with a second brake the difference in words, seen from the first."""
+    made = []
+    for key, (name, better) in ROWS.items():
+        unit = here.units[key]
+        mine = here.values[key]
+        if beside is None:
+            made.append(Line(name, show(mine, unit)))
+            continue
+        other = beside.values[key]
+        made.append(Line(name, show(mine, unit), show(other, unit), verdict(mine, other, better)))
+    return made
+
+
+def verdict(mine: float | None, other: float | None, better: int) -> str:
+    """How the first compares with the second: sign, percent and, where it is clear, which wins."""
+    if mine is None or other is None:
+        return ""
+    if mine == other:
+        return "same"
+    much = _percent(mine / other - 1) if other else "more than none"
+    if not better:
+        return much
+    return f"▲ {much}, better" if (mine - other) * better > 0 else f"▼ {much}, worse"
+
+
+def _percent(part: float) -> str:
+    text = f"{part:+.1%}" if abs(part) >= 0.001 else f"{part:+.2%}"
+    return text.replace("-", "−")
+
+
+class Comparison:
+    """The table of what the brake is and will do; a second column for a second brake."""
+
+    def __init__(self) -> None:
+        self._box = ui.element("div").classes("w-full overflow-auto")
+
+    def fill(self, here: Answer, beside: Answer | None) -> None:
+        """Show one brake, or two and their difference."""
+        rows = lines(here, beside)
+        heads = ["", here.values["name"]]
+        if beside is not None:
+            heads += [beside.values["name"], f"{here.values['name']} is"]
+        self._box.clear()
+        with self._box, table("brake-numbers", heads, (1, 2, 3)):
+            for row in rows:
+                with ui.element("tr"):
+                    cell(row.name)
+                    cell(row.here, "num font-medium")
+                    if beside is not None:
+                        cell(row.beside, "num")
+                        cell(row.verdict, f"num {_weight(row.verdict)}")
+
+
+def _weight(words: str) -> str:
+    if words.endswith("better"):
+        return "font-bold verdict-better"
+    return "verdict-worse" if words.endswith("worse") else "opacity-80"
+
+
+class Sources:
+    """Every number of the brake with its kind and what its file says of it."""
+
+    def __init__(self) -> None:
+        self._box = ui.element("div").classes("w-full overflow-auto brake-sources")
+        self._shown: str | None = None
+
+    def fill(self, file: BrakeFile) -> None:
+        """The table of one brake; made anew only where the brake has changed."""
+        if file.text == self._shown:
+            return
+        self._shown = file.text
+        self._box.clear()
+        heads = ["Number", "Value", "Kind", "Source", "Spread", "Conflict"]
+        with self._box, table("brake-sources", heads, (1,)):
+            for path, (meaning, _) in FIELDS.items():
+                value = get(file.brake, path)
+                source = file.sources.get(path)
+                if value is None:
+                    continue
+                with ui.element("tr"):
+                    cell(path)
+                    cell(show(value, meaning.unit, 6), "num")
+                    cell("default" if source is None else source.kind)
+                    for word in ("text", "spread", "conflict"):
+                        cell("" if source is None else getattr(source, word))

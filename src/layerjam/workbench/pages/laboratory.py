@@ -1,0 +1,371 @@
+"""Laboratory: drop files in, see what was understood, correct it, and take a calibrated brake."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+from nicegui import app, run, ui
+
+from layerjam.errors import LayerjamError
+from layerjam.identify.sidecar import SIDECAR_ENDING
+from layerjam.workbench.controls import Choice, choice, menu, word
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.page import Page
+from layerjam.workbench.pages.laboratory_chain import Asked, Chain, report, taken_roles
+from layerjam.workbench.pages.laboratory_correct import Correct
+from layerjam.workbench.pages.laboratory_drop import Dropped, practice_files
+from layerjam.workbench.pages.laboratory_files import Reader, Row, edits_of, put_roles
+from layerjam.workbench.pages.laboratory_results import STYLE, Card
+from layerjam.workbench.pages.laboratory_steps import Done, Step, stem_of
+from layerjam.workbench.pages.laboratory_table import Table
+from layerjam.workbench.runner import Runner
+from layerjam.workbench.uploads import Uploads, close_all, zipped
+
+STANDARD = Choice(
+    "standard",
+    {"paper": "as the paper", "d1894": "ASTM D1894", "iso8295": "ISO 8295"},
+    "paper",
+    label="Friction tests read",
+    help="How static and kinetic friction are taken from a record",
+)
+JUDDER = Choice(
+    "judder", {"no": "not averaged", "yes": "its middle"}, "no", label="Stick-slip",
+    help="Whether the middle of a stick-slip counts as kinetic friction (--accept-judder)",
+)  # fmt: skip
+DEPTH = Choice(
+    "depth",
+    {"exact": "peaks", "curves": "whole curves", "bayesian": "Bayesian"},
+    "exact",
+    label="Calibrated on",
+    help="Each pull's peak and slope; whole curves at once; or samples of what the curves allow",
+)
+FREE = Choice(
+    "free",
+    {"": "nothing more", "pressure_exponent": "pressure exponent", "speed": "speed",
+     "force_offset": "zero of the force"},
+    "",
+    label="Fit as well (whole curves)",
+    help="--free of the command",
+)  # fmt: skip
+SOON = 0.3
+"""Files that arrive within this time [s] of each other are read together."""
+
+
+class Laboratory(Page):
+    """Two files dropped here, and the brake is calibrated."""
+
+    name, title, icon = "laboratory", "Laboratory", "science"
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        self.uploads = Uploads()
+        self.reader, self.chain = Reader(), Chain()
+        self.rows: list[Row] = []
+        self.page: Done | None = None
+        self._of: Any = None
+        """What the report was made of: it goes when that changes."""
+        self.job = ""
+        """What the second runner does: "report" or "practice"."""
+        self.jobs = Runner(self._job, self._job_done, run.io_bound)
+        self._busy = threading.Lock()
+        self._progress = ("", 0.0)
+        self._sample = False
+        self._read: list[Row] | None = None
+        """Files just read, to be shown before the rest is computed."""
+        self._wait = 0.0
+        self._divide_next = False
+
+    def build(self) -> None:
+        """Drop zone and settings left; files, results and report right."""
+        ui.add_css(STYLE)
+        ui.context.client.on_delete(self.close)
+        _at_shutdown()
+        with ui.row().classes("w-full no-wrap items-start gap-6 page"):
+            with ui.column().classes("side"):
+                self.dropped = Dropped(self.uploads, self._arrived)
+                ui.button(
+                    "Try with synthetic files", icon="science",
+                    on_click=lambda: self._begin("practice"),
+                ).props('flat dense no-caps data-testid="laboratory-practice"').tooltip(
+                    "A campaign of the virtual laboratory on the brake choi2018-kapton; nothing in "
+                    "it was measured"
+                )  # fmt: skip
+                ui.separator()
+                menu(self.desk, self.name, STANDARD)
+                choice(self.desk, self.name, JUDDER)
+                choice(self.desk, self.name, DEPTH)
+                menu(self.desk, self.name, FREE)
+                self._progress_box()
+                self.problem_line()
+            with ui.column().classes("main gap-4"):
+                self.banner = (
+                    ui.label("Synthetic: files among these were written by a program, not measured")
+                    .classes("synthetic")
+                    .props('data-testid="laboratory-synthetic"')
+                )
+                self.banner.set_visibility(False)
+                self.table = Table(self._chosen, self._divide, self._sidecars)
+                self.correct = Correct(self.desk, self._removed)
+                self.cards = {
+                    "friction": Card("friction", lambda: None),
+                    "calibrate": Card("calibrate", self._take_buttons),
+                    "validate": Card("validate", lambda: None),
+                }
+                self._report_card()
+        ui.timer(0.2, self._tick)
+
+    def _progress_box(self) -> None:
+        with ui.column().classes("w-full gap-1") as self.working:
+            self.doing = ui.label("").classes("text-sm").props(
+                'role="status" data-testid="laboratory-doing"'
+            )  # fmt: skip
+            self.bar = ui.linear_progress(0.0, show_value=False).props(
+                'aria-label="Progress" instant-feedback'
+            )
+            ui.button("Stop", icon="stop", on_click=self._stop).props(
+                'outline dense no-caps data-testid="laboratory-stop"'
+            )
+        self.working.set_visibility(False)
+
+    def _take_buttons(self) -> None:
+        self.sample = _button("Sample", "casino", self._begin_sampling, "sample")
+        self.take = _button("Take this brake onto the desk", "move_up", self._take, "take")
+        self.toml = _button("TOML", "download", self._download_brake, "toml")
+
+    def _report_card(self) -> None:
+        with ui.card().classes("w-full").props('flat bordered data-testid="laboratory-report"'):
+            with ui.row().classes("w-full items-center justify-between"):
+                ui.label("Report").classes("text-lg font-medium").props('role="heading"')
+                self.make = _button("Make the report", "description", lambda: self._begin("report"),
+                                    "make-report")  # fmt: skip
+            self.report_problem = ui.label("").classes("text-negative").props('role="alert"')
+            self.report_words = (
+                ui.label(
+                    "Friction, calibration and validation on two pages, with every file's digest."
+                )
+                .classes("opacity-80")
+                .props('data-testid="laboratory-report-words"')
+            )
+            with ui.row().classes("gap-2") as self.downloads:
+                for name in ("report.pdf", "report.html"):
+                    _button(name, "download", lambda name=name: self._download(name),
+                            name.replace(".", "-"))  # fmt: skip
+                _button("All of it (ZIP)", "folder_zip", lambda: self._download(""), "report-zip")
+            self.downloads.set_visibility(False)
+
+    # what is computed
+
+    def asked(self) -> Asked:
+        """The controls' words."""
+        free = word(self.desk, self.name, FREE)
+        return Asked(
+            standard=word(self.desk, self.name, STANDARD),
+            accept_judder=word(self.desk, self.name, JUDDER) == "yes",
+            depth=word(self.desk, self.name, DEPTH), free=(free,) if free else (),
+        )  # fmt: skip
+
+    def calls(self) -> Sequence[Step]:  # type: ignore[override]
+        """The steps that are shown, in order, and the report where one was made."""
+        made = [self.chain.done.get(verb) for verb in ("friction", "calibrate", "validate")]
+        steps = [d.step for d in made if d is not None and d.answer is not None]
+        return [*steps, self.page.step] if self.page is not None else steps
+
+    def compute(self) -> list[Row]:
+        """Read what is new, then friction, calibration and validation as far as files go."""
+        with self._busy:
+            asked = self.asked()
+            rows = self.reader.rows(self.uploads, edits_of(self.desk), self._tell, asked.standard)
+            self._read = rows
+            if rows:
+                sample, self._sample = self._sample, False
+                self.chain.run(rows, self.desk.brake_subject(), self.desk.brake.name, asked,
+                               self.uploads.folder, self._tell, sample)  # fmt: skip
+            else:
+                self.chain.done.clear()
+            return rows
+
+    def _tell(self, what: str, share: float) -> None:
+        self._progress = (what, share)
+        self.runner.check()
+
+    def _tell_of_job(self, what: str, share: float) -> None:
+        self._progress = (what, share)
+        self.jobs.check()
+
+    def refresh(self) -> None:
+        """Ask anew; what is being computed from older inputs is given up."""
+        if self.runner._running:
+            self.runner.stop()
+        super().refresh()
+
+    def _show(self, result: Any, problem: str) -> None:
+        if not self.uploads.closed and (problem or result is not None):  # None: the server ends
+            super()._show(result, problem)
+            self._fill_cards()
+
+    def draw(self, result: list[Row]) -> None:
+        """Table, chosen files and cards."""
+        if self.page is not None and self._of != _inputs(result, self.asked(), self.desk):
+            self.page = None
+        self._fill_files(result)
+        self._fill_cards()
+        self.make.set_enabled(any(r.good for r in result))
+        self._fill_report("")
+        if self._divide_next and result:
+            self._divide_next = False
+            self._divide()
+
+    def _fill_files(self, rows: list[Row]) -> None:
+        self._read = None
+        self.rows = rows
+        self.banner.set_visibility(any(r.synthetic for r in rows))
+        self.table.fill(rows)
+        self._chosen(self.table.chosen)
+
+    def _fill_cards(self) -> None:
+        for verb, card in self.cards.items():
+            card.fill(self.chain.done.get(verb), self.chain.instead.get(verb, ""))
+        fitted = self.chain.done.get("calibrate")
+        ready = fitted is not None and bool(fitted.text)
+        self.take.set_visibility(ready)
+        self.toml.set_visibility(ready)
+        self.sample.set_visibility("Sampling" in self.chain.instead.get("calibrate", ""))
+
+    # what the user does
+
+    def _arrived(self) -> None:
+        self._wait = SOON
+
+    def _tick(self) -> None:
+        if self._wait > 0:
+            self._wait -= 0.2
+            if self._wait <= 0:
+                self.refresh()
+        busy = self.runner._running or self.jobs._running
+        self.working.set_visibility(busy and bool(self._progress[0]))
+        if busy:
+            what, share = self._progress
+            self.doing.set_text(what)
+            self.bar.set_value(round(share, 2))
+            if self._read is not None:
+                self._fill_files(self._read)
+            self._fill_cards()
+        else:
+            self._progress = ("", 0.0)
+
+    def _stop(self) -> None:
+        self.runner.stop()
+        self.jobs.stop()
+
+    def _chosen(self, keys: Sequence[str]) -> None:
+        self.correct.fill([r for r in self.rows if r.upload.key in keys], self.dark)
+
+    def _removed(self, keys: Sequence[str]) -> None:
+        self.uploads.remove(keys)
+        self.table.chosen = []
+        self.refresh()
+
+    def _divide(self) -> None:
+        put_roles(self.desk, taken_roles(self.rows))
+
+    def _sidecars(self) -> None:
+        files = {r.upload.name + SIDECAR_ENDING: r.sidecar.encode() for r in self.rows if r.sidecar}
+        if files:
+            ui.download.content(zipped(files), "sidecars.zip", "application/zip")
+        else:
+            ui.notify("none of these files has a sidecar")
+
+    def _begin_sampling(self) -> None:
+        self._sample = True
+        self.refresh()
+
+    def _take(self) -> None:
+        fitted = self.chain.done.get("calibrate")
+        if fitted is None or not fitted.text:
+            return
+        try:
+            self.desk.put_brake(fitted.text)
+        except LayerjamError as err:
+            ui.notify(str(err), type="warning")
+            return
+        ui.notify("The calibrated brake is on the desk; undo takes it back")
+
+    def _download_brake(self) -> None:
+        fitted = self.chain.done.get("calibrate")
+        if fitted is not None and fitted.text:
+            ui.download.content(fitted.text.encode(), fitted.step.out, "application/toml")
+
+    def _download(self, name: str) -> None:
+        if self.page is None:
+            return
+        stem = stem_of(self.desk.brake.name)
+        if name:
+            kind = "application/pdf" if name.endswith("pdf") else "text/html"
+            ui.download.content(self.page.pages[name], f"{stem}-{name}", kind)
+        else:
+            ui.download.content(zipped(self.page.pages), f"{stem}-report.zip", "application/zip")
+
+    # report and practice files
+
+    async def _begin(self, job: str) -> None:
+        if self.jobs._running:
+            ui.notify(f"the {self.job} is still being made")
+            return
+        self.job = job
+        await self.jobs.ask()
+
+    def _job(self) -> Any:
+        with self._busy:
+            if self.job == "practice":
+                return practice_files(self.uploads.folder, self._tell_of_job)
+            return report(self.rows, self.desk.brake_subject(), self.desk.brake.name, self.asked(),
+                          self.uploads.folder, self._tell_of_job)  # fmt: skip
+
+    def _job_done(self, result: Any, problem: str) -> None:
+        if self.uploads.closed or not (problem or result):
+            return
+        if self.job == "report":
+            self.page = None if problem else result
+            self._of = _inputs(self.rows, self.asked(), self.desk)
+            self._fill_report(problem)
+        elif problem:
+            ui.notify(problem, type="warning")
+        else:
+            self._divide_next = True
+            self.dropped.take_all(result)
+
+    def _fill_report(self, problem: str) -> None:
+        self.report_problem.set_text(problem)
+        self.downloads.set_visibility(self.page is not None)
+        if self.page is not None and self.page.answer is not None:
+            size = sum(len(b) for b in self.page.pages.values())
+            self.report_words.set_text(
+                f"{len(self.page.pages)} files, {size / 1e6:.1f} MB. " + " ".join(
+                    w for w in self.page.answer.warnings if w.startswith(("validated", "no PDF"))
+                )
+            )  # fmt: skip
+
+    def close(self) -> None:
+        """The tab is gone: stop, and delete its files."""
+        self._stop()
+        self.uploads.close()
+
+
+@cache
+def _at_shutdown() -> None:
+    """Delete all tabs' files when the server ends; said once."""
+    app.on_shutdown(close_all)
+
+
+def _inputs(rows: Sequence[Row], asked: Asked, desk: Desk) -> Any:
+    """What a report depends on."""
+    return [(r.upload.digest, r.sidecar, r.role) for r in rows], asked, desk.state.brake
+
+
+def _button(text: str, icon: str, act: Any, key: str) -> ui.button:
+    return ui.button(text, icon=icon, on_click=act).props(
+        f'outline dense no-caps padding="4px 10px" data-testid="laboratory-{key}"'
+    )

@@ -1,0 +1,161 @@
+"""Where files are dropped, what is said of those not taken, and practice files made here."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from nicegui import events, run, ui
+
+from layerjam.identify.sidecar import SIDECAR_ENDING
+from layerjam.workbench.uploads import LARGEST, MOST, Refused, Uploads, clean
+
+AT_ONCE = 1000
+"""Files that the browser offers in one go at most; what is kept is bounded by uploads."""
+SENTENCES = 5
+"""Of what was not taken, that are shown."""
+ANYWHERE = """
+window.layerjamDrop ??= (() => {
+  const carries = e => [...(e.dataTransfer?.types ?? [])].includes('Files');
+  window.addEventListener('dragover', e => { if (carries(e)) e.preventDefault() });
+  window.addEventListener('drop', e => {
+    if (!carries(e)) return;
+    e.preventDefault();
+    const zone = document.querySelector('.files-dropped');
+    if (!zone || e.target.closest('.files-dropped') || !zone.offsetParent) return;
+    getElement(window.layerjamDropId).$refs.qRef.addFiles(e.dataTransfer.files);
+  });
+  return true;
+})();
+"""
+STYLE = """
+.files-dropped { width:100%; border:2px dashed #66717d; border-radius:8px }
+.files-dropped .q-uploader__list { min-height:72px; padding:8px 12px }
+.files-dropped .q-uploader__subtitle { display:none }
+"""
+
+
+class Dropped:
+    """The drop zone and the sentences below it."""
+
+    def __init__(self, uploads: Uploads, arrived: Callable[[], None]) -> None:
+        """`arrived` is called when a file was taken."""
+        self.uploads, self._arrived = uploads, arrived
+        self._said: list[str] = []
+        ui.add_css(STYLE)
+        self.zone = ui.upload(
+            multiple=True, auto_upload=True, max_file_size=LARGEST, max_files=AT_ONCE,
+            on_upload=self._take, label="Drop measured files here",
+        ).props('flat data-testid="laboratory-drop"').classes("files-dropped")  # fmt: skip
+        with self.zone.add_slot("list"):
+            ui.label(
+                "CSV, TSV, TXT, TRA, XLSX, ODS, and sidecars NAME.csv.toml, many at once. Up to "
+                f"{MOST} files of {LARGEST // 2**20} MB; they stay on this computer, are deleted "
+                "when the tab is closed, and are not part of the link."
+            ).classes("text-sm opacity-80")
+        self.zone.on(
+            "rejected", self._rejected,
+            js_handler="(e) => emit(e.slice(0, 60).map(x => [x.failedPropValidation, "
+            "x.file.name.slice(0, 300), x.file.size]).concat([['count', '', e.length]]))",
+        )  # fmt: skip
+        self.zone.on(
+            "failed", self._failed,
+            js_handler="(e) => emit([e.files.map(f => f.name.slice(0, 300)).slice(0, 60), "
+            "e.xhr ? e.xhr.status : 0])",
+        )  # fmt: skip
+        self.zone.on("finish", lambda: self.zone.run_method("removeUploadedFiles"))
+        ui.button("Choose files").props(
+            'outline dense no-caps icon="folder_open" padding="4px 10px" '
+            'data-testid="laboratory-choose"'
+        ).on("click", js_handler=f"() => getElement({self.zone.id}).$refs.qRef.pickFiles()")
+        self.box = (
+            ui.column().classes("gap-1 w-full").props('role="status" data-testid="laboratory-told"')
+        )
+        ui.run_javascript(f"window.layerjamDropId = {self.zone.id}; {ANYWHERE}")
+
+    async def _take(self, event: events.UploadEventArguments) -> None:
+        name = event.file.name
+        try:
+            self.uploads.room(name, event.file.size())
+            await run.io_bound(self.uploads.take, name, await event.file.read())
+        except Refused as err:
+            self.say(str(err))
+            return
+        except OSError as err:
+            self.say(f"{clean(name)}: could not be kept: {err.strerror or 'no room'}")
+            return
+        self._arrived()
+
+    def take_all(self, files: Mapping[str, bytes]) -> None:
+        """Take files that were made here."""
+        for name, data in files.items():
+            try:
+                self.uploads.take(name, data)
+            except Refused as err:
+                self.say(str(err))
+        self._arrived()
+
+    def _rejected(self, event: events.GenericEventArguments) -> None:
+        *entries, last = event.args
+        for why, name, size in entries:
+            if why == "max-file-size":
+                try:
+                    self.uploads.room(str(name), int(size))
+                except Refused as err:
+                    self.say(str(err))
+            elif why == "max-files":
+                self.say(f"{clean(str(name))}: not taken, more than {AT_ONCE} at once")
+            else:
+                self.say(f"{clean(str(name))}: not taken, it is being sent already")
+        if int(last[2]) > len(entries):
+            self.say(f"{int(last[2]) - len(entries)} more were not taken")
+
+    def _failed(self, event: events.GenericEventArguments) -> None:
+        names, status = event.args
+        why = {
+            0: "could not be read by the browser; if it is a folder, drop the files in it",
+            400: "its name cannot be sent; give it a shorter, plainer one",
+            413: f"is too large: {LARGEST // 2**20} MB are the most",
+        }.get(int(status), "could not be sent; drop it again")
+        for name in names:
+            self.say(f"{clean(str(name))}: {why}")
+        self.zone.reset()
+
+    def say(self, sentence: str) -> None:
+        """One more sentence of what was not taken."""
+        self._said.append(sentence)
+        shown = self._said[-SENTENCES:]
+        self.box.clear()
+        with self.box:
+            if len(self._said) > len(shown):
+                ui.label(f"{len(self._said) - len(shown)} more were not taken, and:")
+            for one in shown:
+                ui.label(one).classes("text-sm text-negative break-words")
+            ui.button("Dismiss", on_click=self._forget).props(
+                'flat dense no-caps data-testid="laboratory-dismiss"'
+            )
+
+    def _forget(self) -> None:
+        self._said.clear()
+        self.box.clear()
+
+
+def practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str, bytes]:
+    """Files of the built-in campaign of the virtual laboratory with their sidecars, by name."""
+    from layerjam.verbs.lab import PRACTICE, lab
+
+    place = folder / "practice"
+    shutil.rmtree(place, ignore_errors=True)
+    try:
+        made: Any = lab(PRACTICE, out=place, progress=tell)
+        found = {}
+        for path in map(Path, made.files):
+            found[path.name] = path.read_bytes()
+            beside = path.with_name(path.name + SIDECAR_ENDING)
+            if beside.exists():
+                found[beside.name] = beside.read_bytes()
+        return found
+    finally:
+        shutil.rmtree(place, ignore_errors=True)

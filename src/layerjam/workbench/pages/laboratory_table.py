@@ -1,0 +1,97 @@
+"""The table of the laboratory's files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from nicegui import events, ui
+
+from layerjam.workbench.pages.laboratory_files import Row
+
+COLUMNS = (("name", "File"), ("role", "Used as"), ("vacuum", "Vacuum"),
+           ("force", "Normal force"), ("state", "State"))  # fmt: skip
+STATE = """
+<q-td :props="props" style="white-space:normal"><q-badge :label="props.value"
+ :style="{padding:'4px 6px', color:'#fff', background:props.row.tone}"></q-badge>
+<div v-if="props.row.refused" class="text-caption">{{ props.row.refused }}</div></q-td>
+"""
+NAME = """
+<q-td :props="props" style="white-space:normal; overflow-wrap:anywhere; min-width:190px">
+{{ props.value }}</q-td>
+"""
+
+
+class Table:
+    """Files with what they are used for; those ticked are shown and corrected below."""
+
+    def __init__(
+        self,
+        choose: Callable[[Sequence[str]], None],
+        divide: Callable[[], None],
+        sidecars: Callable[[], None],
+    ) -> None:
+        self._choose = choose
+        self.chosen: list[str] = []
+        self._rows: list[dict[str, Any]] = []
+        with ui.row().classes("w-full items-center justify-between"):
+            self.count = ui.label("No files yet: drop some, or try with synthetic ones").props(
+                'data-testid="laboratory-count" role="status"'
+            )
+            with ui.row().classes("gap-2") as self.more:
+                for text, icon, act, key, help in (
+                    ("Calibrate on the highest vacuum", "call_split", divide, "divide",
+                     "and validate on the pulls at others"),
+                    ("Sidecars", "download", sidecars, "sidecars",
+                     "NAME.toml of every file with what is set here, as a ZIP"),
+                ):  # fmt: skip
+                    ui.button(text, icon=icon, on_click=act).props(
+                        f'outline dense no-caps padding="4px 10px" data-testid="laboratory-{key}"'
+                    ).tooltip(help)
+        columns = [
+            {"name": k, "label": label, "field": k, "align": "left", "sortable": True}
+            for k, label in COLUMNS
+        ]
+        self.table = ui.table(
+            columns=columns, rows=[], row_key="id", selection="multiple", pagination=0,
+            on_select=self._selected,
+        ).props(
+            'flat bordered dense hide-bottom virtual-scroll data-testid="laboratory-files"'
+        ).classes("w-full").style("max-height: 340px")  # fmt: skip
+        self.table.add_slot("body-cell-state", STATE)
+        self.table.add_slot("body-cell-name", NAME)
+        self.table.on("rowClick", self._clicked, js_handler="(e, row) => emit(row.id)")
+        self._show(False)
+
+    def fill(self, rows: Sequence[Row]) -> None:
+        """Show the files of now; ticks stay."""
+        cells = [row.cells() for row in rows]
+        good = sum(1 for r in rows if r.good)
+        self.count.set_text(
+            f"{len(rows)} files, {good} of them usable" if rows
+            else "No files yet: drop some, or try with synthetic ones"
+        )  # fmt: skip
+        self._show(bool(rows))
+        there = {c["id"] for c in cells}
+        self.chosen = [k for k in self.chosen if k in there]
+        if cells != self._rows:
+            self._rows = cells
+            self.table.rows = list(cells)
+        self._tick()
+
+    def _show(self, visible: bool) -> None:
+        self.table.set_visibility(visible)
+        self.more.set_visibility(visible)
+
+    def _tick(self) -> None:
+        self.table.selected = [c for c in self._rows if c["id"] in self.chosen]
+
+    def _selected(self, event: events.TableSelectionEventArguments) -> None:
+        self.chosen = [str(c["id"]) for c in event.selection]
+        self._choose(self.chosen)
+
+    def _clicked(self, event: events.GenericEventArguments) -> None:
+        key = str(event.args)
+        self.chosen = [] if self.chosen == [key] else [key]
+        self._tick()
+        self._choose(self.chosen)

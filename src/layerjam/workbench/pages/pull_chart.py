@@ -1,0 +1,107 @@
+"""The chart of the page Pull: the force, measured pulls over it, what is left over below it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from layerjam.units import show
+from layerjam.verbs.answer import Answer
+from layerjam.workbench.charts import Curve, options, stacked, with_readout
+from layerjam.workbench.pages.pull_files import Reading
+
+MM = 1e3
+LABELLED = 5
+"""Files named at their curve's end; more are told apart by the cursor."""
+SHARED = 241
+"""Points of the grid that overlaid curves share."""
+SHARES, TALL = (3, 1), 290
+"""Heights of the two charts, and pixels of the upper one, near enough to set names apart."""
+FILE_COLORS = ("second", "good", "other", "sky", "bad")
+
+
+def pulled(answer: Answer, whole: Answer, reading: Reading, dark: bool) -> dict[str, Any]:
+    """Force over elongation; the axis stands still while vacuum, speed and model change."""
+    record = answer.record
+    curves = [Curve(record.elongation * MM, record.force, name="computed", width=2.5)]
+    rest: list[Curve] = []
+    for place, one in enumerate(reading.curves):
+        color = FILE_COLORS[place % len(FILE_COLORS)]
+        said = f"{show(one.vacuum, 'Pa', 3)}, {reading.named(one.path)}"
+        curves.append(Curve(one.pull.elongation * MM, one.pull.force, color, said, width=1.5))
+        curves.append(Curve(one.elongation * MM, one.model, "ink", "", dashed=True, width=1.2))
+        rest.append(Curve(one.elongation * MM, one.residual, color, f"{said}, left over"))
+    end = max(float(c.x.max()) for c in curves)
+    top = round_up(max(whole.max_force, *(float(c.y.max()) for c in curves[1:]), 0.0))
+    if rest:
+        grid = np.linspace(0.0, end, SHARED)
+        curves, rest = _shared(curves, grid), _shared(rest, grid)
+    made = options(
+        curves, x="elongation [mm]", y="force [N]", dark=dark, x_range=(0, end if rest else None),
+        y_range=(0, top),
+        marks=[(answer.peak_elongation * MM, answer.peak_force,
+                f"{answer.peak_force:.1f} N", "bad")],
+    )  # fmt: skip
+    if not rest:
+        return with_readout(made, ("elongation", "mm"), "N")
+    _name_ends(made, curves, top, len(rest))
+    limit = round_up(max(*(float(np.nanmax(abs(c.y))) for c in rest), 1e-6))
+    below = options(
+        rest, x="elongation [mm]", y="left over [N]", dark=dark, x_range=(0, end),
+        y_range=(-limit, limit),
+    )  # fmt: skip
+    below["grid"]["right"] = made["grid"]["right"]
+    below["yAxis"]["splitNumber"] = 3
+    for series in below["series"]:
+        series["endLabel"]["show"] = False
+    return with_readout(stacked([made, below], SHARES), ("elongation", "mm"), "N")
+
+
+def _shared(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
+    """The curves on one grid: the cursor reads only curves that have a point where it stands."""
+    made = []
+    for curve in curves:
+        order = np.argsort(curve.x, kind="stable")
+        x, y = np.asarray(curve.x)[order], np.asarray(curve.y)[order]
+        inside = (grid >= x[0] - 1e-9) & (grid <= x[-1] + 1e-9)
+        made.append(replace(curve, x=grid, y=np.where(inside, np.interp(grid, x, y), np.nan)))
+    return made
+
+
+def _name_ends(made: dict[str, Any], curves: Sequence[Curve], top: float, files: int) -> None:
+    """Names at the curves' ends, moved apart; only the computed one's where they are too many."""
+    few = files <= LABELLED
+    made["grid"]["right"] = 200 if few else 96
+    named = [k for k, c in enumerate(curves) if c.name and (few or k == 0)]
+    pixels = TALL / top
+    ends = {k: float(curves[k].y[np.isfinite(curves[k].y)][-1]) * pixels for k in named}
+    above = math.inf
+    for k in sorted(named, key=lambda k: -ends[k]):
+        place = min(ends[k], above - 15.0)
+        above = place
+        made["series"][k]["endLabel"] |= {
+            "offset": [0, ends[k] - place], "width": 190, "overflow": "truncate",
+        }  # fmt: skip
+    for k, series in enumerate(made["series"]):
+        series["endLabel"]["show"] = k in named
+
+
+def saw(answer: Answer, whole: Answer, dark: bool) -> dict[str, Any]:
+    """Force over time of a pull that sticks and slips."""
+    record = answer.record
+    curves = [Curve(record.time, record.force, name="force")]
+    made = options(
+        curves, x="time [s]", y="force [N]", dark=dark, x_range=(0, None),
+        y_range=(0, round_up(max(whole.holding_force, float(record.force.max())))),
+    )  # fmt: skip
+    return with_readout(made, ("time", "s"), "N")
+
+
+def round_up(force: float) -> float:
+    """A round number above a force, for an axis."""
+    step = 10.0 ** math.floor(math.log10(force)) / 2
+    return math.ceil(1.05 * force / step) * step

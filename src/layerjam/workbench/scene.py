@@ -1,0 +1,241 @@
+"""The stack of sheets as boxes in space: what is drawn where, and the 3-D view that draws it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+from nicegui.elements.scene.scene_object3d import Object3D
+
+from layerjam.device.brake import Brake
+from layerjam.report.style import BLUE, GREY, ORANGE
+from layerjam.units import show
+
+UNIT = 0.01
+"""Metres in one unit of the scene."""
+MOST = 24
+"""Sheets drawn at most."""
+TIGHT, LOOSE = 0.04, 0.7
+"""Gap between sheets over a sheet's thickness, at the full vacuum and without any: drawn only."""
+GROUND = "#eef2f5"
+_LABEL = "font: 600 13px sans-serif; color: #1c2530; white-space: nowrap"
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box of the scene: centre and size in scene units, x along the pull and z up."""
+
+    name: str
+    centre: tuple[float, float, float]
+    size: tuple[float, float, float]
+    color: str
+    opacity: float = 1.0
+
+
+@dataclass(frozen=True)
+class Stack:
+    """What is drawn of a brake, and what must be said of the drawing."""
+
+    boxes: tuple[Box, ...]
+    labels: tuple[tuple[str, str, tuple[float, float, float]], ...]
+    """(name, text, place)."""
+    scale: int
+    drawn: int
+    length: float
+    """From end to end when all the travel is used, in scene units."""
+    middle: float
+    """Where the middle of that lies along x, in scene units."""
+
+
+def exaggeration(thickness: float, drawn: int, width: float) -> int:
+    """How many times too thick sheets are drawn: 1, 2, 5, 10, ..., so that the stack is seen."""
+    for power in range(6):
+        for step in (1, 2, 5):
+            times = step * 10**power
+            if times * thickness * drawn >= 0.8 * width:
+                return times
+    return 10**6
+
+
+def stack_of(brake: Brake, slip: float, share: float) -> Stack:
+    """The drawing at a slip [m] and a share of the full vacuum, 0 to 1.
+
+    Lengths and width are true to each other, thicknesses exaggerated. Sheets of the two ends
+    alternate; the left end has one more of an odd number, as in eq. 1.
+    """
+    sheets, held = brake.sheets, brake.mount.clamped_length
+    drawn = min(sheets.count, MOST)
+    scale = exaggeration(sheets.thickness, drawn, sheets.width)
+    thick = sheets.thickness * scale
+    gap = thick * (LOOSE + (TIGHT - LOOSE) * share)
+    height = drawn * thick + (drawn - 1) * gap
+    free, lap, far = sheets.free_left, sheets.overlap, sheets.free_right
+    # the left cap stands still; zero is the middle of the brake at rest
+    start, end = -(free + lap + far) / 2, (free + lap + far) / 2 + slip
+    boxes = [
+        _sheet(i, thick, (i + 0.5) * thick + i * gap - height / 2, brake, (start, end))
+        for i in range(drawn)
+    ]
+    cap = max(1.2 * held, 0.06 * (free + lap + far))
+    tall = height + 3 * thick
+    for name, inner, way in (("cap left", start, -1), ("cap right", end, 1)):
+        middle = inner + way * cap / 2
+        boxes.append(_box(name, (middle, 0, 0), (cap, 1.25 * sheets.width, tall), GREY))
+        hole = max(brake.mount.screw_hole, 0.001)
+        boxes.append(
+            _box(f"screw {name}", (middle, 0, tall / 2), (hole, hole, 0.5 * hole), "#39424b")
+        )
+    room = (0.25 + 1.5 * (1 - share)) * thick
+    boxes.append(
+        _box(
+            "sleeve", ((start + end) / 2, 0, 0),
+            (end - start, sheets.width + 2 * room, height + 2 * room), "#9fb4c4", 0.28,
+        )
+    )  # fmt: skip
+    low = -tall / 2 - 2.5 * thick
+    left, right = start + free + slip, start + free + lap
+    boxes.append(_box("overlap", ((left + right) / 2, -sheets.width / 2, low),
+                      (max(right - left, 1e-5), 0.0006, 0.0012), "#1c2530"))  # fmt: skip
+    labels = (
+        ("overlap", f"overlap {show(lap - slip, 'm', 3)}",
+         _at((left + right) / 2, -sheets.width / 2, low)),
+        ("left", "left end", _at(start - cap / 2, 0, tall / 2)),
+        ("right", "right end", _at(end + cap / 2, 0, tall / 2)),
+    )  # fmt: skip
+    longest = free + lap + far + 2 * cap + sheets.usable_travel
+    return Stack(
+        tuple(boxes), labels, scale, drawn, longest / UNIT, sheets.usable_travel / 2 / UNIT
+    )
+
+
+def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float, float]) -> Box:
+    """The sheet at a height, held on the left where its number is even."""
+    sheets, held = brake.sheets, brake.mount.clamped_length
+    if number % 2 == 0:
+        ends = (span[0] - held, span[0] + sheets.free_left + sheets.overlap)
+    else:
+        ends = (span[1] - sheets.free_right - sheets.overlap, span[1] + held)
+    return _box(
+        f"sheet {number}", (sum(ends) / 2, 0, z), (ends[1] - ends[0], sheets.width, thick),
+        ORANGE if number % 2 else BLUE,
+    )  # fmt: skip
+
+
+def _at(x: float, y: float, z: float) -> tuple[float, float, float]:
+    return (x / UNIT, y / UNIT, z / UNIT)
+
+
+def _box(
+    name: str, centre: tuple[float, float, float], size: tuple[float, float, float], color: str,
+    opacity: float = 1.0,
+) -> Box:  # fmt: skip
+    """A box given in metres."""
+    return Box(name, _at(*centre), _at(*size), color, opacity)
+
+
+def in_words(brake: Brake, stack: Stack, slip: float) -> str:
+    """The picture for who cannot see it, and what is not to scale."""
+    sheets = brake.sheets
+    left = (sheets.count + 1) // 2
+    some = f", {stack.drawn} of them drawn" if stack.drawn < sheets.count else ""
+    return (
+        f"{sheets.count} sheets{some}, {left} held on the left (blue) and {sheets.count - left} on "
+        f"the right (orange); they overlap by {show(sheets.overlap - slip, 'm', 3)} of "
+        f"{show(sheets.overlap, 'm', 3)}. Lengths and width are true to each other, thickness is "
+        f"drawn {stack.scale} times too large; the gaps show the vacuum and are not computed."
+    )
+
+
+class Slab(Object3D, component=Path(__file__).with_name("slab.js")):
+    """A box of one unit each way with drawn edges, to be stretched and moved."""
+
+    def __init__(self, color: str, opacity: float) -> None:
+        super().__init__(color, opacity)
+
+
+class StackView:
+    """The 3-D view; boxes are made once and then only moved and stretched."""
+
+    def __init__(self, ident: str) -> None:
+        self._boxes: dict[str, Any] = {}
+        self._labels: dict[str, tuple[str, Any]] = {}
+        self._frame = (0.0, 0.0)
+        self._view: Callable[[], None] = self.whole
+        with ui.element("div").classes("w-full"):
+            self.scene = (
+                ui.scene(
+                    width=640, height=320, grid=False, background_color=GROUND, fps=20,
+                    camera=ui.scene.perspective_camera(fov=28), click_events=[],
+                )
+                .classes("w-full h-80")
+                .props(f'role="img" data-testid="{ident}" aria-label="The stack of sheets"')
+            )  # fmt: skip
+            with ui.row().classes("gap-1 items-center"):
+                ui.label("Seen").classes("text-sm")
+                for name, how in (
+                    ("whole", self.whole), ("left end", self.left), ("right end", self.right),
+                    ("side", self.side),
+                ):  # fmt: skip
+                    ui.button(name, on_click=how).props(
+                        f'flat dense no-caps data-testid="{ident}-{name.replace(" ", "-")}" '
+                        f'aria-label="Seen from: {name}"'
+                    )
+                ui.label("drag to turn, wheel to come nearer").classes("text-sm opacity-80")
+
+    def show(self, stack: Stack, words: str) -> None:
+        """Bring the scene up to date."""
+        self.scene.props["aria-label"] = words
+        with self.scene:
+            for box in stack.boxes:
+                self._place(box)
+            for name, text, place in stack.labels:
+                self._write(name, text, place)
+        for name in {*self._boxes} - {box.name for box in stack.boxes}:
+            self._boxes.pop(name).delete()
+        if self._frame != (stack.length, stack.middle):
+            self._frame = (stack.length, stack.middle)
+            self._view()
+
+    def _place(self, box: Box) -> None:
+        thing = self._boxes.get(box.name)
+        if thing is None:
+            thing = self._boxes[box.name] = Slab(box.color, box.opacity)
+        thing.scale(*box.size).move(*box.centre)
+
+    def _write(self, name: str, text: str, place: tuple[float, float, float]) -> None:
+        old = self._labels.get(name)
+        if old is not None and old[0] != text:
+            old[1].delete()
+            old = None
+        if old is None:
+            side = "padding-top: 30px" if name == "overlap" else "padding-bottom: 40px"
+            old = self._labels[name] = (text, self.scene.text(text, f"{_LABEL}; {side}"))
+        old[1].move(*place)
+
+    def _look(self, how: Callable[[], None], x: float, y: float, z: float) -> None:
+        """Look at the middle from a place given in lengths of the brake."""
+        self._view = how
+        far, middle = self._frame
+        self.scene.move_camera(
+            x=middle + x * far, y=y * far, z=z * far, look_at_x=middle, look_at_y=0, look_at_z=0,
+            duration=0.3,
+        )  # fmt: skip
+
+    def whole(self) -> None:
+        """All of it from the front, a little from above."""
+        self._look(self.whole, -0.08, -1.15, 0.5)
+
+    def left(self) -> None:
+        """Along the brake from its left cap."""
+        self._look(self.left, -0.95, -0.42, 0.32)
+
+    def right(self) -> None:
+        """Along the brake from its right cap."""
+        self._look(self.right, 0.95, -0.42, 0.32)
+
+    def side(self) -> None:
+        """Flat from the side, where the sheets are seen one above the other."""
+        self._look(self.side, 0.0, -1.22, 0.0)

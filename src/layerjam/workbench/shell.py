@@ -1,0 +1,171 @@
+"""The frame around the pages: tabs, brake and line, undo, link, copying, light and dark."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from nicegui import ui
+
+from layerjam.errors import LayerjamError
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.page import Page
+from layerjam.workbench.state import LONGEST_LINK, State, from_link, to_link
+
+STYLE = """
+.page { padding: 12px 8px }
+.side { width: 330px; flex: none; gap: 12px }
+.main { flex: 1; min-width: 0 }
+.chart { width: 100%; height: 460px }
+@media (max-width: 900px) { .page { flex-wrap: wrap } .side { width: 100% } }
+.q-field__messages { line-height: 1.3 }
+.body--dark .text-primary:not(.bg-primary) { --q-primary: #7cc0ef }
+.body--dark .text-negative { --q-negative: #ff9d94 }
+:focus-visible { outline: 2px solid #0072B2; outline-offset: 2px }
+"""
+
+
+DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
+
+
+def desk_of(link: str) -> tuple[Desk, str]:
+    """The desk of a link, or a fresh one and why the link was not taken."""
+    if not link:
+        return Desk(), ""
+    try:
+        return Desk(from_link(link)), ""
+    except LayerjamError as err:
+        return Desk(), str(err)
+
+
+def frame(link: str, kinds: list[type[Page]], prepare: Callable[[], None]) -> None:
+    """All of one tab of the browser."""
+    desk, trouble = desk_of(link)
+    names = [kind.name for kind in kinds]
+    if desk.state.page not in names:
+        desk.state = State(**{**vars(desk.state), "page": names[0]})
+    pages = {kind.name: kind(desk) for kind in kinds}
+    ui.add_css(STYLE)
+    ui.colors(primary="#0B5C8E", negative="#B3261E")
+    dark = ui.dark_mode(None)
+    tabs = _header(desk, pages, dark)
+    with ui.tab_panels(tabs, value=desk.state.page).classes("w-full").props("keep-alive") as panels:
+        slots = {}
+        for name in names:
+            with ui.tab_panel(name).classes("p-0") as slot:
+                slots[name] = slot
+
+    def opened(name: str) -> None:
+        desk.open(name)
+        with slots[name]:
+            pages[name].open()
+
+    panels.on_value_change(lambda e: opened(str(e.value)))
+    _address(desk)
+    _keys(desk)
+    if trouble:
+        ui.notify(trouble, type="warning", timeout=8000, close_button=True)
+
+    async def begin() -> None:
+        prepare()
+        try:
+            system = bool(await ui.run_javascript(DARK, timeout=2.0))
+        except TimeoutError:
+            system = False
+        dark.set_value(system)
+        for page in pages.values():
+            page.dark = system
+        opened(desk.state.page)
+
+    ui.timer(0.01, begin, once=True)
+
+
+def _header(desk: Desk, pages: dict[str, Page], dark: ui.dark_mode) -> ui.tabs:
+    with ui.header().classes("items-center justify-between q-py-none shadow-1").props("bordered"):
+        ui.label("layerjam").classes("text-h6")
+        with ui.tabs().props("dense no-caps") as tabs:
+            for page in pages.values():
+                ui.tab(page.name, label=page.title, icon=page.icon).props(
+                    f'data-testid="tab-{page.name}"'
+                )
+        with ui.row().classes("items-center gap-1"):
+            for icon, what, act in (
+                ("undo", "Undo (Ctrl Z)", desk.undo),
+                ("redo", "Redo (Ctrl Shift Z)", desk.redo),
+            ):
+                _button(icon, what, act)
+            _button("link", "Copy a link to all that is set", lambda: _copy_link(desk))
+            _button("terminal", "Copy as command", lambda: _copy(desk, pages, "command"))
+            _button("code", "Copy as Python", lambda: _copy(desk, pages, "python"))
+
+            def turn() -> None:
+                dark.set_value(not dark.value)
+                for page in pages.values():
+                    page.dark = bool(dark.value)
+                    page.refresh()
+
+            _button("contrast", "Light or dark", turn)
+    return tabs
+
+
+def _button(icon: str, what: str, act: Callable[[], object]) -> None:
+    name = what.split(" (", maxsplit=1)[0].lower().replace(" ", "-")
+    ui.button(icon=icon, on_click=act).props(
+        f'flat round color=white aria-label="{what}" data-testid="{name}"'
+    ).tooltip(what)
+
+
+def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
+    try:
+        text = "\n".join(getattr(c, how)() for c in pages[desk.state.page].calls())
+    except LayerjamError as err:
+        ui.notify(str(err), type="warning")
+        return
+    if not text:
+        ui.notify("nothing to copy on this page yet")
+        return
+    ui.clipboard.write(text)
+    with ui.dialog(value=True) as dialog, ui.card().classes("w-full"):
+        ui.label(f"Copied as {'a command' if how == 'command' else 'Python'}").classes(
+            "font-medium"
+        )
+        ui.code(text, language="bash" if how == "command" else "python").classes("w-full").props(
+            'data-testid="copied"'
+        )
+        edited = [s.name for c in pages[desk.state.page].calls() for s in c.subjects if s.file]
+        if edited:
+            ui.label(f"{edited[0]} was edited here: save it as TOML beside where you run this.")
+        ui.button("Close", on_click=dialog.close).props("flat autofocus")
+
+
+def _copy_link(desk: Desk) -> None:
+    ui.run_javascript("navigator.clipboard.writeText(window.location.href)")
+    ui.notify("The address of this page holds all that is set; it was copied")
+
+
+def _address(desk: Desk) -> None:
+    """The address bar follows the state, a moment later."""
+    shown = [""]
+
+    def follow() -> None:
+        link = to_link(desk.state)
+        if link == shown[0] or len(link) > LONGEST_LINK:
+            return
+        first, shown[0] = shown[0] == "", link
+        if not first:
+            ui.run_javascript(
+                "const u = new URL(window.location); u.searchParams.set('s', "
+                f"'{link}'); history.replaceState(null, '', u)"
+            )
+
+    ui.timer(0.5, follow)
+
+
+def _keys(desk: Desk) -> None:
+    def pressed(event: object) -> None:
+        key, held = event.key, event.modifiers  # type: ignore[attr-defined]
+        if not event.action.keydown or not (held.ctrl or held.meta):  # type: ignore[attr-defined]
+            return
+        if key.name in ("z", "Z"):
+            (desk.redo if held.shift else desk.undo)()
+
+    ui.keyboard(on_key=pressed, repeating=False, ignore=["input", "select", "textarea"])

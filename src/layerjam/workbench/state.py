@@ -1,0 +1,92 @@
+"""What a desk shows, as plain values: for undo, and for a link that brings it back."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import math
+import zlib
+from dataclasses import dataclass, field
+from typing import Any
+
+from layerjam.errors import QuantityError
+
+LONGEST_LINK = 30_000
+LARGEST = 200_000
+"""Characters of a link, and of what it unfolds to."""
+Value = float | str | bool
+
+
+@dataclass(frozen=True)
+class State:
+    """The open page, the brake and line (a catalogue name, or a TOML text), and what was set."""
+
+    page: str = "brake"
+    brake: str = "choi2018-kapton"
+    line: str = "choi2018"
+    beside: str = ""
+    """A second brake to compare with; none if empty."""
+    settings: dict[str, dict[str, Value]] = field(default_factory=dict)
+    """{page: {control: SI value, choice or flag}}."""
+
+    def get(self, page: str, key: str, default: Value) -> Value:
+        """What was set, or the default."""
+        return self.settings.get(page, {}).get(key, default)
+
+    def put(self, page: str, key: str, value: Value) -> State:
+        """A state with one setting changed."""
+        inside = {**self.settings.get(page, {}), key: value}
+        return State(self.page, self.brake, self.line, self.beside,
+                     {**self.settings, page: inside})  # fmt: skip
+
+
+def to_link(state: State) -> str:
+    """The state as text that may stand in an address."""
+    text = json.dumps(
+        {"page": state.page, "brake": state.brake, "line": state.line, "beside": state.beside,
+         "settings": state.settings}, separators=(",", ":"), allow_nan=False,
+    )  # fmt: skip
+    return base64.urlsafe_b64encode(zlib.compress(text.encode(), 9)).decode().rstrip("=")
+
+
+def from_link(text: str) -> State:
+    """The state of a link; QuantityError for what is none, is too long or holds rubbish."""
+    if len(text) > LONGEST_LINK:
+        raise QuantityError(f"link: {len(text)} characters; at most {LONGEST_LINK} are read")
+    try:
+        packed = base64.urlsafe_b64decode(text + "=" * (-len(text) % 4))
+        reader = zlib.decompressobj()
+        plain = reader.decompress(packed, LARGEST)
+        if reader.unconsumed_tail or not reader.eof:
+            raise ValueError("too large")
+        found = json.loads(plain)
+    except (binascii.Error, zlib.error, ValueError, RecursionError):
+        raise QuantityError("link: it cannot be read; the page begins anew") from None
+    if not isinstance(found, dict):
+        raise QuantityError("link: it holds no state; the page begins anew")
+    words = {k: found.get(k, "") for k in ("page", "brake", "line", "beside")}
+    if not all(isinstance(v, str) for v in words.values()):
+        raise QuantityError("link: page, brake and line are texts; the page begins anew")
+    return State(
+        page=words["page"] or "brake", brake=words["brake"] or State.brake,
+        line=words["line"] or State.line, beside=words["beside"],
+        settings=_settings(found.get("settings", {})),
+    )  # fmt: skip
+
+
+def _settings(found: Any) -> dict[str, dict[str, Value]]:
+    if not isinstance(found, dict):
+        raise QuantityError("link: its settings are no table; the page begins anew")
+    made: dict[str, dict[str, Value]] = {}
+    for page, inside in found.items():
+        if not isinstance(inside, dict):
+            raise QuantityError("link: its settings are no table; the page begins anew")
+        for key, value in inside.items():
+            fine = isinstance(value, str | bool) or (
+                isinstance(value, int | float) and math.isfinite(value)
+            )
+            if not fine:
+                raise QuantityError(f"link: {str(key)[:40]} has no value; the page begins anew")
+            made.setdefault(str(page), {})[str(key)] = value
+    return made

@@ -1,0 +1,206 @@
+"""Files dropped on the page: in a temporary folder of the tab, under names made up here.
+
+The user's name of a file is only ever text to show. Nothing outside the folder is written or read,
+and the folder goes when the tab is closed and when the program ends.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import re
+import tempfile
+import threading
+import weakref
+import zipfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from layerjam.errors import QuantityError
+from layerjam.identify.provenance import renamed
+
+LARGEST = 60 * 2**20
+"""Bytes of one file: about two million rows of time, force and elongation as text, and below the
+64 MB of a request body."""
+MOST = 200
+"""Measurements in one tab: a campaign of four vacuums, five speeds and ten repeats."""
+ALL_TOGETHER = 500 * 2**20
+"""Bytes of all files of one tab."""
+SIDECAR = 64 * 2**10
+"""Bytes of a sidecar."""
+LONGEST_NAME = 120
+ENDINGS = (".csv", ".tsv", ".txt", ".tra", ".dat", ".asc", ".log", ".xml", ".xlsx", ".xlsm",
+           ".xlsb", ".xls", ".ods")  # fmt: skip
+"""Kept in the made-up name; the readers look at the content, any other becomes .dat."""
+OURS = "layerjam-file-"
+
+
+class Refused(QuantityError):
+    """A file that is not taken, in a sentence."""
+
+
+@dataclass(frozen=True)
+class Upload:
+    """A measurement in the folder: the user's name of it, where it lies, digest, bytes."""
+
+    name: str
+    path: Path
+    digest: str
+    size: int
+
+    @property
+    def key(self) -> str:
+        """Short name of its content, for settings that come back with the same file."""
+        return self.digest[:12]
+
+
+@dataclass(eq=False)
+class Uploads:
+    """The files of one tab."""
+
+    files: list[Upload] = field(default_factory=list)
+    sidecars: dict[str, str] = field(default_factory=dict)
+    """{user's name of the measurement: its sidecar's text}; may come before the measurement."""
+
+    def __post_init__(self) -> None:
+        self._place: tempfile.TemporaryDirectory[str] | None = None
+        self._count = 0
+        self._lock = threading.Lock()
+        self.closed = False
+
+    @property
+    def folder(self) -> Path:
+        """The tab's folder, made when first needed; deleted by `close` or at exit."""
+        if self._place is None:
+            if self.closed:
+                raise Refused("this tab was closed")
+            self._place = tempfile.TemporaryDirectory(
+                prefix="layerjam-workbench-", ignore_cleanup_errors=True
+            )
+            _OPEN.add(self)
+        return Path(self._place.name)
+
+    def room(self, name: str, size: int) -> None:
+        """Raise Refused where a file of this size is too large, or one too many."""
+        shown = clean(name)
+        if is_sidecar(name):
+            if size > SIDECAR:
+                raise Refused(f"{shown}: {size // 1024} kB is no sidecar; at most 64 kB are read")
+            if len(self.sidecars) >= 2 * MOST:
+                raise Refused(f"{shown}: not taken, {len(self.sidecars)} sidecars are here already")
+            return
+        if size > LARGEST:
+            raise Refused(
+                f"{shown}: {size / 2**20:.0f} MB is too large for the page, which takes "
+                f"{LARGEST // 2**20} MB; the commands read up to 1 GB"
+            )
+        if len(self.files) >= MOST:
+            raise Refused(f"{shown}: not taken, {MOST} measurements are the most at once")
+        if sum(f.size for f in self.files) + size > ALL_TOGETHER:
+            raise Refused(f"{shown}: not taken, all files together would be more than 500 MB")
+
+    def take(self, name: str, data: bytes) -> Upload | None:
+        """Keep a file; None for a sidecar. Raises Refused."""
+        with self._lock:
+            return self._take(name, data)
+
+    def _take(self, name: str, data: bytes) -> Upload | None:
+        self.room(name, len(data))
+        if is_sidecar(name):
+            try:
+                self.sidecars[clean(name)[: -len(".toml")]] = data.decode("utf-8-sig")
+            except UnicodeDecodeError:
+                raise Refused(f"{clean(name)}: is no text in UTF-8") from None
+            return None
+        digest = hashlib.sha256(data).hexdigest()
+        for other in self.files:
+            if other.digest == digest:
+                raise Refused(f"{clean(name)}: the same content is here as {other.name}")
+        self._count += 1
+        ending = Path(clean(name)).suffix.lower()
+        ending = ending if ending in ENDINGS else ".dat"
+        path = self.folder / f"{OURS}{self._count:04d}{ending}"
+        path.write_bytes(data)
+        made = Upload(self._unused(clean(name)), path, digest, len(data))
+        self.files.append(made)
+        return made
+
+    def _unused(self, name: str) -> str:
+        """The name, numbered where another file has it."""
+        taken = {f.name for f in self.files}
+        stem, dot, ending = name.rpartition(".")
+        made, count = name, 1
+        while made in taken:
+            count += 1
+            made = f"{stem} ({count}){dot}{ending}" if dot else f"{name} ({count})"
+        return made
+
+    def remove(self, keys: Iterable[str]) -> None:
+        """Forget files and delete them."""
+        gone = set(keys)
+        for one in [f for f in self.files if f.key in gone]:
+            one.path.unlink(missing_ok=True)
+            sidecar_of(one.path).unlink(missing_ok=True)
+            self.files.remove(one)
+            self.sidecars.pop(one.name, None)
+
+    def close(self) -> None:
+        """Delete the folder and all in it; what is being computed from it ends with a refusal."""
+        self.closed = True
+        self.files.clear()
+        self.sidecars.clear()
+        if self._place is not None:
+            self._place.cleanup()
+            self._place = None
+
+    def names(self) -> dict[str, str]:
+        """{made-up name: the user's}."""
+        return {f.path.name: f.name for f in self.files}
+
+
+_OPEN: weakref.WeakSet[Uploads] = weakref.WeakSet()
+
+
+def close_all() -> None:
+    """Delete every tab's folder: a server that is told to end may not come to Python's own exit."""
+    for tab in list(_OPEN):
+        tab.close()
+
+
+def clean(name: str) -> str:
+    """The last part of a name without anything that is no letter to print, cut to a length."""
+    last = re.split(r"[/\\]", str(name)[-4 * LONGEST_NAME :])[-1]
+    text = " ".join("".join(c if c.isprintable() else " " for c in last).split())
+    if len(text) > LONGEST_NAME:
+        tail = Path(text).suffix[:12]
+        tail = ".csv.toml" if text.lower().endswith(".csv.toml") else tail
+        text = text[: LONGEST_NAME - len(tail) - 3] + "..." + tail
+    return text if text.strip(".") else "unnamed"
+
+
+def is_sidecar(name: str) -> bool:
+    """Whether it is called NAME.csv.toml: the facts of another file."""
+    text = clean(name).lower()
+    return text.endswith(".toml") and "." in text[: -len(".toml")]
+
+
+def sidecar_of(path: Path) -> Path:
+    """Where the sidecar of a kept file lies."""
+    return path.with_name(path.name + ".toml")
+
+
+def in_users_toml(text: str, names: Mapping[str, str]) -> str:
+    """A TOML text with the user's names of files in its basic strings, where quotes are escaped."""
+    quoted = {k: v.replace("\\", "\\\\").replace('"', '\\"') for k, v in names.items()}
+    made: str = renamed(text, quoted)
+    return made
+
+
+def zipped(files: Mapping[str, bytes]) -> bytes:
+    """An archive of files {name: bytes}."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return out.getvalue()

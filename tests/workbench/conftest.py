@@ -1,0 +1,67 @@
+"""A workbench that runs, and Debian's Chromium to look at it with."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def workbench():
+    """The address of a workbench of its own; ended afterwards."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    program = str(Path(sys.executable).with_name("layerjam"))
+    words = [program, "workbench", "--no-show", "--port", str(port)]
+    plain = {k: v for k, v in os.environ.items() if not k.startswith(("PYTEST", "NICEGUI"))}
+    process = subprocess.Popen(
+        words, env=plain, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    place = f"http://127.0.0.1:{port}/"
+    try:
+        for _ in range(300):
+            assert process.poll() is None, "the workbench ended"
+            try:
+                with urllib.request.urlopen(place, timeout=5):
+                    break
+            except OSError:
+                time.sleep(0.2)
+        yield place
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """Debian's Chromium, driven by playwright; skips where either is missing."""
+    api = pytest.importorskip("playwright.sync_api", reason="no playwright here")
+    place = shutil.which("chromium")
+    if place is None:
+        pytest.skip("no chromium here")
+    with api.sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=place, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def tab(chromium, workbench):
+    """A fresh tab at 1280 by 800 on the workbench; what its console calls an error fails a test."""
+    page = chromium.new_page(viewport={"width": 1280, "height": 800})
+    errors: list[str] = []
+    page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
+    page.on("pageerror", lambda e: errors.append(str(e)))
+    page.goto(workbench)
+    page.errors = errors
+    yield page
+    page.close()

@@ -1,0 +1,149 @@
+"""The page of the brake without a browser: the picture, the fields, the comparison."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import io
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nicegui.testing import user_simulation
+
+from layerjam.device.load import load
+from layerjam.units import get
+from layerjam.verbs.edit import FIELDS
+from layerjam.verbs.predict import show
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages.brake import Brake
+from layerjam.workbench.pages.brake_fields import GROUPS, fields_of, typed_text
+from layerjam.workbench.pages.brake_tables import ROWS, lines, verdict
+from layerjam.workbench.scene import MOST, UNIT, exaggeration, in_words, stack_of
+from layerjam.workbench.shell import frame
+from layerjam.workbench.state import State, from_link, to_link
+from strategies import one, random_brakes, seeds
+
+KAPTON = load("choi2018-kapton").brake
+
+
+def boxes(brake, slip=0.0, share=1.0):
+    return {box.name: box for box in stack_of(brake, slip, share).boxes}
+
+
+@settings(max_examples=30, deadline=None)
+@given(seeds, st.floats(0, 1), st.floats(0, 1))
+def test_the_picture_is_true_in_length(seed, part, share):
+    brake = one(random_brakes(seed, 1), 0)
+    slip = part * brake.sheets.overlap
+    rest, slid = boxes(brake, 0.0, share), boxes(brake, slip, share)
+    drawn = min(int(brake.sheets.count), MOST)
+    left, right = slid["sheet 0"], slid["sheet 1"]
+    # where sheets of both ends lie over each other is the overlap left
+    end = left.centre[0] + left.size[0] / 2
+    start = right.centre[0] - right.size[0] / 2
+    assert (end - start) * UNIT == pytest.approx(brake.sheets.overlap - slip, abs=1e-9)
+    if slip < brake.sheets.overlap - 1e-4:
+        assert slid["overlap"].size[0] * UNIT == pytest.approx(brake.sheets.overlap - slip)
+    for k in range(drawn):
+        moved = slid[f"sheet {k}"].centre[0] - rest[f"sheet {k}"].centre[0]
+        assert moved * UNIT == pytest.approx(slip if k % 2 else 0.0, abs=1e-12)
+        assert slid[f"sheet {k}"].size[1] * UNIT == pytest.approx(brake.sheets.width)
+    # no sheet lies in another
+    for k in range(drawn - 1):
+        low, high = slid[f"sheet {k}"], slid[f"sheet {k + 1}"]
+        assert high.centre[2] - low.centre[2] >= low.size[2]
+
+
+def test_vacuum_draws_sheets_and_sleeve_together():
+    loose, tight = boxes(KAPTON, 0, 0.0), boxes(KAPTON, 0, 1.0)
+    apart = [b["sheet 1"].centre[2] - b["sheet 0"].centre[2] for b in (loose, tight)]
+    assert apart[1] < apart[0]
+    assert tight["sleeve"].size[2] < loose["sleeve"].size[2]
+    assert tight["sheet 0"].size == loose["sheet 0"].size
+
+
+def test_what_is_not_to_scale_is_said():
+    assert exaggeration(KAPTON.sheets.thickness, 11, KAPTON.sheets.width) == 5
+    assert exaggeration(0.01, 11, 0.05) == 1
+    many = replace(KAPTON, sheets=replace(KAPTON.sheets, count=100))
+    stack = stack_of(many, 0.01, 1.0)
+    assert stack.drawn == MOST
+    words = in_words(many, stack, 0.01)
+    assert "100 sheets, 24 of them drawn, 50 held on the left" in words
+    assert "overlap by 58 mm of 68 mm" in words
+    assert f"{stack.scale} times too large" in words
+    assert "6 held on the left (blue) and 5 on" in in_words(KAPTON, stack_of(KAPTON, 0, 1), 0)
+
+
+def test_every_number_of_a_brake_has_a_field():
+    assert sorted(p for group in GROUPS for p in fields_of(group)) == sorted(FIELDS)
+
+
+@pytest.mark.parametrize(
+    ("typed", "shown", "path", "taken"),
+    [
+        ("15", "13 mm", "sheets.width", "15 mm"),
+        (" 1.5 cm ", "13 mm", "sheets.width", "1.5 cm"),
+        ("3", "2.5 GPa", "film.modulus", "3 GPa"),
+        ("13", "11", "sheets.count", "13"),
+        ("", "69 MPa", "film.strength", None),
+        ("15", "", "weighed_mass", "15"),
+    ],
+)
+def test_a_bare_number_is_in_the_unit_shown(typed, shown, path, taken):
+    assert typed_text(typed, shown, FIELDS[path][0]) == taken
+
+
+def test_the_comparison_says_which_is_better_in_words():
+    here, beside = show("choi2018-kapton"), show("choi2018-ptfe")
+    assert {k for k in ROWS} <= set(here.values)
+    rows = {line.name: line for line in lines(here, beside)}
+    force = rows["Greatest force of a pull at full vacuum"]
+    stronger = here.max_force > beside.max_force
+    assert force.verdict.startswith("▲" if stronger else "▼")
+    assert force.verdict.endswith("better" if stronger else "worse")
+    assert verdict(2.0, 1.0, -1) == "▼ +100.0%, worse"
+    assert verdict(0.5, 1.0, -1) == "▲ −50.0%, better"
+    assert verdict(1.0, 1.0, 1) == "same"
+    assert verdict(None, 1.0, 1) == ""
+    assert verdict(2.0, 1.0, 0) == "+100.0%"
+    assert verdict(2.0, 0.0, 1) == "▲ more than none, better"
+
+
+def test_copied_python_gives_the_same_numbers():
+    page = Brake(Desk(State(beside="choi2018-ptfe", settings={"brake": {"slip": 0.01}})))
+    answers = page.compute()
+    for call, answer in zip(page.calls(), answers, strict=True):
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            exec(call.python(), {})
+        assert said.getvalue().strip() == str(answer.values)
+
+
+def test_an_edited_brake_is_undone_and_comes_back_by_its_link():
+    page = Brake(Desk())
+    assert page.change("sheets.width", "26 mm") == ""
+    assert page.desk.brake.name == "choi2018-kapton-edited"
+    assert "is shorter than" in page.change("sheets.overlap", "600 mm")
+    assert page.change("sheets.count", "21") == ""
+    assert page.desk.brake.name == "choi2018-kapton-edited"
+    again = Desk(from_link(to_link(page.desk.state)))
+    assert again.brake.brake == page.desk.brake.brake
+    page.desk.undo()
+    assert get(page.desk.brake.brake, "sheets.count") == 11
+    assert page.desk.brake.brake.sheets.width == 0.026
+    page.desk.undo()
+    assert page.desk.brake.brake == KAPTON
+
+
+def test_the_page_is_built_and_answers():
+    async def drive() -> None:
+        async with user_simulation(root=lambda: frame("", [Brake], lambda: None)) as user:
+            await user.open("/")
+            await user.should_see("Greatest force of a pull at full vacuum", retries=100)
+            await user.should_see("Where the numbers come from")
+            await user.should_see("11 sheets, 6 held on the left", retries=50)
+
+    asyncio.run(drive())

@@ -1,0 +1,61 @@
+"""Brake and Pull in a browser: real keys, real files, what stands on the page afterwards."""
+
+from __future__ import annotations
+
+import pytest
+
+from layerjam.verbs.predict import tensile
+from layerjam.workbench.takeaway import record_bytes
+
+pytestmark = pytest.mark.slow
+
+
+def cell(tab, name):
+    return tab.locator(f'[data-testid="{name}"]')
+
+
+def test_a_brake_is_edited_compared_undone_saved_and_opened(tab, tmp_path):
+    tab.wait_for_selector("[data-testid=brake-numbers]")
+    cell(tab, "brake-keep").click()
+    width = cell(tab, "brake-sheets.width")
+    width.fill("26")
+    width.press("Enter")
+    tab.wait_for_selector("text=better")
+    assert width.input_value() == "26 mm"
+    assert cell(tab, "brake-name").input_value() == "choi2018-kapton-edited"
+    with tab.expect_download() as download:
+        cell(tab, "brake-save").click()
+    kept = tmp_path / "kept.toml"
+    download.value.save_as(kept)
+    cell(tab, "undo").click()
+    tab.wait_for_function(
+        "document.querySelector('[data-testid=\"brake-sheets.width\"]').value == '13 mm'"
+    )
+    chosen = tab.locator("[data-testid=brake-open-file] input[type=file]")
+    chosen.set_input_files(kept)
+    tab.wait_for_function(
+        "document.querySelector('[data-testid=\"brake-sheets.width\"]').value == '26 mm'"
+    )
+    rubbish = tmp_path / "rubbish.toml"
+    rubbish.write_bytes(b"\xff\xfe\x00")
+    chosen.set_input_files(rubbish)
+    tab.wait_for_selector("text=the file is not UTF-8 text")
+    assert not [e for e in tab.errors if "WebGL" not in e]
+
+
+def test_a_measured_pull_is_dropped_and_compared(tab, tmp_path):
+    cell(tab, "tab-pull").click()
+    tab.wait_for_function(
+        "(document.querySelector('[data-testid=pull-peak_force]') || {}).innerText?.length > 2",
+        timeout=90_000,
+    )
+    pull = tmp_path / "pull.csv"
+    answer = tensile("choi2018-kapton", vacuum="60 kPa", speed="1 mm/s", travel="30 mm")
+    pull.write_bytes(record_bytes(answer.record))
+    tab.locator("[data-testid=pull-drop] input[type=file]").set_input_files(pull)
+    tab.wait_for_selector("[data-testid=pull-errors]", timeout=60_000)
+    assert "pull.csv" in cell(tab, "pull-errors").inner_text()
+    with tab.expect_download() as download:
+        cell(tab, "pull-figure-svg").click()
+    assert download.value.suggested_filename == "choi2018-kapton-tensile.svg"
+    assert not tab.errors

@@ -1,0 +1,153 @@
+"""The laboratory in a browser: real clicks, real files, what is downloaded and left behind."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from layerjam.workbench.pages.laboratory_drop import practice_files
+
+pytestmark = pytest.mark.slow
+LONG = 120_000
+DROP = """async (spec) => {
+  const data = new DataTransfer();
+  for (const [name, text] of spec) data.items.add(new File([text], name));
+  const go = (e, kind) => e.dispatchEvent(
+    new DragEvent(kind, {dataTransfer: data, bubbles: true, cancelable: true}));
+  const zone = document.querySelector('.files-dropped');
+  go(zone, 'dragenter'); go(zone, 'dragover');
+  await new Promise(done => setTimeout(done, 300));
+  go(document.querySelector('.q-uploader__dnd'), 'drop');
+}"""
+
+
+def at(key: str) -> str:
+    return f"[data-testid=laboratory-{key}]"
+
+
+@pytest.fixture
+def laboratory(tab):
+    tab.click("[data-testid=tab-laboratory]")
+    tab.wait_for_selector(at("practice"))
+    tab.wait_for_timeout(500)
+    return tab
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("campaign")
+    for name, data in practice_files(folder, lambda *_: None).items():
+        (folder / name).write_bytes(data)
+    return sorted(p for p in folder.iterdir() if p.is_file())
+
+
+def choose(page, paths) -> None:
+    page.locator(".files-dropped input[type=file]").first.set_input_files([str(p) for p in paths])
+
+
+def chosen(page, name: str) -> None:
+    row = page.locator(f"{at('files')} tbody tr").filter(has_text=name).first
+    row.locator("td").nth(1).click()
+    page.wait_for_selector(at("detail"))
+
+
+def test_two_files_dropped_calibrate_the_brake(laboratory, files):
+    two = [p for p in files if "94.5kPa_7mms_2" in p.name or "94.5kPa_7mms_3" in p.name]
+    assert len(two) == 4, "two files with their sidecars"
+    choose(laboratory, two)
+    laboratory.wait_for_selector(at("calibrate-scale-factor"), timeout=LONG)
+    laboratory.wait_for_selector(f"{at('count')}:has-text('2 files, 2 of them usable')")
+    assert laboratory.is_visible(at("synthetic"))
+    assert not laboratory.errors
+
+
+def test_the_practice_campaign_from_a_click_to_report_and_brake(laboratory, tmp_path):
+    laboratory.click(at("practice"))
+    laboratory.wait_for_selector(at("validate-pulls"), timeout=LONG)
+    laboratory.wait_for_selector(f"{at('validate')} .figure svg", timeout=LONG)
+    assert laboratory.is_visible(at("synthetic"))
+    with laboratory.expect_download() as got:
+        laboratory.click(at("toml"))
+    brake = tomllib.loads(Path(got.value.path()).read_text(encoding="utf-8"))
+    assert brake["scale_factor"]["value"] == pytest.approx(0.92, abs=0.02)
+    assert all(f["name"].startswith("pull_choi2018") for f in brake["made_by"]["files"])
+    laboratory.click(at("make-report"))
+    laboratory.wait_for_selector(f"{at('report-pdf')}:visible", timeout=LONG)
+    for key, begins in (("report-pdf", b"%PDF"), ("report-html", b"<!DOCTYPE"),
+                        ("report-zip", b"PK")):  # fmt: skip
+        with laboratory.expect_download() as got:
+            laboratory.click(at(key))
+        data = Path(got.value.path()).read_bytes()
+        assert data.lower().startswith(begins.lower()), key
+    laboratory.click(at("take"))
+    laboratory.wait_for_timeout(1500)
+    laboratory.click("[data-testid=copy-as-command]")
+    copied = "[data-testid=copied]:has-text('--brake choi2018-kapton-calibrated.toml')"
+    laboratory.wait_for_selector(copied)
+    assert not laboratory.errors
+
+
+def test_a_column_and_a_vacuum_are_corrected_in_the_page_and_undone(laboratory):
+    force = [min(7.0 * i, 175 - i) for i in range(60)]
+    text = "".join(f"{i};{f:.3f};{i / 10:.2f}\n" for i, f in enumerate(force))
+    laboratory.evaluate(DROP, [["plain.csv", text]])
+    laboratory.wait_for_selector(f"{at('files')} >> text=refused", timeout=LONG)
+    chosen(laboratory, "plain.csv")
+    assert "--columns" in laboratory.inner_text(at("why"))
+    laboratory.click(at("correct"))
+    laboratory.fill(at("columns"), "skip,force:furlong,elongation:mm")
+    laboratory.click(at("apply"))
+    laboratory.wait_for_selector(f"{at('edit-problem')}:has-text('furlong')")
+    laboratory.fill(at("columns"), "skip,force:N,elongation:mm")
+    laboratory.fill(at("vacuum"), "80")
+    laboratory.click(at("apply"))
+    laboratory.wait_for_selector(f"{at('files')} >> text=understood", timeout=LONG)
+    assert "80 kPa" in laboratory.inner_text(at("files"))
+    laboratory.click("[data-testid=undo]")
+    laboratory.wait_for_selector(f"{at('files')} >> text=refused", timeout=LONG)
+
+
+def test_rubbish_gets_a_word_and_the_server_stays_up(laboratory, tmp_path):
+    picture = tmp_path / "picture.csv"
+    picture.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 9)
+    (tmp_path / "empty.csv").touch()
+    huge = tmp_path / "huge.csv"
+    with huge.open("wb") as file:
+        file.truncate(10**9)
+    choose(laboratory, [picture, tmp_path / "empty.csv", huge])
+    laboratory.wait_for_selector(f"{at('files')} >> text=is binary", timeout=LONG)
+    laboratory.wait_for_selector(f"{at('files')} >> text=is empty", timeout=LONG)
+    assert "huge.csv: 954 MB is too large" in laboratory.inner_text(at("told"))
+    names = [["../../etc/passwd", "root:x"], ["a" * 5000 + ".csv", "1"], ["b\x00\n<b>.csv", "2"]]
+    laboratory.evaluate(DROP, names)
+    laboratory.wait_for_selector(f"{at('files')} >> text=passwd", timeout=LONG)
+    laboratory.wait_for_selector(f"{at('told')} >> text=its name cannot be sent", timeout=LONG)
+    laboratory.evaluate(DROP, [[f"{i}.csv", str(i)] for i in range(300)])
+    laboratory.wait_for_selector(f"{at('count')}:has-text('200 files')", timeout=LONG)
+    laboratory.wait_for_selector(f"{at('told')} >> text=200 measurements are the most >> nth=0")
+
+
+def test_a_closed_tab_leaves_no_file_behind(chromium, workbench):
+    def folders() -> set[Path]:
+        return set(Path(tempfile.gettempdir()).glob("layerjam-workbench-*"))
+
+    before = folders()
+    page = chromium.new_page()
+    page.goto(workbench)
+    page.click("[data-testid=tab-laboratory]")
+    page.wait_for_selector(at("practice"))
+    page.wait_for_timeout(500)
+    page.click(at("practice"))
+    page.wait_for_selector(f"{at('count')}:has-text('21 files')", timeout=LONG)
+    made = folders() - before
+    assert made
+    page.close()  # in the middle of the computation
+    for _ in range(120):
+        if not made & folders():
+            return
+        time.sleep(0.5)
+    pytest.fail(f"left behind: {made & folders()}")

@@ -1,0 +1,138 @@
+"""The drop page without a browser: its questions, its words, what it sends to be drawn."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import io
+
+import numpy as np
+import pytest
+from nicegui.testing import user_simulation
+
+from layerjam.verbs.impact import drop
+from layerjam.verbs.tuning import tune
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages.drop import NO_ROPE, Drop, notes, table, verdict
+from layerjam.workbench.pages.drop_animation import SLOW, series, slowness
+from layerjam.workbench.shell import frame
+from layerjam.workbench.state import State, from_link, to_link
+
+KAPTON = "choi2018-kapton"
+CASE = {"mass": "1 kg", "speed": "1.5 m/s", "rope_stiffness": "16.8 kN/m"}
+
+
+def page_of(**settings) -> Drop:
+    return Drop(Desk(State(page="drop", settings={"drop": settings})))
+
+
+def test_the_page_asks_what_the_verbs_answer():
+    shown, drops, (tuned, _) = page_of().compute()
+    assert shown == "tuned"
+    assert list(drops) == ["none", "full", "tuned"]
+    own = drop(KAPTON, **CASE, vacuum="tuned", travel="40 mm")
+    assert drops["tuned"][0].values == own.values
+    assert drops["none"][0].values == drop(KAPTON, **CASE, no_brake=True).values
+    assert tuned.values == tune(KAPTON, **CASE, travel="40 mm").values
+
+
+def test_copied_python_gives_the_same_numbers():
+    page = page_of(shown="value", vacuum=30e3, arrives="height", height=0.2)
+    _, drops, _ = page.compute()
+    for call, mode in zip(page.calls(), drops, strict=False):
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            exec(call.python(), {})
+        assert said.getvalue().strip() == str(drops[mode][0].values)
+        assert call.command().startswith(f"layerjam drop {KAPTON} ")
+
+
+def test_a_link_brings_the_drop_back():
+    page = page_of(mass=2.0, direction="horizontal", shown="full")
+    again = Drop(Desk(from_link(to_link(page.desk.state))))
+    assert again.calls() == page.calls()
+    assert again.calls()[0].options["horizontal"] is True
+    # rubbish in a link leaves the defaults
+    odd = page_of(mass="heavy", shown=3.0, arrives="train")
+    assert odd.calls() == page_of().calls()
+
+
+def test_without_a_rope_no_brake_is_refused_in_words_and_the_rest_answered():
+    page = page_of(on_rope="none", shown="none")
+    shown, drops, _ = page.compute()
+    assert drops["none"] == (None, NO_ROPE)
+    assert drops["full"][0].feasible
+    assert len(page.calls()) == 3
+    assert verdict(*drops[shown]).startswith("Cannot: there is no rope")
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"shown": "full"}, "STOPPED: in 13.34 ms, after 0.3104 mm of slip"),
+        ({"shown": "value", "vacuum": 5e3}, "BOTTOMED_OUT: the travel of 60 mm is used up"),
+        ({"shown": "full", "mass": 0.1, "speed": 0.5}, "NEVER_SLID"),
+        ({"shown": "tuned", "speed": 5.0}, "Cannot: 5 m/s is too fast for 40 mm"),
+        ({"shown": "none"}, "STOPPED: in 12.51 ms"),
+        ({"shown": "value", "vacuum": 60e3, "rope_stiffness": 500.0, "speed": 5.0}, "Cannot: "),
+    ],
+)
+def test_what_happened_in_words(settings, words):
+    shown, drops, _ = page_of(**settings).compute()
+    assert verdict(*drops[shown]).startswith(words)
+    html = table(drops, shown)
+    assert html.count("<tr>") == 10
+    said = notes(drops)
+    assert len(said) == len(set(said))
+
+
+def test_the_table_holds_no_markup_of_others():
+    html = table({"none": (None, "<script>alert(1)</script>")}, "none")
+    assert "<script>" not in html
+
+
+def test_what_is_sent_is_the_record():
+    record = drop(KAPTON, **CASE, vacuum="tuned", travel="40 mm").record
+    made = series(record)
+    time = np.array(made["time"]) / 1e3
+    for key, column, factor in (
+        ("travel", record.travel, 1e3), ("force", record.force, 1.0), ("slip", record.slip, 1e3),
+        ("deceleration", record.force / record.mass - record.gravity, 1.0),
+    ):  # fmt: skip
+        exact = np.interp(time, record.time, column) * factor
+        assert made[key] == pytest.approx(exact, abs=1e-4 * np.abs(exact).max())
+    assert max(made["force"]) == pytest.approx(record.force.max(), rel=1e-4)
+    assert made["slow"] == 100.0 and not made["horizontal"] and made["brake"]
+    bare = series(drop(KAPTON, **CASE, no_brake=True).record)
+    assert not bare["brake"] and bare["slip"] == []
+    assert max(bare["travel"]) == pytest.approx(max(bare["force"]) / 16.8, rel=1e-3)
+    for lasts in (1e-6, 0.01, 0.3, 60.0):
+        assert slowness(lasts) in SLOW
+
+
+def test_the_page_stands_and_follows_its_controls():
+    pages = []
+
+    class Seen(Drop):
+        def __init__(self, desk):
+            super().__init__(desk)
+            pages.append(self)
+
+    async def use() -> None:
+        async with user_simulation(lambda: frame("", [Seen], lambda: None)) as user:
+            await user.open("/")
+            await user.should_see("STOPPED: in 63.94 ms, after 40 mm of slip", retries=300)
+            page = pages[-1]
+            page.desk.put("drop", "shown", "full")
+            await user.should_see("STOPPED: in 13.34 ms, after 0.3104 mm of slip", retries=50)
+            page.desk.put("drop", "direction", "horizontal")
+            await user.should_see("v²/2gd: the force", retries=50)
+            assert [box.visible for box, _ in page._boxes] == [False, True, False, True, False]
+            page.desk.undo()
+            page.desk.undo()
+            await user.should_see("STOPPED: in 63.94 ms, after 40 mm of slip", retries=50)
+            page.desk.put("drop", "speed", 5.0)
+            await user.should_see("Cannot: 5 m/s is too fast for 40 mm", retries=50)
+            assert not page.chart.visible
+
+    asyncio.run(use())

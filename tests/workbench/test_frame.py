@@ -1,0 +1,263 @@
+"""State and links, undo, calls and what is copied, the gate, the runner."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import json
+import shlex
+import subprocess
+import sys
+import zlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from layerjam.errors import LayerjamError, QuantityError
+from layerjam.units import Meaning
+from layerjam.workbench.call import VERBS, Call, Subject
+from layerjam.workbench.charts import POINTS, thin
+from layerjam.workbench.controls import Control, number
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.gate import Gate
+from layerjam.workbench.runner import Runner, Stopped
+from layerjam.workbench.server import is_loopback
+from layerjam.workbench.state import LARGEST, State, from_link, to_link
+
+WORD = st.text(max_size=20)
+VALUE = st.one_of(WORD, st.booleans(), st.floats(allow_nan=False, allow_infinity=False))
+
+
+@given(st.dictionaries(WORD, st.dictionaries(WORD, VALUE, min_size=1, max_size=4), max_size=4))
+def test_a_link_brings_everything_back(settings):
+    state = State(page="pull", brake="choi2018-ptfe", beside="choi2018-kapton", settings=settings)
+    assert from_link(to_link(state)) == state
+
+
+@given(st.text(max_size=300))
+def test_rubbish_is_no_link(text):
+    try:
+        from_link(text)
+    except QuantityError as err:
+        assert "link:" in str(err)
+
+
+def packed(plain: bytes) -> str:
+    return base64.urlsafe_b64encode(zlib.compress(plain, 9)).decode()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        packed(b"0" * (LARGEST + 1)),
+        packed(b"[1, 2]"),
+        packed(b'{"page": 3}'),
+        packed(b'{"settings": {"pull": {"vacuum": NaN}}}'),
+        packed(b'{"settings": {"pull": {"vacuum": [1]}}}'),
+        packed(b'{"settings": [1]}'),
+        packed(b"[" * 100_000),
+        "A" * 40_000,
+    ],
+)
+def test_a_link_of_the_wrong_kind_is_refused(text):
+    with pytest.raises(QuantityError, match="link:"):
+        from_link(text)
+
+
+def test_a_link_never_opens_a_path():
+    for brake in ("/etc/passwd", "../secret.toml", "choi2018-capton"):
+        with pytest.raises(LayerjamError, match="catalogue"):
+            Desk(State(brake=brake))
+        with pytest.raises(LayerjamError, match="catalogue"):
+            Desk(State(line=brake))
+
+
+def test_undo_takes_back_one_step_and_redo_brings_it_again(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr("layerjam.workbench.desk.time.monotonic", lambda: now[0])
+    desk, told = Desk(), []
+    desk.watch(told.append)
+    for value in (1.0, 2.0, 3.0):  # one drag
+        now[0] += 0.1
+        desk.put("pull", "vacuum", value)
+    now[0] += 10
+    desk.put("pull", "vacuum", 9.0)
+    desk.put_brake("choi2018-ptfe")
+    assert (desk.brake.name, desk.get("pull", "vacuum", 0)) == ("choi2018-ptfe", 9.0)
+    assert desk.undo() and desk.brake.name == "choi2018-kapton"
+    assert desk.undo() and desk.get("pull", "vacuum", 0.0) == 3.0
+    assert desk.undo() and desk.get("pull", "vacuum", 0.0) == 0.0
+    assert not desk.undo()
+    assert desk.redo() and desk.redo() and desk.redo()
+    assert (desk.brake.name, desk.get("pull", "vacuum", 0)) == ("choi2018-ptfe", 9.0)
+    assert not desk.redo()
+    assert "undo" in told and "brake" in told
+    with pytest.raises(LayerjamError):
+        desk.put_brake("name = 3\n")
+    assert desk.brake.name == "choi2018-ptfe"
+
+
+def test_a_value_of_a_link_that_is_out_of_bounds_does_not_count():
+    control = Control("vacuum", Meaning("Pa", "vacuum", 0.0, 1e5), 5e4, 0.0, 1e5)
+    for bad in (-1.0, 2e5, "x", True):
+        desk = Desk(State(settings={"pull": {"vacuum": bad}}))
+        assert number(desk, "pull", control) == 5e4
+    assert number(Desk(State(settings={"pull": {"vacuum": 7e4}})), "pull", control) == 7e4
+
+
+def test_what_is_copied_gives_the_same_numbers(tmp_path):
+    call = Call(
+        "tensile", (Subject("choi2018-kapton"),),
+        {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "30 mm"},
+    )  # fmt: skip
+    shown = call.run()
+    words = [sys.executable, "-m", "layerjam.cli.main", *shlex.split(call.command())[1:], "--json"]
+    said = subprocess.run(words, capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert json.loads(said.stdout)["peak_force"] == shown.peak_force
+    code = call.python().replace(").values)", ").peak_force.hex())")
+    said = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path
+    )
+    assert float.fromhex(said.stdout.strip()) == shown.peak_force
+
+
+def test_every_verb_a_page_may_call_is_there():
+    import importlib
+
+    for verb, module in VERBS.items():
+        assert callable(getattr(importlib.import_module(f"layerjam.verbs.{module}"), verb)), verb
+
+
+def test_flags_and_quotes_of_a_command():
+    call = Call("drop", (Subject("my brake.toml"),), {"no_brake": True, "horizontal": False})
+    assert call.command() == "layerjam drop 'my brake.toml' --no-brake"
+
+
+def test_thin_keeps_extremes():
+    import numpy as np
+
+    x = np.linspace(0, 1, 20_000)
+    y = np.sin(40 * x)
+    y[7777], y[12345] = 5.0, np.nan
+    made = thin(x, y)
+    assert len(made) <= POINTS + 2
+    assert max(b for _, b in made if b is not None) == 5.0
+    assert made[0][0] == 0 and made[-1][0] == 1
+
+
+def test_loopback():
+    assert is_loopback("127.0.0.1") and is_loopback("::1") and is_loopback("localhost")
+    assert not is_loopback("0.0.0.0") and not is_loopback("192.168.1.4")
+    with pytest.raises(QuantityError, match="host"):
+        is_loopback("example.org")
+
+
+def through(gate, headers, query=b"", kind="http", body=(b"",)):
+    """(status or None where it was let in, headers sent)."""
+    sent, seen, parts = [], [], list(body)
+
+    async def inside(scope, receive, send):
+        while True:
+            message = await receive()
+            seen.append(message["type"])
+            if message["type"] == "http.disconnect" or not message.get("more_body"):
+                break
+        if kind == "http":
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+
+    async def receive():
+        part = parts.pop(0) if parts else b""
+        return {"type": "http.request", "body": part, "more_body": bool(parts)}
+
+    async def send(message):
+        sent.append(message)
+
+    gate.app = inside
+    raw = [(k.encode(), v.encode()) for k, v in headers.items()]
+    asyncio.run(gate({"type": kind, "headers": raw, "query_string": query}, receive, send))
+    return sent, seen
+
+
+def status(sent):
+    return next((m["status"] for m in sent if m["type"] == "http.response.start"), None)
+
+
+def test_the_gate_on_loopback():
+    gate = Gate(None, token=None, largest=100, local=True)
+    assert status(through(gate, {"host": "localhost:8321"})[0]) == 200
+    assert status(through(gate, {"host": "[::1]:8321"})[0]) == 200
+    assert status(through(gate, {"host": "evil.example:8321"})[0]) == 403
+    own = {"host": "127.0.0.1:8321", "origin": "http://127.0.0.1:8321"}
+    assert status(through(gate, own)[0]) == 200
+    other = {"host": "127.0.0.1:8321", "origin": "http://evil.example"}
+    assert status(through(gate, other)[0]) == 403
+    assert through(gate, other, kind="websocket")[0][0]["type"] == "websocket.close"
+    assert status(through(gate, {"host": "localhost", "content-length": "101"})[0]) == 413
+    _, seen = through(gate, {"host": "localhost"}, body=[b"x" * 60, b"y" * 60, b"z"])
+    assert seen[-1] == "http.disconnect"
+
+
+def test_the_gate_elsewhere_wants_the_token():
+    gate = Gate(None, token="secret", largest=100, local=False)
+    host = {"host": "192.168.1.4:8321"}
+    assert status(through(gate, host)[0]) == 401
+    assert status(through(gate, host, b"token=wrong")[0]) == 401
+    sent, _ = through(gate, host, b"token=secret")
+    assert status(sent) == 200
+    cookie = dict(sent[0]["headers"])[b"set-cookie"].decode()
+    assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
+    assert status(through(gate, {**host, "cookie": "layerjam=secret"})[0]) == 200
+    assert status(through(gate, {**host, "cookie": "layerjam=other"})[0]) == 401
+    assert through(gate, host, kind="websocket")[0][0]["code"] == 1008
+
+
+def test_the_latest_inputs_win():
+    """Ten questions while the first is computed: two computations, the last with the last input."""
+    value, computed, shown = [0], [], []
+
+    async def elsewhere(compute):
+        await asyncio.sleep(0.02)
+        return compute()
+
+    def compute():
+        computed.append(value[0])
+        return value[0]
+
+    async def scene():
+        runner = Runner(compute, lambda result, problem: shown.append(result), elsewhere)
+        first = asyncio.create_task(runner.ask())
+        for i in range(10):
+            value[0] = i
+            await asyncio.sleep(0)
+            await runner.ask()
+        await first
+
+    asyncio.run(scene())
+    assert shown[-1] == 9 and len(computed) <= 3
+
+
+def test_problems_are_words_and_a_stopped_run_says_so():
+    shown = []
+
+    async def elsewhere(compute):
+        return compute()
+
+    def scene(compute):
+        runner = Runner(compute, lambda result, problem: shown.append((result, problem)), elsewhere)
+        asyncio.run(runner.ask())
+
+    def refused():
+        raise QuantityError("slip: 80 mm is beyond\nthe overlap")
+
+    def stopped():
+        raise Stopped
+
+    scene(refused)
+    scene(stopped)
+    assert shown == [(None, "slip: 80 mm is beyond the overlap"), (None, "stopped")]
+    runner = Runner(lambda: None, lambda *_: None, elsewhere)
+    runner.check("fit", 0.5)
+    runner.stop()
+    with pytest.raises(Stopped):
+        runner.check("fit", 0.6)

@@ -1,0 +1,355 @@
+"""The laboratory without a browser: uploads, sidecars, steps, and what is copied from them."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import shlex
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from layerjam.errors import LayerjamError
+from layerjam.identify.readers.workbook import MAX_UNPACKED
+from layerjam.verbs.lab import lab_example
+from layerjam.workbench import uploads as up
+from layerjam.workbench.call import Subject
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages.laboratory_chain import Asked, Chain, report, taken_roles
+from layerjam.workbench.pages.laboratory_drop import practice_files
+from layerjam.workbench.pages.laboratory_files import (
+    Reader,
+    beginning,
+    check_edit,
+    edits_of,
+    put_edits,
+    put_roles,
+    sidecar_text,
+)
+from layerjam.workbench.pages.laboratory_steps import Step, Used, stem_of
+from layerjam.workbench.runner import Stopped
+from layerjam.workbench.uploads import Refused, Upload, Uploads, clean, in_users_toml, is_sidecar
+
+KAPTON = Subject("choi2018-kapton")
+FORCE = [min(7.0 * i, 175 - i) for i in range(60)]
+PULL = b"force,elongation\nN,mm\n" + b"".join(
+    b"%.3f,%.2f\n" % (f, i / 10) for i, f in enumerate(FORCE)
+)
+
+
+def quiet(what: str, share: float) -> None:
+    assert 0 <= share <= 1, what
+
+
+@pytest.fixture(scope="module")
+def practice(tmp_path_factory):
+    return practice_files(tmp_path_factory.mktemp("practice"), quiet)
+
+
+@pytest.fixture
+def tab():
+    made = Uploads()
+    yield made
+    made.close()
+
+
+def few(practice: dict[str, bytes]) -> dict[str, bytes]:
+    """Two friction tests, two pulls at the highest vacuum, one at another, with sidecars."""
+    wanted = ("friction_choi2018-kapton_1", "friction_choi2018-kapton_2", "94.5kPa_7mms_1",
+              "94.5kPa_7mms_2", "40kPa_7mms_1")  # fmt: skip
+    return {n: d for n, d in practice.items() if any(w in n for w in wanted)}
+
+
+def rows_of(tab: Uploads, desk: Desk) -> list:
+    return Reader().rows(tab, edits_of(desk), quiet)
+
+
+@pytest.mark.parametrize("name", ["../../etc/passwd", "..", "C:\\x\\y.csv", "a" * 5000 + ".csv",
+                                  "ev\0il\n\x1b[31m.csv", "", ".", "/", "con.csv", "x.toml/..",
+                                  "\u202egpj.csv"])  # fmt: skip
+def test_a_name_never_becomes_a_path(tab, name):
+    made = tab.take(name, PULL)
+    assert made is not None
+    assert made.path.parent == tab.folder
+    assert made.path.name.startswith("layerjam-file-0001.")
+    assert made.path.suffix in (*up.ENDINGS, ".dat")
+    assert sorted(p.name for p in tab.folder.iterdir()) == [made.path.name]
+    assert len(made.name) <= up.LONGEST_NAME and made.name.isprintable() and made.name
+    assert "/" not in made.name and "\\" not in made.name
+
+
+@given(st.text(max_size=300))
+@settings(max_examples=200, deadline=None)
+def test_a_cleaned_name_is_short_printable_and_stays_as_it_is(name):
+    once = clean(name)
+    assert 0 < len(once) <= up.LONGEST_NAME
+    assert once.isprintable()
+    assert clean(once) == once
+
+
+def test_bounds_in_size_and_number_are_said(tab, monkeypatch):
+    with pytest.raises(Refused, match=r"huge.csv: 954 MB is too large for the page"):
+        tab.room("huge.csv", 10**9)
+    with pytest.raises(Refused, match="is no sidecar"):
+        tab.take("a.csv.toml", b"x" * (up.SIDECAR + 1))
+    monkeypatch.setattr(up, "MOST", 2)
+    tab.take("a.csv", b"1")
+    tab.take("b.csv", b"2")
+    with pytest.raises(Refused, match="2 measurements are the most"):
+        tab.take("c.csv", b"3")
+    monkeypatch.setattr(up, "MOST", 5)
+    monkeypatch.setattr(up, "ALL_TOGETHER", 2)
+    with pytest.raises(Refused, match="all files together"):
+        tab.take("c.csv", b"3")
+    assert up.LARGEST < 64 * 2**20, "a request body is bounded at 64 MB"
+
+
+def test_the_same_content_counts_once_and_the_same_name_is_numbered(tab):
+    tab.take("a.csv", b"1")
+    with pytest.raises(Refused, match=r"b.csv: the same content is here as a.csv"):
+        tab.take("b.csv", b"1")
+    assert tab.take("a.csv", b"2").name == "a (2).csv"
+
+
+def test_the_folder_goes_with_the_tab_and_nothing_comes_after(tab):
+    tab.take("a.csv", PULL)
+    folder = tab.folder
+    tab.close()
+    assert not folder.exists()
+    with pytest.raises(Refused, match="closed"):
+        tab.take("b.csv", b"2")
+
+
+@pytest.mark.parametrize(("name", "data", "why"), [
+    ("empty.csv", b"", "is empty"),
+    ("picture.csv", b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 9, "is binary"),
+    ("cut.xlsx", b"PK\x03\x04" + b"x" * 99, "cannot be read"),
+    ("page.xml", b"<?xml version='1.0'?><a/>", "is XML"),
+])  # fmt: skip
+def test_rubbish_is_refused_in_words_with_the_users_name(tab, name, data, why):
+    tab.take(name, data)
+    (row,) = rows_of(tab, Desk())
+    assert why in row.refused
+    assert "layerjam-file" not in row.refused and str(tab.folder) not in row.refused
+    assert "layerjam-file" not in " ".join(beginning(tab.files[0]))
+
+
+def test_a_workbook_that_unpacks_beyond_memory_is_refused(tab):
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as book:
+        for number in range(9):
+            book.writestr(f"xl/worksheets/sheet{number}.xml", bytes(MAX_UNPACKED // 8))
+    assert len(out.getvalue()) < 1e6
+    tab.take("bomb.xlsx", out.getvalue())
+    (row,) = rows_of(tab, Desk())
+    assert "unpacks to 281 MB" in row.refused
+
+
+def test_a_vacuum_set_on_the_page_stands_in_the_sidecar_and_can_be_undone(tab):
+    tab.take("pull.csv", PULL)
+    desk = Desk()
+    (row,) = rows_of(tab, desk)
+    assert row.asks == "vacuum?" and not row.good
+    put_edits(desk, [row.upload.key], {"vacuum": "80 kPa"})
+    (row,) = rows_of(tab, desk)
+    assert row.good and row.vacuum == 80e3 and row.edited
+    assert up.sidecar_of(row.upload.path).read_text() == 'vacuum = "80 kPa"\n'
+    desk.undo()
+    (row,) = rows_of(tab, desk)
+    assert not row.good and not up.sidecar_of(row.upload.path).exists()
+
+
+def test_columns_signs_and_units_are_corrected_per_file(tab):
+    lines = (b"%d;%.3f;%.2f\n" % (i, -f, i / 10) for i, f in enumerate(FORCE))
+    tab.take("plain.csv", b"".join(lines))
+    tab.take("pull.csv", PULL)
+    desk = Desk()
+    first, second = rows_of(tab, desk)
+    assert "--columns" in first.refused and not second.refused
+    said = {"vacuum": "50 kPa", "columns": "skip,force:N,elongation:mm", "negative": "force"}
+    put_edits(desk, [first.upload.key], said)
+    first, second = rows_of(tab, desk)
+    assert not first.refused and first.good, first.refused
+    assert first.traces[0].force.max() == pytest.approx(max(FORCE))
+    assert any("[read] of its sidecar" in s for s in first.understood)
+    assert not second.edited
+
+
+def test_the_users_sidecar_keeps_its_words_and_the_pages_count():
+    text = '# mine\nvacuum = "40 kPa"\nnote = "new"\n'
+    made = sidecar_text(text, {"vacuum": "50 kPa", "decimal": ","})
+    assert "# mine" in made and 'note = "new"' in made and 'vacuum = "50 kPa"' in made
+    assert '[read]\ndecimal = ","' in made
+    assert sidecar_text(text, {}) == text
+    assert sidecar_text("bad [[", {"vacuum": "1 kPa"}) == "bad [["
+
+
+@pytest.mark.parametrize("changes", [{"vacuum": "2 furlongs"}, {"normal_force": "-1 N"},
+                                     {"decimal": ";"}, {"columns": "a,b"}, {"specimen": "x"},
+                                     {"column": "force"}])  # fmt: skip
+def test_what_is_no_fact_or_answer_is_refused_before_it_is_kept(changes):
+    with pytest.raises(LayerjamError):
+        check_edit(changes)
+
+
+@pytest.mark.parametrize("rubbish", ["[]", "{", '{"a": 3}', '{"a": {"vacuum": 3, "evil": "x"}}',
+                                     "[" * 5000])  # fmt: skip
+def test_rubbish_of_a_link_is_left_out(rubbish):
+    desk = Desk()
+    desk.put("laboratory", "files", rubbish)
+    assert edits_of(desk) in ({}, {"a": {}})
+
+
+def test_a_broken_sidecar_is_said_with_the_users_name(tab):
+    tab.take("con.csv.toml", b"vacuum = [[")
+    tab.take("con.csv", PULL)
+    (row,) = rows_of(tab, Desk())
+    assert "con.csv.toml" in row.refused and "layerjam-file" not in row.refused
+
+
+@pytest.fixture(scope="module")
+def campaign(practice):
+    """A tab with some practice files, divided, and its steps computed."""
+    tab, desk, chain = Uploads(), Desk(), Chain()
+    for name, data in few(practice).items():
+        tab.take(name, data)
+    put_roles(desk, taken_roles(rows_of(tab, desk)))
+    rows = rows_of(tab, desk)
+    chain.run(rows, KAPTON, KAPTON.name, Asked(), tab.folder, quiet)
+    yield tab, rows, chain
+    tab.close()
+
+
+def test_practice_files_calibrate_the_brake_they_were_made_with(campaign):
+    _, rows, chain = campaign
+    assert all(r.synthetic and r.good for r in rows)
+    truth = lab_example()
+    assert "scale_factor = 0.92" in truth and 'stiffness = "120 kN/m"' in truth
+    fitted = chain.done["calibrate"].answer
+    product = fitted.scale_factor * chain.done["friction"].answer.kinetic
+    assert product == pytest.approx(0.92 * 0.235, rel=0.05)
+    assert fitted.stiffness == pytest.approx(120e3, rel=0.03)
+    assert chain.done["validate"].answer.mape < 0.06
+
+
+def test_what_is_written_and_said_names_files_as_the_user_does(campaign):
+    tab, _, chain = campaign
+    for done in chain.done.values():
+        shown = json.dumps([dict(done.answer.values), list(done.answer.warnings)], default=str)
+        for text in (shown, done.text, done.step.python(), done.step.command()):
+            assert "layerjam-file" not in text and str(tab.folder) not in text
+        assert done.picture.lstrip().startswith("<svg")
+    names = [f["name"] for f in chain.done["calibrate"].brake.notes["files"]]
+    assert names == [n for n in chain.done["calibrate"].step.names.values()]
+
+
+def test_what_is_copied_gives_the_same_numbers(campaign, practice, tmp_path, monkeypatch):
+    _, _, chain = campaign
+    for name, data in few(practice).items():
+        (tmp_path / name).write_bytes(data)
+    monkeypatch.chdir(tmp_path)
+    for verb in ("friction", "calibrate", "validate"):
+        done, space = chain.done[verb], {}
+        with contextlib.redirect_stdout(io.StringIO()):
+            exec(done.step.python(), space)
+        for key in ("static", "kinetic", "scale_factor", "stiffness", "mape", "rmse"):
+            if key in done.answer.values:
+                assert space["answer"].values[key] == done.answer.values[key]
+
+
+def test_the_command_says_the_same_as_python(campaign, practice, tmp_path, monkeypatch, capsys):
+    from layerjam.cli.main import main
+
+    _, _, chain = campaign
+    for name, data in few(practice).items():
+        (tmp_path / name).write_bytes(data)
+    monkeypatch.chdir(tmp_path)
+    for verb in ("friction", "calibrate"):
+        words = shlex.split(chain.done[verb].step.command())
+        monkeypatch.setattr("sys.argv", [*words, "--json"])
+        with contextlib.suppress(SystemExit):
+            main()
+        said = json.loads(capsys.readouterr().out)
+        key = "kinetic" if verb == "friction" else "scale_factor"
+        assert said[key] == chain.done[verb].answer.values[key]
+
+
+def test_a_step_whose_inputs_stand_is_not_computed_again(campaign):
+    tab, rows, chain = campaign
+    before = dict(chain.done)
+    chain.run(rows, KAPTON, KAPTON.name, Asked(), tab.folder, quiet)
+    assert all(chain.done[v] is before[v] for v in before)
+
+
+def test_sampling_is_never_begun_unasked_and_can_be_stopped(campaign):
+    tab, rows, _ = campaign
+    chain, asked = Chain(), Asked(depth="bayesian")
+    chain.run(rows, KAPTON, KAPTON.name, asked, tab.folder, quiet)
+    assert "press 'Sample'" in chain.instead["calibrate"] and "validate" not in chain.done
+
+    def stop(what: str, share: float) -> None:
+        if what.startswith("calibrate"):
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        chain.run(rows, KAPTON, KAPTON.name, asked, tab.folder, stop, sample=True)
+    assert "stopped" in chain.instead["calibrate"]
+    chain.run(rows, KAPTON, KAPTON.name, asked, tab.folder, quiet)
+    assert "press 'Sample'" in chain.instead["calibrate"]
+
+
+def test_a_brake_is_not_written_over_the_one_it_is_made_from(campaign):
+    tab, rows, chain = campaign
+    fitted = chain.done["calibrate"]
+    again = Chain()
+    brake = Subject(fitted.step.out, fitted.brake)
+    again.run(rows, brake, fitted.brake.name, Asked(), tab.folder, quiet)
+    assert again.done["calibrate"].step.out == "choi2018-kapton-again-calibrated.toml"
+    assert again.done["friction"].step.subjects == (brake,)
+    assert again.done["calibrate"].step.subjects == ()
+
+
+def test_a_report_names_files_as_the_user_does(campaign):
+    tab, rows, _ = campaign
+    done = report(rows, KAPTON, KAPTON.name, Asked(), tab.folder, quiet)
+    assert {"report.html", "report.pdf", "results.json", "numbers.csv"} <= set(done.pages)
+    for name in ("report.html", "results.json", "numbers.csv"):
+        text = done.pages[name].decode()
+        assert "layerjam-file" not in text and str(tab.folder) not in text, name
+        assert "friction_choi2018-kapton_1.csv" in text, name
+    assert not (tab.folder / "choi2018-kapton-report").exists()
+
+
+def test_names_in_toml_and_copied_text_are_quoted():
+    odd = 'my "best" \\ pull.csv'
+    text = in_users_toml('a = "peak of layerjam-file-0001.csv"', {"layerjam-file-0001.csv": odd})
+    import tomllib
+
+    assert tomllib.loads(text) == {"a": f"peak of {odd}"}
+    upload = Upload(odd, Path("/nowhere/layerjam-file-0001.csv"), "0" * 64, 1)
+    step = Step("pull", (("", (Used(upload, ""),)),))
+    assert shlex.split(step.command()) == ["layerjam", "pull", odd]
+    space: dict = {}
+    exec(step.python().splitlines()[2].replace("layerjam.pull", "list"), space)
+    assert space["answer"] == [odd]
+    dashed = replace(upload, name="-x.csv")
+    assert "./-x.csv" in Step("pull", (("", (Used(dashed, ""),)),)).command()
+
+
+@given(st.text(max_size=80))
+@settings(max_examples=100, deadline=None)
+def test_a_stem_is_safe_in_a_path(name):
+    stem = stem_of(name)
+    assert stem and os.path.basename(stem) == stem and stem not in (".", "..")
+    assert stem.isascii() and len(stem) <= 60
+
+
+def test_a_sidecar_is_told_from_a_brake():
+    assert is_sidecar("a.csv.toml") and is_sidecar("pull_94.5kPa.TRA.toml")
+    assert not is_sidecar("spec.toml") and not is_sidecar("a.csv")

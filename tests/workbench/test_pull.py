@@ -1,0 +1,168 @@
+"""The page of pulls without a browser: its questions, overlaid files, what it gives away."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import shlex
+
+import numpy as np
+import pytest
+
+from layerjam.cli.main import main
+from layerjam.device.load import load
+from layerjam.verbs.judder import judder
+from layerjam.verbs.predict import show, tensile
+from layerjam.workbench import takeaway
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages.pull import Pull, _file
+from layerjam.workbench.pages.pull_chart import pulled, round_up
+from layerjam.workbench.pages.pull_files import Reading, in_users_names, laid_out, read
+from layerjam.workbench.state import State
+
+KAPTON = "choi2018-kapton"
+PULL = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "30 mm"}
+
+
+class Ticks:
+    def tell(self, what: str, share: float) -> None:
+        assert 0 <= share <= 1
+
+
+@pytest.fixture
+def page_of():
+    made: list[Pull] = []
+
+    def make(**settings) -> Pull:
+        page = Pull(Desk(State(page="pull", settings={"pull": settings})))
+        page.waiting = Ticks()  # the line that says so is only made with the page
+        made.append(page)
+        return page
+
+    yield make
+    for page in made:
+        page.uploads.close()
+
+
+def measured(scale: float = 1.0) -> bytes:
+    """A pull as a machine would write it: the model's curve with a known error."""
+    record = tensile(KAPTON, **PULL).record
+    rows = zip(record.time, record.elongation * 1e3, record.force * scale, strict=True)
+    lines = ["Time (s),Extension (mm),Load (N)"]
+    lines += [f"{t:.6f},{x:.6f},{f:.6f}" for t, x, f in rows]
+    return "\n".join(lines).encode()
+
+
+def test_each_model_asks_its_verb(page_of):
+    page = page_of(vacuum=60e3, travel=0.03)
+    assert page.compute()[0].values == tensile(KAPTON, **PULL).values
+    stack = page_of(vacuum=60e3, travel=0.03, model="stack").compute()[0]
+    assert stack.values == tensile(KAPTON, **PULL, model="stack").values
+    call = page_of(vacuum=60e3, model="judder", damping=5.0).calls()[0]
+    assert call.command() == (
+        "layerjam judder choi2018-kapton --vacuum '60 kPa' --speed '1 mm/s' --damping '5 N s/m'"
+    )
+
+
+def copied(page: Pull) -> str:
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        exec(page.calls()[0].python(), {})
+    return said.getvalue().strip()
+
+
+def test_copied_python_gives_the_same_numbers(page_of):
+    page = page_of(vacuum=60e3)
+    assert copied(page) == str(page.compute()[0].values)
+
+
+@pytest.mark.slow
+def test_the_saw_is_that_of_judder_and_its_copy(page_of):
+    page = page_of(vacuum=60e3, model="judder", damping=5.0)
+    answer = page.compute()[0]
+    own = judder(KAPTON, vacuum="60 kPa", speed="1 mm/s", damping="5 N s/m")
+    assert answer.values == own.values
+    assert copied(page) == str(answer.values)
+
+
+def test_files_are_held_against_the_model_and_what_is_left_over_is_drawn(page_of):
+    page = page_of(vacuum=20e3)
+    page.uploads.take("../../a pull.csv.toml", b'vacuum = "60 kPa"\n')
+    page.uploads.take("../../a pull.csv", measured(1.1))
+    answer, whole, reading = page.compute()
+    assert [c.verb for c in page.calls()] == ["tensile", "pull", "validate"]
+    assert not reading.lacking
+    (curve,) = reading.curves
+    assert curve.vacuum == 60e3
+    # ten percent more than the model leaves a tenth of it over
+    np.testing.assert_allclose(curve.residual, 0.1 * curve.model, rtol=0.02)
+    np.testing.assert_array_equal(curve.residual, curve.measured - curve.model)
+    assert list(reading.named(p) for p in reading.understood.understood) == ["a pull.csv"]
+    assert page.calls()[2].command() == "layerjam validate choi2018-kapton 'a pull.csv'"
+    chart = pulled(answer, whole, reading, False)
+    below = [s for s in chart["series"] if s["yAxisIndex"] == 1]
+    assert [s["name"] for s in below] == ["60 kPa, a pull.csv, left over"]
+    drawn = [y for _, y in below[0]["data"] if y is not None]
+    assert min(drawn) > 0
+    # cursor: every curve has its points at the same places
+    assert len({tuple(x for x, _ in s["data"]) for s in chart["series"]}) == 1
+    # read once: dragging the vacuum leaves the files alone
+    assert page.compute()[2] is reading
+
+
+def test_a_file_without_a_vacuum_takes_the_one_given_for_it(page_of):
+    page = page_of(vacuum=20e3, files_vacuum=60e3)
+    page.uploads.take("pull.csv", measured())
+    reading = page.compute()[2]
+    assert reading.lacking
+    assert reading.curves[0].vacuum == 60e3
+    assert reading.curves[0].mape < 0.01
+    page.desk.put("pull", "files_vacuum", 30e3)
+    assert page.compute()[2].curves[0].vacuum == 30e3
+
+
+@pytest.mark.parametrize("rubbish", [b"", b"\x00\xff" * 500, b"no numbers here\n", b"a,b\n1,2\n"])
+def test_rubbish_is_refused_in_words_and_the_pull_stays(page_of, rubbish):
+    page = page_of()
+    page.uploads.take("rubbish.csv", rubbish)
+    answer, _, reading = page.compute()
+    assert answer.peak_force > 0
+    assert "rubbish.csv" in reading.problem
+    assert "layerjam-" not in reading.problem
+    assert "/" not in reading.problem.replace("and/or", "")
+
+
+def test_no_file_no_question(page_of):
+    page = page_of()
+    assert laid_out(page.uploads) == ()
+    assert read((), page.desk.brake_subject(), "1 kPa", print) == Reading()
+    assert in_users_names("as it is", ()) == "as it is"
+
+
+def test_the_force_axis_stands_still_while_vacuum_is_dragged():
+    whole = show(KAPTON)
+    tops = set()
+    for vacuum in ("5 kPa", "50 kPa", "101 kPa"):
+        chart = pulled(tensile(KAPTON, **PULL | {"vacuum": vacuum}), whole, Reading(), False)
+        tops.add(chart["yAxis"]["max"])
+    assert tops == {200.0}
+    for force in (0.3, 7.0, 188.6, 1900.0):
+        assert force < round_up(force) < 2 * force
+
+
+@pytest.mark.parametrize("ending", ["svg", "png"])
+def test_the_figure_taken_away_is_that_of_the_command(page_of, tmp_path, capsys, ending):
+    page = page_of(vacuum=60e3, travel=0.03)
+    answer, _, reading = page.compute()
+    out = tmp_path / f"figure.{ending}"
+    command = shlex.split(page.calls()[0].command())[1:]
+    assert main([*command, "--figure", str(out), "--json"]) == 0
+    capsys.readouterr()
+    assert _file("figure", ending, answer, reading) == out.read_bytes()
+
+
+def test_the_record_taken_away_reads_back(tmp_path):
+    answer = tensile(KAPTON, **PULL)
+    text = takeaway.record_bytes(answer.record).decode()
+    assert text.startswith("# layerjam")
+    assert load(KAPTON).name in text

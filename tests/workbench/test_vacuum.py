@@ -1,0 +1,136 @@
+"""The vacuum page without a browser: questions, words, the line's numbers."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import io
+
+import pytest
+from nicegui.testing import user_simulation
+
+from layerjam.errors import LayerjamError
+from layerjam.verbs.edit_line import FIELDS, edit_line
+from layerjam.verbs.regulate import regulate
+from layerjam.verbs.vacuum_line import rise
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages.line_fields import LineFields
+from layerjam.workbench.pages.vacuum import FAULT, Vacuum, detection, in_figures, verdict
+from layerjam.workbench.shell import frame
+from layerjam.workbench.state import State, from_link, to_link
+
+SEEN = {"sensor_range": "103 kPa", "noise": "50 Pa", "duration": "20 s", "sample_time": "10 ms"}
+
+
+def page_of(line: str = "choi2018", **settings) -> Vacuum:
+    return Vacuum(Desk(State(page="vacuum", line=line, settings={"vacuum": settings})))
+
+
+def test_nothing_is_regulated_until_a_safe_state_is_chosen():
+    page = page_of(fault="leak")
+    assert [call.verb for call in page.calls()] == ["rise"]
+    page.desk.put("vacuum", "safe_state", "hold")
+    assert [call.verb for call in page.calls()] == ["rise", "regulate"]
+    # a link cannot choose one that is none
+    assert [c.verb for c in page_of(safe_state="whatever").calls()] == ["rise"]
+
+
+def test_the_page_asks_what_the_verbs_answer():
+    page = page_of(safe_state="release", fault="sensor-nan", fault_at=8.0)
+    (risen, _), (loop, _) = page.compute()
+    assert risen.values == rise("choi2018", target="60 kPa").values
+    own = regulate("choi2018", target="60 kPa", safe_state="release", fault="sensor-nan",
+                   fault_at="8 s", **SEEN)  # fmt: skip
+    assert loop.values == own.values
+
+
+def test_copied_python_gives_the_same_numbers():
+    page = page_of(safe_state="hold", fluid="water", kind="bang-bang")
+    for call, (answer, _) in zip(page.calls(), page.compute(), strict=True):
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            exec(call.python(), {})
+        assert said.getvalue().strip() == str(answer.values)
+
+
+def test_a_link_brings_line_and_settings_back():
+    text = edit_line("choi2018", {"chamber.volume": "5 mL"}, name="mine").text
+    page = page_of(text, safe_state="hold", target=40e3)
+    again = Vacuum(Desk(from_link(to_link(page.desk.state))))
+    assert again.calls() == page.calls()
+    assert again.calls()[0].subjects[0].name == "mine.toml"
+
+
+def test_a_line_with_a_sensor_takes_its_own():
+    text = edit_line("choi2018", takes={"sensor": "nxp-mpx5100dp"}).text
+    assert "noise" not in page_of(text, safe_state="hold").calls()[1].options
+
+
+@pytest.mark.parametrize("fault", [f for f in FAULT.words if f != "none"])
+def test_the_verdict_in_words(fault):
+    page = page_of(safe_state="release", fault=fault, fault_at=0.5, duration=10.0)
+    loop, refused = page.compute()[1]
+    assert not refused
+    words = verdict(loop)
+    assert words.startswith("From 0.5 s on ")
+    assert ("said nothing" in words) == (loop.outcome == "HEALTHY")
+    if loop.outcome != "HEALTHY":
+        assert "release: pump off, vent open" in words
+        assert in_figures(loop).ripple is None
+    assert detection(loop).count("<dt>") == 8
+
+
+def test_refusals_are_words_and_leave_the_other_answer():
+    page = page_of(safe_state="hold", sample_time=0.5)  # beyond the slider; within the bounds
+    (risen, _), (loop, refused) = page.compute()
+    assert risen is not None and loop is None
+    assert refused.startswith("sample_time: 0.5 s is not allowed")
+    tight = edit_line("choi2018", {"leak.laminar": "5 mL/s"}).text
+    (risen, _), (loop, refused) = page_of(tight, safe_state="hold").compute()
+    assert not risen.feasible and "target" in refused
+
+
+def test_the_page_stands_and_the_line_can_be_changed():
+    pages = []
+
+    class Seen(Vacuum):
+        def __init__(self, desk):
+            super().__init__(desk)
+            pages.append(self)
+
+    async def use() -> None:
+        async with user_simulation(lambda: frame("", [Seen], lambda: None)) as user:
+            await user.open("/")
+            await user.should_see("10 to 90 % in 1.58 s", retries=300)
+            await user.should_see("Nothing is regulated until a safe state is chosen")
+            page = pages[-1]
+            page.desk.put("vacuum", "safe_state", "release")
+            await user.should_see("HEALTHY: risen to 60 kPa", retries=100)
+            line: LineFields = page.line
+            assert set(line._rows) == set(FIELDS)
+            typed = line._rows["chamber.volume"]
+            typed.set_value("15.006")  # in the unit shown
+            line._read("chamber.volume")
+            assert page.desk.line.line.chamber.volume == pytest.approx(15.006e-6)
+            assert page.desk.line.name == "choi2018-edited"
+            await user.should_see("10 to 90 % in 3.16 s", retries=100)
+            typed.set_value("15 kPa")
+            line._read("chamber.volume")
+            assert "units of m^3" in typed.error
+            # a tube stands only with its bore; its length waits for it
+            line._rows["tube.length"].set_value("1 m")
+            line._read("tube.length")
+            assert "tube.bore" in line._rows["tube.length"].error
+            line._rows["tube.bore"].set_value("3 mm")
+            line._read("tube.bore")
+            assert page.desk.line.line.tube.length == 1.0
+            line._takes("valve", "smc-vt307v")
+            assert page.desk.line.parts["valve"] == "smc-vt307v"
+            for _ in range(3):
+                page.desk.undo()
+            assert page.desk.state.line == "choi2018"
+            assert typed.value == "7.503 mL"
+            with pytest.raises(LayerjamError):
+                page.desk.put_line("rubbish = \n")
+
+    asyncio.run(use())
