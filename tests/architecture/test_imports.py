@@ -200,6 +200,7 @@ def test_without_pandas_and_scipy_the_laws_still_answer() -> None:
     assert code == 0 and '"force"' in out
 
 
+@pytest.mark.slow
 def test_to_xarray_without_xarray() -> None:
     code = (
         BLOCKED.format(blocked=("xarray",))

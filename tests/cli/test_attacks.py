@@ -69,6 +69,7 @@ def test_a_key_of_thousands_of_parts_is_refused_at_once(
     assert "a quantity stands in quotes" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_stack_on_a_soft_rig_snaps_as_the_lumped_brake_does(tmp_path: Path) -> None:
     path = tmp_path / "soft.toml"
     path.write_text(load("choi2018-kapton").text.replace("131 kN/m", "1 kN/m"))

@@ -18,7 +18,16 @@ def practice(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("page", examples.pages(), ids=lambda p: str(p.relative_to(examples.ROOT)))
+LONG = ("stack.md", "models.md")
+"""Pages that compile for half a minute."""
+PAGES = [
+    pytest.param(p, id=str(p.relative_to(examples.ROOT)),
+                 marks=[pytest.mark.slow] if p.name in LONG else [])
+    for p in examples.pages()
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_page(page: Path, practice: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "reader"
     shutil.copytree(practice, folder)

@@ -297,6 +297,7 @@ def test_a_weight_at_rest_stays_where_it_is_for_an_hour():
         assert int(last.outcome) in (MOVING, STANDSTILL)
 
 
+@pytest.mark.slow
 def test_it_batches_by_broadcasting_and_by_vmap():
     speed, vacuum = np.array([2.0, 2.5, 3.0]), np.array([[70e3], [94.5e3]])
     whole = stop_in_time(1.0, speed, vacuum, None, ROPE, None, G, 5e-5, MANY, KAPTON)

@@ -11,6 +11,7 @@ from layerjam.cli.demo import demo
 from layerjam.device.load import load
 
 
+@pytest.mark.slow
 def test_twice_in_a_row(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out" / "demo"
     kept = []

@@ -126,11 +126,9 @@ def stacked(parts: Sequence[dict[str, Any]], shares: Sequence[float]) -> dict[st
         under = {} if last else {"name": "", "axisLabel": {"show": False}}
         made["xAxis"].append({**part["xAxis"], **under, "gridIndex": i})
         made["yAxis"].append({**part["yAxis"], "gridIndex": i})
-        ink = part["xAxis"]["axisLabel"]["color"]  # a line's own colour is too faint for words
         made["series"] += [
-            {**series, "xAxisIndex": i, "yAxisIndex": i,
-             "endLabel": {**series.get("endLabel", {}), "color": ink}} for series in part["series"]
-        ]  # fmt: skip
+            {**series, "xAxisIndex": i, "yAxisIndex": i} for series in part["series"]
+        ]
     return made
 
 
@@ -157,9 +155,10 @@ def _series(curve: Curve, ink: str) -> dict[str, Any]:
     }  # fmt: skip
     if curve.dots:
         return made | {"symbolSize": 4}
+    # a line's own colour is too faint for words
     return made | {
         "showSymbol": False, "silent": True,
         "lineStyle": {"width": curve.width, "type": "dashed" if curve.dashed else "solid"},
-        "endLabel": {"show": bool(curve.name), "formatter": "{a}", "color": color,
+        "endLabel": {"show": bool(curve.name), "formatter": "{a}", "color": ink,
                      "distance": 4, "fontSize": 12},
     }  # fmt: skip
