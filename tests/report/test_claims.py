@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from layerjam.report.claims import Verdict, beyond, later, number, statement
+from layerjam.report.claims import Verdict, beyond, number, statement
 
 numbers = st.floats(-1e6, 1e6, allow_nan=False)
 
@@ -37,6 +37,4 @@ def test_statement(holds: bool, verdict: str) -> None:
 
 def test_the_other_two() -> None:
     assert str(beyond("c", "II", 32.0, "%", "why").verdict) == "not reproducible"
-    assert str(later("c", "II", 3.9, "s", "the line").verdict) == "not yet"
-    assert later("c", "II", 3.9, "s", "the line").ours is None
     assert [str(v) for v in Verdict] == ["reproduced", "differs", "not reproducible", "not yet"]

@@ -95,11 +95,3 @@ def beyond(
         claim=claim, section=section, paper=paper, ours=ours, unit=unit,
         verdict=Verdict.NOT_REPRODUCIBLE, why=why,
     )  # fmt: skip
-
-
-def later(claim: str, section: str, paper: float | str | None, unit: str, needs: str) -> Claim:
-    """A claim whose part of the software is not built yet."""
-    return Claim(
-        claim=claim, section=section, paper=paper, ours=None, unit=unit,
-        verdict=Verdict.NOT_YET, why=f"needs {needs}, which this version does not have",
-    )  # fmt: skip

@@ -73,6 +73,16 @@ def density(
     return figure
 
 
+def fig12() -> Figure:
+    """The paper's Fig. 12 from the mass model, beside what others make where a source was read."""
+    from layerjam.design.comparison import comparison
+    from layerjam.device.load import catalogue, load
+
+    brakes = [load(name) for name in catalogue()]
+    rows, sheet, lines, others = comparison(brakes, [b.brake.site.atmosphere for b in brakes])
+    return density(rows, lines, sheet, list(others.looked_for))
+
+
 def _equal_density(axes: Axes) -> None:
     """Straight lines of one force density, named where they leave the picture."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()

@@ -56,7 +56,7 @@ def front(answer: Any) -> Figure:
 
 
 def _draw(axes: Axes, answer: Any, names: list[str]) -> None:
-    scales = [_scale(answer, n) for n in names]
+    scales = [scale(answer, n) for n in names]
     columns = [
         np.array([d[n] * factor for d in answer.front])
         for n, (factor, _) in zip(names, scales, strict=True)
@@ -106,7 +106,7 @@ def _labels(axes: Axes, points: list[tuple[Any, str, str]], aside: float, down: 
         )  # fmt: skip
 
 
-def _scale(answer: Any, name: str) -> tuple[float, str]:
+def scale(answer: Any, name: str) -> tuple[float, str]:
     """Factor from SI, and the unit, in which the middle of the front reads well."""
     unit = answer.units[name]
     if unit == "1":

@@ -21,12 +21,14 @@ from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.trace import Trace
 from layerjam.identify.validation.metrics import Validation
 from layerjam.report import (
+    density_figures,
     fluid_figures,
     impact_figures,
     line_pictures,
     paper_figures,
     paper_impact,
     paper_lab,
+    paper_machines,
     paper_model,
     paper_speed,
     sensor_figures,
@@ -153,6 +155,7 @@ def _claims(lab: dict[str, FilmRun], pool: ThreadPoolExecutor) -> Callable[[str]
         ],
         "damping": [paper_model.damping, paper_impact.claims],
         "density": [paper_model.force_density],
+        "machines": [paper_machines.claims],
     }  # fmt: skip
     begun = {part: [pool.submit(claims) for claims in each] for part, each in of.items()}
     return lambda part: [claim for some in begun.get(part, ()) for claim in some.result()]
@@ -322,8 +325,14 @@ def _parts(lab: dict[str, FilmRun]) -> list[Part]:
                     name="sheets", figure=fig.sheets_and_mass,
                     caption="Peak force over mass as sheets are added to the Kapton brake.",
                 ),
+                Picture(
+                    name="fig12", figure=density_figures.fig12,
+                    caption="Fig. 12 from the mass model, beside devices whose mass and force "
+                    "stand in a source that could be read. Classes without one are not drawn.",
+                ),
             ],
         ),
+        paper_machines.part(),
     ]  # fmt: skip
 
 

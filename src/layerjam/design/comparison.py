@@ -1,0 +1,106 @@
+"""Force over mass of brakes, beside devices that others make (paper III-F, Fig. 12)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from layerjam.design.force_density import SheetLine, one_more_sheet, peak_force, sheet_line
+from layerjam.design.rivals import Rival, Rivals, rivals
+from layerjam.device.brake import mass, sheet_mass
+from layerjam.device.file import BrakeFile
+from layerjam.units import show
+
+KIND = "layer-jamming brake"
+PAPER_VACUUM = 94.5e3
+"""The paper's tests [Pa], and so its 17.5 N a sheet."""
+LOWER = (PAPER_VACUUM, 50e3, 20e3)
+STACKED = (2, 5, 10)
+
+
+def comparison(
+    brakes: Sequence[BrakeFile], vacuums: Sequence[float]
+) -> tuple[list[dict[str, Any]], dict[str, Any], list[SheetLine], Rivals]:
+    """(rows, what a sheet of the first adds, lines of sheet counts, the catalogue of others).
+
+    `vacuums` [Pa] of the brakes, one each; the first is also shown at lower ones and stacked.
+    """
+    others = rivals()
+    first, full = brakes[0], vacuums[0]
+    rows = [_row(file, p) for file, p in zip(brakes, vacuums, strict=True)]
+    rows += [_row(first, p) for p in LOWER if p < full]
+    rows += [_row(first, full, brakes=n) for n in STACKED]
+    rows += [_other(r) for r in others.devices]
+    lines = [sheet_line(f.name, f.brake, p) for f, p in zip(brakes, vacuums, strict=True)]
+    return rows, _sheet(first, others.sheet), lines, others
+
+
+def _row(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
+    brake = file.brake
+    force, weight = brakes * peak_force(brake, vacuum), brakes * mass(brake)
+    stacked = f", {brakes} side by side" if brakes > 1 else ""
+    weighed = "a balance" if brake.weighed_mass is not None else "sheets, sleeve and fittings"
+    factor = file.sources.get("scale_factor")
+    said = f"; scale factor {brake.scale_factor:g}, {factor.sentence()}" if factor else ""
+    return {
+        "name": f"{file.name}{stacked}, {show(vacuum, 'Pa', 4)}",
+        "kind": KIND,
+        "mass": weight,
+        "max_force": force,
+        "force_density": force / weight,
+        "source": f"computed: peak of a pull; mass from {weighed}{said}",
+        "note": _guessed(file),
+        "computed": True,
+        "vacuum": vacuum,
+        "sheets": brake.sheets.count,
+        "brakes": brakes,
+        "torque": None,
+        "lever": None,
+    }
+
+
+def _guessed(file: BrakeFile) -> str:
+    """Said where the friction behind the force was not measured for this brake."""
+    source = file.sources.get("film.kinetic")
+    if source is None or source.kind not in ("handbook", "assumed", "unstated"):
+        return ""
+    conflict = f": {source.conflict}" if source.conflict else ""
+    return f"friction not measured on this brake ({source.kind}){conflict}"
+
+
+def _other(rival: Rival) -> dict[str, Any]:
+    return {
+        "name": rival.name,
+        "kind": rival.kind,
+        "mass": rival.mass,
+        "max_force": rival.force,
+        "force_density": rival.density,
+        "source": rival.source(),
+        "note": rival.note,
+        "computed": False,
+        "vacuum": None,
+        "sheets": None,
+        "brakes": 1,
+        "torque": rival.torque,
+        "lever": rival.lever,
+    }
+
+
+def _sheet(file: BrakeFile, paper: Rival) -> dict[str, Any]:
+    """What one more sheet adds at the vacuum of the paper's tests, beside what the paper prints."""
+    vacuum = min(PAPER_VACUUM, file.brake.site.atmosphere)
+    force, weight = one_more_sheet(file.brake, vacuum)
+    return {
+        "brake": file.name,
+        "vacuum": vacuum,
+        "force_per_sheet": force,
+        "mass_per_sheet": weight,
+        "density_per_sheet": force / weight,
+        "sheet_mass": sheet_mass(file.brake),
+        "paper_force": paper.force,
+        "paper_mass": paper.mass,
+        "paper_density": paper.density,
+        "paper_words": paper.words,
+        "why": "ours counts the sleeve that grows around the sheet; the paper's mass is that of "
+        "the bare sheet",
+    }
