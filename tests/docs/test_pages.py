@@ -33,6 +33,7 @@ COMMANDS = {
     "regulate": "regulate choi2018 --target 60kPa --safe-state release --sensor-range 103kPa",
     "follow": "follow choi2018 choi2018-kapton --profile sine --low 40N --high 60N --period 20s "
     "--duration 20s --speed 1mm/s --safe-state release --sensor-range 103kPa",
+    "array": "array choi2018-kapton --parallel 3 --series 2 --vacuum 94.5kPa",
     "design": "design wrist",
     "sweep": "sweep wrist --out swept",
     "apply": "apply slow-stop",

@@ -14,6 +14,7 @@ from typer.exceptions import Abort, Exit, TyperException
 from layerjam._version import __version__
 from layerjam.cli import (
     apply,
+    array,
     calibration,
     compare,
     design,
@@ -61,6 +62,7 @@ for group in (
     follow,
     plan,
     compare,
+    array,
     design,
     sweep,
     apply,
@@ -94,6 +96,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = app(args=arguments, standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
+        if code == 130:  # typer swallows an interrupt; of a sweep the answer was printed
+            return _say("stopped", 130)
         return int(code or 0)
     except Exit as stop:
         return stop.exit_code

@@ -8,7 +8,7 @@ Nothing left: proved that nothing meets them all.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -123,8 +123,11 @@ ROUNDS = 24
 class Boxes:
     """Boxes of designs of one search; `prove` says whether constraints can be met together."""
 
-    def __init__(self, search: Search) -> None:
+    def __init__(
+        self, search: Search, progress: Callable[[str, float], None] | None = None
+    ) -> None:
         self.search, self.grid = search, search.spec.grid
+        self.progress = progress or (lambda *_: None)
         tied = "usable_travel" not in self.grid.axes
         self.names = tuple(self.grid.axes)
         self.signs: dict[str, list[int | None]] = {}
@@ -172,6 +175,7 @@ class Boxes:
             first[1:][open_] = 1e3
         while len(low):
             looked += len(low)
+            self.progress("can it be met at all", looked / MOST_BOXES)
             if looked > MOST_BOXES:
                 return Proof(UNKNOWN)
             alive = np.ones(len(low), bool)
@@ -265,14 +269,16 @@ class Killed:
     """By how much it is missed, over the limit."""
 
 
-def impossible(search: Search) -> Killed | None:
+def impossible(
+    search: Search, progress: Callable[[str, float], None] | None = None
+) -> Killed | None:
     """The constraints that cannot be met together, None where that is not proved."""
     spec = search.spec
     found = _physics(search)
     if found is not None:
         return found
     rules = list(spec.constraints)
-    boxes = Boxes(search)
+    boxes = Boxes(search, progress)
     for c in rules:
         if boxes.prove([c]).outcome == IMPOSSIBLE:
             return _told(boxes, c, [])

@@ -100,6 +100,9 @@ class _Parser:
         for key in self.tables:
             if key not in _TOP | _TABLES:
                 raise self.fail(key, str(UnknownNameError("key", key, _TOP | _TABLES)))
+        name = self.tables.get("name", Path(str(self.path)).stem)
+        if not isinstance(name, str):
+            raise self.fail("name", "name must be a text in quotes")
         brake, line = self.brake(), self.line()
         if line is not None and "atmosphere" in self.tables:
             site = replace(line.line.site, atmosphere=brake.brake.site.atmosphere)
@@ -116,7 +119,7 @@ class _Parser:
         constraints = self.constraints(known) + _of_need(need)
         objectives = self.objectives({*asked.all_names})
         return Spec(
-            name=str(self.tables.get("name", Path(str(self.path)).stem)), brake=brake, line=line,
+            name=name, brake=brake, line=line,
             grid=grid, asked=asked, constraints=constraints, objectives=objectives,
             scatter=self.scatter(brake), text=self.text, notes=tuple(self.notes),
         )  # fmt: skip

@@ -9,19 +9,23 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.design.bounds import Killed, impossible
+from layerjam.design.design_file import design_file, plain_name
 from layerjam.design.merit import MERITS, VARIABLES
-from layerjam.design.refine import Refined, refine, sensitivities
+from layerjam.design.refine import Refined, changed, refine, sensitivities
 from layerjam.design.robust import robustness
 from layerjam.design.search import Found, Search
 from layerjam.design.spec import load_spec
 from layerjam.design.verdict import binding, forbidden, named, why_lost, why_none
 from layerjam.design.wishes import Spec
+from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
+from layerjam.units import Meaning
 from layerjam.verbs.answer import Answer
 
 UNITS = {n: m.unit for n, m in {**VARIABLES, **MERITS}.items()}
 MOST_SHOWN = 500
 """Designs of the front in the answer; `sweep` writes all of them."""
+WHICH = Meaning("1", "number of a design", whole=True)
 SWEEP = 300_000_000
 """More designs than these are left to `sweep`, which can be stopped and goes on."""
 
@@ -53,11 +57,32 @@ def design(
             f"designs: {asked.grid.size} are more than {SWEEP} in memory; use `layerjam sweep`"
         )
     search = Search(asked)
-    killed = impossible(search)
+    killed = impossible(search, progress)
     if killed is not None:
         return cannot(search, None, killed)
     found = search.all(progress)
     return answer(search, found)
+
+
+def brake_of(answer: Answer, number: int | None = None) -> BrakeFile:
+    """One brake of an answer's design as a file: by the design's number, or the refined one.
+
+    Of brakes in series and in parallel it is one. Numbers that were fitted or measured on the brake
+    the design began from are said to be that one's. Raises QuantityError for a number that is none.
+    """
+    found: Designed = answer.record
+    spec, grid = found.spec, found.spec.grid
+    if number is None and found.refined is None:
+        raise QuantityError("design: none was found between the steps; give a number")
+    place = number if number is not None else found.refined.number  # type: ignore[union-attr]
+    WHICH.check(place, "number")
+    if place >= grid.size:
+        raise QuantityError(f"number: {place} is none of the {grid.size} designs, from 0 on")
+    point = grid.point(grid.digits(int(place)))
+    if number is None and found.refined is not None:
+        point = changed(point, found.refined.values)
+    name = f"{plain_name(spec.name)}-{place}{'-refined' if number is None else ''}"
+    return design_file(spec, point, grid.values(int(place)), name)
 
 
 def cannot(search: Search, found: Found | None, killed: Killed | None) -> Answer:
@@ -157,4 +182,4 @@ def _notes(spec: Spec) -> list[str]:
     return out
 
 
-__all__ = ["Designed", "answer", "cannot", "design", "named"]
+__all__ = ["Designed", "answer", "brake_of", "cannot", "design", "named"]

@@ -7,18 +7,21 @@ import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from layerjam.device.file import BrakeFile
 from layerjam.fluid.file import LineFile
 from layerjam.verbs.answer import Answer
+
+if TYPE_CHECKING:
+    from layerjam.design.wishes import Spec
 
 VERBS = {
     "show": "predict", "force": "predict", "vacuum": "predict", "tensile": "predict",
     "drop": "impact", "tune": "tuning", "judder": "judder", "rise": "vacuum_line",
     "regulate": "regulate", "follow": "follow", "plan": "plan", "friction": "friction",
     "calibrate": "calibration", "validate": "validation", "pull": "pull", "design": "design",
-    "compare": "compare",
+    "compare": "compare", "array": "array", "apply": "apply",
 }  # fmt: skip
 """Verb and the module of `layerjam.verbs` it lives in."""
 
@@ -32,7 +35,7 @@ class Subject:
     """A brake or line: how the user names it, and the object where it is not the catalogue's."""
 
     name: str
-    file: BrakeFile | LineFile | None = None
+    file: BrakeFile | LineFile | Spec | None = None
 
 
 @dataclass(frozen=True)

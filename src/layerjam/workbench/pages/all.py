@@ -1,12 +1,33 @@
-"""The pages in the order of their tabs."""
+"""The pages in the order of their tabs; a page is loaded when its tab is first opened."""
 
 from __future__ import annotations
 
-from layerjam.workbench.page import Page
-from layerjam.workbench.pages.brake import Brake
-from layerjam.workbench.pages.drop import Drop
-from layerjam.workbench.pages.laboratory import Laboratory
-from layerjam.workbench.pages.pull import Pull
-from layerjam.workbench.pages.vacuum import Vacuum
+import importlib
+from dataclasses import dataclass
 
-PAGES: list[type[Page]] = [Brake, Pull, Drop, Vacuum, Laboratory]
+from layerjam.workbench.page import Page
+
+
+@dataclass(frozen=True)
+class Tab:
+    """A tab: the class `title` in the module `name` beside this one."""
+
+    name: str
+    title: str
+    icon: str
+
+    def load(self) -> type[Page]:
+        """The page; some take a second to import."""
+        module = importlib.import_module(f"layerjam.workbench.pages.{self.name}")
+        kind: type[Page] = getattr(module, self.title)
+        return kind
+
+
+TABS = (
+    Tab("brake", "Brake", "layers"),
+    Tab("pull", "Pull", "straighten"),
+    Tab("drop", "Drop", "south"),
+    Tab("vacuum", "Vacuum", "air"),
+    Tab("laboratory", "Laboratory", "science"),
+    Tab("design", "Design", "tune"),
+)

@@ -1,0 +1,88 @@
+"""A design as a brake's file: what was chosen, what is the given brake's, and what is unsure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+from layerjam.design.merit import Point, brake_of
+from layerjam.design.wishes import Spec
+from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile, read_brake, render
+from layerjam.device.load import catalogue, load, materials
+from layerjam.device.source import Source
+from layerjam.units import get, quantities
+
+CARRIED = ("scale_factor", "stiffness_measured", "fittings_mass")
+"""Numbers of one built brake, which another one need not share."""
+
+
+def design_file(spec: Spec, point: Point, values: Mapping[str, Any], name: str) -> BrakeFile:
+    """One brake of a design, read back from its own text; `values` are the design in words."""
+    base = spec.brake
+    made = _plain(brake_of(point, base.brake))
+    made = replace(
+        made, sheets=replace(made.sheets, count=int(made.sheets.count)), rope=base.brake.rope
+    )
+    film = str(values["film"])
+    told = _film_sources(film, base)
+    sources = {}
+    for path, _, _ in quantities(Brake):
+        now, before = get(made, path), get(base.brake, path)
+        if now is None:
+            continue
+        if path in CARRIED:
+            sources[path] = _carried(path, told if path == "scale_factor" else base.sources, base)
+        elif path.startswith("film."):
+            sources[path] = told.get(path, Source(text=f"film of {film}"))
+        elif now == before:
+            sources[path] = base.sources.get(path, Source())
+        else:
+            sources[path] = Source(kind="inferred", text=f"chosen by the design {spec.name}")
+    file = BrakeFile(
+        name=name, brake=made, sources=sources, text="",
+        title=f"{spec.name}, designed from {base.name}",
+    )  # fmt: skip
+    return read_brake(render(file, name), name, materials())
+
+
+def plain_name(text: str) -> str:
+    """A name that a brake's file may bear, from any words."""
+    kept = re.sub(r"[^\w.+-]+", "-", text, flags=re.ASCII).strip("-.+")
+    return kept[:60] or "design"
+
+
+def _plain(record: Any) -> Any:
+    """A record of floats from one of arrays."""
+    made = {}
+    for f in fields(record):
+        value = getattr(record, f.name)
+        if is_dataclass(value):
+            made[f.name] = _plain(value)
+        elif value is None or value != value:  # NaN stands for a strength that is not known
+            made[f.name] = None
+        else:
+            made[f.name] = float(value)
+    return type(record)(**made)
+
+
+def _film_sources(film: str, base: BrakeFile) -> Mapping[str, Source]:
+    if film in catalogue():
+        return load(film).sources
+    if film in materials()["films"]:
+        said = Source(kind="handbook", text=f"catalogue film {film}")
+        return {f"film.{n}": said for n in ("modulus", "density", "static", "kinetic",
+                                            "friction_on_silicone", "strength")}  # fmt: skip
+    return base.sources if film == base.name else {}
+
+
+def _carried(path: str, sources: Mapping[str, Source], base: BrakeFile) -> Source:
+    old = sources.get(path)
+    said = f" ({old.sentence()})" if old else ""
+    if path == "stiffness_measured":
+        words = f"the sheets' own on the mount of {base.name}{said}"
+    else:
+        words = f"as that of {base.name}{said}"
+    return Source(kind="assumed", text=words, conflict=old.conflict if old else "")

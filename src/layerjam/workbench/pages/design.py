@@ -1,0 +1,82 @@
+"""Design: from a need to a brake, several as one, what others make, and the four machines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from nicegui import ui
+
+from layerjam.workbench import tables
+from layerjam.workbench.call import Call
+from layerjam.workbench.controls import Choice, choice, word
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages.design_arrays import Arrays
+from layerjam.workbench.pages.design_density import Density
+from layerjam.workbench.pages.design_machines import Machines
+from layerjam.workbench.pages.design_need import NeedPart
+from layerjam.workbench.pages.design_part import STYLE, Host, Part
+from layerjam.workbench.waiting import Waiting
+
+PART = Choice(
+    "part",
+    {"need": "From a need", "arrays": "Several as one", "density": "Force over mass",
+     "machines": "Four machines"},
+    "need", help="What this page shows",
+)  # fmt: skip
+
+
+class Design(Host):
+    """Four parts, one of them open; only the open one is computed."""
+
+    name, title, icon = "design", "Design", "tune"
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        self.parts: dict[str, Part] = {
+            "need": NeedPart(self), "arrays": Arrays(self), "density": Density(self),
+            "machines": Machines(self),
+        }  # fmt: skip
+        self.boxes: dict[str, ui.column] = {}
+
+    def build(self) -> None:
+        """The choice of a part, and the parts below it; each is built when first opened."""
+        ui.add_css(tables.STYLE + STYLE)
+        with ui.column().classes("w-full page gap-3"):
+            with ui.row().classes("w-full items-center gap-6 design-head"):
+                choice(self.desk, self.name, PART)
+                self.problem_line()
+            self.waiting = Waiting(self.name, self.runner)
+            for key in self.parts:
+                self.boxes[key] = ui.column().classes("w-full gap-3")
+                self.boxes[key].set_visibility(False)
+        self.desk.watch(lambda _: self._open_part())
+        self._open_part()
+
+    def part(self) -> Part:
+        """The one that is open."""
+        return self.parts[word(self.desk, self.name, PART)]
+
+    def _open_part(self) -> None:
+        now = word(self.desk, self.name, PART)
+        for key, box in self.boxes.items():
+            box.set_visibility(key == now)
+        if not self.parts[now].built:
+            self.parts[now].built = True
+            with self.boxes[now]:
+                self.parts[now].build()
+
+    def calls(self) -> Sequence[Call]:
+        """What the open part asks."""
+        return self.part().calls()
+
+    def compute(self) -> Any:
+        """The open part's answers, and whose they are."""
+        part = self.part()
+        return part, part.compute()
+
+    def draw(self, result: Any) -> None:
+        """Show them where the part is still open."""
+        part, found = result
+        if part is self.part():
+            part.draw(found)

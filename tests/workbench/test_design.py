@@ -1,0 +1,251 @@
+"""The design page without a browser: questions, links, refusals, pictures and tables."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import io
+import json
+import math
+import os
+
+import pytest
+from nicegui.testing import user_simulation
+
+from layerjam.design.spec import examples
+from layerjam.device.load import load
+from layerjam.errors import FileError
+from layerjam.verbs.apply import apply
+from layerjam.verbs.array import array
+from layerjam.verbs.compare import compare
+from layerjam.verbs.design import brake_of, design
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages import design_front as front
+from layerjam.workbench.pages.design import Design
+from layerjam.workbench.pages.design_arrays import array_chart
+from layerjam.workbench.pages.design_density import density_chart
+from layerjam.workbench.pages.design_machines import limits_table
+from layerjam.workbench.pages.design_need import STOPPED, Found, problem
+from layerjam.workbench.shell import frame
+from layerjam.workbench.state import State, from_link, to_link
+
+SMALL = """name = "small <b>"
+brake = "choi2018-kapton"
+constraints = ["holding_force >= 300 N", "mass <= 60 g", "width <= 20 mm"]
+objectives = ["minimise mass", "maximise energy_capacity"]
+[vary]
+count = [11, 21, 31]
+width = { from = "10 mm", to = "30 mm", step = "5 mm" }
+"""
+IMPOSSIBLE = SMALL.replace("300 N", "300 kN")
+
+
+class NoWait:
+    def tell(self, *_) -> None:
+        pass
+
+
+def page_of(brake: str = "choi2018-kapton", **settings) -> Design:
+    page = Design(Desk(State(page="design", brake=brake, settings={"design": settings})))
+    page.waiting = NoWait()
+    return page
+
+
+@pytest.fixture(scope="module")
+def small():
+    return page_of(spec=SMALL).compute()[1].answer
+
+
+def test_the_page_asks_what_the_verbs_answer(small):
+    page = page_of(spec=SMALL)
+    assert small.values == design(page.parts["need"].spec()).values
+    many, one = page_of(part="arrays", parallel=3.0).compute()[1]
+    assert many.values == array("choi2018-kapton", parallel=3, series=2, vacuum="94.5 kPa").values
+    assert one.brakes == 1
+    told = page_of(part="density", ours=60e3).compute()[1]
+    names = ("choi2018-polyester", "choi2018-ptfe-fiberglass", "choi2018-ptfe")
+    assert told.values == compare("choi2018-kapton", *names, vacuum="60 kPa").values
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"spec": SMALL}, {"part": "arrays", "series": 3.0}, {"part": "density"},
+     {"part": "machines", "scenario": "slow-stop"}],
+    ids=lambda s: s.get("part", "need"),
+)  # fmt: skip
+def test_copied_python_gives_the_same_numbers(settings, tmp_path, monkeypatch):
+    page = page_of(**settings)
+    (tmp_path / "small-b.toml").write_text(SMALL)
+    monkeypatch.chdir(tmp_path)
+    found = page.compute()[1]
+    answers = found if isinstance(found, list) else [getattr(found, "answer", found)]
+    for call, answer in zip(page.calls(), answers, strict=True):
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            exec(call.python(), {})
+        assert said.getvalue().strip() == str(answer.values)
+
+
+def test_an_example_is_copied_by_its_name():
+    assert page_of().calls()[0].command() == "layerjam design wrist"
+    assert page_of(spec="stop").calls()[0].command() == "layerjam design stop"
+    assert page_of(spec=SMALL).calls()[0].command() == "layerjam design small-b.toml"
+
+
+def test_a_link_brings_the_specification_back_and_the_brake_it_began_from(small):
+    own = brake_of(small, small.chosen["number"]).text
+    text = SMALL.replace("choi2018-kapton", f"small-b-{small.chosen['number']}.toml")
+    page = page_of(spec=text, begin=own)
+    again = Design(Desk(from_link(to_link(page.desk.state))))
+    again.waiting = NoWait()
+    assert again.parts["need"].spec().brake.text == own
+    assert again.calls()[0].subjects[0].name == "small-b.toml"
+    # another brake on the desk does not take it away
+    again.desk.put_brake("choi2018-ptfe")
+    assert again.parts["need"].spec().brake.text == own
+
+
+def test_nothing_is_searched_twice_and_nothing_anew_that_was_stopped():
+    page = page_of(spec=SMALL)
+    assert page.compute()[1] is page.compute()[1]
+    page = page_of(spec=SMALL)
+    page.waiting.tell = lambda *_: page.runner.check()
+    page.runner.stop()
+    assert page.compute()[1] == Found(None, STOPPED)
+    page.runner.stop_flag.clear()
+    assert page.compute()[1].problem == STOPPED
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [("", None, "brake is missing"), ("rubbish", 1, ""),
+     (SMALL.replace("60 g", "60 s"), 3, "mass"), (SMALL.replace("11,", '"x",'), None, "count"),
+     (SMALL.replace("choi2018-kapton", os.sep + "etc/passwd"), 2, "unknown brake"),
+     ("x" * 20_001, None, "at most 20000")],
+    ids=["empty", "rubbish", "unit", "value", "path", "long"],
+)  # fmt: skip
+def test_refusals_are_words_with_their_line(text, line, words):
+    page = page_of(spec=text)
+    found = page.compute()[1]
+    assert found.answer is None and words in found.problem
+    assert line is None or found.line == line
+    said = problem(found, text)
+    assert "<b>" not in said
+    with pytest.raises(FileError):
+        page.calls()
+
+
+def test_what_kills_a_specification_is_said():
+    found = page_of(spec=IMPOSSIBLE).compute()[1]
+    said = front.verdict(found.answer)
+    assert said.startswith("Not possible: holding_force >= 300 kN cannot be met")
+    assert "before any of the" in said
+
+
+def test_every_point_of_the_picture_bears_its_design(small):
+    names = front.axes(small)
+    made = front.front_chart(small, names, front.CHOSEN, False)
+    rows = front.designs(small)
+    for series in made["series"]:
+        for point in series["data"]:
+            x, y, number = point["value"] if isinstance(point, dict) else point
+            design = rows[small.chosen["number"] if number == front.CHOSEN else number]
+            assert x == pytest.approx(design["mass"] * 1e3, rel=1e-5)
+            assert y == pytest.approx(design["energy_capacity"], rel=1e-5)
+    assert len(made["series"][0]["data"]) == len(small.front) == small.front_size
+    json.dumps(made, allow_nan=False)
+
+
+def test_walking_along_the_front_meets_every_design(small):
+    numbers = front.along(small)
+    assert sorted(numbers) == sorted(d["number"] for d in small.front)
+    masses = [front.designs(small)[n]["mass"] for n in numbers]
+    assert masses == sorted(masses)
+    assert front.picked(small, 10**9)[0] == small.chosen["number"]
+    assert front.picked(small, front.REFINED)[1] is small.refined
+    assert {"mass", "width"} <= set(front.drawable(small))
+
+
+def test_tables_tell_everything_and_escape_it(small):
+    said = front.comparison(small, front.CHOSEN)
+    for words in ("at most 60 g", "at least 300 N", "runner-up", "between the steps", " mm"):
+        assert words in said
+    assert "width &lt;= 20 mm" in front.forbidden(small)
+    assert "all of them" in front.chances(small)
+    assert "1 % more of" in front.slopes(small)
+
+
+def test_pictures_hold_what_was_answered():
+    whole, one = array("choi2018-kapton", parallel=2, series=2), array("choi2018-kapton")
+    made = array_chart(whole, one, True)
+    assert made["series"][0]["name"] == "2 × 2"
+    top = max(y for _, y in made["series"][0]["data"])
+    assert top == pytest.approx(whole.peak_force, rel=1e-4)
+    told = compare("choi2018-ptfe", "choi2018-kapton")
+    made = density_chart(told, False)
+    json.dumps(made, allow_nan=False)
+    drawn = [p["value"] for s in made["series"] if s["type"] == "scatter" for p in s["data"]]
+    assert len(drawn) == len(told.devices)
+    (low, high), (bottom, top) = (
+        (made[a]["min"], made[a]["max"]) for a in ("xAxis", "yAxis")
+    )  # fmt: skip
+    assert all(low < x < high and bottom < y < top for x, y in drawn)
+    # lines of one force over mass are straight and of slope one
+    for series in made["series"]:
+        if series["name"] == "":
+            (x, y), (u, v) = series["data"]
+            assert math.log(v / y) == pytest.approx(math.log(u / x), abs=1e-3)
+
+
+def test_limits_of_a_machine_are_told():
+    answer = apply("slow-stop")
+    said = limits_table(answer)
+    assert said.count("<tr>") == 1 + len(answer.limits) and said.count(">met<") == len(
+        answer.limits
+    )
+
+
+def test_the_page_stands(monkeypatch):
+    pages = []
+
+    class Seen(Design):
+        def __init__(self, desk):
+            super().__init__(desk)
+            pages.append(self)
+
+    async def use() -> None:
+        link = to_link(State(page="design", settings={"design": {"spec": SMALL}}))
+        async with user_simulation(lambda: frame(link, [Seen], lambda: None)) as user:
+            await user.open("/")
+            await user.should_see("designs meet all constraints", retries=300)
+            need = pages[-1].parts["need"]
+            desk = pages[-1].desk
+            first = need._found[1].answer
+            numbers = front.along(first)
+            need.pick(numbers[0])
+            need.walk(1)
+            assert need.wanted() == numbers[1]
+            need.take()
+            assert desk.brake.name == f"small-b-{numbers[1]}"
+            await user.should_see("is on the desk")
+            need.form.write()
+            assert f'brake = "{desk.brake.name}.toml"' in need.editor.value
+            assert desk.get("design", "begin", "") == desk.state.brake
+            desk.put("design", "hold_length", 0.03)
+            need.form.write()
+            assert "no room" in need.form.refused.text
+            need.editor.set_value(IMPOSSIBLE)
+            need.search()
+            await user.should_see("Not possible: holding_force", retries=300)
+            need.editor.set_value("")
+            need.search()
+            await user.should_see("brake is missing", retries=100)
+            desk.put("design", "part", "arrays")
+            await user.should_see("equal brakes share the load evenly", retries=100)
+
+    asyncio.run(use())
+
+
+def test_the_examples_are_those_of_the_program():
+    assert {"wrist", "stop"} <= set(examples())
+    assert load("choi2018-kapton").name == "choi2018-kapton"
