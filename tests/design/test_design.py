@@ -108,6 +108,31 @@ def test_the_runner_up_and_why_it_lost(small):
         assert row["short"] > 0
 
 
+def test_equals_are_said_to_be_equal():
+    """Thicker sheets change nothing that was asked for."""
+    films = '[[film]]\nuse = "choi2018-kapton"\nthickness = ["76.2 um", "127 um"]\n'
+    vary = 'vacuum = ["50 kPa", "90 kPa"]'
+    made = design(read(spec(vary, ["mass <= 30 g"], ["maximise holding_force"], top="") + films))
+    assert made.runner_up["holding_force"] == made.chosen["holding_force"]
+    assert made.runner_up_lost.startswith("it ties in every objective")
+
+
+def test_a_stop_that_no_design_makes_is_said_so():
+    stop = '[stop]\nmass = "75 kg"\nspeed = "2 m/s"\n'
+    for more, words in (([], "none stops"), (["mass <= 30 g"], "meets the other constraints")):
+        text = spec('vacuum = ["80 kPa"]', ["stop_slip <= 30 mm", *more], ["minimise mass"])
+        made = design(read(text + stop))
+        assert not made.feasible and made.killed_by == "stop_slip <= 30 mm"
+        assert words in made.reason and "usable travel" in made.reason
+        assert "all but one" not in made.reason
+
+
+def test_a_name_is_a_text():
+    for name in ("[]", "nan", "true", "1979-05-27"):
+        with pytest.raises(FileError, match="name must be a text"):
+            read(SMALL.replace('name = "', f'name = {name} # "', 1))
+
+
 def test_between_the_steps_is_better_and_within(small):
     better, grid = small.refined, small.record.spec.grid
     assert better["mass"] / better["energy_capacity"] < (
@@ -309,3 +334,10 @@ def test_on_the_command_line(tmp_path, capsys):
     path.write_text(SMALL.replace("150 N", "150"))
     assert main(["design", str(path)]) == 2
     assert "line 4" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("varied", ['usable_travel = ["80 mm"]', 'width = ["1 mm"]'])
+def test_what_cannot_be_built_is_said_and_no_constraint_blamed(varied):
+    answer = design(read(spec(varied, ["mass <= 30 g"], ["minimise mass"])))
+    assert not answer.feasible and answer.killed_by is None
+    assert "can be built" in answer.reason

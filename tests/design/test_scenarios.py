@@ -74,6 +74,11 @@ def test_a_scenario_that_is_none_is_refused_with_its_line(
     assert caught.value.line is not None or "choi" in said
 
 
+def test_a_scenario_without_machine_names_the_machines() -> None:
+    with pytest.raises(FileError, match=r"machine \(which machine: .*seat-belt.*\) is missing"):
+        read_scenario('name = "x"\n', "mine.toml", KINDS)
+
+
 def test_a_regulator_without_safe_state_is_refused() -> None:
     text = "\n".join(
         line for line in text_of("rehabilitation").splitlines() if "safe_state" not in line

@@ -155,6 +155,15 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path, whole):
     assert (tmp_path / "blocks" / "thesis.txt").read_text() == "mine"
 
 
+@pytest.mark.parametrize("theirs", ["front.parquet", "manifest.json"])
+def test_nothing_is_replaced_or_made_beside_what_others_wrote(tmp_path, theirs):
+    (tmp_path / theirs).write_text("mine")
+    with pytest.raises(FileError, match="something else"):
+        sweep(read(), out=tmp_path, block=BLOCK)
+    assert [p.name for p in tmp_path.iterdir()] == [theirs]
+    assert (tmp_path / theirs).read_text() == "mine"
+
+
 def test_two_at_once_are_kept_apart(tmp_path):
     search = Search(read(), BLOCK)
     with Store(tmp_path / "s", search), pytest.raises(FileError, match="at work"):
@@ -242,6 +251,7 @@ def test_a_scheduler_out_of_reach_is_said(tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 0.3)
     with pytest.raises(cluster.ClusterError, match="cannot be reached"):
         sweep(read(), out=tmp_path / "s", block=BLOCK, scheduler="tcp://127.0.0.1:1")
+    assert not (tmp_path / "s").exists()
 
 
 def test_the_mark_changes_with_what_is_asked():

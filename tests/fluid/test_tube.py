@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from layerjam.errors import QuantityError
 from layerjam.fluid.file import load_line
-from layerjam.fluid.line import Chamber, Tube
+from layerjam.fluid.line import Chamber, Tube, validate
 from layerjam.fluid.network import (
     CHAMBER,
     SIDE,
@@ -39,6 +40,21 @@ def test_the_speed_of_sound():
     assert sound_speed(1.4) == pytest.approx(343.2, abs=0.1)
     assert sound_speed() == pytest.approx(sound_speed(1.4) / np.sqrt(1.4))
     assert wave_delay(Tube(length=2.9, bore=1e-3)) == pytest.approx(0.01, rel=1e-3)
+
+
+def test_a_tube_too_short_for_the_integrator_is_refused_in_one_sentence():
+    """No warning of the integrator's beside the error: pytest makes one an error of its own."""
+    with pytest.raises(QuantityError, match="at least 1 mm"):
+        validate(with_tube(0, length=1e-12))
+    stiff = replace(
+        PAPER, chamber=replace(PAPER.chamber, volume_per_slip=4e-5), polytropic=1.2,
+        tube=Tube(length=1e-12, bore=2.5e-3),
+    )  # fmt: skip
+    with pytest.raises(QuantityError, match="cannot be integrated"):
+        respond(stiff, 1.2)
+    assert respond(with_tube(0, length=1e-3), 1.2).vacuum[-1] == pytest.approx(
+        respond(PAPER, 1.2).vacuum[-1], rel=1e-3
+    )
 
 
 def test_at_rest_cells_are_poiseuilles_law():

@@ -33,6 +33,14 @@ def test_the_same_seed_gives_the_same_numbers():
     assert regulate("choi2018", target="60 kPa", seed=4, **SEEN).values != first.values
 
 
+@pytest.mark.parametrize("seed", [-1, 2**64, 10**23])
+def test_a_seed_is_a_whole_number_of_63_bits(seed):
+    with pytest.raises(QuantityError, match="seed"):
+        regulate("choi2018", target="60 kPa", seed=seed, **SEEN)
+    with pytest.raises(QuantityError, match="seed"):
+        follow("choi2018", "choi2018-kapton", profile="sine", **SHAPE, **SEEN, seed=seed)
+
+
 def test_follow_says_what_it_can():
     answer = follow("choi2018", "choi2018-kapton", profile="rehabilitation", **SHAPE, **SEEN)
     assert answer.outcome == "HEALTHY"

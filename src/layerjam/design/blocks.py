@@ -138,6 +138,7 @@ class Store:
 
     def __enter__(self) -> Store:
         parquet()
+        self._foreign()
         try:
             (self.folder / FOLDER).mkdir(parents=True, exist_ok=True)
             self.handle = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT)
@@ -168,6 +169,18 @@ class Store:
         except OSError:
             raise FileError(self.folder, "another sweep is at work in this folder") from None
 
+    def _foreign(self) -> None:
+        """Refuse a folder whose files would be replaced, before anything is written there."""
+        if (self.folder / NOTE).exists():
+            return
+        try:
+            theirs = any((self.folder / name).exists() for name in (MANIFEST, FRONT))
+            theirs = theirs or any((self.folder / FOLDER).glob("*"))
+        except OSError as err:
+            raise FileError(self.folder, f"cannot be read: {err.strerror or err}") from None
+        if theirs:
+            raise FileError(self.folder, "holds files of something else; give an empty folder")
+
     def _claim(self) -> None:
         """Make the folder this sweep's; clear away what a killed one left half written."""
         note = self.folder / NOTE
@@ -179,8 +192,6 @@ class Store:
                     return
             raise FileError(self.folder, "holds a sweep of another specification or version; "
                             "give an empty folder")  # fmt: skip
-        if any((self.folder / FOLDER).iterdir()) or (self.folder / MANIFEST).exists():
-            raise FileError(self.folder, "holds files of something else; give an empty folder")
         said = {"name": self.spec.name, "fingerprint": self.mark, "designs": self.spec.grid.size,
                 "block": self.size, "specification": self.spec.text}  # fmt: skip
         put(note, (json.dumps(said, indent=1) + "\n").encode())

@@ -23,6 +23,7 @@ from layerjam.units import show
 
 MOST_BOXES = 1_000_000
 """Boxes looked at before the answer is left to the sweep."""
+UNBUILDABLE = "none of the designs can be built: travel, overlap and width contradict"
 FEASIBLE, IMPOSSIBLE, UNKNOWN = "feasible", "impossible", "unknown"
 
 _UP: dict[str, str] = {
@@ -175,7 +176,7 @@ class Boxes:
             first[1:][open_] = 1e3
         while len(low):
             looked += len(low)
-            self.progress("can it be met at all", looked / MOST_BOXES)
+            self.progress("can it be met at all", min(looked / MOST_BOXES, 1.0))
             if looked > MOST_BOXES:
                 return Proof(UNKNOWN)
             alive = np.ones(len(low), bool)
@@ -257,8 +258,8 @@ def _cut(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
 class Killed:
     """Why nothing meets a specification: constraints that exclude each other."""
 
-    constraint: str
-    """The one that fails."""
+    constraint: str | None
+    """The one that fails; None where nothing can be built at all."""
     others: tuple[str, ...]
     """Those that must be given up for it; empty where it fails alone."""
     reachable: float | None
@@ -273,12 +274,14 @@ def impossible(
     search: Search, progress: Callable[[str, float], None] | None = None
 ) -> Killed | None:
     """The constraints that cannot be met together, None where that is not proved."""
-    spec = search.spec
+    boxes = Boxes(search, progress)
+    anything = Constraint("mass", False, 0.0)
+    if boxes.prove([anything]).outcome == IMPOSSIBLE:
+        return Killed(None, (), None, "1", UNBUILDABLE)
     found = _physics(search)
     if found is not None:
         return found
-    rules = list(spec.constraints)
-    boxes = Boxes(search, progress)
+    rules = list(search.spec.constraints)
     for c in rules:
         if boxes.prove([c]).outcome == IMPOSSIBLE:
             return _told(boxes, c, [])

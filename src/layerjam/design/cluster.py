@@ -61,12 +61,9 @@ def work(packed: bytes, index: int) -> bytes:
     return encoded(search, index, search.block(index), mark)
 
 
-def spread(search: Search, blocks: Sequence[int], scheduler: str) -> Iterator[tuple[int, bytes]]:
-    """(block, bytes of its file) as the workers finish them, in any order.
-
-    Raises MissingExtraError without Dask and ClusterError where the scheduler or every worker is
-    out of reach, or a block has failed again and again.
-    """
+@contextlib.contextmanager
+def _joined(scheduler: str) -> Iterator[tuple[Any, Any]]:
+    """(Dask's module, a client) of a cluster that has a worker."""
     try:
         import distributed
     except ImportError:
@@ -81,6 +78,22 @@ def spread(search: Search, blocks: Sequence[int], scheduler: str) -> Iterator[tu
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             raise ClusterError(f"scheduler: {scheduler} has no workers") from None
+        yield untyped, client
+
+
+def reach(scheduler: str) -> None:
+    """Raise what `spread` would where there is no cluster; said before a folder is made."""
+    with _joined(scheduler):
+        pass
+
+
+def spread(search: Search, blocks: Sequence[int], scheduler: str) -> Iterator[tuple[int, bytes]]:
+    """(block, bytes of its file) as the workers finish them, in any order.
+
+    Raises MissingExtraError without Dask and ClusterError where the scheduler or every worker is
+    out of reach, or a block has failed again and again.
+    """
+    with _joined(scheduler) as (untyped, client):
         threads = sum(client.nthreads().values())
         packed = pickle.dumps((search.spec, search.size))
         waiting = iter(blocks)
@@ -106,4 +119,4 @@ def spread(search: Search, blocks: Sequence[int], scheduler: str) -> Iterator[tu
             yield index, data
 
 
-__all__ = ["ClusterError", "spread", "work"]
+__all__ = ["ClusterError", "reach", "spread", "work"]

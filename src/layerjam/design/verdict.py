@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from layerjam.design.bounds import by
+from layerjam.design.bounds import UNBUILDABLE, by
+from layerjam.design.merit import STOP_MERITS
 from layerjam.design.search import Found, Search
 from layerjam.design.wishes import EVERY, Constraint, Objective, Spec
 from layerjam.units import show
@@ -41,6 +42,8 @@ def why_lost(
         over = loser[o.name] / winner[o.name] - 1
         text = f"{o.name} {over:+.2%} ({show(loser[o.name], EVERY[o.name].unit)})"
         (worse if step > 0 else better).append(text)
+    if not worse and not better:
+        return "it ties in every objective; of equals the first of the list is chosen"
     lost = " and ".join(worse) or "nothing"
     if len(objectives) == 1:
         return f"it loses by {lost}"
@@ -88,7 +91,7 @@ def why_none(search: Search, found: Found) -> tuple[str, str | None, float | Non
     """Reason, the constraint that kills, and its best value, where a sweep found no design."""
     spec = search.spec
     if not found.built:
-        return "none of the designs can be built: travel, overlap and width contradict", None, None
+        return UNBUILDABLE, None, None
     near = [(spec.constraints[i].short(value), i, value) for i, (value, _) in found.reach.items()]
     if near:
         _, i, value = min(near)
@@ -96,6 +99,13 @@ def why_none(search: Search, found: Found) -> tuple[str, str | None, float | Non
         return f"{c} is not met on this grid while the others hold{by(c, value)}", str(c), value
     worst = max(found.failed, key=lambda i: found.failed[i])
     c = spec.constraints[worst]
+    if c.name in STOP_MERITS and found.failed[worst] == found.built:
+        others = any(o.name not in STOP_MERITS for o in spec.constraints)
+        rest = "meets the other constraints and " if others else ""
+        return (
+            f"{c}: of {found.built} designs none {rest}stops the mass within its usable travel",
+            str(c), None,
+        )  # fmt: skip
     return (
         f"no design meets all but one of the constraints; {c} alone shuts out "
         f"{found.failed[worst]} of {found.built}",

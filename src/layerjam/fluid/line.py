@@ -39,7 +39,7 @@ class Chamber:
 class Tube:
     """The tube between pump and brake; its gas counts with the pump's side unless in cells."""
 
-    length: float = quantity("m", "length of the tube", hi=100, open_lo=True)
+    length: float = quantity("m", "length of the tube", lo=1e-3, hi=100)
     bore: float = quantity("m", "inner diameter of the tube", lo=1e-4, hi=0.1)
     cells: int = quantity(
         "1", "number of cells the tube is divided into, for pressure waves; 0: none", hi=60,

@@ -10,6 +10,7 @@ pressures along it and the flows between them to the state.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -238,10 +239,13 @@ def respond(
 
     waves: dict[str, Any] = {"method": "Radau", "rtol": CLOSE_IN_CELLS, "jac": by_each}
     how = waves if cells(line) else {"method": "LSODA", "rtol": CLOSE}
-    made: Any = solve_ivp(
-        change, (0.0, duration), begin, t_eval=np.linspace(0.0, duration, samples),
-        atol=(1e-8 if cells(line) else 1e-9) * sizes, **how,
-    )  # fmt: skip
+    with warnings.catch_warnings():
+        # what goes wrong is said below, once
+        warnings.filterwarnings("ignore", message="lsoda:", category=UserWarning)
+        made: Any = solve_ivp(
+            change, (0.0, duration), begin, t_eval=np.linspace(0.0, duration, samples),
+            atol=(1e-8 if cells(line) else 1e-9) * sizes, **how,
+        )  # fmt: skip
     if not made.success:
         raise QuantityError(f"line: cannot be integrated over {duration} s: {made.message[:100]}")
     return Response(line=line, time=made.t, states=made.y.T)

@@ -14,7 +14,7 @@ from layerjam.errors import FileError, QuantityError
 from layerjam.identify.logs.table import TIME, Want, read_log
 from layerjam.units import Meaning, show
 from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at, si
-from layerjam.verbs.regulate import DURATION, regulator_of
+from layerjam.verbs.regulate import DURATION, SEED, regulator_of
 from layerjam.verbs.vacuum_line import AnyLine, line_at
 
 SPEED = Meaning("m/s", "speed of the slip", hi=100)
@@ -81,6 +81,7 @@ def follow(
         wanted, slip = _from_file(profile, made.sample_time)
     factor = 1.0 if model_error is None else si(model_error, MODEL, "model error")
     true = replace(device.brake, scale_factor=device.brake.scale_factor * factor)
+    SEED.check(float(seed), "seed")
     off = 0.0 if slip_noise is None else si(slip_noise, SLIP_NOISE, "slip noise")
     done = run(made, device.brake, wanted, slip, brake=true, slip_noise=off, seed=seed)
     half = float(np.ptp(wanted)) / 2

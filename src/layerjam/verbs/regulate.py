@@ -20,6 +20,7 @@ from layerjam.verbs.vacuum_line import FLUIDS, AnyLine, line_at, target_of
 
 FAULT_AT = Meaning("s", "time at which the fault begins", hi=1e5)
 DURATION = Meaning("s", "time to simulate", open_lo=True, hi=1e5)
+SEED = Meaning("1", "seed of the sensor's noise", hi=2**63 - 1, whole=True)
 UNITS = {
     "target": "Pa", "rise_time": "s", "overshoot": "Pa", "steady_error": "Pa", "ripple": "Pa",
     "pump_on": "s", "fault_time": "s", "reachable": "Pa", "gain": "1/Pa", "integral_time": "s",
@@ -117,6 +118,7 @@ def regulate(
     constant = 1 / (made.plant.rate + made.plant.leak)
     length = 12 * constant if duration is None else si(duration, DURATION, "duration")
     upset, broken = _upset(fault, fault_at, made, wanted, length, file)
+    SEED.check(float(seed), "seed")
     loop = simulate(made, [(length, wanted)], upset=upset, seed=seed)
     if fault is not None:
         said += _of_the_fault(fault, upset, loop)

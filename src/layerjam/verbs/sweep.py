@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from layerjam.design.blocks import Store, encoded
+from layerjam.design.blocks import NOTE, Store, encoded
 from layerjam.design.bounds import impossible
 from layerjam.design.search import BLOCK, Search
 from layerjam.design.spec import load_spec
@@ -41,6 +41,10 @@ def sweep(
         made = cannot(search, None, killed)
         return _with(made, str(out), False, search.blocks(), 0, 0, 0)
     total = search.blocks()
+    if scheduler is not None and not (Path(out) / NOTE).exists():
+        from layerjam.design.cluster import reach
+
+        reach(scheduler)
     with Store(out, search) as store:
         todo = store.missing(total)
         found_there = total - len(todo)

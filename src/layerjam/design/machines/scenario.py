@@ -151,6 +151,8 @@ def read_scenario(
     named = tables.get("machine")
     if isinstance(named, dict):
         named = named.get("value")
+    if named is None:
+        raise FileError(path, f"machine ({_HEAD['machine'].text}: {', '.join(kinds)}) is missing")
     if not isinstance(named, str) or named not in kinds:
         raise FileError(
             path, str(UnknownNameError("machine", str(named), kinds)), line_of(text, "machine")

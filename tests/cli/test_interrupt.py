@@ -1,0 +1,64 @@
+"""Ctrl-C: always a word and 130, also while compiled modules are being loaded."""
+
+from __future__ import annotations
+
+import signal
+import time
+
+import pytest
+
+from layerjam.cli import options
+
+from .conftest import Run
+
+
+def test_a_stop_is_said(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(options, "engine", stopped)
+    for words in (("compare",), ("design", "wrist", "--json")):
+        ran = run(*words)
+        assert (ran.code, ran.out, ran.err) == (130, "", "layerjam: stopped\n")
+
+
+def test_an_interrupt_in_jaxs_garbage_callback_is_not_lost() -> None:
+    """Python drops what is raised in a callback of the collector; the command would go on."""
+    passed = []
+
+    def _xla_gc_callback() -> None:
+        signal.raise_signal(signal.SIGINT)
+        passed.append("callback")
+
+    before = signal.getsignal(signal.SIGINT)
+    signal.signal(signal.SIGINT, options._interrupted)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            _xla_gc_callback()
+            for _ in range(500):
+                time.sleep(0.01)
+        assert passed == ["callback"]
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_an_interrupt_amid_loading_waits_for_its_end() -> None:
+    done = []
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt), options._uninterrupted():
+        signal.raise_signal(signal.SIGINT)
+        done.append("loaded")
+    assert done == ["loaded"]
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_command_that_computes_listens_so() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        options.engine()
+        assert signal.getsignal(signal.SIGINT) is options._interrupted
+    finally:
+        signal.signal(signal.SIGINT, before)
