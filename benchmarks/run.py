@@ -18,7 +18,16 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from benchmarks import calibration, control, design, force_law, impact, readers, stack
+from benchmarks import (
+    calibration,
+    control,
+    design,
+    force_law,
+    impact,
+    readers,
+    stack,
+    workbench,
+)
 from benchmarks.timing import Row, median, table
 
 jax.config.update("jax_enable_x64", True)
@@ -72,6 +81,7 @@ def main() -> None:
         ("the regulator", control.rows),
         ("the stack, sheet by sheet", stack.rows),
         ("ten million designs", design.rows),
+        ("the workbench in a browser", workbench.rows),
     ]
     for title, measure in parts:
         print(f"\n{title} ...", flush=True)

@@ -9,36 +9,47 @@ import subprocess
 import sys
 import time
 import urllib.request
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 
-@pytest.fixture(scope="session")
-def workbench():
-    """The address of a workbench of its own; ended afterwards."""
+@contextmanager
+def running(*options, folder=None, tell=subprocess.DEVNULL):
+    """(address, process) of a workbench of its own; its temporary files go into `folder`."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     program = str(Path(sys.executable).with_name("layerjam"))
-    words = [program, "workbench", "--no-show", "--port", str(port)]
+    words = [program, "workbench", "--no-show", "--port", str(port), *options]
     plain = {k: v for k, v in os.environ.items() if not k.startswith(("PYTEST", "NICEGUI"))}
-    process = subprocess.Popen(
-        words, env=plain, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
-    place = f"http://127.0.0.1:{port}/"
+    if folder is not None:
+        plain["TMPDIR"] = str(folder)
+    process = subprocess.Popen(words, env=plain, stdout=subprocess.PIPE, stderr=tell, text=True)
     try:
+        said = process.stdout.readline().split()
+        assert said, "the workbench ended"
+        place = said[1].replace("0.0.0.0", "127.0.0.1")
         for _ in range(300):
             assert process.poll() is None, "the workbench ended"
             try:
                 with urllib.request.urlopen(place, timeout=5):
                     break
             except OSError:
-                time.sleep(0.2)
-        yield place
+                time.sleep(0.1)
+        yield place, process
     finally:
         process.terminate()
         process.wait(30)
+        process.stdout.close()
+
+
+@pytest.fixture(scope="session")
+def workbench():
+    """The address of a workbench; ended afterwards."""
+    with running() as (place, _):
+        yield place
 
 
 @pytest.fixture(scope="session")

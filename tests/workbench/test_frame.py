@@ -6,6 +6,7 @@ import asyncio
 import base64
 import json
 import shlex
+import socket
 import subprocess
 import sys
 import zlib
@@ -16,13 +17,15 @@ from hypothesis import strategies as st
 
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.units import Meaning
+from layerjam.workbench import live
 from layerjam.workbench.call import VERBS, Call, Subject
 from layerjam.workbench.charts import POINTS, thin
 from layerjam.workbench.controls import Control, number
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.gate import Gate
+from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.runner import Runner, Stopped
-from layerjam.workbench.server import is_loopback
+from layerjam.workbench.server import check_free, is_loopback
 from layerjam.workbench.state import LARGEST, State, from_link, to_link
 
 WORD = st.text(max_size=20)
@@ -151,6 +154,51 @@ def test_loopback():
     assert not is_loopback("0.0.0.0") and not is_loopback("192.168.1.4")
     with pytest.raises(QuantityError, match="host"):
         is_loopback("example.org")
+
+
+def test_where_nothing_can_listen_is_told_before_the_server_starts():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(QuantityError, match=f"port: {port} is used"):
+            check_free("127.0.0.1", port)
+    check_free("127.0.0.1", port)
+    with pytest.raises(QuantityError, match="no address of this machine"):
+        check_free("192.0.2.7", port)
+
+
+def test_every_tab_has_its_page():
+    for tab in TABS:
+        assert tab.load().name == tab.name
+
+
+def test_a_chart_is_sent_only_what_changed(monkeypatch):
+    class Chart:
+        def __init__(self):
+            self.props, self.whole = {"options": {}}, 0
+
+        @property
+        def options(self):
+            return self.props["options"]
+
+        def update(self):
+            self.whole += 1
+
+    sent, chart = [], Chart()
+    monkeypatch.setattr(live, "_tell", lambda element, kind, value: sent.append((kind, value)))
+
+    def made(high, tooltip="a", curves=1):
+        return {"xAxis": {"max": 4}, "tooltip": tooltip, "series": [{"data": [[0, high]]}] * curves}
+
+    live.draw(chart, made(1))
+    assert (sent, chart.whole) == ([], 1)
+    live.draw(chart, made(2))
+    assert (sent, chart.whole) == ([("charts", {"series": [{"data": [[0, 2]]}]})], 1)
+    assert chart.options == made(2)
+    live.draw(chart, made(2, curves=2))
+    live.draw(chart, made(2, tooltip="b", curves=2))
+    assert (len(sent), chart.whole) == (1, 3)
 
 
 def through(gate, headers, query=b"", kind="http", body=(b"",)):

@@ -21,9 +21,7 @@ def workbench(
 ) -> int:
     """Open the workbench: the whole of layerjam on a page of your browser."""
     from layerjam.cli import options as opt
-
-    opt.engine()
     from layerjam.workbench.server import serve
 
-    serve(host=host, port=port, show=show)
+    serve(host=host, port=port, show=show, engine=opt.engine)
     return 0

@@ -10,9 +10,7 @@ from nicegui import ui
 from layerjam.errors import QuantityError
 from layerjam.units import Meaning, exact_text, show, unit_factor, usual_unit
 from layerjam.workbench.desk import Desk
-
-MOVES = 0.04
-"""Least time between two messages of a slider being dragged [s]."""
+from layerjam.workbench.live import Bar
 
 
 @dataclass(frozen=True)
@@ -52,11 +50,15 @@ class Control:
         """The value as the verbs take it, with its unit."""
         return exact_text(value, self.meaning.unit)
 
+    @property
+    def digits(self) -> int:
+        """Digits behind the point, in the shown unit, that tell the slider's steps apart."""
+        step = (self.high - self.low) / self.steps / self.factor
+        return max(0, -int(f"{step:e}".split("e")[1]))
+
     def rounded(self, value: float) -> float:
         """The SI value of the nearest step of the slider, short in the shown unit."""
-        step = (self.high - self.low) / self.steps / self.factor
-        digits = max(0, -int(f"{step:e}".split("e")[1]))
-        return float(f"{value / self.factor:.{digits}f}") * self.factor
+        return float(f"{value / self.factor:.{self.digits}f}") * self.factor
 
 
 @dataclass(frozen=True)
@@ -109,22 +111,28 @@ def slider(
                 f'aria-label="{control.name} [{control.shown_unit}]" data-testid="{ident}-number" '
                 'hide-bottom-space'
             ).classes("w-36")  # fmt: skip
-        bar = ui.slider(
-            min=control.low / factor, max=control.high / factor,
-            step=(control.high - control.low) / factor / control.steps,
-        ).props(f'aria-label="{control.name}" data-testid="{ident}" dense')  # fmt: skip
+        bar = Bar(min=0, max=1).props(f'aria-label="{control.name}" data-testid="{ident}" dense')
+    bar.beside(field)
+    filling = False
+
+    def span() -> None:
+        low, high = control.low / factor, control.high / factor
+        bar.way(low, high, (high - low) / control.steps, control.digits)
 
     def fill() -> None:
+        nonlocal filling
+        filling = True
         value = number(desk, page, control)
         bar.set_value(min(max(value, control.low), control.high) / factor)
         field.set_value(f"{value / factor:.6g}")
         field.error = None
+        filling = False
 
     def moved(event: object) -> None:
-        value = control.rounded(float(event.args) * factor)  # type: ignore[attr-defined]
-        field.set_value(f"{value / factor:.6g}")
+        if filling:
+            return
         field.error = None
-        desk.put(page, control.key, value)
+        desk.put(page, control.key, control.rounded(float(event.value) * factor))  # type: ignore[attr-defined]
 
     def typed() -> None:
         text = str(field.value or "").strip()
@@ -149,14 +157,14 @@ def slider(
             return
         if renew is not None:
             control = renew()
-            bar.props["min"], bar.props["max"] = control.low / factor, control.high / factor
-            bar.props["step"] = (control.high - control.low) / factor / control.steps
+            span()
         fill()
 
-    bar.on("update:model-value", moved, throttle=MOVES)
+    bar.on_value_change(moved)
     field.on("keydown.enter", typed)
     field.on("blur", typed)
     desk.watch(watch)
+    span()
     fill()
 
 

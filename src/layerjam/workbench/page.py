@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from nicegui import background_tasks, run, ui
+from nicegui import Client, background_tasks, run, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.units import show
 from layerjam.verbs.answer import Answer
 from layerjam.workbench.call import Call
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.live import Words
 from layerjam.workbench.runner import Runner
 
 
@@ -25,6 +26,7 @@ class Page:
     name = ""
     title = ""
     icon = ""
+    """Of the tab where a page stands alone; else they are in `pages.all`."""
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
@@ -32,8 +34,15 @@ class Page:
         self.result: Any = None
         self.problem: ui.label | None = None
         self.built = False
-        self.runner = Runner(self.compute, self._show, run.io_bound)
+        self.client: Client | None = None
+        self.prepare: Callable[[], None] = lambda: None
+        self.runner = Runner(self._answer, self._show, run.io_bound)
         desk.watch(self._changed)
+
+    @classmethod
+    def load(cls) -> type[Page]:
+        """Itself, where a page stands for its tab."""
+        return cls
 
     def build(self) -> None:
         """Fill the slot; once, when the page is first opened."""
@@ -47,6 +56,10 @@ class Page:
         """Answers to the page's calls."""
         return [call.run() for call in self.calls()]
 
+    def _answer(self) -> Any:
+        self.prepare()
+        return self.compute()
+
     def draw(self, result: Any) -> None:
         """Show what `compute` returned."""
         raise NotImplementedError
@@ -55,6 +68,8 @@ class Page:
         """Build if need be and bring up to date."""
         if not self.built:
             self.built = True
+            self.client = ui.context.client
+            self.client.on_delete(self.runner.stop)
             self.build()
         self.refresh()
 
@@ -68,6 +83,8 @@ class Page:
             self.refresh()
 
     def _show(self, result: Any, problem: str) -> None:
+        if self.client is None or self.client.is_deleted:  # the tab was closed meanwhile
+            return
         if self.problem is not None:
             self.problem.set_text(problem)
             self.problem.set_visibility(bool(problem))
@@ -102,11 +119,11 @@ class Figures:
     def __init__(self, page: str, rows: Sequence[tuple[str, str]]) -> None:
         """`rows` are (key of the answer, what it is called)."""
         self.rows = rows
-        self._cells: dict[str, ui.label] = {}
+        self._cells: dict[str, Words] = {}
         with ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1 items-baseline"):
             for key, name in rows:
                 ui.label(name).classes("text-sm opacity-80")
-                self._cells[key] = ui.label("–").classes("text-base font-medium text-right").props(
+                self._cells[key] = Words("–").classes("text-base font-medium text-right").props(
                     f'data-testid="{page}-{key}"'
                 )  # fmt: skip
 

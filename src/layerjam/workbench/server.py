@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import ipaddress
 import secrets
+import socket
 import threading
+from collections.abc import Callable
 
 from layerjam.errors import MissingExtraError, QuantityError
 
 BODY = 64 * 2**20
 """Largest request body [bytes]."""
+SENT = 0.1
+"""Seconds in which a page is sent."""
 
 
 def is_loopback(host: str) -> bool:
@@ -22,44 +28,73 @@ def is_loopback(host: str) -> bool:
         raise QuantityError(f"host: '{host[:60]}' is no address of this machine") from None
 
 
-def serve(*, host: str, port: int, show: bool, token: str | None = None) -> None:
-    """Serve until interrupted; MissingExtraError without NiceGUI."""
+def check_free(host: str, port: int) -> None:
+    """QuantityError where nothing can listen at this address."""
+    try:
+        where = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+    except OSError:
+        raise QuantityError(f"host: '{host[:60]}' is no address of this machine") from None
+    for family, kind, protocol, _, place in where:
+        with socket.socket(family, kind, protocol) as trial:
+            trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                trial.bind(place)
+            except OSError as error:
+                raise QuantityError(_why_not(error.errno, host, port)) from None
+
+
+def _why_not(number: int | None, host: str, port: int) -> str:
+    if number == errno.EADDRINUSE:
+        return f"port: {port} is used by another program; take another one with --port"
+    if number == errno.EACCES:
+        return f"port: {port} may not be used by this user; take one above 1023 with --port"
+    return f"host: '{host[:60]}' is no address of this machine"
+
+
+def serve(*, host: str, port: int, show: bool, engine: Callable[[], None],
+          token: str | None = None) -> None:  # fmt: skip
+    """Serve until interrupted; `engine` makes JAX ready, in a thread.
+
+    Raises MissingExtraError without NiceGUI, and QuantityError where it cannot listen.
+    """
     try:
         from nicegui import app, ui
     except ImportError:
         raise MissingExtraError("the workbench (nicegui)", "workbench") from None
     if not is_loopback(host):
         token = token or secrets.token_urlsafe(18)
+    check_free(host, port)
     from layerjam.workbench.gate import Gate
-    from layerjam.workbench.pages.all import PAGES
+    from layerjam.workbench.pages.all import TABS
     from layerjam.workbench.shell import frame
     from layerjam.workbench.uploads import close_all
 
     @ui.page("/", title="layerjam workbench", dark=None)
     def page(s: str = "") -> None:
-        frame(s, PAGES, prepare)
+        # once the page is sent: while the browser reads it, the server has time
+        threading.Timer(SENT, prepare, (engine,)).start()
+        frame(s, TABS, lambda: prepare(engine))
 
     app.add_middleware(Gate, token=token, largest=BODY, local=is_loopback(host))
     place = f"http://{'localhost' if host in ('127.0.0.1', '::1') else host}:{port}/"
     app.on_startup(lambda: print(f"workbench: {place}{f'?token={token}' if token else ''}"
                                  "  (Ctrl-C ends it)", flush=True))  # fmt: skip
     app.on_shutdown(close_all)
-    threading.Thread(target=prepare, daemon=True).start()
-    ui.run(
-        host=host, port=port, title="layerjam workbench", show=show, reload=False,
-        show_welcome_message=False, reconnect_timeout=10, favicon=ICON,
-    )  # fmt: skip
+    with contextlib.suppress(KeyboardInterrupt):
+        ui.run(
+            host=host, port=port, title="layerjam workbench", show=show, reload=False,
+            show_welcome_message=False, reconnect_timeout=10, favicon=ICON, language="en-US",
+            ws_per_message_deflate=not is_loopback(host),
+        )  # fmt: skip
 
 
 _ready = threading.Lock()
 
 
-def prepare() -> None:
+def prepare(engine: Callable[[], None]) -> None:
     """Load what computing needs, once, while the first page is on its way."""
     with _ready:
-        import jax
-
-        jax.config.update("jax_enable_x64", True)
+        engine()
         import layerjam.verbs.edit
         import layerjam.verbs.impact
         import layerjam.verbs.predict  # noqa: F401

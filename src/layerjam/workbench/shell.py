@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
-from nicegui import ui
+from nicegui import run, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.live import SCRIPT
 from layerjam.workbench.page import Page
+from layerjam.workbench.pages.all import Tab
 from layerjam.workbench.state import LONGEST_LINK, State, from_link, to_link
 
 STYLE = """
@@ -37,25 +39,39 @@ def desk_of(link: str) -> tuple[Desk, str]:
         return Desk(), str(err)
 
 
-def frame(link: str, kinds: list[type[Page]], prepare: Callable[[], None]) -> None:
-    """All of one tab of the browser."""
+def frame(link: str, kinds: Sequence[Tab | type[Page]], prepare: Callable[[], None]) -> None:
+    """All of one tab of the browser; `prepare` is called in a thread before anything is computed.
+
+    Pages are loaded and built when they are first opened.
+    """
     desk, trouble = desk_of(link)
     names = [kind.name for kind in kinds]
     if desk.state.page not in names:
         desk.state = State(**{**vars(desk.state), "page": names[0]})
-    pages = {kind.name: kind(desk) for kind in kinds}
+    pages: dict[str, Page] = {}
     ui.add_css(STYLE)
+    ui.add_body_html(SCRIPT)
     ui.colors(primary="#0B5C8E", negative="#B3261E")
     dark = ui.dark_mode(None)
-    tabs = _header(desk, pages, dark)
+    tabs = _header(desk, kinds, pages, dark)
     with ui.tab_panels(tabs, value=desk.state.page).classes("w-full").props("keep-alive") as panels:
         slots = {}
         for name in names:
             with ui.tab_panel(name).classes("p-0") as slot:
                 slots[name] = slot
 
-    def opened(name: str) -> None:
+    client = ui.context.client
+
+    async def opened(name: str) -> None:
         desk.open(name)
+        if name not in pages:
+            kind = await run.io_bound(kinds[names.index(name)].load)
+            if kind is None or client.is_deleted:  # the program or the tab was ended meanwhile
+                return
+            if name not in pages:
+                pages[name] = kind(desk)
+                pages[name].prepare = prepare
+        pages[name].dark = bool(dark.value)
         with slots[name]:
             pages[name].open()
 
@@ -66,26 +82,25 @@ def frame(link: str, kinds: list[type[Page]], prepare: Callable[[], None]) -> No
         ui.notify(trouble, type="warning", timeout=8000, close_button=True)
 
     async def begin() -> None:
-        prepare()
         try:
             system = bool(await ui.run_javascript(DARK, timeout=2.0))
         except TimeoutError:
             system = False
         dark.set_value(system)
-        for page in pages.values():
-            page.dark = system
-        opened(desk.state.page)
+        await opened(desk.state.page)
 
     ui.timer(0.01, begin, once=True)
 
 
-def _header(desk: Desk, pages: dict[str, Page], dark: ui.dark_mode) -> ui.tabs:
+def _header(
+    desk: Desk, kinds: Sequence[Tab | type[Page]], pages: dict[str, Page], dark: ui.dark_mode
+) -> ui.tabs:
     with ui.header().classes("items-center justify-between q-py-none shadow-1").props("bordered"):
         ui.label("layerjam").classes("text-h6")
         with ui.tabs().props("dense no-caps") as tabs:
-            for page in pages.values():
-                ui.tab(page.name, label=page.title, icon=page.icon).props(
-                    f'data-testid="tab-{page.name}"'
+            for kind in kinds:
+                ui.tab(kind.name, label=kind.title, icon=kind.icon).props(
+                    f'data-testid="tab-{kind.name}"'
                 )
         with ui.row().classes("items-center gap-1"):
             for icon, what, act in (
@@ -115,8 +130,10 @@ def _button(icon: str, what: str, act: Callable[[], object]) -> None:
 
 
 def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
+    page = pages.get(desk.state.page)
+    calls = [] if page is None else list(page.calls())
     try:
-        text = "\n".join(getattr(c, how)() for c in pages[desk.state.page].calls())
+        text = "\n".join(getattr(c, how)() for c in calls)
     except LayerjamError as err:
         ui.notify(str(err), type="warning")
         return
@@ -131,7 +148,7 @@ def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
         ui.code(text, language="bash" if how == "command" else "python").classes("w-full").props(
             'data-testid="copied"'
         )
-        edited = [s.name for c in pages[desk.state.page].calls() for s in c.subjects if s.file]
+        edited = [s.name for c in calls for s in c.subjects if s.file]
         if edited:
             ui.label(f"{edited[0]} was edited here: save it as TOML beside where you run this.")
         ui.button("Close", on_click=dialog.close).props("flat autofocus")
@@ -143,15 +160,16 @@ def _copy_link(desk: Desk) -> None:
 
 
 def _address(desk: Desk) -> None:
-    """The address bar follows the state, a moment later."""
-    shown = [""]
+    """The address bar follows the state, once it rests a moment."""
+    shown = seen = desk.state
 
     def follow() -> None:
-        link = to_link(desk.state)
-        if link == shown[0] or len(link) > LONGEST_LINK:
+        nonlocal shown, seen
+        rests, seen = desk.state is seen, desk.state
+        if not rests or seen is shown:
             return
-        first, shown[0] = shown[0] == "", link
-        if not first:
+        shown, link = seen, to_link(seen)
+        if len(link) <= LONGEST_LINK:
             ui.run_javascript(
                 "const u = new URL(window.location); u.searchParams.set('s', "
                 f"'{link}'); history.replaceState(null, '', u)"
@@ -160,12 +178,18 @@ def _address(desk: Desk) -> None:
     ui.timer(0.5, follow)
 
 
-def _keys(desk: Desk) -> None:
-    def pressed(event: object) -> None:
-        key, held = event.key, event.modifiers  # type: ignore[attr-defined]
-        if not event.action.keydown or not (held.ctrl or held.meta):  # type: ignore[attr-defined]
-            return
-        if key.name in ("z", "Z"):
-            (desk.redo if held.shift else desk.undo)()
+KEYS = """<script>
+addEventListener('keydown', e => {
+  const typing = e.target.matches('input:not([type=range]), textarea, select');
+  if (e.repeat || typing || !(e.ctrlKey || e.metaKey) || e.key.toLowerCase() !== 'z') return;
+  e.preventDefault();
+  emitEvent(e.shiftKey ? 'layerjam_redo' : 'layerjam_undo');
+});
+</script>"""
+"""Only these keys come to the server; in a field that is typed into they are the field's own."""
 
-    ui.keyboard(on_key=pressed, repeating=False, ignore=["input", "select", "textarea"])
+
+def _keys(desk: Desk) -> None:
+    ui.add_body_html(KEYS)
+    ui.on("layerjam_undo", desk.undo)
+    ui.on("layerjam_redo", desk.redo)

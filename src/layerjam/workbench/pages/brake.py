@@ -36,7 +36,7 @@ OWN, NONE = "own", ""
 class Brake(Page):
     """Change a number and see what it does."""
 
-    name, title, icon = "brake", "Brake", "layers"
+    name = "brake"
 
     def controls(self) -> dict[str, Control]:
         """What the picture shows: slip and vacuum, within the brake's bounds."""

@@ -11,6 +11,7 @@ from nicegui import ui
 from layerjam.units import Meaning, show
 from layerjam.verbs.answer import VACUUM, Answer
 from layerjam.verbs.tuning import HEIGHT, MASS, ROPE, SPEED, TRAVEL
+from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, stacked
 from layerjam.workbench.controls import (
@@ -62,7 +63,7 @@ TABLE = """
 class Drop(Page):
     """Drop a mass, see it stop; none, full and tuned side by side."""
 
-    name, title, icon = "drop", "Drop", "south"
+    name = "drop"
 
     def controls(self) -> dict[str, Control]:
         """Bounds that the brake sets."""
@@ -101,22 +102,23 @@ class Drop(Page):
                 menu(desk, name, SLOWLY)
                 self.problem_line()
             with ui.column().classes("main gap-3"):
-                self.verdict = ui.label("").classes("text-lg").props(
+                self.verdict = live.Words("").classes("text-lg").props(
                     'role="status" data-testid="drop-verdict"'
                 )  # fmt: skip
                 with ui.row().classes("w-full items-start gap-4"):
                     stage = ui.column().style("width: 270px; flex: none")
                     with ui.element("div").style("flex: 1; min-width: 300px; position: relative"):
                         self.chart = ui.echart({}).style("width: 100%; height: 460px").props(
-                            'data-testid="drop-chart"'
+                            'data-testid="drop-chart" role="img" '
+                            'aria-label="Force, travel and deceleration over time"'
                         )  # fmt: skip
                         cursor = ui.element("div")
                     with stage:
                         self.animation = Animation(self.chart, cursor)
-                self.table = ui.html("", sanitize=False).classes("w-full").props(
+                self.table = live.Table().classes("w-full").props(
                     'data-testid="drop-table"'
                 )  # fmt: skip
-                self.bound = ui.label("").classes("text-sm").props('data-testid="drop-bound"')
+                self.bound = live.Words("").classes("text-sm").props('data-testid="drop-bound"')
                 self.notes = Notes()
         self._hide("settings")
         desk.watch(self._hide)
@@ -239,9 +241,7 @@ class Drop(Page):
             series_["endLabel"]["offset"] = [0, shift]
         for part in parts:
             part["grid"]["right"] = 56
-        self.chart.options.clear()
-        self.chart.options.update(stacked(parts, (1.1, 1, 1)))
-        self.chart.update()
+        live.draw(self.chart, stacked(parts, (1.1, 1, 1)))
 
 
 def notes(drops: Mapping[str, tuple[Answer | None, str]]) -> list[str]:

@@ -57,7 +57,7 @@ SOON = 0.3
 class Laboratory(Page):
     """Two files dropped here, and the brake is calibrated."""
 
-    name, title, icon = "laboratory", "Laboratory", "science"
+    name = "laboratory"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)

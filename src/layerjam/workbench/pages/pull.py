@@ -11,7 +11,7 @@ from layerjam.errors import LayerjamError
 from layerjam.units import Meaning
 from layerjam.verbs.answer import SPEED, TRAVEL, VACUUM, Answer
 from layerjam.verbs.judder import DAMPING
-from layerjam.workbench import tables, takeaway
+from layerjam.workbench import live, tables, takeaway
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, Control, choice, number, slider, word
 from layerjam.workbench.desk import Desk
@@ -48,7 +48,7 @@ SAW = [
 class Pull(Page):
     """Drag the vacuum and watch the force curve rise."""
 
-    name, title, icon = "pull", "Pull", "straighten"
+    name = "pull"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -180,9 +180,7 @@ class Pull(Page):
         made = (
             saw(answer, whole, self.dark) if judders else pulled(answer, whole, reading, self.dark)
         )
-        self.chart.options.clear()
-        self.chart.options.update(made)
-        self.chart.update()
+        live.draw(self.chart, made)
         (self.saw if judders else self.pulled).fill(answer)
         self.measured.fill(reading)
         self.errors.fill(reading)

@@ -17,6 +17,7 @@ from layerjam.units import Meaning, meaning_of, show
 from layerjam.verbs.answer import Answer
 from layerjam.verbs.regulate import DURATION, FAULT_AT
 from layerjam.verbs.vacuum_line import TARGET
+from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, stacked
 from layerjam.workbench.controls import Choice, Control, choice, menu, number, slider, word
@@ -53,7 +54,7 @@ STYLE = """
 class Vacuum(Page):
     """A line: its step response, its regulator, its faults."""
 
-    name, title, icon = "vacuum", "Vacuum", "air"
+    name = "vacuum"
 
     def controls(self) -> dict[str, Control]:
         """Bounds that the line sets."""
@@ -106,10 +107,10 @@ class Vacuum(Page):
 
     def _answers(self) -> None:
         ui.label("Step response, pump full on").classes("text-lg")
-        self.rise_words = ui.label("").props('role="status" data-testid="vacuum-rise-words"')
+        self.rise_words = live.Words("").props('role="status" data-testid="vacuum-rise-words"')
         with ui.row().classes("w-full no-wrap items-start gap-4"):
             self.steps = ui.echart({}).style("flex: 1; min-width: 0; height: 260px").props(
-                'data-testid="vacuum-chart"'
+                'data-testid="vacuum-chart" role="img" aria-label="Vacuum over time, pump full on"'
             )  # fmt: skip
             with ui.column().style("width: 260px; flex: none"):
                 self.rise_figures = Figures(
@@ -119,11 +120,12 @@ class Vacuum(Page):
                      ("reachable", "Reachable"), ("gas_work", "Work on the gas")],
                 )  # fmt: skip
         ui.label("Regulator").classes("text-lg")
-        self.verdict = ui.label(NOT_CHOSEN).props('role="status" data-testid="vacuum-verdict"')
+        self.verdict = live.Words(NOT_CHOSEN).props('role="status" data-testid="vacuum-verdict"')
         with ui.row().classes("w-full no-wrap items-start gap-4") as self.regulated:
             with ui.column().classes("gap-0").style("flex: 1; min-width: 0"):
                 self.loop = ui.echart({}).style("width: 100%; height: 430px").props(
-                    'data-testid="vacuum-loop"'
+                    'data-testid="vacuum-loop" role="img" '
+                    'aria-label="Vacuum and command over time, regulated"'
                 )  # fmt: skip
                 ui.label(KEY).classes("text-sm opacity-80")
             with ui.column().style("width: 260px; flex: none"):
@@ -137,7 +139,7 @@ class Vacuum(Page):
                      ("gain", "Gain"), ("integral_time", "Integral time")],
                 )  # fmt: skip
                 ui.label("Longest until a fault is said, at this vacuum").classes("text-sm")
-                self.detection = ui.html("", sanitize=False).props('data-testid="vacuum-detection"')
+                self.detection = live.Table().props('data-testid="vacuum-detection"')
         self.regulated.set_visibility(False)
         self.notes = Notes()
 
@@ -217,7 +219,7 @@ class Vacuum(Page):
             x="time [s]", y="vacuum [kPa]", x_range=(0, end), marks=marks, dark=self.dark,
         )  # fmt: skip
         made["series"][1]["endLabel"]["color"] = made["xAxis"]["axisLabel"]["color"]
-        self._put(self.steps, made)
+        live.draw(self.steps, made)
 
     def _draw_loop(self, answer: Answer) -> None:
         _, loop = answer.record
@@ -246,16 +248,13 @@ class Vacuum(Page):
         parts[1]["yAxis"]["axisLabel"] |= {"showMaxLabel": False, "showMinLabel": low == 0}
         for part in parts:
             part["grid"]["right"] = 62
-        self._put(self.loop, stacked(parts, (1.7, 1)))
+            # at the end they mostly lie on each other, their names must not
+            for series, shift in zip(part["series"][-2:], (-7, 7), strict=True):
+                series["endLabel"]["offset"] = [0, shift]
+        live.draw(self.loop, stacked(parts, (1.7, 1)))
         self.loop_figures.fill(in_figures(answer))
         self.verdict.set_text(verdict(answer))
         self.detection.set_content(detection(answer))
-
-    @staticmethod
-    def _put(chart: ui.echart, made: dict[str, Any]) -> None:
-        chart.options.clear()
-        chart.options.update(made)
-        chart.update()
 
 
 def in_figures(answer: Answer) -> Answer:

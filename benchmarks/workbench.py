@@ -1,0 +1,280 @@
+"""The workbench in Debian's Chromium: from a slider's key to the redrawn curve, start, memory.
+
+Run alone: `python -m benchmarks.workbench`.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchmarks.timing import Row, table
+
+MOVES = 200
+PAUSE = 0.2
+"""Seconds between two moves: no move waits for the one before it."""
+LONG = 90_000
+"""Milliseconds a first answer may take."""
+MEDIAN, WORST = 0.1, 0.2
+SESSIONS = 10
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A slider and the chart it redraws; `ready` brings the page there."""
+
+    name: str
+    tab: str
+    slider: str
+    chart: str
+    ready: Callable[[Any], None]
+
+
+def at(ident: str) -> str:
+    """How the page finds an element of ours."""
+    return f'[data-testid="{ident}"]'
+
+
+def pull_ready(page: Any) -> None:
+    """The first curve stands."""
+    page.wait_for_function(
+        "document.querySelector('[data-testid=pull-peak_force]')?.innerText.length > 2",
+        timeout=LONG,
+    )
+
+
+def files_ready(page: Any) -> None:
+    """Two measured pulls lie over it."""
+    from layerjam.verbs.predict import tensile
+    from layerjam.workbench.takeaway import record_bytes
+
+    pull_ready(page)
+    with tempfile.TemporaryDirectory() as folder:
+        places = []
+        for vacuum in ("60 kPa", "94 kPa"):
+            made = tensile("choi2018-kapton", vacuum=vacuum, speed="1 mm/s", travel="30 mm")
+            place = Path(folder) / f"pull-{vacuum[:2]}.csv"
+            place.write_bytes(record_bytes(made.record))
+            places.append(str(place))
+        page.set_input_files(f"{at('pull-drop')} input[type=file]", places)
+        page.wait_for_selector(at("pull-errors"), timeout=LONG)
+
+
+def drop_ready(page: Any) -> None:
+    """The tuned drop has stopped."""
+    page.wait_for_function(
+        "document.querySelector('[data-testid=drop-verdict]')?.innerText.startsWith('STOPPED')",
+        timeout=LONG,
+    )
+
+
+def regulated(page: Any) -> None:
+    """A safe state is chosen, the regulator has answered."""
+    page.locator(at("vacuum-safe_state")).get_by_text("hold", exact=True).click()
+    page.wait_for_function(
+        "document.querySelector('[data-testid=vacuum-verdict]')?.innerText.startsWith('HEALTHY')",
+        timeout=LONG,
+    )
+
+
+SCENES = (
+    Scene("Pull, vacuum", "pull", "pull-vacuum", "pull-chart", pull_ready),
+    Scene("Pull, vacuum, two files over it", "pull", "pull-vacuum", "pull-chart", files_ready),
+    Scene("Drop, speed", "drop", "drop-speed", "drop-chart", drop_ready),
+    Scene("Vacuum, target, regulated", "vacuum", "vacuum-target", "vacuum-loop", regulated),
+)
+
+# from the key to the frame after the chart has rendered what it was given since; of moves that
+# overtake each other, the first counts
+WATCH = """(place) => {
+  const chart = getElement(+document.querySelector(place).id.slice(1)).chart;
+  window.took = []; window.drawn = new Set();
+  let began = null, given = false;
+  const set = chart.setOption.bind(chart);
+  chart.setOption = (...all) => { given = true; return set(...all); };
+  addEventListener('keydown', e => {
+    if (began === null) { began = e.timeStamp; given = false; }
+  }, true);
+  chart.on('rendered', () => {
+    if (began === null || !given) return;
+    const since = began; began = null;
+    requestAnimationFrame(() => {
+      took.push(performance.now() - since);
+      drawn.add(JSON.stringify(chart.getOption().series[0].data));
+    });
+  });
+}"""
+# a session that moves its slider by itself
+ALONE = """([place, every, until]) => {
+  const bar = document.querySelector(place);
+  let count = 0;
+  const timer = setInterval(() => {
+    const code = count++ % 40 < 20 ? 37 : 39;
+    const key = code === 37 ? 'ArrowLeft' : 'ArrowRight';
+    bar.dispatchEvent(new KeyboardEvent('keydown', {key, keyCode: code, bubbles: true}));
+    bar.dispatchEvent(new KeyboardEvent('keyup', {key, keyCode: code, bubbles: true}));
+    if (count >= until) clearInterval(timer);
+  }, every);
+}"""
+
+STILL = """(place) => {
+  getElement(+document.querySelector(place).id.slice(1)).chart.setOption = () => {};
+}"""
+
+
+def opened(browser: Any, place: str, scene: Scene) -> Any:
+    """A tab of its own session, ready and watched, its slider in focus."""
+    page = browser.new_context(viewport={"width": 1280, "height": 800}).new_page()
+    page.goto(place)
+    page.click(at(f"tab-{scene.tab}"))
+    scene.ready(page)
+    page.wait_for_timeout(1500)
+    page.evaluate(WATCH, at(scene.chart))
+    page.locator(f"{at(scene.slider)} [tabindex='0']").first.focus()
+    return page
+
+
+def latencies(page: Any, moves: int = MOVES, pause: float = PAUSE) -> list[float]:
+    """Sorted seconds of single key presses on the slider, each drawn before the next."""
+    page.evaluate("took.length = 0; drawn.clear()")
+    for move in range(moves):
+        page.keyboard.press("ArrowLeft" if move % 40 < 20 else "ArrowRight")
+        page.wait_for_function(f"took.length > {move}", timeout=LONG)
+        page.wait_for_timeout(1e3 * pause)
+    if page.evaluate("drawn.size") < min(moves, 20):
+        raise RuntimeError("the curve stands still while the slider moves")
+    return sorted(t / 1e3 for t in page.evaluate("took"))
+
+
+def middle(times: list[float]) -> float:
+    """The median."""
+    return times[len(times) // 2]
+
+
+def late(times: list[float]) -> float:
+    """The 99th percentile."""
+    return times[min(len(times) - 1, int(0.99 * len(times)))]
+
+
+def together(browser: Any, place: str, sessions: int, scene: Scene, moves: int = 60) -> float:
+    """Median seconds in the first of several sessions that all move their slider at once.
+
+    The others do not draw: their browsers would be other people's machines, the server is one.
+    """
+    pages = [opened(browser, place, scene) for _ in range(sessions)]
+    for page in pages[1:]:
+        page.evaluate(STILL, at(scene.chart))
+    for page in pages:
+        slider = f"{at(scene.slider)} [tabindex='0']"
+        page.evaluate(ALONE, [slider, 1e3 * PAUSE, moves])
+    pages[0].wait_for_timeout(1e3 * PAUSE * moves + 3000)
+    times = sorted(t / 1e3 for t in pages[0].evaluate("took"))
+    for page in pages:
+        page.context.close()
+    return middle(times)
+
+
+@contextmanager
+def started() -> Iterator[tuple[str, int, float]]:
+    """(address, process, moment of the command) of a workbench of its own."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    program = str(Path(sys.executable).with_name("layerjam"))
+    began = time.perf_counter()
+    process = subprocess.Popen(
+        [program, "workbench", "--no-show", "--port", str(port)], stdout=subprocess.PIPE
+    )
+    try:
+        assert process.stdout is not None
+        process.stdout.readline()
+        yield f"http://127.0.0.1:{port}/", process.pid, began
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+def first_page(page: Any) -> float:
+    """Seconds from the command to the numbers and the picture of the first page."""
+    with started() as (place, _, began):
+        while True:
+            try:
+                page.goto(place, wait_until="commit")
+                break
+            except Exception as error:
+                if "ERR_CONNECTION_REFUSED" not in str(error):
+                    raise
+                time.sleep(0.02)
+        page.wait_for_selector(at("brake-numbers"), timeout=LONG)
+        page.wait_for_selector("canvas", timeout=LONG)
+        return time.perf_counter() - began
+
+
+def memory(process: int) -> float:
+    """GB of main memory a process holds."""
+    for line in Path(f"/proc/{process}/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return float(line.split()[1]) * 1024 / 1e9
+    return float("nan")
+
+
+def all_pages(page: Any, place: str) -> None:
+    """Open every tab once."""
+    page.goto(place)
+    page.wait_for_selector(at("brake-numbers"), timeout=LONG)
+    for tab in page.locator("[data-testid^=tab-]").all():
+        tab.click()
+        page.wait_for_timeout(4000)
+
+
+def rows() -> list[Row]:
+    """Everything; no rows where there is no browser to measure in."""
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        print("skipped: no playwright here", file=sys.stderr)
+        return []
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        print("skipped: no chromium here", file=sys.stderr)
+        return []
+    out = []
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        times = sorted(first_page(browser.new_context().new_page()) for _ in range(4))
+        out.append(Row("first page, from the command (warm cache)", times[1], 3.0))
+        with started() as (place, process, _):
+            for scene in SCENES:
+                page = opened(browser, place, scene)
+                took = latencies(page)
+                page.context.close()
+                out.append(Row(f"{scene.name}: median of {MOVES}", middle(took), MEDIAN))
+                out.append(Row(f"{scene.name}: p99", late(took), WORST))
+            one = together(browser, place, 1, SCENES[0])
+            ten = together(browser, place, SESSIONS, SCENES[0])
+            out.append(Row(f"a move, {SESSIONS} sessions moving at once", ten, None, one,
+                           "one alone", target_ratio=2.0))  # fmt: skip
+        with started() as (place, process, _):
+            out.append(Row("memory at the start", memory(process), 0.5, unit="GB"))
+            page = browser.new_context().new_page()
+            all_pages(page, place)
+            out.append(Row("memory, every page opened once", memory(process), 0.5, unit="GB"))
+        browser.close()
+    return out
+
+
+if __name__ == "__main__":
+    os.environ["JAX_ENABLE_X64"] = "1"
+    print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    print(table(rows()))
+    print(f"load {os.getloadavg()[0]:.1f}")
