@@ -98,8 +98,12 @@ def test_undo_and_redo_by_keys(pull):
 
 def copied(page, button):
     page.click(at(button))
-    text = page.locator(at("copied")).inner_text(timeout=LONG)
+    shown = page.locator(at("copied"))
+    filled = "box => box.innerText.includes('layerjam')"  # the code comes after its box
+    page.wait_for_function(filled, arg=shown.element_handle(timeout=LONG), timeout=LONG)
+    text = shown.inner_text()
     page.get_by_role("button", name="Close").click()
+    shown.wait_for(state="hidden")
     return text.replace("content_copy", "").strip()
 
 
