@@ -10,14 +10,14 @@ from layerjam.device.file import BrakeFile, read_brake, updated_text
 from layerjam.device.load import materials
 from layerjam.device.source import KINDS, Source
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.units import Meaning, get, quantities, show
-from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at
+from layerjam.units import Meaning, quantities
+from layerjam.verbs.answer import Answer, AnyBrake, Quantity, brake_at, si
+from layerjam.verbs.by_hand import BY_HAND, what_it_was
 
 FIELDS: dict[str, tuple[Meaning, bool]] = {
     path: (meaning, required) for path, meaning, required in quantities(Brake)
 }
 """{dotted path: (Meaning, required)} of every number a brake has."""
-BY_HAND = "set by hand"
 
 
 def edit(
@@ -75,25 +75,14 @@ def _changed(
     meaning, _ = FIELDS[path]
     if value is None:
         return _read(_without(file.text, path), file.name)
-    si = meaning.read(value, path) if isinstance(value, str) else meaning.check(value, path)
-    words = source or _before(file, path, meaning)
-    changed = {path: (int(si) if meaning.whole else si, Source(kind=kind, text=words))}
+    number = si(value, meaning, path)
+    words = source or what_it_was(file.brake, file.sources, path, meaning)
+    changed = {path: (int(number) if meaning.whole else number, Source(kind=kind, text=words))}
     return _read(updated_text(file, file.name, changed, file.notes), file.name)
 
 
 def _read(text: str, name: str) -> BrakeFile:
     return read_brake(text, f"brake {name[:80]}", materials())
-
-
-def _before(file: BrakeFile, path: str, meaning: Meaning) -> str:
-    """That it was set by hand, and what a source had said before."""
-    was, old = get(file.brake, path), file.sources.get(path, Source())
-    if old.text.startswith(BY_HAND):
-        return old.text
-    if was is None:
-        return BY_HAND
-    said = old.sentence() if path in file.sources else "the default"
-    return f"{BY_HAND}; was {show(was, meaning.unit)}, {said}"
 
 
 def _without(text: str, path: str) -> str:

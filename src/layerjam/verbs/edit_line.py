@@ -10,15 +10,15 @@ from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, read_line
 from layerjam.fluid.line import Line
 from layerjam.fluid.parts import FAMILIES, parts
-from layerjam.units import Meaning, exact_text, get, quantities, show
-from layerjam.verbs.answer import Answer, Quantity
+from layerjam.units import Meaning, exact_text, quantities
+from layerjam.verbs.answer import Answer, Quantity, si
+from layerjam.verbs.by_hand import what_it_was
 from layerjam.verbs.vacuum_line import AnyLine, line_at
 
 FIELDS: dict[str, tuple[Meaning, bool]] = {
     path: (meaning, required) for path, meaning, required in quantities(Line)
 }
 """{dotted path: (Meaning, required)} of every number a line has; a flow curve is none of them."""
-BY_HAND = "set by hand"
 
 
 def edit_line(
@@ -92,11 +92,10 @@ def _changed(
         place.remove(key)
         return document
     meaning = FIELDS[path][0]
-    si = meaning.read(value, path) if isinstance(value, str) else meaning.check(value, path)
     item = tomlkit.inline_table()
-    item["value"] = _written(si, meaning)
+    item["value"] = _written(si(value, meaning, path), meaning)
     item["kind"] = kind
-    item["source"] = source or _before(file, path, meaning)
+    item["source"] = source or what_it_was(file.line, file.sources, path, meaning)
     if table or key in place:
         place[key] = item
         return document
@@ -104,18 +103,7 @@ def _changed(
     return tomlkit.parse(f"{key} = {item.as_string()}\n{tomlkit.dumps(document)}")
 
 
-def _written(si: float, meaning: Meaning) -> Any:
+def _written(value: float, meaning: Meaning) -> Any:
     if meaning.whole:
-        return int(si)
-    return si if meaning.unit == "1" else exact_text(si, meaning.unit)
-
-
-def _before(file: LineFile, path: str, meaning: Meaning) -> str:
-    """That it was set by hand, and what it was before that."""
-    was, old = get(file.line, path), file.sources.get(path)
-    if old is not None and old.text.startswith(BY_HAND):
-        return old.text
-    if was is None:
-        return BY_HAND
-    said = old.sentence() if old is not None else "the default"
-    return f"{BY_HAND}; was {show(was, meaning.unit)}, {said}"
+        return int(value)
+    return value if meaning.unit == "1" else exact_text(value, meaning.unit)

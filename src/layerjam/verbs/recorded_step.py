@@ -49,10 +49,17 @@ def tuned_by(
         raise FitError(f"{log.name}: {int(inside.sum())} samples between --from and --to")
     time, vacuum = time[inside], atmosphere - absolute[inside]
     old: Plant = regulator.plant
-    if old.water:
-        found = identify_water(time, vacuum, vent=old.vent, top=old.top, leak=old.leak)
-    else:
-        found = identify_air(time, vacuum, vent=old.vent, leak=old.leak, atmosphere=atmosphere)
+    try:
+        found = (
+            identify_water(time, vacuum, vent=old.vent, top=old.top, leak=old.leak)
+            if old.water
+            else identify_air(time, vacuum, vent=old.vent, leak=old.leak, atmosphere=atmosphere)
+        )
+    except FitError as err:
+        raise FitError(
+            f"{log.name}: {err}; a step is the pump at full command from rest (--from, --to), its "
+            "pressure read as --reading says"
+        ) from None
     said += list(found.warnings)
     plant = replace(found.plant, backwards=old.backwards)
     ratio = plant.rate / old.rate

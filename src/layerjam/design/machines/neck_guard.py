@@ -18,7 +18,7 @@ import numpy as np
 from layerjam.design.machines import restraint
 from layerjam.design.machines.injury import bric, concussion_risk, hic15
 from layerjam.design.machines.pulse import SHAPES, drive
-from layerjam.design.machines.readiness import VacuumSupply, readiness
+from layerjam.design.machines.readiness import MODE, VacuumSupply, readiness
 from layerjam.design.machines.restraint import Body, Ride, Strap, extremes, limiter_of, ride
 from layerjam.design.machines.scenario import Array, Brakes, Kind, Scenario, Word
 from layerjam.design.machines.verdict import Limit, Result
@@ -96,10 +96,7 @@ KIND = Kind(
         "blow.pulse": Word(
             text="half-sine, haversine or trapezoid", choices=SHAPES
         ),
-        "supply.mode": Word(
-            text="whether the vacuum always stands or is made on a warning",
-            choices=("standing", "triggered"),
-        ),
+        "supply.mode": MODE,
     },
 )  # fmt: skip
 

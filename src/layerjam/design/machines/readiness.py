@@ -6,11 +6,16 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from layerjam.design.machines.scenario import Scenario
+from layerjam.design.machines.scenario import Scenario, Word
 from layerjam.design.machines.verdict import Limit
 from layerjam.fluid.closed_forms import pumping_time, reachable
 from layerjam.fluid.line import Line
 from layerjam.units import quantity, record, show
+
+MODE = Word(
+    text="whether the vacuum always stands or is made on a warning",
+    choices=("standing", "triggered"),
+)
 
 
 @record

@@ -16,7 +16,7 @@ import numpy as np
 from layerjam.design.machines import restraint
 from layerjam.design.machines.injury import filtered
 from layerjam.design.machines.pulse import drive
-from layerjam.design.machines.readiness import VacuumSupply, readiness
+from layerjam.design.machines.readiness import MODE, VacuumSupply, readiness
 from layerjam.design.machines.restraint import (
     Body,
     Ride,
@@ -100,10 +100,7 @@ KIND = Kind(
     words={
         "crash.pulse": Word(text="half-sine, haversine, trapezoid or the path of a log"),
         "brakes.mode": Word(text="full or tuned vacuum", choices=("full", "tuned")),
-        "supply.mode": Word(
-            text="whether the vacuum always stands or is made on a warning",
-            choices=("standing", "triggered"),
-        ),
+        "supply.mode": MODE,
     },
 )
 
