@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +10,8 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.source import Source
 from layerjam.identify.calibration.intervals import Interval
+from layerjam.identify.calibration.over_curves import OverCurves
 from layerjam.identify.calibration.whole_curves import shape_sources
-from layerjam.identify.checks import Check
 from layerjam.identify.curves import Curve
 
 if TYPE_CHECKING:
@@ -21,34 +21,10 @@ NAMES = ("scale_factor", "stiffness", "enclosure_factor")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class BayesCalibration:
+class BayesCalibration(OverCurves):
     """A sampled posterior in the shape of the other depths' results: means, SDs, 95 % intervals."""
 
-    values: Mapping[str, float]
-    intervals: Mapping[str, Interval]
-    checks: tuple[Check, ...]
-    curves: tuple[Curve, ...]
     fit: BayesFit
-    errors_rest_on: str
-
-    @property
-    def scale_factor(self) -> float:
-        """a [-], mean of the posterior."""
-        return self.values["scale_factor"]
-
-    @property
-    def stiffness(self) -> float:
-        """k [N/m], mean of the posterior."""
-        return self.values["stiffness"]
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Paths of the curves' files."""
-        return tuple(c.path for c in self.curves)
-
-    def standard_error(self, name: str) -> float | None:
-        """Standard deviation of the posterior."""
-        return self.intervals[name].standard_error
 
     @property
     def posterior(self) -> dict[str, dict[str, Any]]:

@@ -14,13 +14,13 @@ from layerjam.errors import FitError
 from layerjam.identify.calibration.influence import Move, bootstrap_intervals, moves
 from layerjam.identify.calibration.intervals import Interval, quantile
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
+from layerjam.identify.calibration.over_curves import OverCurves
 from layerjam.identify.calibration.verdict import (
     Identifiability,
     curve_checks,
     identifiability,
     one_file,
 )
-from layerjam.identify.checks import Check
 from layerjam.identify.curves import Curve, condition_words
 from layerjam.identify.pull.features import LINEAR
 from layerjam.units import show
@@ -36,7 +36,7 @@ LOGARITHMIC = ("scale_factor", "stiffness")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CurvesCalibration:
+class CurvesCalibration(OverCurves):
     """What all curves say together, SI units.
 
     `scale_factor` goes with the brake file's kinetic friction; `enclosure_factor` multiplies the
@@ -46,37 +46,12 @@ class CurvesCalibration:
     `bootstrap` are 95 %; an interval is None where no repeats tell it.
     """
 
-    values: Mapping[str, float]
-    intervals: Mapping[str, Interval | None]
     bootstrap: Mapping[str, Interval | None]
     leave_one_out: Mapping[str, tuple[Move, ...]]
     identifiability: Identifiability
     reference_pressure: float | None
     reference_speed: float | None
-    checks: tuple[Check, ...]
-    curves: tuple[Curve, ...]
     fit: JointFit
-    errors_rest_on: str
-
-    @property
-    def scale_factor(self) -> float:
-        """a [-]."""
-        return self.values["scale_factor"]
-
-    @property
-    def stiffness(self) -> float:
-        """k [N/m]."""
-        return self.values["stiffness"]
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Paths of the curves' files."""
-        return tuple(c.path for c in self.curves)
-
-    def standard_error(self, name: str) -> float | None:
-        """Of a parameter, from the scatter between curves."""
-        found = self.intervals.get(name)
-        return None if found is None else found.standard_error
 
     def sources(self, old: BrakeFile) -> dict[str, tuple[float, Source]]:
         """What to write into a brake file: {path: (value, Source)}."""

@@ -29,7 +29,7 @@ PART = Choice(
 class Design(Host):
     """Four parts, one of them open; only the open one is computed."""
 
-    name, title, icon = "design", "Design", "tune"
+    name = "design"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
