@@ -25,6 +25,8 @@ STYLE = """
 :focus-visible { outline: 2px solid #0072B2; outline-offset: 2px }
 """
 
+# what slides moves away from under a click
+ui.expansion.default_props("duration=0")
 
 DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
 
@@ -54,7 +56,11 @@ def frame(link: str, kinds: Sequence[Tab | type[Page]], prepare: Callable[[], No
     ui.colors(primary="#0B5C8E", negative="#B3261E")
     dark = ui.dark_mode(None)
     tabs = _header(desk, kinds, pages, dark)
-    with ui.tab_panels(tabs, value=desk.state.page).classes("w-full").props("keep-alive") as panels:
+    with (
+        ui.tab_panels(tabs, value=desk.state.page, animated=False)
+        .classes("w-full")
+        .props("keep-alive") as panels
+    ):
         slots = {}
         for name in names:
             with ui.tab_panel(name).classes("p-0") as slot:
