@@ -106,9 +106,11 @@ def _record(
     slip = np.zeros_like(time)
     force, heat = spring * travel, np.zeros_like(time)
     if result.slip > 0:
-        # dense at both ends, where the force bends and the speed falls away
-        share = np.sin(np.linspace(0, np.pi / 2, SAMPLES + 1)[1:]) ** 2
-        slid = result.slip * np.unique(np.append(share, _peak_share(result.slip, vacuum, brake)))
+        # dense at both ends, where the force bends and the speed falls away; as many with the
+        # peak as without, or the laws would be compiled for both
+        top = _peak_share(result.slip, vacuum, brake)
+        share = np.sin(np.linspace(0, np.pi / 2, SAMPLES + 1 - len(top))[1:]) ** 2
+        slid = result.slip * np.unique(np.append(share, top))
         resist = np.asarray(brake_force(slid, vacuum, brake))
         time = np.append(time, np.asarray(time_at_slip(slid, *case)))
         moving = np.append(moving, np.asarray(speed_at_slip(slid, *case)))
