@@ -101,8 +101,10 @@ def test_the_rounds_converge_faster_than_a_geometric_row():
     line = stretching(1e-4)
     made = coupled_drop(KAPTON, line, **CASE, start=40e3, drive=SHUT, tolerance=1e-7)
     changes = np.array(made.changes)
+    # a change of 1e-8 is what the line's integration leaves open, no longer the rounds' own
+    changes = changes[changes > 1e-7]
     ratios = changes[1:] / changes[:-1]
-    assert (ratios < 0.5).all() and ratios[-1] < ratios[0]
+    assert len(ratios) >= 3 and (ratios < 0.5).all() and ratios[-1] < ratios[0]
     assert made.remaining <= 1e-7
 
 

@@ -144,16 +144,19 @@ def move(state: State, elongation: Any, at: Setting) -> State:
     hold = at.c * jnp.maximum(at.overlap - memory.slip, 0.0)
     out = trial > memory.force + hold
     back = jnp.maximum(trial, 0.0) < memory.force - hold
-    opening, closing = facing(memory, True, at.sleeve), facing(memory, False, at.sleeve)
-    far = jnp.where(out, _slide_out(opening, elongation, at), memory.slip)
-    near = jnp.where(back, _slide_back(closing, elongation, at), memory.slip)
-    slip = jnp.where(out, far, near)
-    new = jax.tree.map(
-        lambda a, b, c: jnp.where(out, a, jnp.where(back, b, c)),
-        load_to(opening, far, at.sleeve),
-        unload_to(closing, near, at.sleeve),
-        memory,
-    )
+
+    def outward(memory: Memory) -> tuple[Any, Memory]:
+        opening = facing(memory, True, at.sleeve)
+        far = _slide_out(opening, elongation, at)
+        return far, load_to(opening, far, at.sleeve)
+
+    def inward(memory: Memory) -> tuple[Any, Memory]:
+        closing = facing(memory, False, at.sleeve)
+        near = _slide_back(closing, elongation, at)
+        return near, unload_to(closing, near, at.sleeve)
+
+    way = jnp.where(out, 0, jnp.where(back, 1, 2))
+    slip, new = jax.lax.switch(way, [outward, inward, lambda m: (m.slip, m)], memory)
     force = jnp.maximum(at.k * (elongation - slip), 0.0)
     rubbed = jnp.abs(slip - memory.slip) * at.c
     rubbed = rubbed * (at.overlap - (slip + memory.slip) / 2)
@@ -193,10 +196,14 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
 
     def step(state: State, point: tuple[Any, Any]) -> tuple[State, Cycle]:
         target, pressure = point
-        before, after = setting(state.vacuum, brake), setting(pressure, brake)
-        changed = change_vacuum(state, pressure, before, after)
-        same = pressure == state.vacuum
-        state = jax.tree.map(lambda a, b: jnp.where(same, a, b), state, changed)
+        after = setting(pressure, brake)
+        # most of a history stays at one vacuum: the other branch is not computed there
+        state = jax.lax.cond(
+            pressure == state.vacuum,
+            lambda s: s,
+            lambda s: change_vacuum(s, pressure, setting(s.vacuum, brake), after),
+            state,
+        )
         state = move(state, target, after)
         sleeve = state.sleeve
         fine = (target >= 0) & (pressure >= 0) & ~(sleeve.overflow | state.snapped)
