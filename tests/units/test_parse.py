@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -11,7 +13,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from layerjam.errors import LayerjamError, QuantityError
-from layerjam.units import exact_text, examples, parse, quantities, show, unit_factor
+from layerjam.units import (
+    FACTORS,
+    exact_text,
+    examples,
+    factor_by_pint,
+    parse,
+    quantities,
+    show,
+    unit_factor,
+)
 
 SI = ["m", "Pa", "N", "N/m", "kg", "kg/m^3", "m/s", "s", "J", "J/(kg K)", "N s/m", "m/s^2", "V"]
 
@@ -241,3 +252,24 @@ def test_every_field_of_the_brake_round_trips_its_bounds():
                 assert meaning.read(text, path) == bound
         with pytest.raises(QuantityError, match="is not allowed"):
             meaning.check(meaning.lo - abs(meaning.lo) * 0.01 - 1e-9, path)
+
+
+@pytest.mark.parametrize("si", FACTORS)
+def test_the_table_of_factors_is_what_pint_says(si):
+    assert FACTORS[si]
+    for unit in FACTORS[si]:
+        assert unit_factor(unit, si) == factor_by_pint(unit, si), unit
+
+
+def test_what_is_not_in_the_table_is_asked_of_pint():
+    assert unit_factor("km/h", "m/s") == factor_by_pint("km/h", "m/s") is not None
+    assert unit_factor("kPa", "m") is None
+
+
+def test_a_catalogue_brake_is_read_without_loading_pint():
+    code = (
+        "import sys; from layerjam.device.load import load; load('choi2018-kapton'); "
+        "from layerjam.fluid.file import load_line; load_line('choi2018'); "
+        "sys.exit('pint' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -59,3 +59,33 @@ def test_a_measured_pull_is_dropped_and_compared(tab, tmp_path):
         cell(tab, "pull-figure-svg").click()
     assert download.value.suggested_filename == "choi2018-kapton-tensile.svg"
     assert not tab.errors
+
+
+def test_the_stack_is_drawn_when_it_looks_different_and_not_otherwise(tab):
+    tab.wait_for_selector("[data-testid=brake-numbers]", timeout=90_000)
+    view = tab.evaluate_handle(
+        "() => getElement(+document.querySelector('[data-testid=brake-scene]').id.slice(1))"
+    )
+    tab.wait_for_function("view => view.renderer?.info.render.frame > 0", arg=view)
+
+    def settled() -> int:
+        seen, now = -1, view.evaluate("view => view.renderer.info.render.frame")
+        while now != seen:
+            tab.wait_for_timeout(1000)
+            seen, now = now, view.evaluate("view => view.renderer.info.render.frame")
+        return now
+
+    def drawn_after(act) -> None:
+        before = settled()
+        act()
+        tab.wait_for_function("([v, n]) => v.renderer.info.render.frame > n", arg=[view, before])
+
+    tab.locator("[data-testid=brake-slip] [tabindex='0']").first.focus()
+    drawn_after(lambda: tab.keyboard.press("ArrowRight"))
+    drawn_after(cell(tab, "brake-scene-side").click)
+    drawn_after(cell(tab, "light-or-dark").click)
+    before = settled()
+    cell(tab, "tab-pull").click()
+    assert settled() == before  # it turns on unseen, and nothing is drawn
+    drawn_after(cell(tab, "tab-brake").click)
+    assert not [e for e in tab.errors if "WebGL" not in e]

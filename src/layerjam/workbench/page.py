@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from nicegui import Client, background_tasks, run, ui
+from nicegui import Client, background_tasks, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.units import show
@@ -14,6 +14,7 @@ from layerjam.verbs.answer import Answer
 from layerjam.workbench.call import Call
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
+from layerjam.workbench.rest import elsewhere, settle
 from layerjam.workbench.runner import Runner
 
 
@@ -34,9 +35,10 @@ class Page:
         self.result: Any = None
         self.problem: ui.label | None = None
         self.built = False
+        self._fresh = True
         self.client: Client | None = None
         self.prepare: Callable[[], None] = lambda: None
-        self.runner = Runner(self._answer, self._show, run.io_bound)
+        self.runner = Runner(self._answer, self._show, elsewhere)
         desk.watch(self._changed)
 
     @classmethod
@@ -91,6 +93,9 @@ class Page:
         if not problem:
             self.result = result
             self.draw(result)
+        if self._fresh:
+            self._fresh = False
+            background_tasks.create(elsewhere(settle), name="layerjam settles")
 
     def problem_line(self) -> None:
         """Where a refusal stands, in words."""

@@ -25,7 +25,7 @@ class Runner:
         show: Callable[[Any, str], None],
         elsewhere: Callable[[Callable[[], Any]], Awaitable[Any]],
     ) -> None:
-        """`elsewhere` awaits a function in another thread (nicegui's run.io_bound)."""
+        """`elsewhere` awaits a function in another thread."""
         self._compute, self._show, self._elsewhere = compute, show, elsewhere
         self._running = self._again = False
         self.stop_flag = threading.Event()

@@ -20,8 +20,30 @@ MOST = 24
 """Sheets drawn at most."""
 TIGHT, LOOSE = 0.04, 0.7
 """Gap between sheets over a sheet's thickness, at the full vacuum and without any: drawn only."""
-GROUND = "#eef2f5"
-_LABEL = "font: 600 13px sans-serif; color: #1c2530; white-space: nowrap"
+GROUND, NIGHT = "#eef2f5", "#262d34"
+INK = "#6b7a88"
+"""Of what must be seen on both."""
+_LABEL = "font: 600 13px sans-serif; color: var(--stack-ink); white-space: nowrap"
+STYLE = ":root { --stack-ink: #1c2530 } .body--dark { --stack-ink: #e6ebef }"
+STILL = """() => {
+  const view = getElement(IDENT), draw = view.renderer.render.bind(view.renderer);
+  const write = view.text_renderer.render.bind(view.text_renderer);
+  let seen = '', changed = true;
+  const looks = (scene, camera) => [
+    ...[...camera.position, ...camera.quaternion].map(x => Number(x).toFixed(4)),
+    camera.aspect, view.ground,
+    view.renderer.domElement.width, view.renderer.domElement.height,
+    ...scene.children.flatMap(c => [c.id, c.children.length, ...c.position, ...c.scale]),
+  ].join();
+  view.renderer.render = (scene, camera) => {
+    const now = view.$el.isConnected && !document.hidden ? looks(scene, camera) : '';
+    changed = now !== seen && now !== '';
+    seen = now;
+    if (changed) draw(scene, camera);
+  };
+  view.text_renderer.render = (...all) => { if (changed) write(...all); };
+}"""
+"""NiceGUI draws a scene twenty times a second, seen or not: here only when it looks different."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +120,7 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
     low = -tall / 2 - 2.5 * thick
     left, right = start + free + slip, start + free + lap
     boxes.append(_box("overlap", ((left + right) / 2, -sheets.width / 2, low),
-                      (max(right - left, 1e-5), 0.0006, 0.0012), "#1c2530"))  # fmt: skip
+                      (max(right - left, 1e-5), 0.0006, 0.0012), INK))  # fmt: skip
     labels = (
         ("overlap", f"overlap {show(lap - slip, 'm', 3)}",
          _at((left + right) / 2, -sheets.width / 2, low)),
@@ -164,6 +186,8 @@ class StackView:
         self._labels: dict[str, tuple[str, Any]] = {}
         self._frame = (0.0, 0.0)
         self._view: Callable[[], None] = self.whole
+        self._dark = False
+        ui.add_css(STYLE)
         with ui.element("div").classes("w-full"):
             self.scene = (
                 ui.scene(
@@ -173,6 +197,7 @@ class StackView:
                 .classes("w-full h-80")
                 .props(f'role="img" data-testid="{ident}" aria-label="The stack of sheets"')
             )  # fmt: skip
+            self.scene.on("init", js_handler=STILL.replace("IDENT", str(self.scene.id)))
             with ui.row().classes("gap-1 items-center"):
                 ui.label("Seen").classes("text-sm")
                 for name, how in (
@@ -185,8 +210,15 @@ class StackView:
                     )
                 ui.label("drag to turn, wheel to come nearer").classes("text-sm opacity-80")
 
-    def show(self, stack: Stack, words: str) -> None:
+    def show(self, stack: Stack, words: str, dark: bool = False) -> None:
         """Bring the scene up to date."""
+        if dark != self._dark:
+            self._dark = dark
+            ground = NIGHT if dark else GROUND
+            self.scene.client.run_javascript(
+                f"const view = getElement({self.scene.id}); view.ground = '{ground}'; "
+                "view.renderer.setClearColor(view.ground)"
+            )
         self.scene.props["aria-label"] = words
         with self.scene:
             for box in stack.boxes:

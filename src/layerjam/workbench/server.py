@@ -58,7 +58,7 @@ def serve(*, host: str, port: int, show: bool, engine: Callable[[], None],
     Raises MissingExtraError without NiceGUI, and QuantityError where it cannot listen.
     """
     try:
-        from nicegui import app, ui
+        from nicegui import app, run, ui
     except ImportError:
         raise MissingExtraError("the workbench (nicegui)", "workbench") from None
     if not is_loopback(host):
@@ -66,6 +66,7 @@ def serve(*, host: str, port: int, show: bool, engine: Callable[[], None],
     check_free(host, port)
     from layerjam.workbench.gate import Gate
     from layerjam.workbench.pages.all import TABS
+    from layerjam.workbench.rest import REST, WORK
     from layerjam.workbench.shell import frame
     from layerjam.workbench.uploads import close_all
 
@@ -80,6 +81,7 @@ def serve(*, host: str, port: int, show: bool, engine: Callable[[], None],
     app.on_startup(lambda: print(f"workbench: {place}{f'?token={token}' if token else ''}"
                                  "  (Ctrl-C ends it)", flush=True))  # fmt: skip
     app.on_shutdown(close_all)
+    app.timer(REST / 4, lambda: run.io_bound(WORK.give_back), immediate=False)
     with contextlib.suppress(KeyboardInterrupt):
         ui.run(
             host=host, port=port, title="layerjam workbench", show=show, reload=False,

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from nicegui import run, ui
+from nicegui import ui
 
 from layerjam.errors import LayerjamError
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import SCRIPT
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
+from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.state import LONGEST_LINK, State, from_link, to_link
 
 STYLE = """
@@ -71,7 +72,7 @@ def frame(link: str, kinds: Sequence[Tab | type[Page]], prepare: Callable[[], No
     async def opened(name: str) -> None:
         desk.open(name)
         if name not in pages:
-            kind = await run.io_bound(kinds[names.index(name)].load)
+            kind = await elsewhere(kinds[names.index(name)].load)
             if kind is None or client.is_deleted:  # the program or the tab was ended meanwhile
                 return
             if name not in pages:

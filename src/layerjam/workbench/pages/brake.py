@@ -218,7 +218,7 @@ class Brake(Page):
         slip, vacuum = (number(self.desk, self.name, c) for c in self.controls().values())
         stack = stack_of(brake, slip, vacuum / brake.site.atmosphere)
         words = in_words(brake, stack, slip)
-        self.view.show(stack, words)
+        self.view.show(stack, words, self.dark)
         self.words.set_text(words)
         self.figures.fill(force)
         self.table.fill(shown, other[0] if other else None)

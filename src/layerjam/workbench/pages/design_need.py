@@ -7,7 +7,7 @@ from functools import partial
 from html import escape
 from typing import Any, NamedTuple
 
-from nicegui import events, run, ui
+from nicegui import events, ui
 
 from layerjam.design.spec import examples, read_spec
 from layerjam.design.verdict import named
@@ -25,6 +25,7 @@ from layerjam.workbench.page import Notes
 from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design_form import Form
 from layerjam.workbench.pages.design_part import PAGE, Host, Part, words
+from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import Stopped
 
 LONGEST = 20_000
@@ -287,7 +288,7 @@ class NeedPart(Part):
             return
         from layerjam.report.design_figures import front as drawn
 
-        content = await run.io_bound(lambda: takeaway.figure_bytes(drawn(answer), ending))
+        content = await elsewhere(lambda: takeaway.figure_bytes(drawn(answer), ending))
         if content is not None:
             name = front.file_name(answer.record.spec)
             ui.download.content(content, f"{name}-design.{ending}")

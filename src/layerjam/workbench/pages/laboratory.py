@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-from nicegui import app, run, ui
+from nicegui import app, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.identify.sidecar import SIDECAR_ENDING
@@ -21,6 +21,7 @@ from layerjam.workbench.pages.laboratory_files import Reader, Row, edits_of, put
 from layerjam.workbench.pages.laboratory_results import STYLE, Card
 from layerjam.workbench.pages.laboratory_steps import Done, Step, stem_of
 from layerjam.workbench.pages.laboratory_table import Table
+from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import Runner
 from layerjam.workbench.uploads import Uploads, close_all, zipped
 
@@ -69,7 +70,7 @@ class Laboratory(Page):
         """What the report was made of: it goes when that changes."""
         self.job = ""
         """What the second runner does: "report" or "practice"."""
-        self.jobs = Runner(self._job, self._job_done, run.io_bound)
+        self.jobs = Runner(self._job, self._job_done, elsewhere)
         self._busy = threading.Lock()
         self._progress = ("", 0.0)
         self._sample = False

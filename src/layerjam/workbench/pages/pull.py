@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from nicegui import run, ui
+from nicegui import ui
 
 from layerjam.errors import LayerjamError
 from layerjam.units import Meaning
@@ -18,6 +18,7 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.pull_chart import pulled, saw
 from layerjam.workbench.pages.pull_files import Errors, Measured, Reading, laid_out, read
+from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.uploads import Uploads
 from layerjam.workbench.waiting import Waiting
 
@@ -193,7 +194,7 @@ class Pull(Page):
             return
         answer, _, reading = self.result
         try:
-            content = await run.io_bound(_file, what, ending, answer, reading)
+            content = await elsewhere(_file, what, ending, answer, reading)
         except LayerjamError as err:
             ui.notify(" ".join(str(err).split()), type="warning")
             return

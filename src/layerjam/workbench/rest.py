@@ -1,0 +1,84 @@
+"""What a server that stays up does with its memory: no pause under a slider, little held at rest.
+
+JAX keeps what it has compiled and everything it compiled it from: some 200 MB once all pages were
+used. Compiled again from the cache on disk it takes a second or two.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from nicegui import run
+
+REST = 120.0
+"""Seconds without a computation after which what was compiled is given back."""
+
+
+class Work:
+    """Who computes now, and since when nobody does."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._door = threading.Lock()
+        self._working = 0
+        self._last = clock()
+        self._holding = False
+
+    @contextmanager
+    def going_on(self) -> Iterator[None]:
+        """While something is computed, nothing is given back, and nothing begins meanwhile."""
+        with self._door:
+            self._working += 1
+            self._holding = True
+        try:
+            yield
+        finally:
+            with self._door:
+                self._working -= 1
+                self._last = self._clock()
+
+    def give_back(self) -> bool:
+        """After a rest, drop what was compiled; whether that was done now."""
+        with self._door:
+            if self._working or not self._holding or self._clock() - self._last < REST:
+                return False
+            if "jax" in sys.modules:
+                sys.modules["jax"].clear_caches()
+            gc.unfreeze()
+            settle()
+            self._holding = False
+            return True
+
+
+WORK = Work()
+"""The server's."""
+
+
+async def elsewhere(function: Callable[..., Any], *given: Any) -> Any:
+    """`function(*given)` in another thread, as work; None where the program is being ended."""
+
+    def counted() -> Any:
+        with WORK.going_on():
+            return function(*given)
+
+    return await run.io_bound(counted)
+
+
+def settle() -> None:
+    """After something was loaded: it will stay, and no collection has to go through it again.
+
+    Without this, one move in a hundred waits a third of a second for Python's collector.
+    """
+    gc.collect()
+    gc.freeze()
+    if sys.platform == "linux":
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc's alone
+        if trim is not None:
+            trim(0)
