@@ -14,7 +14,7 @@ from layerjam.verbs.answer import Answer
 from layerjam.workbench.call import Call
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
-from layerjam.workbench.rest import elsewhere, settle
+from layerjam.workbench.rest import elsewhere, settle_later
 from layerjam.workbench.runner import Runner
 
 
@@ -95,7 +95,7 @@ class Page:
             self.draw(result)
         if self._fresh:
             self._fresh = False
-            background_tasks.create(elsewhere(settle), name="layerjam settles")
+            background_tasks.create(settle_later(), name="layerjam settles")
 
     def problem_line(self) -> None:
         """Where a refusal stands, in words."""

@@ -6,6 +6,7 @@ used. Compiled again from the cache on disk it takes a second or two.
 
 from __future__ import annotations
 
+import asyncio
 import ctypes
 import gc
 import sys
@@ -19,6 +20,9 @@ from nicegui import run
 
 REST = 120.0
 """Seconds without a computation after which what was compiled is given back."""
+
+SOON = 2.0
+"""Seconds after a page's first answer in which it is sent and drawn."""
 
 
 class Work:
@@ -69,6 +73,12 @@ async def elsewhere(function: Callable[..., Any], *given: Any) -> Any:
             return function(*given)
 
     return await run.io_bound(counted)
+
+
+async def settle_later() -> None:
+    """`settle` once what was just shown has reached the browser."""
+    await asyncio.sleep(SOON)
+    await elsewhere(settle)
 
 
 def settle() -> None:

@@ -94,11 +94,9 @@ _ready = threading.Lock()
 
 
 def prepare(engine: Callable[[], None]) -> None:
-    """Load what computing needs, once, while the first page is on its way."""
+    """Load what the first page computes with, once, while it is on its way."""
     with _ready:
         engine()
-        import layerjam.verbs.edit
-        import layerjam.verbs.impact
         import layerjam.verbs.predict  # noqa: F401
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from nicegui import ui
+from collections.abc import Iterable, Sequence
+from html import escape
 
 STYLE = """
 .plain-table { border-collapse: collapse; font-size: 0.875rem }
@@ -13,22 +12,32 @@ STYLE = """
 .plain-table .num { text-align: right; white-space: nowrap }
 """
 
-
-def table(ident: str, heads: Sequence[str], numbers: Sequence[int] = ()) -> ui.element:
-    """An empty table with its head; `numbers` are the columns that stand right."""
-    made = ui.element("table").classes("plain-table").props(f'data-testid="{ident}"')
-    with made, ui.element("tr"):
-        for place, head in enumerate(heads):
-            with (
-                ui.element("th")
-                .classes("td num" if place in numbers else "td")
-                .props('scope="col"')
-            ):
-                ui.label(head)
-    return made
+Cell = str | tuple[str, str]
+"""A text, or a text and the classes it has besides."""
 
 
-def cell(text: str, classes: str = "") -> None:
-    """One cell of the row that is open."""
-    with ui.element("td").classes(f"td {classes}"):
-        ui.label(text)
+def html(
+    ident: str, heads: Sequence[str], rows: Iterable[Sequence[Cell]], numbers: Sequence[int] = ()
+) -> str:
+    """The table; `numbers` are the columns that stand right. Nothing in it is taken as HTML."""
+    made = "".join(
+        f'<th scope="col" class="{_kind(place, numbers)}">{escape(head)}</th>'
+        for place, head in enumerate(heads)
+    )
+    body = "".join(
+        f"<tr>{''.join(_cell(cell, place, numbers) for place, cell in enumerate(row))}</tr>"
+        for row in rows
+    )
+    return (
+        f'<table class="plain-table" data-testid="{escape(ident)}">'
+        f"<thead><tr>{made}</tr></thead><tbody>{body}</tbody></table>"
+    )
+
+
+def _kind(place: int, numbers: Sequence[int]) -> str:
+    return "td num" if place in numbers else "td"
+
+
+def _cell(cell: Cell, place: int, numbers: Sequence[int]) -> str:
+    text, more = (cell, "") if isinstance(cell, str) else cell
+    return f'<td class="{f"{_kind(place, numbers)} {more}".strip()}">{escape(text)}</td>'

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from nicegui import ui
 
@@ -104,14 +105,27 @@ class Fields:
         self, desk: Desk, change: Callable[[str, str | None], str], open_groups: tuple[str, ...]
     ) -> None:
         self.rows: list[FieldRow] = []
+        self._desk, self._change = desk, change
+        self._filled: set[str] = set()
         for group, title in GROUPS.items():
-            with (
+            fold = (
                 ui.expansion(title, value=group in open_groups)
                 .classes("w-full")
                 .props(f'dense header-class="font-medium" data-testid="brake-group-{group}"')
-            ):
-                self.rows += [FieldRow(desk, path, change) for path in fields_of(group)]
+            )
+            if fold.value:
+                self._fill(fold, group)
+            else:  # a fold nobody opens costs the first page its time
+                fold.on_value_change(partial(self._fill, fold, group))
         desk.watch(self._changed)
+
+    def _fill(self, fold: ui.expansion, group: str, _: object = None) -> None:
+        """Once, the fields into their fold."""
+        if group in self._filled:
+            return
+        self._filled.add(group)
+        with fold:
+            self.rows += [FieldRow(self._desk, path, self._change) for path in fields_of(group)]
 
     def _changed(self, what: str) -> None:
         if what in ("brake", "undo"):

@@ -11,7 +11,8 @@ from layerjam.device.file import BrakeFile
 from layerjam.units import get, show
 from layerjam.verbs.answer import Answer
 from layerjam.verbs.edit import FIELDS
-from layerjam.workbench.tables import cell, table
+from layerjam.workbench import live
+from layerjam.workbench.tables import Cell, html
 
 ROWS: Mapping[str, tuple[str, int]] = {
     "mass": ("Mass", -1),
@@ -78,23 +79,20 @@ class Comparison:
     """The table of what the brake is and will do; a second column for a second brake."""
 
     def __init__(self) -> None:
-        self._box = ui.element("div").classes("w-full overflow-auto")
+        with ui.element("div").classes("w-full overflow-auto"):
+            self._box = live.Table()
 
     def fill(self, here: Answer, beside: Answer | None) -> None:
         """Show one brake, or two and their difference."""
-        rows = lines(here, beside)
         heads = ["", here.values["name"]]
         if beside is not None:
             heads += [beside.values["name"], f"{here.values['name']} is"]
-        self._box.clear()
-        with self._box, table("brake-numbers", heads, (1, 2, 3)):
-            for row in rows:
-                with ui.element("tr"):
-                    cell(row.name)
-                    cell(row.here, "num font-medium")
-                    if beside is not None:
-                        cell(row.beside, "num")
-                        cell(row.verdict, f"num {_weight(row.verdict)}")
+        rows: list[list[Cell]] = [
+            [row.name, (row.here, "font-medium"), row.beside, (row.verdict, _weight(row.verdict))]
+            for row in lines(here, beside)
+        ]
+        shown = (row[: len(heads)] for row in rows)
+        self._box.set_content(html("brake-numbers", heads, shown, (1, 2, 3)))
 
 
 def _weight(words: str) -> str:
@@ -107,7 +105,8 @@ class Sources:
     """Every number of the brake with its kind and what its file says of it."""
 
     def __init__(self) -> None:
-        self._box = ui.element("div").classes("w-full overflow-auto brake-sources")
+        with ui.element("div").classes("w-full overflow-auto brake-sources"):
+            self._box = live.Table()
         self._shown: str | None = None
 
     def fill(self, file: BrakeFile) -> None:
@@ -115,17 +114,14 @@ class Sources:
         if file.text == self._shown:
             return
         self._shown = file.text
-        self._box.clear()
         heads = ["Number", "Value", "Kind", "Source", "Spread", "Conflict"]
-        with self._box, table("brake-sources", heads, (1,)):
-            for path, (meaning, _) in FIELDS.items():
-                value = get(file.brake, path)
-                source = file.sources.get(path)
-                if value is None:
-                    continue
-                with ui.element("tr"):
-                    cell(path)
-                    cell(show(value, meaning.unit, 6), "num")
-                    cell("default" if source is None else source.kind)
-                    for word in ("text", "spread", "conflict"):
-                        cell("" if source is None else getattr(source, word))
+        rows = []
+        for path, (meaning, _) in FIELDS.items():
+            value, source = get(file.brake, path), file.sources.get(path)
+            if value is None:
+                continue
+            said = ["default", "", "", ""] if source is None else [
+                source.kind, source.text, source.spread, source.conflict
+            ]  # fmt: skip
+            rows.append([path, show(value, meaning.unit, 6), *said])
+        self._box.set_content(html("brake-sources", heads, rows, (1,)))

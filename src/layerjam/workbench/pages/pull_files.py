@@ -11,9 +11,10 @@ from layerjam.identify.provenance import renamed
 from layerjam.identify.validation.metrics import CurveError
 from layerjam.units import show
 from layerjam.verbs.answer import Answer
+from layerjam.workbench import live
 from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.page import answered
-from layerjam.workbench.tables import cell, table
+from layerjam.workbench.tables import html
 from layerjam.workbench.uploads import LARGEST, Refused, Uploads, sidecar_of
 
 
@@ -192,15 +193,14 @@ class Errors:
                 "what is left over, measured less model, over the part that is compared."
             ).classes("text-sm opacity-80")
             heads = ["File", "Vacuum", "Speed", "MAPE", "RMSE", "Model − measured"]
-            with table("pull-errors", heads, (1, 2, 3, 4, 5)):
-                for row in answer.files:
-                    with ui.element("tr"):
-                        cell(reading.named(row["path"]))
-                        cell(show(row["vacuum"], "Pa"), "num")
-                        cell(show(row["speed"], "m/s", 3), "num")
-                        cell(f"{row['mape']:.2%}", "num")
-                        cell(show(row["rmse"], "N", 3), "num")
-                        cell(show(row["bias"], "N", 3).replace("-", "−"), "num")
+            rows = [
+                [
+                    reading.named(row["path"]), show(row["vacuum"], "Pa"),
+                    show(row["speed"], "m/s", 3), f"{row['mape']:.2%}", show(row["rmse"], "N", 3),
+                    show(row["bias"], "N", 3).replace("-", "−"),
+                ] for row in answer.files
+            ]  # fmt: skip
+            live.Table().set_content(html("pull-errors", heads, rows, (1, 2, 3, 4, 5)))
             for check in answer.checks:
                 mark = "✓" if check["passed"] else "look:"
                 ui.label(f"{mark} {check['name']}: {check['sentence']}").classes("text-sm")
