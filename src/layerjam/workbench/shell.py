@@ -157,9 +157,7 @@ def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
         )
         edited = [s.name for c in calls for s in c.subjects if s.file]
         if edited:
-            ui.label(
-                f"{edited[0]} was edited or written here: save it as TOML beside where you run this."
-            )
+            ui.label(f"{edited[0]} was edited or written here: save it beside where you run this.")
         ui.button("Close", on_click=dialog.close).props("flat autofocus")
 
 
