@@ -115,22 +115,6 @@ WATCH = """(place) => {
     });
   });
 }"""
-# a session that moves its slider by itself
-ALONE = """([place, every, until]) => {
-  const bar = document.querySelector(place);
-  let count = 0;
-  const timer = setInterval(() => {
-    const code = count++ % 40 < 20 ? 37 : 39;
-    const key = code === 37 ? 'ArrowLeft' : 'ArrowRight';
-    bar.dispatchEvent(new KeyboardEvent('keydown', {key, keyCode: code, bubbles: true}));
-    bar.dispatchEvent(new KeyboardEvent('keyup', {key, keyCode: code, bubbles: true}));
-    if (count >= until) clearInterval(timer);
-  }, every);
-}"""
-
-STILL = """(place) => {
-  getElement(+document.querySelector(place).id.slice(1)).chart.setOption = () => {};
-}"""
 
 
 def opened(browser: Any, place: str, scene: Scene) -> Any:
@@ -167,22 +151,32 @@ def late(times: list[float]) -> float:
     return times[min(len(times) - 1, int(0.99 * len(times)))]
 
 
-def together(browser: Any, place: str, sessions: int, scene: Scene, moves: int = 60) -> float:
-    """Median seconds in the first of several sessions that all move their slider at once.
+@contextmanager
+def others(place: str, count: int) -> Iterator[None]:
+    """So many more sessions that move their slider all the time, on other people's machines."""
+    program = [sys.executable, "-m", "benchmarks.sessions", place, str(count), str(PAUSE)]
+    with subprocess.Popen(
+        program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        if process.stdout.readline().strip() != "ready":
+            raise RuntimeError("the other sessions could not begin")
+        yield
+        process.stdin.close()
+        moved, answered = (int(word) for word in process.stdout.read().split())
+        if answered < 0.5 * moved:
+            raise RuntimeError(f"the others moved {moved} times and were answered {answered} times")
 
-    The others do not draw: their browsers would be other people's machines, the server is one.
-    """
-    pages = [opened(browser, place, scene) for _ in range(sessions)]
-    for page in pages[1:]:
-        page.evaluate(STILL, at(scene.chart))
-    for page in pages:
-        slider = f"{at(scene.slider)} [tabindex='0']"
-        page.evaluate(ALONE, [slider, 1e3 * PAUSE, moves])
-    pages[0].wait_for_timeout(1e3 * PAUSE * moves + 3000)
-    times = sorted(t / 1e3 for t in pages[0].evaluate("took"))
-    for page in pages:
-        page.context.close()
-    return middle(times)
+
+def alone_and_among(browser: Any, place: str, scene: Scene) -> tuple[float, float]:
+    """Median seconds of a move in the only session, and in one of several that all move."""
+    page = opened(browser, place, scene)
+    one = middle(latencies(page, 60))
+    with others(place, SESSIONS - 1):
+        many = middle(latencies(page, 60))
+    page.context.close()
+    return one, many
 
 
 def free_port() -> int:
@@ -272,8 +266,7 @@ def rows() -> list[Row]:
                 page.context.close()
                 out.append(Row(f"{scene.name}: median of {MOVES}", middle(took), MEDIAN))
                 out.append(Row(f"{scene.name}: p99", late(took), WORST))
-            one = together(browser, place, 1, SCENES[0])
-            ten = together(browser, place, SESSIONS, SCENES[0])
+            one, ten = alone_and_among(browser, place, SCENES[0])
             out.append(Row(f"a move, {SESSIONS} sessions moving at once", ten, None, one,
                            "one alone", target_ratio=2.0))  # fmt: skip
         with started() as (place, process, _):
