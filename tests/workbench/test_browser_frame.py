@@ -204,6 +204,30 @@ def test_the_tabs_go_by_arrow_keys_and_focus_is_seen(tab):
     assert all(ring for _, ring in seen if _ != "BODY")
 
 
+NUMBERED = """() => {
+  const all = [...document.querySelectorAll(
+    'button, a[href], input:not([type=file]), textarea, select, [tabindex]')];
+  const meant = all.filter(e => e.tabIndex >= 0 && !e.disabled && e.checkVisibility()
+    && e.getAttribute('aria-disabled') !== 'true' && e.getBoundingClientRect().width >= 1);
+  meant.forEach((e, i) => { e.dataset.walk = i; });
+  document.activeElement.blur();
+  return meant.map(e => e.outerHTML.slice(0, 160));
+}"""
+
+
+def test_every_control_is_reached_by_the_tab_key(tab):
+    for name in TABS:
+        opened(tab, name)
+        tab.wait_for_timeout(2000)
+        meant = tab.evaluate(NUMBERED)
+        reached = set()
+        for _ in range(len(meant) + 30):
+            tab.keyboard.press("Tab")
+            reached.add(tab.evaluate("document.activeElement?.dataset.walk"))
+        missed = [html for i, html in enumerate(meant) if str(i) not in reached]
+        assert len(meant) > 10 and missed == [], name
+
+
 def test_a_link_of_rubbish_opens_a_fresh_page_with_a_sentence(chromium, workbench):
     page = chromium.new_page()
     page.goto(f"{workbench}?s=rubbish")
