@@ -33,7 +33,9 @@ def test_what_was_compiled_is_given_back_once_after_a_rest():
     clock.now = 10.0 + 0.99 * REST
     assert not work.give_back() and function._cache_size() == 1
     clock.now = 10.0 + REST
+    assert work.first("pull") and not work.first("pull")
     assert work.give_back() and function._cache_size() == 0
+    assert work.first("pull")  # compiled anew, there is something to settle again
     clock.now += 10 * REST
     assert not work.give_back()  # nothing was computed since
     assert float(function(jnp.ones(3))[0]) == 2.0

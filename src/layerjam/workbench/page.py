@@ -14,7 +14,7 @@ from layerjam.verbs.answer import Answer
 from layerjam.workbench.call import Call
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
-from layerjam.workbench.rest import elsewhere, settle_later
+from layerjam.workbench.rest import WORK, elsewhere, settle_later
 from layerjam.workbench.runner import Runner
 
 
@@ -35,7 +35,6 @@ class Page:
         self.result: Any = None
         self.problem: ui.label | None = None
         self.built = False
-        self._fresh = True
         self.client: Client | None = None
         self.prepare: Callable[[], None] = lambda: None
         self.runner = Runner(self._answer, self._show, elsewhere)
@@ -93,8 +92,7 @@ class Page:
         if not problem:
             self.result = result
             self.draw(result)
-        if self._fresh:
-            self._fresh = False
+        if WORK.first(self.name):
             background_tasks.create(settle_later(), name="layerjam settles")
 
     def problem_line(self) -> None:

@@ -34,6 +34,14 @@ class Work:
         self._working = 0
         self._last = clock()
         self._holding = False
+        self._answered: set[str] = set()
+
+    def first(self, page: str) -> bool:
+        """Whether this is the first answer of that page in this process, or since a rest."""
+        if page in self._answered:
+            return False
+        self._answered.add(page)
+        return True
 
     @contextmanager
     def going_on(self) -> Iterator[None]:
@@ -58,6 +66,7 @@ class Work:
             gc.unfreeze()
             settle()
             self._holding = False
+            self._answered.clear()
             return True
 
 
