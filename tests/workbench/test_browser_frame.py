@@ -214,11 +214,18 @@ NUMBERED = """() => {
   return meant.map(e => e.outerHTML.slice(0, 160));
 }"""
 
+STILL = """() => new Promise(done => {
+  let timer = setTimeout(done, 3000);
+  new MutationObserver(() => { clearTimeout(timer); timer = setTimeout(done, 3000); })
+    .observe(document.body, {childList: true, subtree: true});
+})"""
+"""Until nothing has come or gone on the page for three seconds."""
+
 
 def test_every_control_is_reached_by_the_tab_key(tab):
     for name in TABS:
         opened(tab, name)
-        tab.wait_for_timeout(2000)
+        tab.evaluate(STILL)
         meant = tab.evaluate(NUMBERED)
         reached = set()
         for _ in range(len(meant) + 30):
