@@ -10,7 +10,6 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nicegui.testing import user_simulation
 
 from layerjam.device.load import load
 from layerjam.units import get
@@ -21,9 +20,9 @@ from layerjam.workbench.pages.brake import Brake
 from layerjam.workbench.pages.brake_fields import GROUPS, fields_of, typed_text
 from layerjam.workbench.pages.brake_tables import ROWS, lines, verdict
 from layerjam.workbench.scene import MOST, UNIT, exaggeration, in_words, stack_of
-from layerjam.workbench.shell import frame
 from layerjam.workbench.state import State, from_link, to_link
 from strategies import one, random_brakes, seeds
+from workbench.standing import standing
 
 KAPTON = load("choi2018-kapton").brake
 
@@ -140,8 +139,7 @@ def test_an_edited_brake_is_undone_and_comes_back_by_its_link():
 
 def test_the_page_is_built_and_answers():
     async def drive() -> None:
-        async with user_simulation(root=lambda: frame("", [Brake], lambda: None)) as user:
-            await user.open("/")
+        async with standing(Brake) as (user, _):
             await user.should_see("Greatest force of a pull at full vacuum", retries=100)
             await user.should_see("Where the numbers come from")
             await user.should_see("11 sheets, 6 held on the left", retries=50)

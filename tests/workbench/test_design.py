@@ -10,7 +10,6 @@ import math
 import os
 
 import pytest
-from nicegui.testing import user_simulation
 
 from layerjam.design.spec import examples
 from layerjam.device.load import load
@@ -26,8 +25,8 @@ from layerjam.workbench.pages.design_arrays import array_chart
 from layerjam.workbench.pages.design_density import density_chart
 from layerjam.workbench.pages.design_machines import limits_table
 from layerjam.workbench.pages.design_need import STOPPED, Found, problem
-from layerjam.workbench.shell import frame
 from layerjam.workbench.state import State, from_link, to_link
+from workbench.standing import standing
 
 SMALL = """name = "small <b>"
 brake = "choi2018-kapton"
@@ -206,17 +205,9 @@ def test_limits_of_a_machine_are_told():
 
 
 def test_the_page_stands(monkeypatch):
-    pages = []
-
-    class Seen(Design):
-        def __init__(self, desk):
-            super().__init__(desk)
-            pages.append(self)
-
     async def use() -> None:
         link = to_link(State(page="design", settings={"design": {"spec": SMALL}}))
-        async with user_simulation(lambda: frame(link, [Seen], lambda: None)) as user:
-            await user.open("/")
+        async with standing(Design, link) as (user, pages):
             await user.should_see("designs meet all constraints", retries=300)
             need = pages[-1].parts["need"]
             desk = pages[-1].desk

@@ -8,15 +8,14 @@ import io
 
 import numpy as np
 import pytest
-from nicegui.testing import user_simulation
 
 from layerjam.verbs.impact import drop
 from layerjam.verbs.tuning import tune
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import NO_ROPE, Drop, notes, table, verdict
 from layerjam.workbench.pages.drop_animation import SLOW, series, slowness
-from layerjam.workbench.shell import frame
 from layerjam.workbench.state import State, from_link, to_link
+from workbench.standing import standing
 
 KAPTON = "choi2018-kapton"
 CASE = {"mass": "1 kg", "speed": "1.5 m/s", "rope_stiffness": "16.8 kN/m"}
@@ -111,16 +110,8 @@ def test_what_is_sent_is_the_record():
 
 
 def test_the_page_stands_and_follows_its_controls():
-    pages = []
-
-    class Seen(Drop):
-        def __init__(self, desk):
-            super().__init__(desk)
-            pages.append(self)
-
     async def use() -> None:
-        async with user_simulation(lambda: frame("", [Seen], lambda: None)) as user:
-            await user.open("/")
+        async with standing(Drop) as (user, pages):
             await user.should_see("STOPPED: in 63.94 ms, after 40 mm of slip", retries=300)
             page = pages[-1]
             page.desk.put("drop", "shown", "full")

@@ -7,7 +7,6 @@ import contextlib
 import io
 
 import pytest
-from nicegui.testing import user_simulation
 
 from layerjam.errors import LayerjamError
 from layerjam.verbs.edit_line import FIELDS, edit_line
@@ -16,8 +15,8 @@ from layerjam.verbs.vacuum_line import rise
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.line_fields import LineFields
 from layerjam.workbench.pages.vacuum import FAULT, Vacuum, detection, in_figures, verdict
-from layerjam.workbench.shell import frame
 from layerjam.workbench.state import State, from_link, to_link
+from workbench.standing import standing
 
 SEEN = {"sensor_range": "103 kPa", "noise": "50 Pa", "duration": "20 s", "sample_time": "10 ms"}
 
@@ -91,16 +90,8 @@ def test_refusals_are_words_and_leave_the_other_answer():
 
 
 def test_the_page_stands_and_the_line_can_be_changed():
-    pages = []
-
-    class Seen(Vacuum):
-        def __init__(self, desk):
-            super().__init__(desk)
-            pages.append(self)
-
     async def use() -> None:
-        async with user_simulation(lambda: frame("", [Seen], lambda: None)) as user:
-            await user.open("/")
+        async with standing(Vacuum) as (user, pages):
             await user.should_see("10 to 90 % in 1.58 s", retries=300)
             await user.should_see("Nothing is regulated until a safe state is chosen")
             page = pages[-1]

@@ -6,9 +6,11 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 STYLE = """
+.plain-scroll { overflow-x: auto; max-width: 100% }
 .plain-table { border-collapse: collapse; font-size: 0.875rem }
-.plain-table .td { padding: 3px 12px 3px 0; vertical-align: top; text-align: left;
+.plain-table th, .plain-table td { padding: 3px 12px 3px 0; vertical-align: top; text-align: left;
   border-bottom: 1px solid rgba(128, 128, 128, 0.3) }
+.plain-table th { font-weight: 600 }
 .plain-table .num { text-align: right; white-space: nowrap }
 """
 
@@ -17,27 +19,31 @@ Cell = str | tuple[str, str]
 
 
 def html(
-    ident: str, heads: Sequence[str], rows: Iterable[Sequence[Cell]], numbers: Sequence[int] = ()
-) -> str:
-    """The table; `numbers` are the columns that stand right. Nothing in it is taken as HTML."""
-    made = "".join(
-        f'<th scope="col" class="{_kind(place, numbers)}">{escape(head)}</th>'
-        for place, head in enumerate(heads)
-    )
-    body = "".join(
-        f"<tr>{''.join(_cell(cell, place, numbers) for place, cell in enumerate(row))}</tr>"
-        for row in rows
-    )
+    heads: Sequence[str], rows: Iterable[Sequence[Cell]], numbers: Sequence[int] = (),
+    caption: str = "", ident: str = "",
+) -> str:  # fmt: skip
+    """The table; `numbers` are the columns that stand right. Nothing in it is taken as HTML.
+
+    Too wide for its place it scrolls, by the keyboard too.
+    """
+
+    def cells(row: Sequence[Cell], tag: str) -> str:
+        made = ""
+        for place, cell in enumerate(row):
+            text, more = (cell, "") if isinstance(cell, str) else cell
+            kind = f"{'num' if place in numbers else ''} {more}".strip()
+            scope = ' scope="col"' if tag == "th" else ""
+            made += f"<{tag}{scope}{_said('class', kind)}>{escape(text)}</{tag}>"
+        return f"<tr>{made}</tr>"
+
+    body = "".join(cells(row, "td") for row in rows)
+    about = _said("aria-label", caption) + _said("data-testid", ident)
     return (
-        f'<table class="plain-table" data-testid="{escape(ident)}">'
-        f"<thead><tr>{made}</tr></thead><tbody>{body}</tbody></table>"
+        f'<div class="plain-scroll" tabindex="0"><table class="plain-table"{about}>'
+        f"<thead>{cells(heads, 'th')}</thead><tbody>{body}</tbody></table></div>"
     )
 
 
-def _kind(place: int, numbers: Sequence[int]) -> str:
-    return "td num" if place in numbers else "td"
-
-
-def _cell(cell: Cell, place: int, numbers: Sequence[int]) -> str:
-    text, more = (cell, "") if isinstance(cell, str) else cell
-    return f'<td class="{f"{_kind(place, numbers)} {more}".strip()}">{escape(text)}</td>'
+def _said(name: str, value: str) -> str:
+    """An attribute, none where there is nothing to say."""
+    return f' {name}="{escape(value)}"' if value else ""

@@ -106,7 +106,6 @@ class Fields:
     ) -> None:
         self.rows: list[FieldRow] = []
         self._desk, self._change = desk, change
-        self._filled: set[str] = set()
         for group, title in GROUPS.items():
             fold = (
                 ui.expansion(title, value=group in open_groups)
@@ -121,11 +120,9 @@ class Fields:
 
     def _fill(self, fold: ui.expansion, group: str, _: object = None) -> None:
         """Once, the fields into their fold."""
-        if group in self._filled:
-            return
-        self._filled.add(group)
-        with fold:
-            self.rows += [FieldRow(self._desk, path, self._change) for path in fields_of(group)]
+        if not fold.default_slot.children:
+            with fold:
+                self.rows += [FieldRow(self._desk, path, self._change) for path in fields_of(group)]
 
     def _changed(self, what: str) -> None:
         if what in ("brake", "undo"):

@@ -79,8 +79,7 @@ class Comparison:
     """The table of what the brake is and will do; a second column for a second brake."""
 
     def __init__(self) -> None:
-        with ui.element("div").classes("w-full overflow-auto"):
-            self._box = live.Table()
+        self._box = live.Table()
 
     def fill(self, here: Answer, beside: Answer | None) -> None:
         """Show one brake, or two and their difference."""
@@ -92,7 +91,7 @@ class Comparison:
             for row in lines(here, beside)
         ]
         shown = (row[: len(heads)] for row in rows)
-        self._box.set_content(html("brake-numbers", heads, shown, (1, 2, 3)))
+        self._box.set_content(html(heads, shown, (1, 2, 3), "The brake", "brake-numbers"))
 
 
 def _weight(words: str) -> str:
@@ -124,4 +123,4 @@ class Sources:
                 source.kind, source.text, source.spread, source.conflict
             ]  # fmt: skip
             rows.append([path, show(value, meaning.unit, 6), *said])
-        self._box.set_content(html("brake-sources", heads, rows, (1,)))
+        self._box.set_content(html(heads, rows, (1,), "Sources", "brake-sources"))

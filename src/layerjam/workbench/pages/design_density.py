@@ -18,7 +18,8 @@ from layerjam.workbench.charts import COLORS, options
 from layerjam.workbench.controls import Control
 from layerjam.workbench.page import Notes
 from layerjam.workbench.pages.design_front import PALE
-from layerjam.workbench.pages.design_part import PAGE, Part, html_table
+from layerjam.workbench.pages.design_part import PAGE, Part
+from layerjam.workbench.tables import html
 
 GRAMS = 1e3
 SYMBOLS = (("bad", "rect"), ("good", "triangle"), ("other", "diamond"), ("second", "pin"),
@@ -81,7 +82,7 @@ class Density(Part):
             for r in found.devices
         ]  # fmt: skip
         self.table.set_content(
-            html_table(("Device", "Kind", "Mass", "Force", "Force over mass", "Source"), rows,
+            html(("Device", "Kind", "Mass", "Force", "Force over mass", "Source"), rows,
                        (2, 3, 4), "Force over mass of devices")
         )  # fmt: skip
         self.notes.fill(found.warnings)

@@ -15,7 +15,8 @@ from layerjam.report.style import GREY, INK
 from layerjam.units import show
 from layerjam.verbs.answer import Answer
 from layerjam.workbench.charts import COLORS, options
-from layerjam.workbench.pages.design_part import html_table, said, words
+from layerjam.workbench.pages.design_part import said, words
+from layerjam.workbench.tables import html
 
 PALE = "#9aa5af"
 """Grey on a dark ground."""
@@ -155,7 +156,7 @@ def comparison(answer: Answer, number: int) -> str:
         if set(cells) != {"–"}:
             rows.append((words(name), ", ".join(asked.get(name, [])), *cells))
     heads = ("", "asked for", *columns)
-    return html_table(heads, rows, range(2, len(heads)), "Designs side by side")
+    return html(heads, rows, range(2, len(heads)), "Designs side by side")
 
 
 def forbidden(answer: Answer) -> str:
@@ -169,7 +170,7 @@ def forbidden(answer: Answer) -> str:
     if not rows:
         return "<p>No single constraint keeps a better design out.</p>"
     heads = ("Constraint", "keeps out", "which has", "missed by", "better by")
-    return html_table(heads, rows, (2, 3, 4), "Designs that one constraint forbids")
+    return html(heads, rows, (2, 3, 4), "Designs that one constraint forbids")
 
 
 def chances(answer: Answer) -> str:
@@ -183,7 +184,7 @@ def chances(answer: Answer) -> str:
     if not rows:
         return "<p>The brake states no scatter of its friction, so none is reckoned with.</p>"
     heads = ("Constraint", "holds", "give or take", "5 % below", "5 % above")
-    return html_table(heads, rows, (1, 2, 3, 4), "Robustness of the chosen design")
+    return html(heads, rows, (1, 2, 3, 4), "Robustness of the chosen design")
 
 
 def slopes(answer: Answer) -> str:
@@ -197,7 +198,7 @@ def slopes(answer: Answer) -> str:
         for n in names
     ]  # fmt: skip
     heads = ("1 % more of", *(f"{words(m)} [%]" for m in table))
-    return html_table(heads, rows, range(1, len(heads)), "Sensitivities of the chosen design")
+    return html(heads, rows, range(1, len(heads)), "Sensitivities of the chosen design")
 
 
 def verdict(answer: Answer) -> str:

@@ -17,7 +17,8 @@ from layerjam.verbs.apply import machines
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.controls import Choice, menu, word
 from layerjam.workbench.page import Notes
-from layerjam.workbench.pages.design_part import PAGE, Host, Part, html_table, said, words
+from layerjam.workbench.pages.design_part import PAGE, Host, Part, said, words
+from layerjam.workbench.tables import html
 
 
 class Shown(NamedTuple):
@@ -105,7 +106,7 @@ class Machines(Part):
         rows.append(("mass of the brakes", said(answer.mass, "kg")))
         needed = "none does" if answer.brakes_needed is None else str(answer.brakes_needed)
         rows.append(("brakes it would take", needed))
-        self.results.set_content(html_table(("What", "Value"), rows, (1,), "Results"))
+        self.results.set_content(html(("What", "Value"), rows, (1,), "Results"))
         self.notes.fill(answer.warnings)
 
 
@@ -118,7 +119,7 @@ def limits_table(answer: Answer) -> str:
          if 0 < limit.factor < float("inf") else "missed")
         for limit in answer.record.limits
     ]  # fmt: skip
-    return html_table(("Limit", "Value", "Allowed", ""), rows, (1, 2), "Limits")
+    return html(("Limit", "Value", "Allowed", ""), rows, (1, 2), "Limits")
 
 
 def _figure(svg: str, caption: str) -> str:

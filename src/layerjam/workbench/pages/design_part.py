@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from typing import Any
 
 from layerjam.units import show
@@ -16,12 +15,6 @@ PAGE = "design"
 STYLE = """
 .design-spec textarea { font-family: ui-monospace, monospace; font-size: 0.8rem;
   line-height: 1.35; height: 340px; resize: vertical; white-space: pre; overflow-x: auto }
-.design-table { border-collapse: collapse; font-size: 0.8125rem }
-.design-table th, .design-table td { padding: 3px 14px 3px 0; text-align: left;
-  vertical-align: top; border-bottom: 1px solid rgba(128, 128, 128, 0.3) }
-.design-table th.n, .design-table td.n { text-align: right; white-space: nowrap }
-.design-table th { font-weight: 600 }
-.design-scroll { overflow-x: auto; max-width: 100% }
 .design-picture { width: 100%; background: #fff; border-radius: 4px }
 @media (min-width: 901px) { .design-side { width: 400px } }
 .design-head > div { width: auto }
@@ -74,28 +67,6 @@ class Part:
     def slider(self, key: str) -> None:
         """Its slider."""
         slider(self.desk, PAGE, self.controls()[key], lambda: self.controls()[key])
-
-
-def html_table(
-    heads: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[int] = (),
-    caption: str = "",
-) -> str:  # fmt: skip
-    """A table as text for the page; everything in it is escaped."""
-
-    def cells(row: Sequence[str], tag: str) -> str:
-        made = ""
-        for place, text in enumerate(row):
-            kind = ' class="n"' if place in numbers else ""
-            scope = ' scope="col"' if tag == "th" else ""
-            made += f"<{tag}{kind}{scope}>{escape(text)}</{tag}>"
-        return f"<tr>{made}</tr>"
-
-    name = f' aria-label="{escape(caption)}"' if caption else ""
-    body = "".join(cells(row, "td") for row in rows)
-    return (
-        f'<div class="design-scroll" tabindex="0"><table class="design-table"{name}>'
-        f"{cells(heads, 'th')}{body}</table></div>"
-    )
 
 
 def said(value: Any, unit: str) -> str:

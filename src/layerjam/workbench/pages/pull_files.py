@@ -200,7 +200,9 @@ class Errors:
                     show(row["bias"], "N", 3).replace("-", "−"),
                 ] for row in answer.files
             ]  # fmt: skip
-            live.Table().set_content(html("pull-errors", heads, rows, (1, 2, 3, 4, 5)))
+            live.Table().set_content(
+                html(heads, rows, (1, 2, 3, 4, 5), "What is left over", "pull-errors")
+            )
             for check in answer.checks:
                 mark = "✓" if check["passed"] else "look:"
                 ui.label(f"{mark} {check['name']}: {check['sentence']}").classes("text-sm")
