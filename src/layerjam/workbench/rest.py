@@ -1,7 +1,7 @@
 """What a server that stays up does with its memory: no pause under a slider, little held at rest.
 
 JAX keeps what it has compiled and everything it compiled it from: some 200 MB once all pages were
-used. Compiled again from the cache on disk it takes a second or two.
+used. Compiled again from the cache on disk a page takes about half a second longer, once.
 """
 
 from __future__ import annotations
