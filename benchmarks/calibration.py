@@ -13,7 +13,7 @@ from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
 from layerjam.mechanics.pull import force_at_elongation
 
 SAMPLES = 40_000

@@ -8,10 +8,10 @@ import time
 from pathlib import Path
 
 from benchmarks.timing import Row, median
+from layerjam.commands.predict import show
+from layerjam.commands.sweep import sweep
 from layerjam.design.search import Search
 from layerjam.design.spec import read_spec
-from layerjam.verbs.predict import show
-from layerjam.verbs.sweep import sweep
 
 SPEC = """
 name = "ten million"

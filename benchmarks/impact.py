@@ -119,7 +119,7 @@ def compiler_missing() -> str:
 
 def plain_jit(drops: Drops) -> Callable[[], Any]:
     """`layerjam.stop` on arrays, as it stands."""
-    from layerjam.mechanics.stop import stop
+    from layerjam.mechanics.stop.exact import stop
 
     arrays = [jnp.asarray(a) for a in (drops.mass, drops.speed, drops.vacuum)]
     fixed = drops.spring, drops.gravity, drops.brake
@@ -128,7 +128,7 @@ def plain_jit(drops: Drops) -> Callable[[], Any]:
 
 def in_batches(drops: Drops) -> Callable[[], Any]:
     """`layerjam.batch` over drops with one axis, all six answers into arrays made once, as C."""
-    from layerjam.mechanics.stop import Stop, stop
+    from layerjam.mechanics.stop.exact import Stop, stop
     from layerjam.simulate.batch import batch
 
     sweep = {

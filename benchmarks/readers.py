@@ -13,8 +13,8 @@ from layerjam.device.brake import Brake
 from layerjam.device.load import load
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.pull.features import PullFeatures, pull_features
-from layerjam.identify.readers.read import read_trace
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
+from layerjam.measure.readers.read import read_trace
 from layerjam.mechanics.pull import force_at_elongation
 
 ROWS = 40_000

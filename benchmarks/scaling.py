@@ -38,7 +38,7 @@ def median(call: Callable[[], Any], rounds: int = 5) -> float:
 
 def march(mass: Any, speed: Any, vacuum: Any, rope: Any, gravity: Any, brake: Any) -> March:
     """Our solver in time, in steps of 10 us."""
-    from layerjam.mechanics.motion import stop_in_time
+    from layerjam.mechanics.stop.motion import stop_in_time
 
     run = stop_in_time(mass, speed, vacuum, None, rope, None, gravity, STEP, STEPS, brake)
     return March(run.slip, run.peak, run.outcome * 1.0)
@@ -68,7 +68,7 @@ def marches() -> list[tuple[str, float, float]]:
 
 def sizes() -> list[tuple[int, float]]:
     """(drops, seconds a drop) over grids of mass, speed and vacuum that go to a sink."""
-    from layerjam.mechanics.stop import stop
+    from layerjam.mechanics.stop.exact import stop
     from layerjam.simulate.batch import batch
 
     drops = population(10)

@@ -13,8 +13,8 @@ from scipy.optimize import Bounds, minimize
 
 from benchmarks.timing import Row, median
 from layerjam.device.load import load
-from layerjam.mechanics.stack import pull_stack
-from layerjam.mechanics.stack_solve import Stack
+from layerjam.mechanics.stack.pull import pull_stack
+from layerjam.mechanics.stack.solve import Stack
 from layerjam.simulate.stack_layout import stack_of
 from layerjam.simulate.stack_spread import peak_spread
 

@@ -23,8 +23,8 @@ from layerjam.device.brake import Brake
 from layerjam.device.load import catalogue, load, materials
 from layerjam.device.source import KINDS
 from layerjam.device.toml import parse_toml
-from layerjam.identify.sidecar import Facts
-from layerjam.simulate.judder import JudderRecord
+from layerjam.measure.sidecar import Facts
+from layerjam.simulate.stick_slip import JudderRecord
 from layerjam.simulate.record import DropRecord, TensileRecord
 from layerjam.units import Meaning, quantities, show
 

@@ -30,8 +30,8 @@ from layerjam.identify.calibration.peaks import calibrate  # noqa: E402
 from layerjam.identify.calibration.whole_curves import calibrate_curves  # noqa: E402
 from layerjam.identify.curves import Curve, curves_of  # noqa: E402
 from layerjam.identify.pull.features import PullFeatures, pull_features  # noqa: E402
-from layerjam.identify.trace import Trace  # noqa: E402
-from layerjam.identify.virtual import machine as virtual  # noqa: E402
+from layerjam.lab import machine as virtual  # noqa: E402
+from layerjam.measure.trace import Trace  # noqa: E402
 
 PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"
 CAMPAIGNS, SEED = 1000, 2018

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from layerjam.design.machines import seat_belt
-from layerjam.design.machines.registry import KINDS
-from layerjam.design.machines.scenario import Scenario, read_scenario
+from layerjam.studies.machines import seat_belt
+from layerjam.studies.machines.registry import KINDS
+from layerjam.studies.machines.scenario import Scenario, read_scenario
 
 
 def text_of(name: str) -> str:

@@ -1,6 +1,6 @@
 """The reference: energy balance in extended precision, its first root by halving.
 
-Written from section III-E's balance and independent of `layerjam.mechanics.stop`, which is
+Written from section III-E's balance and independent of `layerjam.mechanics.stop.exact`, which is
 measured against it as everything else is.
 """
 

@@ -20,7 +20,7 @@ from benchmarks.comparators.drops import Answer, Drops, given, population  # noq
 
 from benchmarks import gpu, impact  # noqa: E402
 from layerjam.mechanics.pull import brake_force  # noqa: E402
-from layerjam.mechanics.stop import BOTTOMED_OUT, NEVER_SLID, SNAPS, STOPPED, Stop, stop  # noqa: E402
+from layerjam.mechanics.stop.exact import BOTTOMED_OUT, NEVER_SLID, SNAPS, STOPPED, Stop, stop  # noqa: E402
 
 needs_cc = pytest.mark.skipif(not compiled.compiler(), reason="there is no C compiler (cc) here")
 

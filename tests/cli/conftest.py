@@ -12,7 +12,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.device.load import load
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
 
 
 @dataclass(frozen=True)

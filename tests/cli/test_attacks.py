@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from layerjam.cli.main import main
+from layerjam.commands import impact, predict
 from layerjam.device.load import load
-from layerjam.verbs import impact, predict
 
 
 @pytest.mark.parametrize("travel", ["80 mm", "200 mm", "10 m"])

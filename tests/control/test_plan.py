@@ -27,8 +27,8 @@ from layerjam.fluid.closed_forms import reachable
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Leak, Reservoir, Tube, Valve
 from layerjam.fluid.network import Drive
-from layerjam.mechanics.stop import BOTTOMED_OUT, stop
-from layerjam.mechanics.tune import tuned_vacuum
+from layerjam.mechanics.stop.exact import BOTTOMED_OUT, stop
+from layerjam.mechanics.stop.tune import tuned_vacuum
 from layerjam.simulate.drop import spring_of
 from layerjam.simulate.record import Outcome
 

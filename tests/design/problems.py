@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from layerjam.mechanics.tune import tuned_vacuum
+from layerjam.mechanics.stop.tune import tuned_vacuum
 from strategies import KAPTON as B
 
 S, F, E = B.sheets, B.film, B.enclosure

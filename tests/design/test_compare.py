@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from tests.strategies import KAPTON
 
+from layerjam.commands.compare import compare
+from layerjam.commands.predict import show
 from layerjam.design.force_density import one_more_sheet, peak_force, sheet_line, with_sheets
 from layerjam.design.rivals import read_rivals, rivals
 from layerjam.device.brake import mass, sheet_mass
 from layerjam.device.load import load
 from layerjam.errors import FileError, QuantityError, UnknownNameError
-from layerjam.verbs.compare import compare
-from layerjam.verbs.predict import show
 
 GOOD = """
 [paper-sheet]

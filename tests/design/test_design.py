@@ -13,6 +13,7 @@ from scipy.stats import norm
 
 from design.problems import PROBLEMS, softest, spec
 from layerjam.cli.main import main
+from layerjam.commands.design import design
 from layerjam.design import bounds
 from layerjam.design.bounds import Boxes, impossible
 from layerjam.design.pareto import front
@@ -22,7 +23,6 @@ from layerjam.design.search import Search
 from layerjam.design.spec import load_spec, read_spec
 from layerjam.errors import FileError, QuantityError
 from layerjam.report import design_figures
-from layerjam.verbs.design import design
 
 SMALL = spec(
     "count = { from = 5, to = 15, step = 2 }\n"

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from layerjam.design.machines import (
+from layerjam.fluid.closed_forms import time_constant
+from layerjam.fluid.file import load_line
+from layerjam.studies.machines import (
     ankle_clutch,
     injury,
     neck_guard,
@@ -17,12 +19,10 @@ from layerjam.design.machines import (
     rehabilitation,
     seat_belt,
 )
-from layerjam.design.machines.pulse import drive
-from layerjam.design.machines.registry import analyse, load_scenario, scenarios
-from layerjam.design.machines.restraint import limiter_of
-from layerjam.design.machines.verdict import Result
-from layerjam.fluid.closed_forms import time_constant
-from layerjam.fluid.file import load_line
+from layerjam.studies.machines.pulse import drive
+from layerjam.studies.machines.registry import analyse, load_scenario, scenarios
+from layerjam.studies.machines.restraint import limiter_of
+from layerjam.studies.machines.verdict import Result
 from machine_scenarios import changed
 
 NOTHING = np.zeros(4001)

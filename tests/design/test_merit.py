@@ -10,6 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from layerjam.commands.impact import drop
+from layerjam.commands.predict import show
+from layerjam.commands.vacuum_line import rise
 from layerjam.design.arrays import Member, grid, totals
 from layerjam.design.bounds import direction
 from layerjam.design.grid import AXES
@@ -19,10 +22,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.fluid.file import load_line
 from layerjam.mechanics.energy import slip_work
-from layerjam.mechanics.stickslip import critical_speed
-from layerjam.verbs.impact import drop
-from layerjam.verbs.predict import show
-from layerjam.verbs.vacuum_line import rise
+from layerjam.mechanics.stick_slip.laws import critical_speed
 from strategies import KAPTON, change, one, random_brakes
 
 FILE = load("choi2018-kapton")

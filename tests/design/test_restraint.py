@@ -9,16 +9,16 @@ import jax
 import numpy as np
 import pytest
 
-from layerjam.design.machines import (
-    injury,
-    restraint,
-)
-from layerjam.design.machines.pulse import SHAPES, drive, pulse
-from layerjam.design.machines.restraint import Body, extremes, limiter_of, ride, strap_of
 from layerjam.errors import UnknownNameError
 from layerjam.mechanics.energy import slip_work
 from layerjam.mechanics.pull import peak
-from layerjam.mechanics.stop import STOPPED, stop
+from layerjam.mechanics.stop.exact import STOPPED, stop
+from layerjam.studies.machines import (
+    injury,
+    restraint,
+)
+from layerjam.studies.machines.pulse import SHAPES, drive, pulse
+from layerjam.studies.machines.restraint import Body, extremes, limiter_of, ride, strap_of
 from strategies import KAPTON, random_brakes
 
 NOTHING = np.zeros(4001)

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from layerjam.cli.main import main
-from layerjam.design.machines.registry import KINDS, load_scenario, scenarios
-from layerjam.design.machines.scenario import Curve, read_scenario
-from layerjam.design.machines.verdict import Limit, deciding
 from layerjam.errors import FileError, QuantityError
-from layerjam.verbs.apply import apply
+from layerjam.studies.machines.apply import apply
+from layerjam.studies.machines.registry import KINDS, load_scenario, scenarios
+from layerjam.studies.machines.scenario import Curve, read_scenario
+from layerjam.studies.machines.verdict import Limit, deciding
 from machine_scenarios import text_of
 
 NOTHING = np.zeros(4001)

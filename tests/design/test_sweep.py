@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from layerjam.commands.design import design
+from layerjam.commands.sweep import sweep
 from layerjam.design import blocks
 from layerjam.design.blocks import Store, decoded, encoded, fingerprint
 from layerjam.design.search import Search
 from layerjam.design.spec import read_spec
 from layerjam.errors import FileError, MissingExtraError
-from layerjam.verbs.design import design
-from layerjam.verbs.sweep import sweep
 
 pytest.importorskip("pyarrow")
 
@@ -187,7 +187,7 @@ import jax, sys
 jax.config.update("jax_enable_x64", True)
 from pathlib import Path
 from layerjam.design.spec import load_spec
-from layerjam.verbs.sweep import sweep
+from layerjam.commands.sweep import sweep
 answer = sweep(load_spec(sys.argv[1]), out=sys.argv[2], block=int(sys.argv[3]),
                scheduler=sys.argv[4] if len(sys.argv) > 4 else None)
 print(answer.blocks_found, answer.complete)

@@ -146,8 +146,8 @@ def write_file(block: Block) -> None:
     from layerjam.design.spec import load_spec
     from layerjam.device.load import load
     from layerjam.fluid.file import load_line
-    from layerjam.identify.readers.read import read_trace
-    from layerjam.identify.sidecar import read_facts
+    from layerjam.measure.readers.read import read_trace
+    from layerjam.measure.sidecar import read_facts
 
     path = Path(block.title)
     path.parent.mkdir(parents=True, exist_ok=True)

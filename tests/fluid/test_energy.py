@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from layerjam.commands.vacuum_line import rise
 from layerjam.fluid.closed_forms import lowest
 from layerjam.fluid.energy import (
     electric_energy,
@@ -23,7 +24,6 @@ from layerjam.fluid.energy import (
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Leak, Reservoir
 from layerjam.fluid.network import Drive, at_pressure, respond
-from layerjam.verbs.vacuum_line import rise
 
 PAPER = load_line("choi2018").line
 A = 101325.0

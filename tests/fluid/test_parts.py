@@ -6,12 +6,12 @@ import math
 
 import pytest
 
+from layerjam.commands.vacuum_line import rise
 from layerjam.errors import FileError, UnknownNameError
 from layerjam.fluid.closed_forms import reachable
 from layerjam.fluid.curve import STANDARD
 from layerjam.fluid.file import read_line
 from layerjam.fluid.parts import FAMILIES, NEEDED, PRINTED, family_fields, parts, read_parts
-from layerjam.verbs.vacuum_line import rise
 
 EVERY = [p for family in FAMILIES for p in parts(family).values()]
 LINE = 'name = "mine"\n[chamber]\nvolume = "10 mL"\n'

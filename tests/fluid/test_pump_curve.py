@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from layerjam.commands.vacuum_line import rise
 from layerjam.control.plant import plant_of
 from layerjam.errors import FileError, QuantityError
 from layerjam.fluid import closed_forms as forms
@@ -20,7 +21,6 @@ from layerjam.fluid.network import respond
 from layerjam.fluid.pump import displacement_at, intake, lowest_pressure
 from layerjam.fluid.timing import pumped, released
 from layerjam.units import get
-from layerjam.verbs.vacuum_line import rise
 
 CURVE = ((0.0, 50e-6), (20e3, 33e-6), (45e3, 12e-6), (70e3, 0.0))
 LINE = Line(chamber=Chamber(volume=12e-6), pump=Pump(curve=CURVE, count=2))

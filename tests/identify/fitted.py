@@ -11,7 +11,7 @@ from layerjam.device.brake import Brake
 from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
 from strategies import KAPTON
 
 TRUTH = (0.9, 120e3, 1.3)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from layerjam.identify.sidecar import Facts
-from layerjam.identify.trace import Trace
+from layerjam.measure.sidecar import Facts
+from layerjam.measure.trace import Trace
 
 GRAVITY = 9.80665
 

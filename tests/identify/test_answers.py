@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from layerjam.commands.pull import pull
 from layerjam.errors import FileError, LayerjamError
-from layerjam.identify.readers.answers import answers_beside, choices_of, over
-from layerjam.identify.readers.columns import Choices
-from layerjam.identify.readers.read import read_trace
-from layerjam.identify.sidecar import read_facts
-from layerjam.verbs.pull import pull
+from layerjam.measure.readers.answers import answers_beside, choices_of, over
+from layerjam.measure.readers.columns import Choices
+from layerjam.measure.readers.read import read_trace
+from layerjam.measure.sidecar import read_facts
 
 FORCE = [min(7.0 * i, 175 - i) for i in range(60)]
 

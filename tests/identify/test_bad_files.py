@@ -10,8 +10,8 @@ import pytest
 from identify.layouts import bluehill, named, own, rows
 from identify.layouts import testxpert as zwick
 from layerjam.errors import FileError
-from layerjam.identify.readers import source
-from layerjam.identify.readers.read import read_trace
+from layerjam.measure.readers import source
+from layerjam.measure.readers.read import read_trace
 
 HEAD = "Time (s),Extension (mm),Load (N)"
 

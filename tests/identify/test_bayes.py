@@ -42,7 +42,7 @@ from layerjam.identify.bayes.sampler import WARMUP, values_at
 from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.pull import force_at_elongation, peak, slip_at_elongation
 from layerjam.report import bayes_figures

@@ -15,16 +15,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from layerjam.commands.calibration import calibrate
+from layerjam.commands.friction import friction
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.identify.calibration.peaks import fit_pull
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.readers.read import read_trace
-from layerjam.identify.sidecar import read_facts
-from layerjam.identify.virtual.campaign import campaign
-from layerjam.identify.virtual.campaign_files import form_of, name_of, write_campaign
-from layerjam.identify.virtual.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form
-from layerjam.identify.virtual.spec import (
+from layerjam.lab.campaign import campaign
+from layerjam.lab.campaign_files import form_of, name_of, write_campaign
+from layerjam.lab.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form
+from layerjam.lab.spec import (
     TABLES,
     Faults,
     Files,
@@ -36,9 +36,9 @@ from layerjam.identify.virtual.spec import (
     Truth,
     checked,
 )
-from layerjam.identify.virtual.text import example, parse_spec, read_spec, spec_text
-from layerjam.verbs.calibration import calibrate
-from layerjam.verbs.friction import friction
+from layerjam.lab.text import example, parse_spec, read_spec, spec_text
+from layerjam.measure.readers.read import read_trace
+from layerjam.measure.sidecar import read_facts
 
 SMALL = Spec(
     brakes=(Truth(brake="choi2018-kapton"),),
@@ -208,7 +208,7 @@ def test_a_pull_does_not_depend_on_the_tests_simulated_with_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     whole = campaign(example()).traces()
-    monkeypatch.setattr("layerjam.identify.virtual.campaign._CHUNK", 1)
+    monkeypatch.setattr("layerjam.lab.campaign._CHUNK", 1)
     for a, b in zip(whole, campaign(example()).traces(), strict=True):
         np.testing.assert_allclose(a.force, b.force, rtol=0, atol=1.1e-3)  # one step of the cell
 

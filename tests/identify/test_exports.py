@@ -10,9 +10,9 @@ import pytest
 from identify.exports import EXPORTS
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.readers.read import read_trace
-from layerjam.identify.trace import Trace
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
+from layerjam.measure.readers.read import read_trace
+from layerjam.measure.trace import Trace
 from layerjam.mechanics.pull import peak
 from strategies import KAPTON, change
 

@@ -11,10 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from layerjam.errors import QuantityError
-from layerjam.identify.trace import Trace
-from layerjam.identify.virtual import faults
-from layerjam.identify.virtual.campaign import campaign
-from layerjam.identify.virtual.spec import (
+from layerjam.lab import faults
+from layerjam.lab.campaign import campaign
+from layerjam.lab.spec import (
     Faults,
     FrictionTests,
     Pulls,
@@ -22,6 +21,7 @@ from layerjam.identify.virtual.spec import (
     Spec,
     Truth,
 )
+from layerjam.measure.trace import Trace
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.pull import brake_force, force_at_elongation, peak

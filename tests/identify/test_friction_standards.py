@@ -18,8 +18,8 @@ from layerjam.identify.friction.breakaway import find_breakaway, inertia_of
 from layerjam.identify.friction.reduction import reduce_friction, reduce_repeat, with_friction
 from layerjam.identify.friction.standards import D1894, ISO8295, PAPER, STANDARDS, standard_named
 from layerjam.identify.repeats import over_repeats
-from layerjam.identify.trace import Trace
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
+from layerjam.measure.trace import Trace
 
 NORMAL = 2.45
 seeds = st.integers(0, 2**32 - 1)

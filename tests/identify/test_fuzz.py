@@ -14,11 +14,11 @@ import pytest
 from identify.exports import EXPORTS
 from identify.layouts import LAYOUTS, curve, encoded
 from layerjam.errors import FileError, LayerjamError
-from layerjam.identify.logs.history import read_history
-from layerjam.identify.logs.table import ACCELERATION, PRESSURE, TEMPERATURE, TIME, Log, read_log
-from layerjam.identify.readers.read import read_traces
-from layerjam.identify.readers.unit_words import unit_role
-from layerjam.identify.trace import Trace
+from layerjam.measure.history import read_history
+from layerjam.measure.log import ACCELERATION, PRESSURE, TEMPERATURE, TIME, Log, read_log
+from layerjam.measure.readers.read import read_traces
+from layerjam.measure.readers.unit_words import unit_role
+from layerjam.measure.trace import Trace
 
 TOKENS = [
     b"NaN",

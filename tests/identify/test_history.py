@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from layerjam.errors import FileError, UnknownNameError
-from layerjam.identify.logs.history import read_history
+from layerjam.measure.history import read_history
 
 ATMOSPHERE = 101325.0
 

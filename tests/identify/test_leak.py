@@ -13,7 +13,7 @@ from identify.layouts import REAL
 from layerjam.errors import FitError, UnknownNameError
 from layerjam.identify.logs import leak as k
 from layerjam.identify.logs.correlated import fit_series
-from layerjam.identify.logs.table import PRESSURE, TIME, read_log
+from layerjam.measure.log import PRESSURE, TIME, read_log
 
 A = 101325.0
 

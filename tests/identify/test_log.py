@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from identify.layouts import REAL
 from layerjam.errors import FileError, LayerjamError, QuantityError
-from layerjam.identify.logs.table import (
+from layerjam.measure.log import (
     ACCELERATION,
     PRESSURE,
     TEMPERATURE,

@@ -25,7 +25,7 @@ from layerjam.mechanics.pull import (
     peak,
     vacuum_for_force,
 )
-from layerjam.mechanics.stop import stop
+from layerjam.mechanics.stop.exact import stop
 from layerjam.simulate.drop import spring_of
 from strategies import KAPTON, PTFE, change
 

@@ -13,12 +13,12 @@ from layerjam.device.load import load
 from layerjam.errors import FileError
 from layerjam.identify.pull.features import pull_features
 from layerjam.identify.pull.summary import STEADY, pull_summary
-from layerjam.identify.trace import Trace
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
+from layerjam.measure.trace import Trace
 from layerjam.mechanics.enclosure import saturation_slip
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.pull import force_at_elongation, peak
-from layerjam.simulate.judder import judder
+from layerjam.simulate.stick_slip import judder
 from strategies import KAPTON, PTFE, one, random_brakes, seeds
 
 BOTH = pytest.mark.parametrize("brake", [KAPTON, PTFE], ids=["kapton", "ptfe"])

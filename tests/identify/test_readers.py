@@ -12,9 +12,9 @@ import pytest
 
 from identify.layouts import LAYOUTS, REAL, curve, encoded, rows
 from layerjam.errors import FileError, LayerjamError
-from layerjam.identify.readers.columns import Choices, named_role, split_unit, unit_role
-from layerjam.identify.readers.read import read_trace
-from layerjam.identify.trace import Trace
+from layerjam.measure.readers.columns import Choices, named_role, split_unit, unit_role
+from layerjam.measure.readers.read import read_trace
+from layerjam.measure.trace import Trace
 
 FORMAT = {"testxpert": "Zwick testXpert", "own": "layerjam CSV", "bluehill": "Instron Bluehill"}
 

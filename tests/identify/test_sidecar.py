@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from layerjam.errors import FileError
-from layerjam.identify.sidecar import Facts, read_facts, sidecar_path, write_facts
+from layerjam.measure.sidecar import Facts, read_facts, sidecar_path, write_facts
 
 
 def facts_of(tmp_path: Path, text: str) -> Facts:

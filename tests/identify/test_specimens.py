@@ -13,8 +13,8 @@ import pytest
 from identify.layouts import curve, rows
 from layerjam.cli.options import choices as said
 from layerjam.errors import FileError, QuantityError
-from layerjam.identify.readers.columns import Choices
-from layerjam.identify.readers.read import open_traces, read_trace, read_traces
+from layerjam.measure.readers.columns import Choices
+from layerjam.measure.readers.read import open_traces, read_trace, read_traces
 
 TIME, TRAVEL, FORCE = (np.array(c) for c in curve())
 HEAD = "Time (s),Extension (mm),Load (N)"

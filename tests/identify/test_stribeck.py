@@ -9,8 +9,8 @@ import pytest
 
 from layerjam.errors import FitError
 from layerjam.identify.friction.stribeck import SpeedPoints, fit_dry, fit_wet, speed_points
-from layerjam.mechanics.stickslip import of_film, sliding_force
-from layerjam.mechanics.wet import ILLUSTRATIVE, wet_force
+from layerjam.mechanics.stick_slip.laws import of_film, sliding_force
+from layerjam.mechanics.stick_slip.wet import ILLUSTRATIVE, wet_force
 from strategies import KAPTON
 
 TRUTH = of_film(KAPTON, 3e-3)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from layerjam.errors import FileError, QuantityError
-from layerjam.identify.readers.read import read_trace
-from layerjam.identify.sidecar import read_facts
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
+from layerjam.measure.readers.read import read_trace
+from layerjam.measure.sidecar import read_facts
 from layerjam.mechanics.pull import peak
 from strategies import KAPTON, PTFE
 

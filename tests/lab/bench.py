@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.identify.trace import Trace
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
+from layerjam.measure.trace import Trace
 from layerjam.mechanics.pull import force_at_elongation
 
 FULL = 94.5e3

@@ -17,8 +17,8 @@ from layerjam.identify.friction.reduction import (
     reduce_repeat,
     with_friction,
 )
-from layerjam.identify.trace import Trace
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
+from layerjam.measure.trace import Trace
 
 NORMAL = 0.250 * 9.80665
 SILENT = virtual.Machine(**QUIET, sampling_rate=50.0)

@@ -13,7 +13,7 @@ from lab.bench import FULL, curve, noisy
 from layerjam.errors import FileError, FitError
 from layerjam.identify.calibration.peaks import calibrate, fit_pull
 from layerjam.identify.pull.features import loading_branch, pull_features
-from layerjam.identify.trace import Trace
+from layerjam.measure.trace import Trace
 from layerjam.mechanics.enclosure import saturation_slip, sleeve_at
 from layerjam.mechanics.pull import peak, scale_factor_eq8, scale_factor_of_peak
 from strategies import KAPTON, PTFE, change, one, random_brakes, seeds

@@ -11,8 +11,8 @@ from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.friction.reduction import reduce_friction
 from layerjam.identify.provenance import calibrated_on, sha256
 from layerjam.identify.pull.features import pull_features
-from layerjam.identify.readers.read import read_trace
-from layerjam.identify.virtual import machine as virtual
+from layerjam.lab import machine as virtual
+from layerjam.measure.readers.read import read_trace
 from layerjam.mechanics.pull import peak
 from strategies import KAPTON, PTFE, change
 

@@ -10,7 +10,17 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from layerjam.mechanics.friction import friction_per_contact
-from layerjam.mechanics.motion import (
+from layerjam.mechanics.pull import brake_force
+from layerjam.mechanics.stiffness import working_stiffness
+from layerjam.mechanics.stop.exact import (
+    BOTTOMED_OUT,
+    NEVER_SLID,
+    SNAPS,
+    STOPPED,
+    stop,
+    time_at_slip,
+)
+from layerjam.mechanics.stop.motion import (
     CLOSED,
     LONGEST,
     MOVING,
@@ -22,9 +32,6 @@ from layerjam.mechanics.motion import (
     stop_in_time,
     stored_energy,
 )
-from layerjam.mechanics.pull import brake_force
-from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.mechanics.stop import BOTTOMED_OUT, NEVER_SLID, SNAPS, STOPPED, stop, time_at_slip
 from strategies import KAPTON, random_brakes
 
 G, ROPE, FULL = 9.80665, 16.8e3, 94.5e3
@@ -271,7 +278,7 @@ def test_a_step_that_could_pass_over_the_standstill_is_no_case():
 
 def test_a_weight_at_rest_stays_where_it_is_for_an_hour():
     """99.9 % of what the brake holds, hung on at rest: nothing creeps, at any step."""
-    from layerjam.mechanics.motion import Load, Motion, Vacuum, at_start, step_on
+    from layerjam.mechanics.stop.motion import Load, Motion, Vacuum, at_start, step_on
 
     onset = float(brake_force(0.0, FULL, KAPTON))
     mass = 0.999 * onset / G

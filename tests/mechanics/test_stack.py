@@ -14,9 +14,9 @@ from layerjam.device.load import load
 from layerjam.errors import ProcedureError, QuantityError
 from layerjam.mechanics.enclosure import backbone, sleeve_at
 from layerjam.mechanics.memory import enclosure_cycle
-from layerjam.mechanics.stack import pull_stack
-from layerjam.mechanics.stack_lasso import fused_lasso
-from layerjam.mechanics.stack_solve import Stack
+from layerjam.mechanics.stack.lasso import fused_lasso
+from layerjam.mechanics.stack.pull import pull_stack
+from layerjam.mechanics.stack.solve import Stack
 from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
 from strategies import KAPTON, PTFE, area
 

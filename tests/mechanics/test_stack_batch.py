@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from layerjam.mechanics.stack import pull_stack
-from layerjam.mechanics.stack_batch import peaks_of
+from layerjam.mechanics.stack.batch import peaks_of
+from layerjam.mechanics.stack.pull import pull_stack
 from layerjam.simulate.stack_layout import stack_of
 from strategies import KAPTON
 

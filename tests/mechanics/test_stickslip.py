@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.pull import brake_force
-from layerjam.mechanics.stickslip import (
+from layerjam.mechanics.stick_slip.laws import (
     Stribeck,
     critical_speed,
     of_film,
@@ -26,7 +26,7 @@ from layerjam.mechanics.stickslip import (
     stribeck_friction,
     undamped_saw,
 )
-from layerjam.mechanics.wet import ILLUSTRATIVE, WetFilm, wet_force, wet_stress
+from layerjam.mechanics.stick_slip.wet import ILLUSTRATIVE, WetFilm, wet_force, wet_stress
 from strategies import KAPTON, PTFE
 
 FULL = 94.5e3

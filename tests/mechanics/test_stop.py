@@ -13,7 +13,7 @@ from layerjam.mechanics.enclosure import enclosure_force, sleeve_at
 from layerjam.mechanics.energy import slip_heat, slip_work
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.pull import brake_force, peak
-from layerjam.mechanics.stop import (
+from layerjam.mechanics.stop.exact import (
     BOTTOMED_OUT,
     NEVER_SLID,
     NOT_A_CASE,
@@ -23,7 +23,7 @@ from layerjam.mechanics.stop import (
     stop,
     time_at_slip,
 )
-from layerjam.mechanics.tune import tuned_vacuum, vacuum_eq10
+from layerjam.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
 from strategies import KAPTON, PTFE, random_brakes
 
 G = 9.80665

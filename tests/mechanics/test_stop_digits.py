@@ -7,7 +7,7 @@ import decimal
 import numpy as np
 import pytest
 
-from layerjam.mechanics.stop import BOTTOMED_OUT, NEVER_SLID, STOPPED, stop
+from layerjam.mechanics.stop.exact import BOTTOMED_OUT, NEVER_SLID, STOPPED, stop
 from strategies import KAPTON, PTFE
 
 D = decimal.Decimal

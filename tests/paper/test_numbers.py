@@ -27,7 +27,7 @@ from layerjam.mechanics.stiffness import (
     stiffness_before_slip,
     stiffness_sliding,
 )
-from layerjam.report.paper_lab import CONTACT_AREA, NORMAL_FORCE
+from layerjam.studies.choi2018.lab import CONTACT_AREA, NORMAL_FORCE
 from strategies import KAPTON, PTFE, change
 
 G = 9.80665

@@ -13,10 +13,10 @@ from xml.etree import ElementTree
 
 import pytest
 
+from layerjam.commands.answer import Answer
+from layerjam.commands.report import report
 from layerjam.errors import FileError
 from layerjam.report.brake_numbers import COLUMNS, Number
-from layerjam.verbs.answer import Answer
-from layerjam.verbs.report import report
 from report.brake_files import BRAKE, NORMAL_FORCE, Campaign, campaign
 
 FILES = {"report.html", "report.pdf", "numbers.csv", "results.json", "figures"}

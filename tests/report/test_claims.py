@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from layerjam.report.claims import Verdict, beyond, number, statement
+from layerjam.studies.choi2018.claims import Verdict, beyond, number, statement
 
 numbers = st.floats(-1e6, 1e6, allow_nan=False)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from layerjam.report import paper_impact as paper
-from layerjam.report.claims import Verdict
-from layerjam.report.sensor_figures import readings, what_it_takes
 from layerjam.simulate.accelerometer import seen, specific_force
+from layerjam.studies.choi2018 import impact as paper
+from layerjam.studies.choi2018.claims import Verdict
+from layerjam.studies.choi2018.sensor_figures import readings, what_it_takes
 
 
 def test_no_filter_and_no_rope_makes_the_papers_peaks() -> None:

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 
 from layerjam.cli.main import main
-from layerjam.report.reproduce import reproduce
+from layerjam.studies.choi2018.reproduce import reproduce
 
 KEYS = ["claim", "section", "paper", "ours", "unit", "verdict", "why"]
 VERDICTS = ("reproduced", "differs", "not reproducible", "not yet")

@@ -9,10 +9,10 @@ import pytest
 
 from layerjam.device.load import load
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.mechanics.motion import stop_in_time
 from layerjam.mechanics.pull import brake_force, peak
-from layerjam.mechanics.stop import stop
-from layerjam.mechanics.tune import tuned_vacuum
+from layerjam.mechanics.stop.exact import stop
+from layerjam.mechanics.stop.motion import stop_in_time
+from layerjam.mechanics.stop.tune import tuned_vacuum
 from layerjam.simulate import batch as module
 from layerjam.simulate.batch import batch
 from strategies import KAPTON, PTFE

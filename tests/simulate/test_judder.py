@@ -15,10 +15,11 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FitError, QuantityError
 from layerjam.mechanics.friction import holding_force, sheet_friction
-from layerjam.mechanics.slide import slide
-from layerjam.mechanics.slide_step import Slide
-from layerjam.mechanics.stickslip import critical_speed, of_film, undamped_saw
-from layerjam.simulate.judder import (
+from layerjam.mechanics.stick_slip.laws import critical_speed, of_film, undamped_saw
+from layerjam.mechanics.stick_slip.slide import slide
+from layerjam.mechanics.stick_slip.slide_step import Slide
+from layerjam.simulate.record import Outcome
+from layerjam.simulate.stick_slip import (
     JudderRecord,
     amplitude_map,
     bounds_at,
@@ -28,7 +29,6 @@ from layerjam.simulate.judder import (
     series_stiffness,
     slide_of,
 )
-from layerjam.simulate.record import Outcome
 
 FULL = 94.5e3
 KAPTON, PTFE = load("choi2018-kapton"), load("choi2018-ptfe")

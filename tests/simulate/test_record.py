@@ -76,7 +76,7 @@ def test_csv_rebuilds_the_run_bit_for_bit(record: TensileRecord, tmp_path: Path)
 
 
 def test_csv_is_read_back_as_a_pull(record: TensileRecord, tmp_path: Path) -> None:
-    from layerjam.identify.readers.read import read_trace
+    from layerjam.measure.readers.read import read_trace
 
     trace = read_trace(record.to_csv(tmp_path / "run.csv"))
     np.testing.assert_array_equal(trace.force, record.force)

@@ -12,6 +12,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.cli.ticker import Ticker
+from layerjam.commands import predict
 from layerjam.device.load import load
 from layerjam.errors import ProcedureError, QuantityError
 from layerjam.mechanics.pull import force_at_elongation, peak
@@ -20,7 +21,6 @@ from layerjam.simulate.stack import tensile_stack
 from layerjam.simulate.stack_layout import Housing, Interfaces
 from layerjam.simulate.stack_spread import draws, peak_spread
 from layerjam.simulate.tensile import tensile as lumped
-from layerjam.verbs import predict
 from strategies import KAPTON, area, change
 
 FULL = 94.5e3

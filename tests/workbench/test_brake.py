@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from layerjam.commands.edit import FIELDS
+from layerjam.commands.predict import show
 from layerjam.device.load import load
 from layerjam.units import get
-from layerjam.verbs.edit import FIELDS
-from layerjam.verbs.predict import show
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.brake import Brake
 from layerjam.workbench.pages.brake_fields import GROUPS, fields_of, typed_text

@@ -11,13 +11,13 @@ import os
 
 import pytest
 
+from layerjam.commands.array import array
+from layerjam.commands.compare import compare
+from layerjam.commands.design import brake_of, design
 from layerjam.design.spec import examples
 from layerjam.device.load import load
 from layerjam.errors import FileError
-from layerjam.verbs.apply import apply
-from layerjam.verbs.array import array
-from layerjam.verbs.compare import compare
-from layerjam.verbs.design import brake_of, design
+from layerjam.studies.machines.apply import apply
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design import Design

@@ -9,8 +9,8 @@ import io
 import numpy as np
 import pytest
 
-from layerjam.verbs.impact import drop
-from layerjam.verbs.tuning import tune
+from layerjam.commands.impact import drop
+from layerjam.commands.tuning import tune
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import NO_ROPE, Drop, notes, table, verdict
 from layerjam.workbench.pages.drop_animation import SLOW, series, slowness

@@ -15,9 +15,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from layerjam.commands.lab import lab_example
 from layerjam.errors import LayerjamError
-from layerjam.identify.readers.workbook import MAX_UNPACKED
-from layerjam.verbs.lab import lab_example
+from layerjam.measure.readers.workbook import MAX_UNPACKED
 from layerjam.workbench import uploads as up
 from layerjam.workbench.call import Subject
 from layerjam.workbench.desk import Desk

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from layerjam.cli.main import main
+from layerjam.commands.predict import show, tensile
+from layerjam.commands.stick_slip import judder
 from layerjam.device.load import load
-from layerjam.verbs.judder import judder
-from layerjam.verbs.predict import show, tensile
 from layerjam.workbench import takeaway
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.pull import Pull, _file

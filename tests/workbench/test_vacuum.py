@@ -8,10 +8,10 @@ import io
 
 import pytest
 
+from layerjam.commands.edit_line import FIELDS, edit_line
+from layerjam.commands.regulate import regulate
+from layerjam.commands.vacuum_line import rise
 from layerjam.errors import LayerjamError
-from layerjam.verbs.edit_line import FIELDS, edit_line
-from layerjam.verbs.regulate import regulate
-from layerjam.verbs.vacuum_line import rise
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.line_fields import LineFields
 from layerjam.workbench.pages.vacuum import FAULT, Vacuum, detection, in_figures, verdict

@@ -35,8 +35,8 @@ def apply(
     opt.engine()
     from layerjam.cli.output import say
     from layerjam.cli.ticker import Ticker
-    from layerjam.verbs import apply as verb
-    from layerjam.verbs.answer import Answer
+    from layerjam.commands.answer import Answer
+    from layerjam.studies.machines import apply as verb
 
     if names:
         known = verb.machines()

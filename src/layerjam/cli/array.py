@@ -34,7 +34,7 @@ def array(
     """Equal brakes side by side and in series: totals, and the force of one slow pull."""
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs.array import array as verb
+    from layerjam.commands.array import array as verb
 
     answer = verb(
         brake, parallel=parallel, series=series, vacuum=vacuum, until=until, atmosphere=atmosphere

@@ -54,7 +54,7 @@ def calibrate(
     opt.engine()
     from layerjam.cli.output import say
     from layerjam.cli.ticker import Ticker
-    from layerjam.verbs import calibration
+    from layerjam.commands import calibration
 
     with Ticker() as ticker:
         answer = calibration.calibrate(

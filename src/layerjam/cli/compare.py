@@ -31,7 +31,7 @@ def compare(
     opt.check_figure(figure, force)
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import compare as verb
+    from layerjam.commands import compare as verb
 
     answer = verb.compare(*(brakes or ()), vacuum=vacuum, atmosphere=atmosphere)
     rows, lines, others = answer.record

@@ -43,8 +43,8 @@ def _command(*words: str) -> dict[str, Any]:
 def _files(folder: Path) -> tuple[list[Path], list[Path], list[Path]]:
     """Friction tests, the calibration pull and the validation pulls, synthetic."""
     from layerjam.device.load import load
-    from layerjam.report import paper_lab as lab
-    from layerjam.report.paper_figures import FIG7, FULL
+    from layerjam.studies.choi2018 import lab
+    from layerjam.studies.choi2018.figures import FIG7, FULL
 
     file = load(BRAKE)
     folder.mkdir(parents=True)
@@ -62,10 +62,10 @@ def demo(out: Path) -> None:
     from layerjam.device.load import load
     from layerjam.identify.calibration.peaks import calibrate
     from layerjam.identify.friction.reduction import reduce_friction
-    from layerjam.identify.readers.read import read_trace
     from layerjam.identify.validation.metrics import validate_pulls
-    from layerjam.report.paper_lab import NORMAL_FORCE, read_pulls
-    from layerjam.report.reproduce import main_job, reproduce
+    from layerjam.measure.readers.read import read_trace
+    from layerjam.studies.choi2018.lab import NORMAL_FORCE, read_pulls
+    from layerjam.studies.choi2018.reproduce import main_job, reproduce
 
     shutil.rmtree(out, ignore_errors=True)
     print("layerjam: the paper's brake, tested, calibrated, validated and inverted.")

@@ -9,7 +9,7 @@ import typer
 from layerjam.cli import options as opt
 
 if TYPE_CHECKING:
-    from layerjam.verbs.answer import Answer
+    from layerjam.commands.answer import Answer
 
 SpecFile = Annotated[
     str, typer.Argument(metavar="SPEC.toml", help="What is wanted: a file, or wrist or stop.")
@@ -36,7 +36,7 @@ def design(
     opt.engine()
     from layerjam.cli.output import say
     from layerjam.cli.ticker import Ticker
-    from layerjam.verbs import design as verb
+    from layerjam.commands import design as verb
 
     with Ticker() as ticker:
         answer = verb.design(spec, progress=ticker)

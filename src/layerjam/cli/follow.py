@@ -54,7 +54,7 @@ def follow(
     opt.check_figure(figure, force)
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import follow as verb
+    from layerjam.commands import follow as verb
 
     answer = verb.follow(
         line, brake, profile=profile if profile in verb.PROFILES else Path(profile),

@@ -11,7 +11,7 @@ from layerjam.cli import options as opt
 from layerjam.units import show
 
 if TYPE_CHECKING:
-    from layerjam.verbs.answer import Answer
+    from layerjam.commands.answer import Answer
 
 
 def register(app: typer.Typer) -> None:
@@ -69,7 +69,7 @@ def friction(
     opt.engine()
     from layerjam.cli.output import say
     from layerjam.cli.ticker import Ticker
-    from layerjam.verbs import friction as verb
+    from layerjam.commands import friction as verb
 
     with Ticker() as ticker:
         answer = verb.friction(

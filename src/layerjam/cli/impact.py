@@ -90,8 +90,8 @@ def drop(
         raise QuantityError("--no-brake: has no record to write or draw")
     opt.engine()
     from layerjam.cli.output import say
+    from layerjam.commands import impact, sensor
     from layerjam.units import parse
-    from layerjam.verbs import impact, sensor
 
     with Ticker() as ticker:
 
@@ -142,7 +142,7 @@ def tune(
     """Vacuum that stops a mass within a travel."""
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import tuning
+    from layerjam.commands import tuning
 
     answer = tuning.tune(
         brake, mass=mass, speed=speed, height=height, travel=travel,

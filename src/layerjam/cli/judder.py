@@ -53,7 +53,7 @@ def judder(
     opt.check_target(out, force, (".csv", ".nc"))
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import judder as verb
+    from layerjam.commands import stick_slip as verb
 
     given = {"damping": damping, "stribeck_speed": stribeck_speed, "slip": slip}
     answer = verb.judder(
@@ -64,7 +64,7 @@ def judder(
     if out is not None:
         answer.record.save(out, force=force)
     if figure:
-        from layerjam.report import speed_figures
+        from layerjam.studies.choi2018 import speed_figures
 
         speed_figures.save(speed_figures.judder(answer.record), figure, force)
     unknown = tuple(key for key, value in answer.values.items() if value is None)

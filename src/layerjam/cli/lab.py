@@ -40,7 +40,7 @@ def lab(
     force: opt.Force = False,
 ) -> int:
     """Practice files of a virtual laboratory: the truth is known, the machine has its faults."""
-    from layerjam.verbs import lab as verb
+    from layerjam.commands import lab as verb
 
     if example:
         if spec is not None or seed is not None or as_json:

@@ -77,7 +77,7 @@ def sleeve(
     opt.check_target(out, force, (".toml",))
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import sleeve as verb
+    from layerjam.commands import sleeve as verb
 
     answer = verb.sleeve(
         files, area=area, gauge_length=gauge_length, window=(start, end), fit_to=fit_to,
@@ -164,7 +164,7 @@ def leak(
     opt.check_figure(figure, force)
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import pressure_log as verb
+    from layerjam.commands import pressure_log as verb
 
     answer = verb.leak(
         file, volume=volume, reading=reading, temperature=temperature, atmosphere=atmosphere,
@@ -247,7 +247,7 @@ def pump_down(
     opt.check_figure(figure, force)
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import pressure_log as verb
+    from layerjam.commands import pressure_log as verb
 
     answer = verb.pump_down(
         file, with_volume, volume=volume, flow=flow, added_volume=added_volume,
@@ -301,7 +301,7 @@ def crash(
     opt.check_figure(figure, force)
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import measurements as verb
+    from layerjam.commands import measurements as verb
 
     answer = verb.crash(
         file, filter=filter, sampling=sampling, before=before, range=range, falling=falling,

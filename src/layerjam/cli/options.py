@@ -17,7 +17,7 @@ import typer
 from layerjam.errors import FileError
 
 if TYPE_CHECKING:
-    from layerjam.identify.readers.columns import Choices
+    from layerjam.measure.readers.columns import Choices
 
 BrakeName = Annotated[
     str, typer.Argument(metavar="BRAKE", help="Catalogue name or path of a brake's TOML file.")
@@ -78,7 +78,7 @@ def choices(
     """What the user says of the files where they leave something open."""
     if not (negative or column or decimal or columns or sheet) and specimen is None:
         return None
-    from layerjam.identify.readers.answers import choices_of
+    from layerjam.measure.readers.answers import choices_of
 
     return choices_of(negative or (), column or (), decimal, columns, specimen, sheet)
 

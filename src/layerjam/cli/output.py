@@ -11,8 +11,8 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from layerjam.commands.answer import Answer
 from layerjam.units import show
-from layerjam.verbs.answer import Answer
 
 
 def say(

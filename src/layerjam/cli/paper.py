@@ -23,8 +23,8 @@ def reproduce(
     """Recompute the paper: report.html, results.json and figures, every claim beside ours."""
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.report.reproduce import reproduce as run
-    from layerjam.verbs.answer import Answer
+    from layerjam.commands.answer import Answer
+    from layerjam.studies.choi2018.reproduce import reproduce as run
 
     result = run(out, force=force, say=None if as_json else print)
     values = {"report": str(result.report), "results": str(result.results), **result.counts}

@@ -25,7 +25,7 @@ def parts(
 ) -> int:
     """Pumps, valves and sensors of the catalogue, for a line's file."""
     from layerjam.cli.output import say
-    from layerjam.verbs import parts as verb
+    from layerjam.commands import parts as verb
 
     answer = verb.parts(name)
     lines = _listed(answer.record) if name is None else _told(answer.record[0])
@@ -74,8 +74,8 @@ def _told(part: Part) -> list[str]:
 
 
 def _number(key: str, value: Any) -> str:
+    from layerjam.commands.parts import UNITS
     from layerjam.units import show
-    from layerjam.verbs.parts import UNITS
 
     if key == "curve":
         return " to ".join(f"{show(f, 'm^3/s')} at {show(v, 'Pa')}" for v, f in value)

@@ -54,7 +54,7 @@ def plan(
     opt.check_figure(figure, replace, "--replace")
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import plan as verb
+    from layerjam.commands import plan as verb
 
     answer = verb.plan(
         line, brake, mass=mass, mass_sd=mass_sd, speed=speed, speed_sd=speed_sd, warning=warning,

@@ -26,7 +26,7 @@ def new(
     """Write a commented brake file to edit, starting from another brake."""
     opt.check_target(out, replace, (".toml",))
     from layerjam.cli.output import say
-    from layerjam.verbs import predict
+    from layerjam.commands import predict
 
     answer = predict.new(name, start, out, force=replace)
     return say(answer, as_json, lines=["", f"Edit it, then: layerjam show {out}"])
@@ -38,7 +38,7 @@ def show(
     """What a brake weighs, holds, stores and bears, and where its numbers come from."""
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import predict
+    from layerjam.commands import predict
 
     answer = predict.show(brake, atmosphere=atmosphere)
     lines = ["", "where the numbers come from"]
@@ -59,7 +59,7 @@ def force(
     opt.check_figure(figure, replace)
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import predict
+    from layerjam.commands import predict
 
     answer = predict.force(brake, slip=slip, vacuum=vacuum, atmosphere=atmosphere)
     if figure:
@@ -82,7 +82,7 @@ def vacuum(
     opt.check_figure(figure, replace, "--replace")
     opt.engine()
     from layerjam.cli.output import say
-    from layerjam.verbs import predict
+    from layerjam.commands import predict
 
     answer = predict.vacuum(brake, slip=slip, force=force, atmosphere=atmosphere)
     if figure:
@@ -130,7 +130,7 @@ def tensile(
     opt.engine()
     from layerjam.cli.output import say
     from layerjam.cli.ticker import Ticker
-    from layerjam.verbs import predict
+    from layerjam.commands import predict
 
     with Ticker() as ticker:
         answer = predict.tensile(

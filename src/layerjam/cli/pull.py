@@ -11,7 +11,7 @@ from layerjam.cli import options as opt
 from layerjam.units import show
 
 if TYPE_CHECKING:
-    from layerjam.verbs.answer import Answer
+    from layerjam.commands.answer import Answer
 
 
 def register(app: typer.Typer) -> None:
@@ -38,7 +38,7 @@ def pull(
     opt.check_figure(figure, force)
     from layerjam.cli.output import say
     from layerjam.cli.ticker import Ticker
-    from layerjam.verbs import pull as verb
+    from layerjam.commands import pull as verb
 
     with Ticker() as ticker:
         answer = verb.pull(
@@ -55,7 +55,7 @@ def pull(
 
 def _lines(answer: Answer) -> list[str]:
     """A paragraph a pull."""
-    from layerjam.verbs.pull import UNITS_OF_A_PULL
+    from layerjam.commands.pull import UNITS_OF_A_PULL
 
     def text(row: dict[str, Any], key: str) -> str:
         unit, error = UNITS_OF_A_PULL[key], row.get(f"{key}_se")

@@ -64,9 +64,9 @@ def regulate(
     opt.check_figure(figure, force)
     opt.engine()
     from layerjam.cli.output import say
+    from layerjam.commands import regulate as verb
+    from layerjam.commands.recorded_step import Recorded
     from layerjam.errors import QuantityError
-    from layerjam.verbs import regulate as verb
-    from layerjam.verbs.recorded_step import Recorded
 
     if step is None and (reading or start or end):
         raise QuantityError("reading, from, to: they go only with --step")

@@ -109,7 +109,7 @@ def report(
     opt.engine()
     from layerjam.cli.output import say
     from layerjam.cli.ticker import Ticker
-    from layerjam.verbs import report as verb
+    from layerjam.commands import report as verb
 
     with Ticker() as ticker:
         answer = verb.report(

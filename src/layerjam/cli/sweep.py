@@ -36,7 +36,7 @@ def sweep(
     opt.engine()
     from layerjam.cli.output import say
     from layerjam.cli.ticker import Ticker
-    from layerjam.verbs import sweep as verb
+    from layerjam.commands import sweep as verb
 
     with Ticker() as ticker:
         answer = verb.sweep(spec, out=out, scheduler=scheduler, progress=ticker)

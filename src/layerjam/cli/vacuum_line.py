@@ -28,7 +28,7 @@ def rise(
     opt.check_figure(figure, force)
     from layerjam.cli.output import say
     from layerjam.cli.ticker import Ticker
-    from layerjam.verbs import vacuum_line
+    from layerjam.commands import vacuum_line
 
     with Ticker() as ticker:
         answer = vacuum_line.rise(

@@ -10,7 +10,7 @@ from layerjam.cli import options as opt
 from layerjam.units import show
 
 if TYPE_CHECKING:
-    from layerjam.verbs.answer import Answer
+    from layerjam.commands.answer import Answer
 
 
 HIDDEN = (
@@ -44,7 +44,7 @@ def validate(
     opt.engine()
     from layerjam.cli.output import say
     from layerjam.cli.ticker import Ticker
-    from layerjam.verbs import validation
+    from layerjam.commands import validation
 
     with Ticker() as ticker:
         answer = validation.validate(

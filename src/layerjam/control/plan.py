@@ -18,7 +18,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.fluid.closed_forms import lowest, pumps_flow, reachable
 from layerjam.fluid.line import Line
 from layerjam.fluid.network import CHAMBER, SIZE, Drive, Response, at_pressure, respond
-from layerjam.mechanics.stop import NEVER_SLID, STOPPED, Stop, stop
+from layerjam.mechanics.stop.exact import NEVER_SLID, STOPPED, Stop, stop
 from layerjam.simulate.coupled import CoupledStop, coupled_drop
 from layerjam.simulate.drop import OUTCOMES, spring_of
 from layerjam.simulate.record import Outcome

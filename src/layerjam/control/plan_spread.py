@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from layerjam.control.plan import Arrival
 from layerjam.device.brake import Brake
-from layerjam.mechanics.stop import NEVER_SLID, STOPPED, stop
+from layerjam.mechanics.stop.exact import NEVER_SLID, STOPPED, stop
 from layerjam.simulate.drop import spring_of
 
 Array = npt.NDArray[np.float64]

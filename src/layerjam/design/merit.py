@@ -21,8 +21,9 @@ from layerjam.device.sheets import Film, Sheets
 from layerjam.fluid.closed_forms import rise_time
 from layerjam.fluid.energy import jam_work
 from layerjam.fluid.line import Line
-from layerjam.mechanics import energy, friction, limits, pull, stickslip, stiffness
+from layerjam.mechanics import energy, friction, limits, pull, stiffness
 from layerjam.mechanics.law import within
+from layerjam.mechanics.stick_slip import laws as stickslip
 from layerjam.units import Meaning, meaning_of
 
 _TIMES = Meaning("1", "equal brakes", lo=1, hi=1000, whole=True)

@@ -10,7 +10,7 @@ from layerjam.design.merit import Point, brake_of, can_be_built
 from layerjam.device.brake import Brake
 from layerjam.mechanics.law import law, within
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.mechanics.stop import BOTTOMED_OUT, SNAPS, stop
+from layerjam.mechanics.stop.exact import BOTTOMED_OUT, SNAPS, stop
 
 RIGID = 1e12
 """Stiffness [N/m] of a brake in a row: what its spring stores is left out."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from layerjam.errors import FitError
 from layerjam.identify.pull.features import LINEAR, PullFeatures
-from layerjam.identify.trace import Trace
+from layerjam.measure.trace import Trace
 from layerjam.units import show
 
 ALIKE = 0.03

@@ -10,8 +10,8 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.identify.friction.reduction import FrictionResult
-from layerjam.identify.trace import Trace
 from layerjam.identify.validation.metrics import ConditionError, Validation, uncalibrated
+from layerjam.measure.trace import Trace
 from layerjam.mechanics.pull import force_at_elongation
 from layerjam.report.brake_tables import Calibrated
 from layerjam.report.style import (

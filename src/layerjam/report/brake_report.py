@@ -13,9 +13,9 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.identify.checks import Check
 from layerjam.identify.friction.reduction import FrictionResult
-from layerjam.identify.trace import Trace
 from layerjam.identify.validation.metrics import WINDOW, Validation
 from layerjam.identify.validation.table import validation_checks
+from layerjam.measure.trace import Trace
 from layerjam.report import brake_figures, brake_tables
 from layerjam.report.brake_numbers import Number, Table
 from layerjam.report.brake_tables import Calibrated, FileUsed

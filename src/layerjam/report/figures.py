@@ -9,8 +9,8 @@ import numpy as np
 
 from layerjam.device.file import BrakeFile
 from layerjam.identify.friction.reduction import FrictionResult
-from layerjam.identify.trace import Trace
 from layerjam.identify.validation.metrics import Validation
+from layerjam.measure.trace import Trace
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.pull import brake_force

@@ -8,8 +8,8 @@ import numpy as np
 
 from layerjam.device.load import load
 from layerjam.mechanics.pull import peak
-from layerjam.mechanics.stop import BOTTOMED_OUT, stop
-from layerjam.mechanics.tune import tuned_vacuum
+from layerjam.mechanics.stop.exact import BOTTOMED_OUT, stop
+from layerjam.mechanics.stop.tune import tuned_vacuum
 from layerjam.report.style import (
     BLUE,
     GREEN,

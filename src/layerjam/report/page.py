@@ -1,28 +1,20 @@
-"""One self-contained HTML page: no script, no outside address, pictures inside."""
+"""What every self-contained HTML page needs: pictures inside, one style, no outside address."""
 
 from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from layerjam.errors import MissingExtraError
-from layerjam.report.claims import Claim, Verdict
 from layerjam.report.style import look
 
 if TYPE_CHECKING:
     import jinja2
     from matplotlib.figure import Figure
-
-MARKS = {
-    Verdict.REPRODUCED: "✓",
-    Verdict.DIFFERS: "≠",
-    Verdict.NOT_REPRODUCIBLE: "?",
-    Verdict.NOT_YET: "…",
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,17 +24,6 @@ class Picture:
     name: str
     figure: Callable[[], Figure]
     caption: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class Part:
-    """A section of the page."""
-
-    id: str
-    title: str
-    text: Sequence[str] = ()
-    claims: Sequence[Claim] = ()
-    pictures: Sequence[Picture] = field(default_factory=tuple)
 
 
 def drawn(figure: Figure) -> str:
@@ -67,71 +48,22 @@ def svg_of(file: str, name: str) -> str:
     )
 
 
-def _value(value: float | str | None, unit: str) -> str:
-    if value is None:
-        return "–"
-    if isinstance(value, str):
-        return value
-    text = f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
-    return text if unit in ("", "1") else f"{text} {unit}"
-
-
-def render_page(
-    *,
-    title: str,
-    lead: str,
-    parts: Sequence[Part],
-    pictures: Mapping[str, str],
-    footer: str,
-    numbers: Sequence[tuple[str, str]] = (),
-    banner: str = "",
-) -> str:
-    """The page's HTML, with `pictures` by name as drawn; MissingExtraError without jinja2."""
-    environment = _environment()
-    environment.filters["value"] = _value
-    environment.filters["cell"] = lambda v: "value" if isinstance(v, int | float) else "words"
-    template = (files("layerjam.report") / "page.html.j2").read_text(encoding="utf-8")
-    shown: list[Mapping[str, Any]] = [
-        {
-            "id": part.id,
-            "title": part.title,
-            "text": part.text,
-            "claims": part.claims,
-            "figures": [
-                {"svg": svg_of(pictures[p.name], p.name), "caption": p.caption}
-                for p in part.pictures
-            ],
-        }
-        for part in parts
-    ]
-    return environment.from_string(template).render(
-        title=title,
-        lead=lead,
-        parts=shown,
-        numbers=numbers,
-        banner=banner,
-        footer=footer,
-        counts=tally(parts),
-        marks=MARKS,
-    )
+def page_style() -> str:
+    """The style sheet that all pages share."""
+    return (files("layerjam.report") / "page.css").read_text(encoding="utf-8")
 
 
 def check_extras() -> None:
     """Raise MissingExtraError where the page could not be drawn or written."""
-    _environment()
+    page_environment()
     with look():
         pass
 
 
-def _environment() -> jinja2.Environment:
+def page_environment() -> jinja2.Environment:
+    """The templates' environment; raises MissingExtraError without jinja2."""
     try:
         import jinja2
     except ImportError:
         raise MissingExtraError("the report (jinja2)", "report") from None
     return jinja2.Environment(autoescape=True, trim_blocks=True, undefined=jinja2.StrictUndefined)
-
-
-def tally(parts: Sequence[Part]) -> dict[str, int]:
-    """How many claims got each verdict."""
-    verdicts = [claim.verdict for part in parts for claim in part.claims]
-    return {str(v): verdicts.count(v) for v in Verdict}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from layerjam.identify.pull.summary import PullSummary
-from layerjam.identify.trace import Trace
+from layerjam.measure.trace import Trace
 from layerjam.report.style import (
     BLUE,
     GREY,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from layerjam.device.load import load
-from layerjam.mechanics.stack import pull_stack
+from layerjam.mechanics.stack.pull import pull_stack
 from layerjam.mechanics.stiffness import stiffness_sliding
 from layerjam.report.style import (
     BLUE,

@@ -18,8 +18,8 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError
-from layerjam.mechanics.stop import Stop, stop
-from layerjam.mechanics.stop_many import Axis, constants_of, kernel
+from layerjam.mechanics.stop.exact import Stop, stop
+from layerjam.mechanics.stop.many import Axis, constants_of, kernel
 from layerjam.mechanics.threads import cores, shared
 from layerjam.units import quantities
 

@@ -27,7 +27,7 @@ from layerjam.fluid.network import (
     rates,
 )
 from layerjam.mechanics.hysteresis import Cycle, brake_cycle
-from layerjam.mechanics.stop import Stop
+from layerjam.mechanics.stop.exact import Stop
 from layerjam.simulate.drop import OUTCOMES, drop
 from layerjam.simulate.drop_in_time import TimedStop, drop_in_time
 from layerjam.simulate.record import DropRecord

@@ -12,7 +12,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.mechanics.energy import slip_heat
 from layerjam.mechanics.pull import brake_force, least_stiffness, peak
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.mechanics.stop import (
+from layerjam.mechanics.stop.exact import (
     BOTTOMED_OUT,
     NEVER_SLID,
     SNAPS,

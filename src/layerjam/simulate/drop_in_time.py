@@ -14,7 +14,8 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
-from layerjam.mechanics.motion import (
+from layerjam.mechanics.pull import least_stiffness
+from layerjam.mechanics.stop.motion import (
     CLOSED,
     LONGEST,
     MOVING,
@@ -32,8 +33,7 @@ from layerjam.mechanics.motion import (
     step_on,
     stored_energy,
 )
-from layerjam.mechanics.motion_step import sleeve_force
-from layerjam.mechanics.pull import least_stiffness
+from layerjam.mechanics.stop.motion_step import sleeve_force
 from layerjam.simulate.drop import snap_reason
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.vacuum_history import VACUUM, History

@@ -11,7 +11,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import ProcedureError
 from layerjam.mechanics.pull import least_stiffness, peak
-from layerjam.mechanics.stack import StackPull, pull_stack
+from layerjam.mechanics.stack.pull import StackPull, pull_stack
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
 from layerjam.simulate.record import Outcome, TensileRecord

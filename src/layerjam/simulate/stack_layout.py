@@ -11,7 +11,7 @@ from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.mechanics.enclosure import sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
-from layerjam.mechanics.stack_solve import Stack
+from layerjam.mechanics.stack.solve import Stack
 from layerjam.mechanics.stiffness import sheet_section, stiffness_sliding
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -11,7 +11,7 @@ import numpy as np
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.mechanics.pull import peak
-from layerjam.mechanics.stack_batch import peaks_of
+from layerjam.mechanics.stack.batch import peaks_of
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from layerjam.commands.answer import Answer
 from layerjam.device.file import BrakeFile
 from layerjam.fluid.file import LineFile
-from layerjam.verbs.answer import Answer
 
 if TYPE_CHECKING:
     from layerjam.design.wishes import Spec
@@ -23,7 +23,7 @@ VERBS = {
     "calibrate": "calibration", "validate": "validation", "pull": "pull", "design": "design",
     "compare": "compare", "array": "array", "apply": "apply",
 }  # fmt: skip
-"""Verb and the module of `layerjam.verbs` it lives in."""
+"""Verb and the module of `layerjam.commands` it lives in."""
 
 
 PYTHON = 'import jax, layerjam\njax.config.update("jax_enable_x64", True)\n'
@@ -60,7 +60,7 @@ class Call:
 
     def run(self, **more: Any) -> Answer:
         """The answer; raises LayerjamError as the verb does."""
-        module = importlib.import_module(f"layerjam.verbs.{VERBS[self.verb]}")
+        module = importlib.import_module(f"layerjam.commands.{VERBS[self.verb]}")
         things: list[Any] = [s.name if s.file is None else s.file for s in self.subjects]
         if self.files:
             things.append([file.path for file in self.files])

@@ -8,9 +8,9 @@ from typing import Any
 
 from nicegui import Client, background_tasks, ui
 
+from layerjam.commands.answer import Answer
 from layerjam.errors import LayerjamError
 from layerjam.units import show
-from layerjam.verbs.answer import Answer
 from layerjam.workbench.call import Call
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words

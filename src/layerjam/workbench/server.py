@@ -97,7 +97,7 @@ def prepare(engine: Callable[[], None]) -> None:
     """Load what the first page computes with, once, while it is on its way."""
     with _ready:
         engine()
-        import layerjam.verbs.predict  # noqa: F401
+        import layerjam.commands.predict  # noqa: F401
 
 
 ICON = (

@@ -18,7 +18,7 @@ from layerjam.errors import QuantityError
 from layerjam.identify.bayes.posterior import Population
 from layerjam.mechanics import pull as law
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.mechanics.stop import BOTTOMED_OUT, NEVER_SLID, SNAPS, STOPPED, stop
+from layerjam.mechanics.stop.exact import BOTTOMED_OUT, NEVER_SLID, SNAPS, STOPPED, stop
 from layerjam.units import show
 
 LEVELS = (0.025, 0.25, 0.5, 0.75, 0.975)

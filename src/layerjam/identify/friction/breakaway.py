@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from layerjam.identify.judder_in_record import noise_of, running_mean
-from layerjam.identify.trace import Array
+from layerjam.identify.stick_slip import noise_of, running_mean
+from layerjam.measure.trace import Array
 
 FALL = 0.02
 """Fall after a maximum that makes it one, as a part of the sliding force."""

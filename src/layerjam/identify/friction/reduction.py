@@ -22,10 +22,10 @@ from layerjam.device.source import Source
 from layerjam.errors import FileError, FitError
 from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_of
 from layerjam.identify.friction.standards import PAPER, Standard
-from layerjam.identify.judder_in_record import SawTeeth, find_saw_teeth
 from layerjam.identify.provenance import sha256
 from layerjam.identify.repeats import OverRepeats, over_repeats
-from layerjam.identify.trace import Array, Trace
+from layerjam.identify.stick_slip import SawTeeth, find_saw_teeth
+from layerjam.measure.trace import Array, Trace
 from layerjam.units import show
 
 WINDOW = PAPER.window

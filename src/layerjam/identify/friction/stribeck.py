@@ -19,8 +19,8 @@ from layerjam.errors import FitError
 from layerjam.identify.checks import Check
 from layerjam.mechanics.enclosure import backbone, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
-from layerjam.mechanics.stickslip import Stribeck
-from layerjam.mechanics.wet import WetFilm
+from layerjam.mechanics.stick_slip.laws import Stribeck
+from layerjam.mechanics.stick_slip.wet import WetFilm
 from layerjam.units import show
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from layerjam.errors import FileError
-from layerjam.identify.judder_in_record import noise_of, running_mean
-from layerjam.identify.trace import Trace, block_means
+from layerjam.identify.stick_slip import noise_of, running_mean
+from layerjam.measure.trace import Trace, block_means
 from layerjam.units import show
 
 LINEAR = (0.2, 0.8)

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from layerjam.errors import FileError
-from layerjam.identify.judder_in_record import SawTeeth, find_saw_teeth, noise_of, running_mean
 from layerjam.identify.pull.features import LINEAR, PullFeatures, loading_branch, pull_features
 from layerjam.identify.pull.unloading import Unloading, find_unloading
-from layerjam.identify.trace import Array, Trace
+from layerjam.identify.stick_slip import SawTeeth, find_saw_teeth, noise_of, running_mean
+from layerjam.measure.trace import Array, Trace
 from layerjam.units import show
 
 MARGIN = 0.05

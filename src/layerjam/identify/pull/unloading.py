@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from layerjam.identify.trace import Array
+from layerjam.measure.trace import Array
 
 PART = (0.9, 0.2)
 """Of the force at the reversal: between them the stiffness is taken."""

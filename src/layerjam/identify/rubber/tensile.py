@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import FileError, FitError
-from layerjam.identify.logs.table import SKIP, TIME, Log, Want, read_log, scale
-from layerjam.identify.readers.columns import plain
+from layerjam.measure.log import SKIP, TIME, Log, Want, read_log, scale
+from layerjam.measure.readers.columns import plain
 from layerjam.units import show
 
 Array = npt.NDArray[np.float64]

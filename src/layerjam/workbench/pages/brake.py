@@ -8,12 +8,12 @@ from typing import Any
 
 from nicegui import events, ui
 
+from layerjam.commands.answer import SLIP, VACUUM
+from layerjam.commands.edit import edit, stale
 from layerjam.device.load import catalogue, load
 from layerjam.device.toml import MAX_BYTES
 from layerjam.errors import FileError, LayerjamError
 from layerjam.units import Meaning
-from layerjam.verbs.answer import SLIP, VACUUM
-from layerjam.verbs.edit import edit, stale
 from layerjam.workbench import tables
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.controls import Control, number, slider

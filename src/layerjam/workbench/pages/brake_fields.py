@@ -7,10 +7,10 @@ from functools import partial
 
 from nicegui import ui
 
+from layerjam.commands.edit import FIELDS
 from layerjam.device.source import KINDS
 from layerjam.errors import LayerjamError
 from layerjam.units import Meaning, exact_text, get
-from layerjam.verbs.edit import FIELDS
 from layerjam.workbench.desk import Desk
 
 GROUPS: Mapping[str, str] = {

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from nicegui import ui
 
+from layerjam.commands.answer import Answer
+from layerjam.commands.edit import FIELDS
 from layerjam.device.file import BrakeFile
 from layerjam.units import get, show
-from layerjam.verbs.answer import Answer
-from layerjam.verbs.edit import FIELDS
 from layerjam.workbench import live
 from layerjam.workbench.tables import Cell, html
 

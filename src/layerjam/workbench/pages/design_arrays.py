@@ -8,9 +8,9 @@ from typing import Any
 
 from nicegui import ui
 
+from layerjam.commands.answer import VACUUM, Answer
+from layerjam.commands.array import PARALLEL, SERIES
 from layerjam.units import Meaning
-from layerjam.verbs.answer import VACUUM, Answer
-from layerjam.verbs.array import PARALLEL, SERIES
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, with_readout

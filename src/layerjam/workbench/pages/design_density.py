@@ -7,11 +7,11 @@ from typing import Any
 
 from nicegui import ui
 
+from layerjam.commands.answer import VACUUM, Answer
 from layerjam.design.comparison import KIND
 from layerjam.device.load import catalogue, load
 from layerjam.report.style import GREY, INK
 from layerjam.units import Meaning, show
-from layerjam.verbs.answer import VACUUM, Answer
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import COLORS, options

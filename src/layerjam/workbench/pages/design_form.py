@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from nicegui import ui
 
+from layerjam.commands.need import HOLD, STOP, hold, stop
 from layerjam.device.load import catalogue
 from layerjam.errors import LayerjamError
-from layerjam.verbs.need import HOLD, STOP, hold, stop
 from layerjam.workbench.controls import Choice, Control, choice, number, slider, word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.design_part import PAGE

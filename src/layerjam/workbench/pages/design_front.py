@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from layerjam.commands.answer import Answer
 from layerjam.design.design_file import plain_name
 from layerjam.design.merit import MERITS, VARIABLES
 from layerjam.design.verdict import named
@@ -13,7 +14,6 @@ from layerjam.design.wishes import Spec
 from layerjam.report.design_figures import scale
 from layerjam.report.style import GREY, INK
 from layerjam.units import show
-from layerjam.verbs.answer import Answer
 from layerjam.workbench.charts import COLORS, options
 from layerjam.workbench.pages.design_part import said, words
 from layerjam.workbench.tables import html

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 from nicegui import ui
 
-from layerjam.design.machines.registry import load_scenario
+from layerjam.commands.answer import Answer
+from layerjam.studies.machines.apply import machines
+from layerjam.studies.machines.registry import load_scenario
 from layerjam.units import show
-from layerjam.verbs.answer import Answer
-from layerjam.verbs.apply import machines
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.controls import Choice, menu, word
 from layerjam.workbench.page import Notes
@@ -79,8 +79,8 @@ class Machines(Part):
         """The answer and the drawings that its report holds; each machine once a tab."""
         name = self.scenario()
         if name not in self._known:
-            from layerjam.report.machine_figures import pictures
             from layerjam.report.page import drawn
+            from layerjam.studies.machines.figures import pictures
 
             def say(what: str) -> None:
                 self.page.waiting.tell(what, 0.0)

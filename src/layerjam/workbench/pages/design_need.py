@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 from nicegui import events, ui
 
+from layerjam.commands.answer import Answer
+from layerjam.commands.design import brake_of
 from layerjam.design.spec import examples, read_spec
 from layerjam.design.verdict import named
 from layerjam.design.wishes import Spec
@@ -16,8 +18,6 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue
 from layerjam.errors import FileError, LayerjamError
 from layerjam.units import show
-from layerjam.verbs.answer import Answer
-from layerjam.verbs.design import brake_of
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import read_any_brake

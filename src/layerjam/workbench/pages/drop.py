@@ -8,9 +8,9 @@ from typing import Any
 
 from nicegui import ui
 
+from layerjam.commands.answer import VACUUM, Answer
+from layerjam.commands.tuning import HEIGHT, MASS, ROPE, SPEED, TRAVEL
 from layerjam.units import Meaning, show
-from layerjam.verbs.answer import VACUUM, Answer
-from layerjam.verbs.tuning import HEIGHT, MASS, ROPE, SPEED, TRAVEL
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, stacked

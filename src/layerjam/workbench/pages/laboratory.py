@@ -10,7 +10,7 @@ from typing import Any
 from nicegui import app, ui
 
 from layerjam.errors import LayerjamError
-from layerjam.identify.sidecar import SIDECAR_ENDING
+from layerjam.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench.controls import Choice, choice, menu, word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page

@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.errors import LayerjamError
-from layerjam.identify.sidecar import Facts
+from layerjam.measure.sidecar import Facts
 from layerjam.units import meaning_of, show
 from layerjam.workbench.charts import Curve, options
 from layerjam.workbench.desk import Desk

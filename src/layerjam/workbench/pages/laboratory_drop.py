@@ -9,7 +9,7 @@ from typing import Any
 
 from nicegui import events, run, ui
 
-from layerjam.identify.sidecar import SIDECAR_ENDING
+from layerjam.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench.uploads import LARGEST, MOST, Refused, Uploads, clean
 
 AT_ONCE = 1000
@@ -144,7 +144,7 @@ class Dropped:
 
 def practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str, bytes]:
     """Files of the built-in campaign of the virtual laboratory with their sidecars, by name."""
-    from layerjam.verbs.lab import PRACTICE, lab
+    from layerjam.commands.lab import PRACTICE, lab
 
     place = folder / "practice"
     shutil.rmtree(place, ignore_errors=True)

@@ -13,10 +13,10 @@ from typing import Any
 
 from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.identify.provenance import renamed
-from layerjam.identify.readers.answers import KEYS, choices_of
-from layerjam.identify.readers.source import load_sources
-from layerjam.identify.sidecar import Facts, read_facts
-from layerjam.identify.trace import Trace
+from layerjam.measure.readers.answers import KEYS, choices_of
+from layerjam.measure.readers.source import load_sources
+from layerjam.measure.sidecar import Facts, read_facts
+from layerjam.measure.trace import Trace
 from layerjam.units import meaning_of, show
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.laboratory_steps import Step, Used

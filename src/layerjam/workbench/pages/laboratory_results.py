@@ -8,10 +8,10 @@ from typing import Any
 
 from nicegui import ui
 
+from layerjam.commands.answer import Answer
 from layerjam.report.brake_files import themed
 from layerjam.report.page import drawn, svg_of
 from layerjam.units import show
-from layerjam.verbs.answer import Answer
 from layerjam.workbench.pages.laboratory_steps import Done
 
 TITLES = {"friction": "Friction", "calibrate": "Calibration", "validate": "Validation"}

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from layerjam.commands.answer import Answer
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError
 from layerjam.identify.provenance import renamed
-from layerjam.verbs.answer import Answer
 from layerjam.workbench.call import VERBS, Subject
 from layerjam.workbench.uploads import Upload, in_users_toml
 
@@ -69,7 +69,7 @@ class Step:
 
         Raises LayerjamError as the verb does, with the user's names in it.
         """
-        verb = getattr(importlib.import_module(f"layerjam.verbs.{self._module}"), self.verb)
+        verb = getattr(importlib.import_module(f"layerjam.commands.{self._module}"), self.verb)
         subject = self.brake and (self.brake.file or self.brake.name)
         more: dict[str, Any] = dict(self.options)
         args: list[Any] = [subject] if subject and not self._brake_is_option else []

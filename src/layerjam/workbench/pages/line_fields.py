@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from nicegui import events, ui
 
+from layerjam.commands.edit_line import FIELDS, edit_line
+from layerjam.commands.parts import parts
 from layerjam.device.toml import MAX_BYTES
 from layerjam.errors import LayerjamError
 from layerjam.fluid.file import lines, load_line
 from layerjam.fluid.parts import FAMILIES
 from layerjam.units import exact_text, get, usual_unit
-from layerjam.verbs.edit_line import FIELDS, edit_line
-from layerjam.verbs.parts import parts
 from layerjam.workbench.desk import Desk
 
 GROUPS = {

@@ -7,10 +7,10 @@ from typing import Any
 
 from nicegui import ui
 
+from layerjam.commands.answer import SPEED, TRAVEL, VACUUM, Answer
+from layerjam.commands.stick_slip import DAMPING
 from layerjam.errors import LayerjamError
 from layerjam.units import Meaning
-from layerjam.verbs.answer import SPEED, TRAVEL, VACUUM, Answer
-from layerjam.verbs.judder import DAMPING
 from layerjam.workbench import live, tables, takeaway
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, Control, choice, number, slider, word
@@ -206,7 +206,8 @@ class Pull(Page):
 
 def _file(what: str, ending: str, answer: Answer, reading: Reading) -> bytes:
     """The bytes that the command writes for the same question."""
-    from layerjam.report import figures, speed_figures
+    from layerjam.report import figures
+    from layerjam.studies.choi2018 import speed_figures
 
     if what == "record":
         return takeaway.record_bytes(answer.record, ending)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from layerjam.commands.answer import Answer
 from layerjam.units import show
-from layerjam.verbs.answer import Answer
 from layerjam.workbench.charts import Curve, options, stacked, with_readout
 from layerjam.workbench.pages.pull_files import Reading
 

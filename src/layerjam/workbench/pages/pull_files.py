@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from nicegui import events, ui
 
+from layerjam.commands.answer import Answer
 from layerjam.identify.provenance import renamed
 from layerjam.identify.validation.metrics import CurveError
 from layerjam.units import show
-from layerjam.verbs.answer import Answer
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.page import answered

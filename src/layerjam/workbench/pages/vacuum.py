@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
+from layerjam.commands.answer import Answer
+from layerjam.commands.regulate import DURATION, FAULT_AT
+from layerjam.commands.vacuum_line import TARGET
 from layerjam.control.faults import PROVOKED
 from layerjam.control.settings import KINDS, SAFE_STATES, Regulator
 from layerjam.fluid.line import Sensor
 from layerjam.units import Meaning, meaning_of, show
-from layerjam.verbs.answer import Answer
-from layerjam.verbs.regulate import DURATION, FAULT_AT
-from layerjam.verbs.vacuum_line import TARGET
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, stacked

@@ -1,0 +1,310 @@
+"""Stick-slip in a measured force: saw teeth told from noise, texture and vibration.
+
+While the films stick the force rises at the stiffness of what pulls them, as often as it does so;
+when they slip it falls at once. Four things must therefore hold together: the swing stands out of
+the noise, the teeth come at a regular distance, they rise for longer than they fall, and they all
+rise equally fast. Noise and a rough film rise and fall alike; a vibration does too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from layerjam.measure.trace import Array
+
+Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
+
+LEAST_TEETH = 5
+"""Teeth needed; three will do where they are large and alike."""
+LEAST_SWING = 0.02
+"""Smaller swings, as a part of the middle force, are left in the mean."""
+LEAST_SHARE = 0.6
+"""Part of a tooth during which the force rises; 0.5 is a vibration."""
+SUDDEN = 0.72
+"""The same where the teeth are fewer than MANY or not all alike: a rough film comes close."""
+MANY, ALIKE = 15, 0.3
+CLEAR = 4.0
+"""Standard errors by which that part must exceed one half."""
+MOST_UNLIKE = 0.5
+"""Scatter allowed in spacing and in slope of the rise, as a part of their medians."""
+STANDS_OUT = 8.0
+"""Swing that counts as a reversal, in standard deviations of the smoothed noise."""
+SMOOTHINGS = (1, 5, 21, 63, 151)
+"""Samples of the running means tried, until teeth are found."""
+MOST_SAMPLES = 60_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class SawTeeth:
+    """Stick-slip in a stretch of a record, SI units.
+
+    `upper` and `lower` are the mean forces at which the teeth end and begin [N], with standard
+    errors from their scatter; `spacing` is the crosshead's travel between two slips [m], `period`
+    the time [s], None without time stamps. `rising_share` is the part of a tooth that rises,
+    `irregularity` the scatter of the spacing as a part of it. `peaks` and `troughs` are indices
+    into the stretch.
+    """
+
+    upper: float
+    lower: float
+    upper_se: float
+    lower_se: float
+    spacing: float
+    period: float | None
+    teeth: int
+    rising_share: float
+    irregularity: float
+    start: float
+    end: float
+    samples_per_tooth: float
+    peaks: Indices = field(compare=False, repr=False)
+    troughs: Indices = field(compare=False, repr=False)
+
+    @property
+    def amplitude(self) -> float:
+        """Half of the swing [N]."""
+        return (self.upper - self.lower) / 2
+
+    @property
+    def middle(self) -> float:
+        """Halfway between the envelopes [N]: the kinetic force where nothing damps the slip."""
+        return (self.upper + self.lower) / 2
+
+
+class Search(NamedTuple):
+    """Saw teeth, or None, and why."""
+
+    teeth: SawTeeth | None
+    reason: str
+
+
+def noise_of(force: Array) -> float:
+    """Standard deviation of white noise in a record [N], whatever slow or rare lies under it.
+
+    From the median of the second differences, which lines do not change and jumps hardly.
+    """
+    if len(force) < 5:
+        return 0.0
+    bends = np.abs(np.diff(force, 2))
+    return float(np.median(bends)) * 1.4826 / 6**0.5
+
+
+def running_mean(values: Array, samples: int) -> Array:
+    """Centred running mean over an odd number of samples; same length, ends repeated."""
+    if samples < 3:
+        return values
+    half = samples // 2
+    sums = np.cumsum(np.concatenate([[0.0], np.pad(values, half, mode="edge")]))
+    return np.asarray((sums[2 * half + 1 :] - sums[: -(2 * half + 1)]) / (2 * half + 1))
+
+
+def turning_points(values: Array, least: float) -> tuple[Indices, Indices]:
+    """(peaks, troughs): indices where the values turn by more than `least`, alternating."""
+    step = np.diff(values)
+    moving = np.flatnonzero(step)
+    if not len(moving):
+        return np.empty(0, np.intp), np.empty(0, np.intp)
+    signs = np.sign(step[moving])
+    bends = moving[:-1][signs[1:] != signs[:-1]] + 1
+    at = [0, *bends.tolist(), len(values) - 1]
+    found: tuple[list[int], list[int]] = ([], [])
+    high = low = at[0]
+    up: bool | None = None
+    heights = values[at].tolist()
+    top = bottom = heights[0]
+    for index, height in zip(at, heights, strict=True):
+        if height > top:
+            top, high = height, index
+        if height < bottom:
+            bottom, low = height, index
+        if up is not False and top - height > least:
+            found[0].append(high)
+            up, bottom, low = False, height, index
+            top, high = height, index
+        elif up is not True and height - bottom > least:
+            found[1].append(low)
+            up, top, high = True, height, index
+            bottom, low = height, index
+    return np.array(found[0], np.intp), np.array(found[1], np.intp)
+
+
+def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> Search:
+    """Saw teeth in a stretch of sliding, arrays of shape (N,): position [m], force [N], time [s].
+
+    The position rises. Smoothings from none to 151 samples are tried, so that teeth smaller than
+    the noise of one sample are found where there are many samples to a tooth.
+    """
+    if len(force) < 3 * LEAST_TEETH:
+        return Search(None, f"only {len(force)} samples")
+    coarse = max(1, -(-len(force) // MOST_SAMPLES))
+    if coarse > 1:
+        position, force = _thinned(position, coarse), _thinned(force, coarse)
+        time = None if time is None else _thinned(time, coarse)
+    noise = max(noise_of(force), _step_of(force) / 12**0.5)
+    found, told, reason = None, False, "nothing stands out of the noise"
+    for samples in SMOOTHINGS:
+        if 4 * samples > len(force):
+            break
+        smooth = running_mean(force, samples)
+        rest = noise / samples**0.5
+        least = max(STANDS_OUT * rest, 0.3 * LEAST_SWING * abs(float(force.mean())))
+        peaks, troughs = _large_turns(smooth, least)
+        teeth, why = _judged(position, force, smooth, time, peaks, troughs, samples, noise)
+        if teeth is not None and (found is None or teeth.teeth > found.teeth):
+            found, reason = teeth, why
+        elif found is None and len(peaks) > LEAST_TEETH and not told:
+            reason, told = why, True  # the least smoothed record that swings knows best
+        if found is not None and found.upper - found.lower > 2 * STANDS_OUT * rest:
+            break  # below that the smallest teeth are missed, and a smoother record shows more
+    if found is not None and coarse > 1:
+        found = replace(found, peaks=found.peaks * coarse, troughs=found.troughs * coarse)
+    return Search(found, reason)
+
+
+def _thinned(values: Array, by: int) -> Array:
+    """Every so many samples one; the mean would take the teeth's tips."""
+    return values[::by]
+
+
+def _step_of(force: Array) -> float:
+    """The load cell's digit, where a record shows one; else next to nothing."""
+    steps = np.diff(np.unique(force[:4000]))
+    return float(steps.min()) if len(steps) else 0.0
+
+
+def _large_turns(smooth: Array, least: float) -> tuple[Indices, Indices]:
+    """Turning points of the large swings: those above `least`, without the wiggles on them."""
+    peaks, troughs = turning_points(smooth, least)
+    if min(len(peaks), len(troughs)) < 3:
+        return peaks, troughs
+    both = np.sort(np.concatenate([peaks, troughs]))
+    usual = float(np.percentile(np.abs(np.diff(smooth[both])), 80))
+    return turning_points(smooth, max(least, 0.4 * usual))
+
+
+def _unlike(values: Array) -> float:
+    """Scatter as a part of the median, both robust."""
+    middle = float(np.median(values))
+    return 1.4826 * float(np.median(np.abs(values - middle))) / max(abs(middle), 1e-300)
+
+
+def _judged(
+    position: Array, force: Array, smooth: Array, time: Array | None, peaks: Indices,
+    troughs: Indices, samples: int, noise: float,
+) -> Search:  # fmt: skip
+    """Whether turning points are saw teeth, and their measures."""
+    # whole teeth only, trough, peak and next trough; the first turn may be cut off by the window
+    if len(troughs) and len(peaks):
+        troughs = troughs[1:] if troughs[0] < peaks[0] else troughs
+        peaks = peaks[1:]
+    count = min(len(peaks), len(troughs) - 1)
+    if count < 3:
+        return Search(None, f"{max(count, 0)} swings stand out, too few to tell")
+    peaks, starts, ends = peaks[:count], troughs[:count], troughs[1 : count + 1]
+    rise, whole = position[peaks] - position[starts], position[ends] - position[starts]
+    if not (whole > 0).all() or not (rise > 0).all():
+        return Search(None, "the crosshead does not move on while the force swings")
+    share = rise / whole
+    spread = float(share.std(ddof=1)) / count**0.5
+    mean_share = float(share.mean())
+    swing = float(np.median(smooth[peaks] - smooth[starts]))
+    irregular = _unlike(np.diff(position[peaks]))
+    slopes = _unlike((smooth[peaks] - smooth[starts]) / rise)
+    middle = float(np.median(smooth[peaks] + smooth[starts])) / 2
+    clear = swing > 20 * noise / samples**0.5 and swing > 0.05 * abs(middle)
+    large = clear and mean_share > 0.75 and slopes < 0.25
+    if count < LEAST_TEETH and not large:
+        return Search(None, f"{count} swings stand out, too few to tell")
+    if np.median(np.diff(peaks)) < 4 * samples and samples > 1:
+        return Search(None, "swings as short as the smoothing")
+    alike = count >= MANY and max(irregular, slopes) <= ALIKE
+    least = LEAST_SHARE if alike else SUDDEN
+    if mean_share < least or mean_share - 0.5 < CLEAR * spread:
+        return Search(
+            None,
+            f"the force swings {count} times but rises for {mean_share:.0%} of a swing: a "
+            "vibration or a rough film, no stick-slip",
+        )
+    if irregular > MOST_UNLIKE or slopes > MOST_UNLIKE:
+        return Search(None, f"{count} swings without a regular spacing or slope: a rough film")
+    teeth = _measured(position, force, time, peaks, starts, ends, samples, noise)
+    if teeth.upper - teeth.lower < LEAST_SWING * abs(teeth.middle):
+        part = (teeth.upper - teeth.lower) / abs(teeth.middle)
+        return Search(None, f"saw teeth of {part:.1%} of the force, too small to matter")
+    return Search(
+        teeth,
+        f"{count} saw teeth, rising for {mean_share:.0%} of each, spacing within "
+        f"{irregular:.0%} of its median",
+    )
+
+
+def _measured(
+    position: Array, force: Array, time: Array | None, peaks: Indices, starts: Indices,
+    ends: Indices, samples: int, noise: float,
+) -> SawTeeth:  # fmt: skip
+    """Envelope, spacing and period of teeth found at one smoothing."""
+    tops, feet = _ends_of_falls(force, peaks, starts, ends, samples)
+    high, low = force[tops].astype(float), force[feet].astype(float)
+    if float(np.median(high - low)) < 50 * noise:
+        # the highest sample of a noisy tooth lies too high: take the ends of its straight rise
+        for i, (a, b) in enumerate(zip(feet.tolist(), tops.tolist(), strict=True)):
+            x, y = position[a + 1 : b], force[a + 1 : b]
+            run = x - x.mean() if len(x) > 3 else np.zeros(1)
+            spread = float(run @ run)
+            if spread > 0:
+                slope = float(run @ (y - y.mean())) / spread
+                low[i] = y.mean() + slope * (position[a] - x.mean())
+                high[i] = y.mean() + slope * (position[b] - x.mean())
+    count = len(peaks)
+    apart = np.diff(position[peaks])
+    between = float(np.median(np.diff(peaks)))
+    # a tooth ends somewhere between two samples, or within the smoothing
+    unsure = (samples / 2) * float(np.mean(high - low)) / between
+    return SawTeeth(
+        upper=float(high.mean()),
+        lower=float(low.mean()),
+        upper_se=float(np.hypot(high.std(ddof=1) / count**0.5, unsure / 2)),
+        lower_se=float(np.hypot(low.std(ddof=1) / count**0.5, unsure / 2)),
+        spacing=float(np.median(apart)),
+        period=None if time is None else float(np.median(np.diff(time[peaks]))),
+        teeth=count,
+        rising_share=float(((position[peaks] - position[starts])
+                            / (position[ends] - position[starts])).mean()),
+        irregularity=_unlike(apart),
+        start=float(position[starts[0]]),
+        end=float(position[ends[-1]]),
+        samples_per_tooth=between,
+        peaks=tops,
+        troughs=feet,
+    )  # fmt: skip
+
+
+def _ends_of_falls(
+    force: Array, peaks: Indices, starts: Indices, ends: Indices, samples: int
+) -> tuple[Indices, Indices]:
+    """(tops, feet) of the teeth, where a smoothed record shows them too early and too late.
+
+    A fall is centred where the means over half a smoothing before and after it differ most.
+    """
+    if samples < 3:
+        return peaks, starts
+    half = samples // 2
+    sums = np.cumsum(np.concatenate([[0.0], force]))
+    last = len(force) - 1
+
+    def fall(early: int, late: int) -> tuple[int, int]:
+        at = np.arange(max(early, half), min(late, last - half) + 1)
+        if not len(at):
+            return early, late
+        before, after = sums[at + 1] - sums[at + 1 - half], sums[at + 1 + half] - sums[at + 1]
+        centre = int(at[np.argmax(before - after)])
+        reach = max(late - early - samples, 0) // 2
+        return max(centre - reach, 0), min(centre + 1 + reach, last)
+
+    falls = [fall(p, t) for p, t in zip(peaks.tolist(), ends.tolist(), strict=True)]
+    tops = np.array([top for top, _ in falls], np.intp)
+    feet = np.array([starts[0], *(foot for _, foot in falls[:-1])], np.intp)
+    return np.maximum(tops, feet + 1), feet

@@ -1,0 +1,154 @@
+"""The records of a campaign's tests: true force, then what the machine shows of it."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.errors import QuantityError
+from layerjam.lab import faults
+from layerjam.lab.faults import Array, Faults
+from layerjam.lab.machine import FORMAT, rough, sled_force
+from layerjam.lab.plan import Subject, Trial, samples, sled_machine
+from layerjam.lab.spec import Spec
+from layerjam.measure.sidecar import Facts
+from layerjam.measure.trace import Trace
+from layerjam.units import show
+
+
+def _column(values: Sequence[float]) -> Array:
+    return np.array(values, dtype=float)[:, None]
+
+
+def possible(spec: Spec, tests: Sequence[Trial]) -> None:
+    """Raise QuantityError where a pull of the campaign cannot be; quick, without its samples."""
+    groups: dict[tuple[str, float], list[Trial]] = defaultdict(list)
+    for test in tests:
+        if test.kind == "pull":
+            groups[test.subject.label, test.speed].append(test)
+    for (_, speed), some in groups.items():
+        turned = (spec.machine.slack + spec.pulls.travel) / speed
+        ends = np.array([[0.0, turned, turned + spec.pulls.unload / speed]])
+        _pull_force(spec, some, ends)
+
+
+def pull_traces(spec: Spec, tests: Sequence[Trial], count: int) -> list[Trace]:
+    """Pulls of one brake at one speed, all at once."""
+    machine, speed = spec.machine, tests[0].speed
+    numbers = np.array([t.number for t in tests])
+    time = faults.moments(machine, spec.seed, numbers, count)
+    far = machine.slack + spec.pulls.travel
+    travel = speed * time
+    travel = far - np.abs(travel - far) if spec.pulls.unload > 0 else travel
+    force = _pull_force(spec, tests, np.maximum(time - machine.lag, 0.0))
+    shown = faults.shown_force(
+        force, time, _column([t.warmer for t in tests]), machine, spec.seed, numbers
+    )
+    return _traces(spec, machine, tests, time, faults.shown_travel(travel, machine), shown)
+
+
+def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
+    """True force [N] at moments [s], shape (M, N)."""
+    from layerjam.mechanics.pull import slip_at_elongation
+
+    machine, subject, speed = spec.machine, tests[0].subject, tests[0].speed
+    true = subject.true
+    own = float(true.stiffness_measured or 0.0) * _column([t.stiffness for t in tests])
+    spring = 1 / (1 / own + machine.compliance)
+    stacked = _stacked(true, spring, tests)
+    begun = machine.preload / spring
+    turned = (machine.slack + spec.pulls.travel) / speed
+    rising = np.minimum(time, turned)
+    stretch = np.maximum(speed * rising - machine.slack, 0.0) + begun
+    vacuum = _column([float(t.true_vacuum or 0.0) for t in tests]) - machine.vacuum_loss * rising
+    slip = np.asarray(slip_at_elongation(stretch, vacuum, stacked))
+    if not np.isfinite(slip).all():
+        raise QuantityError(
+            f"pulls.vacuums: a pull of {subject.label} cannot be; the vacuum stays zero or more "
+            "and below what makes the brake snap on its mount"
+        )
+    back = speed * np.maximum(time - turned, 0.0)
+    if spec.pulls.unload > 0:
+        _returns(subject, slip, vacuum, stacked)
+    # on the way back the sheets stick, so that the spring alone relaxes; a brake cannot push
+    force = np.maximum(spring * (stretch - slip - back), 0.0)
+    jerks = faults.saw(np.where(back > 0, 0.0, slip), machine.stick_slip, spring)
+    return np.maximum(force + jerks, 0.0)
+
+
+def _stacked(true: Brake, spring: Array, tests: Sequence[Trial]) -> Brake:
+    """The brakes of some tests in one record, what scatters with shape (M, 1)."""
+    sleeve: Any = _column([t.enclosure for t in tests])
+    sheets: Any = _column([t.friction for t in tests])
+    stiffness: Any = spring
+    return replace(
+        true,
+        scale_factor=true.scale_factor * sheets,
+        stiffness_measured=stiffness,
+        film=replace(true.film, friction_on_silicone=true.film.friction_on_silicone * sleeve),
+        enclosure=replace(true.enclosure, modulus=true.enclosure.modulus * sleeve),
+    )
+
+
+def _returns(subject: Subject, slip: Array, vacuum: Array, stacked: Brake) -> None:
+    """Refuse a way back on which the sleeve would close the brake against its sheets."""
+    from layerjam.mechanics.enclosure import enclosure_force
+    from layerjam.mechanics.friction import sheet_friction
+
+    end, last = slip[:, -1:], np.broadcast_to(vacuum, slip.shape)[:, -1:]
+    sleeve = np.asarray(enclosure_force(end, last, stacked))
+    if (sleeve > np.asarray(sheet_friction(end, last, stacked))).any():
+        raise QuantityError(
+            f"pulls.unload: at {show(float(last.min()), 'Pa')} the sleeve of {subject.label} is "
+            "stronger than its sheets' friction and would close it on the way back; unload at "
+            "more vacuum or after less travel"
+        )
+
+
+def friction_trace(spec: Spec, test: Trial) -> Trace:
+    """One friction test."""
+    own, machine, film = spec.friction, sled_machine(spec), test.subject.true.film
+    numbers = np.array([test.number])
+    time = faults.moments(machine, spec.seed, numbers, samples(own.travel / own.speed, machine))
+    drawn = own.speed * np.maximum(time[0] - machine.lag, 0.0)
+    film_texture = rough(drawn, faults.generator(spec.seed, "texture", test.number))
+    kinetic = film.kinetic * test.friction * own.normal_force
+    static = max(film.static * test.static * own.normal_force, kinetic)
+    force = sled_force(drawn, static, kinetic * (1 + own.texture * film_texture),
+                       own.string_stiffness)  # fmt: skip
+    slid = np.maximum(drawn - static / own.string_stiffness, 0.0)
+    force = force + faults.saw(slid, own.stick_slip, _column([own.string_stiffness])[0])
+    shown = faults.shown_force(
+        force[None, :], time, _column([test.warmer]), machine, spec.seed, numbers
+    )
+    travel = faults.shown_travel(own.speed * time, machine)
+    return _traces(spec, machine, [test], time, travel, shown)[0]
+
+
+def _traces(
+    spec: Spec, machine: Faults, tests: Sequence[Trial], time: Array, travel: Array, force: Array
+) -> list[Trace]:
+    """The records of tests, samples lost and stamps repeated."""
+    out = []
+    for row, test in enumerate(tests):
+        keep = faults.kept(machine, spec.seed, test.number, force.shape[1])
+        columns = [force[row], travel[row], time[row]]
+        if keep is not None:
+            columns = [c[keep] for c in columns]
+        stamps = faults.shown_stamps(columns[2], machine, spec.seed, test.number)
+        facts = Facts(
+            vacuum=test.vacuum,
+            speed=test.speed,
+            repeat=test.repeat,
+            brake=test.subject.name,
+            normal_force=spec.friction.normal_force if test.kind == "friction" else None,
+            synthetic=True,
+            seed=spec.seed,
+        )
+        out.append(Trace(columns[0], columns[1], stamps, test.name, FORMAT, facts=facts))
+    return out

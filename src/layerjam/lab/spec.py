@@ -1,0 +1,251 @@
+"""What a campaign of the virtual laboratory is: brakes with their truth, tests, faults, files.
+
+Unit, meaning and bounds of every number stand here (and in `faults`) once; the file reader, its
+error messages and the commented example come from them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import MISSING, Field, dataclass, field, fields
+from typing import Any
+
+from layerjam.device.file import BrakeFile
+from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.lab.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form
+from layerjam.lab.faults import Faults, consistent
+from layerjam.units import Meaning, quantity, show
+
+MOST_TESTS = 10_000
+MOST_SAMPLES = 5_000_000
+"""Of one test."""
+_SIZE = Meaning("1", "standard deviation from repeat to repeat, part of the mean", hi=0.5)
+
+
+def _several(unit: str, text: str, default: tuple[float, ...], **bounds: Any) -> Any:
+    """A field that holds a list of quantities."""
+    meaning = Meaning(unit, text, **bounds)
+    return field(default=default, metadata={"quantity": meaning, "several": True})
+
+
+def _word(text: str, default: Any, choices: tuple[str, ...] = (), several: bool = False) -> Any:
+    """A field that holds a text, or a list of them, each one of `choices` where there are any."""
+    about = {"text": text, "choices": choices, "several": several}
+    return field(default=default, metadata=about)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Truth:
+    """A brake and what is true of it where that differs from its file; None: as the file says."""
+
+    brake: str | BrakeFile = _word("name in the catalogue, or path of a brake's file", MISSING)
+    label: str = _word("short name for its files; the brake's own name unless given", "")
+    scale_factor: float | None = quantity(
+        "1", "true scale factor on the sheets' friction", lo=1e-3, hi=100, default=None
+    )
+    stiffness: float | None = quantity(
+        "N/m", "true stiffness of brake and mount", lo=100, hi=1e9, default=None
+    )
+    enclosure_factor: float = quantity(
+        "1", "true factor on the sleeve's force", lo=1e-3, hi=100, default=1.0
+    )
+    static: float | None = quantity(
+        "1", "true static friction of the film on itself", lo=1e-4, hi=5, default=None
+    )
+    kinetic: float | None = quantity(
+        "1", "true kinetic friction of the film on itself", lo=1e-4, hi=5, default=None
+    )
+    pressure_exponent: float | None = quantity(
+        "1", "true exponent of the friction's dependence on pressure", lo=-0.9, hi=2, default=None
+    )
+    test_pressure: float = quantity(
+        "Pa", "pressure at which that exponent changes nothing", lo=1, hi=1e7, default=3.9e3
+    )
+    speed_slope: float = quantity(
+        "1", "true change of the friction's logarithm for ten times the speed", lo=-0.5, hi=0.5,
+        default=0.0,
+    )  # fmt: skip
+    speed_reference: float = quantity(
+        "m/s", "speed at which that slope changes nothing", lo=1e-6, hi=10, default=0.01
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pulls:
+    """Pulls of each brake: all vacuums at all speeds."""
+
+    vacuums: tuple[float, ...] = _several("Pa", "vacuums the gauge shows", (), hi=120e3)
+    speeds: tuple[float, ...] = _several(
+        "m/s", "speeds of the crosshead", (13e-3,), lo=1e-6, hi=10.0
+    )
+    repeats: int = quantity(
+        "1", "repeats at each vacuum and speed", lo=1, hi=1000, whole=True, default=3
+    )
+    travel: float = quantity(
+        "m", "travel of the crosshead from where the brake is taut", lo=1e-4, hi=5, default=0.04
+    )
+    unload: float = quantity("m", "way back at the end, at the same speed", hi=5, default=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionTests:
+    """Friction tests of each brake's film: a sled pulled over film by a string."""
+
+    repeats: int = quantity("1", "repeats; 0 for none", hi=1000, whole=True, default=0)
+    normal_force: float = quantity(
+        "N", "force pressing the films together", lo=1e-4, hi=1e5, default=0.25 * 9.80665
+    )
+    travel: float = quantity("m", "travel of the crosshead", lo=1e-3, hi=5, default=0.11)
+    speed: float = quantity("m/s", "speed of the crosshead", lo=1e-6, hi=1, default=2.5e-3)
+    sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=100.0)
+    string_stiffness: float = quantity(
+        "N/m", "stiffness of string and load cell", lo=1, hi=1e7, default=300.0
+    )
+    texture: float = quantity(
+        "1", "scatter of the friction along the film, part of the mean", hi=0.3, default=0.01
+    )
+    static_scatter: float = quantity("1", "static friction: " + _SIZE.text, hi=0.5, default=0.0)
+    kinetic_scatter: float = quantity("1", "kinetic friction: " + _SIZE.text, hi=0.5, default=0.0)
+    stick_slip: float = quantity(
+        "N", "stick-slip while sliding, from top to bottom", hi=100, default=0.0
+    )
+    force_noise: float = quantity(
+        "N", "white noise of this load cell, standard deviation", hi=100, default=0.0
+    )
+    force_offset: float = quantity(
+        "N", "this load cell's reading at no load", lo=-100, hi=100, default=0.0
+    )
+    load_cell_range: float | None = quantity(
+        "N", "force beyond which this load cell shows no more", lo=1e-3, hi=1e5, default=None
+    )
+    force_step: float = quantity("N", "step in which the force is recorded", hi=10, default=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scatter:
+    """How the brake differs from pull to pull; each has mean 1 (log-normal)."""
+
+    friction: float = quantity("1", "sheets' friction: " + _SIZE.text, hi=0.5, default=0.0)
+    stiffness: float = quantity("1", "stiffness: " + _SIZE.text, hi=0.5, default=0.0)
+    enclosure: float = quantity("1", "sleeve's force: " + _SIZE.text, hi=0.5, default=0.0)
+    per: str = _word(
+        "what shares one draw: each pull its own, or all pulls of one repeat number (a brake that "
+        "is taken apart between repeats)",
+        "pull",
+        ("pull", "repeat"),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Files:
+    """What the files look like; with several layouts each file takes the next one."""
+
+    layouts: tuple[str, ...] = _word("layouts, taken in turn", ("own",), tuple(LAYOUTS), True)
+    encoding: str = _word("encoding; 'usual' is each layout's own", "usual", ("usual", *ENCODINGS))
+    decimal: str = _word("decimal sign; 'usual' is each layout's own", "usual", ("usual", ".", ","))
+    language: str = _word("language of the columns' names", "en", tuple(LANGUAGES))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Practice:
+    """How many of the pulls' files have a fault that a reader should find; drawn by the seed."""
+
+    cut_off: int = quantity(
+        "1", "files that end in the middle of a line", hi=1000, whole=True, default=0
+    )
+    header_only: int = quantity(
+        "1", "files that hold a header and no numbers", hi=1000, whole=True, default=0
+    )
+    wrong_unit: int = quantity(
+        "1", "files whose header says kN where the numbers are in N", hi=1000, whole=True,
+        default=0,
+    )  # fmt: skip
+    negative_force: int = quantity(
+        "1", "files of a machine that counts tension as negative", hi=1000, whole=True, default=0
+    )
+    saturated: int = quantity(
+        "1", "files whose load cell ends at four fifths of the peak", hi=1000, whole=True,
+        default=0,
+    )  # fmt: skip
+    no_sidecar: int = quantity(
+        "1", "files without the sidecar that states the vacuum", hi=1000, whole=True, default=0
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spec:
+    """A whole campaign; the same spec gives the same numbers, bit for bit."""
+
+    brakes: tuple[Truth, ...] = ()
+    seed: int = quantity("1", "seed of all random numbers", hi=2**63 - 1, whole=True, default=1)
+    pulls: Pulls = field(default=Pulls())
+    friction: FrictionTests = field(default=FrictionTests())
+    scatter: Scatter = field(default=Scatter())
+    machine: Faults = field(default=Faults())
+    files: Files = field(default=Files())
+    practice: Practice = field(default=Practice())
+
+
+TABLES: dict[str, Any] = {"brakes": Truth} | {
+    f.name: type(f.default) for f in fields(Spec) if f.name not in ("brakes", "seed")
+}
+
+
+def places(record: Any) -> Iterator[tuple[Field[Any], Any]]:
+    """The fields of one table with their values."""
+    for place in fields(record):
+        yield place, getattr(record, place.name)
+
+
+def value_checked(place: Field[Any], value: Any, name: str) -> None:
+    """Raise QuantityError or UnknownNameError where a value is not what its field allows."""
+    if value is None or isinstance(value, BrakeFile):
+        return
+    meaning, several = place.metadata.get("quantity"), place.metadata.get("several")
+    for each in value if several else (value,):
+        if meaning is not None:
+            meaning.check(each, name)
+        elif place.metadata["choices"] and each not in place.metadata["choices"]:
+            raise UnknownNameError(name.rpartition(".")[2], str(each), place.metadata["choices"])
+    if several and len(set(value)) < len(value) and meaning is not None:
+        raise QuantityError(f"{name}: holds the same value twice")
+
+
+def checked(spec: Spec) -> Spec:
+    """The spec, if every number lies within its bounds and the whole makes sense."""
+    if not spec.brakes:
+        raise QuantityError("brakes: none is given; a campaign needs at least one [[brakes]]")
+    for table in TABLES:
+        for record in spec.brakes if table == "brakes" else (getattr(spec, table),):
+            for place, value in places(record):
+                value_checked(place, value, f"{table}.{place.name}")
+    for place, value in places(spec):
+        if "quantity" in place.metadata:
+            value_checked(place, value, place.name)
+    consistent(spec.machine)
+    if spec.pulls.unload > spec.pulls.travel:
+        raise QuantityError(
+            f"pulls.unload: {show(spec.pulls.unload, 'm')} is more than the travel, "
+            f"{show(spec.pulls.travel, 'm')}"
+        )
+    if not spec.files.layouts:
+        raise QuantityError("files.layouts: none is given; name at least one")
+    for layout in spec.files.layouts:
+        said = spec.files
+        Form(
+            layout=layout, encoding=said.encoding, decimal=said.decimal, language=said.language
+        ).possible()
+    pulls = len(spec.brakes) * len(spec.pulls.vacuums) * len(spec.pulls.speeds)
+    pulls *= spec.pulls.repeats
+    tests = pulls + len(spec.brakes) * spec.friction.repeats
+    if not tests:
+        raise QuantityError("pulls.vacuums: none is given, and no friction test: nothing to test")
+    if tests > MOST_TESTS:
+        raise QuantityError(f"the campaign has {tests} tests; at most {MOST_TESTS} are allowed")
+    faulty = sum(value for _, value in places(spec.practice))
+    if faulty > pulls:
+        raise QuantityError(
+            f"practice: asks for {faulty} faulty files, but there are {pulls} pulls, and each has "
+            "at most one such fault"
+        )
+    return spec

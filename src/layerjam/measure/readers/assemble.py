@@ -1,0 +1,116 @@
+"""From a table found in a file to a checked trace; what all readers share."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from layerjam.errors import FileError
+from layerjam.measure.readers.columns import Choices, Column
+from layerjam.measure.readers.content import Source
+from layerjam.measure.readers.grid import Grid, Table, read_grid
+from layerjam.measure.readers.lines import pieces
+from layerjam.measure.readers.numbers import Array, read_columns
+from layerjam.measure.sidecar import read_facts
+from layerjam.measure.trace import Trace, checked
+
+_PIECE = 24_000_000
+"""Bytes of a table that are cut into fields at once."""
+SYNTHETIC = re.compile(rb"(?i)\bsynthetic\b")
+
+
+class Rows:
+    """The rows of a table, cut into fields once for all the specimens side by side in it."""
+
+    def __init__(self, source: Source, table: Table, shared: bool) -> None:
+        self.source = source
+        self.table = table
+        self.shared = shared
+
+    @cached_property
+    def grid(self) -> Grid:
+        """Its fields."""
+        return read_grid(self.source, self.table, ragged=self.shared)
+
+    def read(self, columns: Sequence[Column], decimal: str | None) -> tuple[list[Array], Grid]:
+        """Columns in SI units, and the rows they were taken from."""
+        source, table = self.source, self.table
+        plain = table.separator == "," and b'"' not in source.data[table.first : table.last]
+        indices, names = [c.index for c in columns], [c.name for c in columns]
+        if self.shared or (table.last or len(source.data)) - table.first <= _PIECE:
+            grid = self.grid.until_empty(indices) if self.shared else self.grid
+            raw = read_columns(grid, indices, names, decimal, plain)
+        else:
+            raw, grid = self._in_pieces(indices, names, decimal, plain)
+        return [_si(v, c) for v, c in zip(raw, columns, strict=True)], grid
+
+    def _in_pieces(
+        self, indices: Sequence[int], names: Sequence[str], decimal: str | None, plain: bool
+    ) -> tuple[list[Array], Grid]:
+        """The same for a large table, of which only one piece at a time is cut into fields."""
+        parts, lines = [], []
+        for first, last in pieces(self.source.data, self.table.first, self.table.last):
+            end = last if last < len(self.source.data) else self.table.last
+            grid = read_grid(self.source, replace(self.table, first=first, last=end))
+            parts.append(read_columns(grid, indices, names, decimal, plain))
+            lines.append(grid.lines)
+        raw = [np.concatenate(column) for column in zip(*parts, strict=True)]
+        return raw, replace(grid, text=b"", lines=np.concatenate(lines))
+
+    def same(self, columns: Sequence[Column], decimal: str | None) -> bool:
+        """Whether columns differ by nothing but where they begin, to a ten-thousandth."""
+        try:
+            first, *others = (v - v[0] for v in self.read(columns, decimal)[0])
+        except FileError:
+            return False  # a column that cannot be read is another's
+        range_ = float(np.ptp(first))
+        return all(float(np.abs(v - first).max()) <= 1e-4 * range_ for v in others)
+
+
+def trace_of(
+    rows: Rows,
+    taken: dict[str, Column],
+    sentences: Sequence[str],
+    choices: Choices,
+    name: str,
+    decimal: str | None,
+    odd: Sequence[str] = (),
+) -> Trace:
+    """The trace of columns already assigned, in SI, checked and with the sidecar's facts."""
+    source, table = rows.source, rows.table
+    columns = list(taken.values())
+    raw, grid = rows.read(columns, decimal)
+    values = {c.role: v for c, v in zip(columns, raw, strict=True)}
+    said = list(sentences)
+    for role in ("force", "elongation"):
+        if role in choices.negative:
+            values[role] = -values[role]
+            said.append(f"the sign of the {role} was turned, as asked")
+    facts, warnings = read_facts(source.path), list(odd)
+    if facts.synthetic or SYNTHETIC.search(source.data[: table.first]):
+        warnings.insert(0, "synthetic: written by a program, not measured")
+    if not grid.ended:
+        warnings.append("the last line has no line end: the file may have been cut off there")
+    trace = Trace(
+        values["force"],
+        values["elongation"],
+        values.get("time"),
+        source.path,
+        name,
+        tuple(said),
+        tuple(warnings),
+        facts,
+    )
+    return checked(trace, grid.line)
+
+
+def _si(values: Array, column: Column) -> Array:
+    """Times the factor to SI; a factor such as 1/1000 divides, which rounds once."""
+    factor = column.factor
+    if factor.numerator == 1:
+        return values / factor.denominator if factor.denominator != 1 else values
+    return values * float(factor)

@@ -1,0 +1,104 @@
+"""Bytes to text: byte-order marks, UTF-16 without one, and which code page a header is in."""
+
+from __future__ import annotations
+
+import codecs
+import re
+
+from layerjam.errors import FileError
+from layerjam.measure.readers.unit_words import unit_role
+from layerjam.measure.readers.words import known_words
+
+_MARKS = (
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+# In all of these digits, separators, quotes and line ends are the bytes they are in ASCII.
+_PAGES = (
+    "cp1252", "cp1250", "cp1251", "cp932", "gb18030", "big5", "cp949", "euc-jp", "koi8-r", "cp1253",
+    "cp1254",
+)  # fmt: skip
+_TWO_BYTES = ("cp932", "gb18030", "big5", "cp949", "euc-jp")
+_HEAD = 16_384
+_TYPOGRAPHY = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'"}
+_ALLOWED = b"\t\n\r\f\x1a"
+
+
+def decoded(name: str, data: bytes) -> tuple[bytes, str]:
+    """The bytes in an encoding in which digits and separators are single ASCII bytes.
+
+    Minus signs, hard blanks and apostrophes of typesetters become ASCII. Raises FileError for
+    UTF-16 that is not whole and for what is no text.
+    """
+    wide = next((code for mark, code in _MARKS if data.startswith(mark)), None) or _unmarked(data)
+    if wide is not None:
+        try:
+            data = data.decode(wide).encode()
+        except (UnicodeDecodeError, UnicodeEncodeError):
+            kind = wide.upper()[:6]
+            raise FileError(
+                name, f"is not whole: its {kind} text breaks off or is damaged"
+            ) from None
+    data = data.removeprefix(codecs.BOM_UTF8)
+    odd = next((c for c in data[:4096] if c < 32 and c not in _ALLOWED), None)
+    if odd is not None or b"\0" in data:
+        raise FileError(name, "is binary, not a text file of numbers")
+    encoding = _encoding(data)
+    if not data.isascii():
+        for mark, plain in _TYPOGRAPHY.items():
+            data = _replaced(data, mark, plain, encoding)
+    return data, encoding
+
+
+def _replaced(data: bytes, mark: str, plain: str, encoding: str) -> bytes:
+    """A sign of typesetters as ASCII; where two bytes make a letter only whole lines are safe."""
+    try:
+        coded = mark.encode(encoding)
+    except UnicodeEncodeError:
+        return data
+    if coded not in data or (encoding in _TWO_BYTES and len(coded) < 2):
+        return data
+    return data.replace(coded, plain.encode())
+
+
+def _unmarked(data: bytes) -> str | None:
+    """UTF-16 without a byte-order mark: every second byte of its head is zero."""
+    head = data[:4096]
+    if len(head) < 20 or b"\0" not in head:
+        return None
+    even, odd = head[0::2], head[1::2]
+    if odd.count(0) > 0.5 * len(odd) and even.count(0) < 0.05 * len(even):
+        return "utf-16-le"
+    if even.count(0) > 0.5 * len(even) and odd.count(0) < 0.05 * len(odd):
+        return "utf-16-be"
+    return None
+
+
+def _encoding(data: bytes) -> str:
+    if data.isascii():
+        return "utf-8"
+    try:
+        data.decode("utf-8")
+        return "utf-8"
+    except UnicodeDecodeError:
+        pass
+    lines = [line for line in data[:_HEAD].splitlines() if not line.isascii()][:100]
+    text = b"\n".join(lines)
+    best, most = "cp1252", 0
+    for page in _PAGES:
+        try:
+            score = _score(text.decode(page))
+        except UnicodeDecodeError:
+            continue
+        if score > most:
+            best, most = page, score
+    return best
+
+
+def _score(text: str) -> int:
+    """How much of a head is words of test machines or units, if read in one code page."""
+    units = [u for u in re.split(r"[\t;,|\"'()\[\]/\n]+", text) if u and not u.isascii()]
+    known = sum(8 for u in set(units) if len(u) <= 12 and unit_role(u.strip()))
+    return known_words(text[:4000]) + known

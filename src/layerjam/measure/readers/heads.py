@@ -1,0 +1,198 @@
+"""Names and units of columns, from the lines of words above the numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from layerjam.measure.readers import words
+from layerjam.measure.readers.columns import named_role, split_unit
+from layerjam.measure.readers.lines import looks_numeric, split
+from layerjam.measure.readers.unit_words import unit_role
+from layerjam.measure.readers.words import plain
+
+MOST_COLUMNS = 300
+_BRACKETED = re.compile(r"[(\[<{].*[)\]>}]")
+_GROUPS = re.compile(r"[^()\[\]]*[(\[][^()\[\]]*[)\]]")
+_COMMENT = re.compile(r"^\s*(?:#+|%+|//|!|\*)\s*")
+_OTHER_UNIT = re.compile(
+    r"[-\u2013]|%|°|[kmMG]?Pa|.{0,6}/.{1,6}|[kmM]?V|°?[CF]|deg|N·?m|[kmcµ]?m[²³23]|#|--*|Hz|J|psi|ksi"
+)
+
+
+@dataclass(frozen=True)
+class Head:
+    """Names and units by column; `style` says where the units stand, `line` is the names' line.
+
+    `label` holds the fields of a line above the names, such as the specimens' numbers.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    style: str
+    line: int
+    label: tuple[str, ...] = ()
+
+
+def head_of(above: Sequence[tuple[int, str]], separator: str, width: int) -> Head | None:
+    """The head in the lines (number, text) above a block of numbers `width` columns wide.
+
+    The last line may hold the units, with the names above it; or the names with their units; or
+    words of no use, when the lines above it are tried. None where no line has enough fields.
+    """
+    rows = [(n, _fields(text, separator, width)) for n, text in above]
+    best: Head | None = None
+    for dropped in range(min(3, len(rows))):
+        kept = rows[: len(rows) - dropped]
+        if dropped and not _of_no_use(rows[len(kept)][1]):
+            break
+        head = _at(kept, width)
+        if head is not None and head.style:
+            return head
+        best = best or head
+    return best
+
+
+def _of_no_use(fields: Sequence[str]) -> bool:
+    """Whether a line may be passed over: it names nothing that a column could be."""
+    return not any(named_role(f) or unit_role(f) for f in fields if f)
+
+
+def _at(rows: Sequence[tuple[int, list[str]]], width: int) -> Head | None:
+    """The head whose last line is the last of `rows`."""
+    number, last = rows[-1]
+    if not 2 <= len(last) <= MOST_COLUMNS:
+        return None
+    units = _unit_row(last)
+    if units is not None:
+        for back in (2, 3):
+            if len(rows) < back:
+                break
+            above_number, above = rows[-back]
+            if len(last) <= len(above) <= MOST_COLUMNS and not _numbers(above):
+                return _two_rows(above_number, above, units, last, rows[:-back])
+            if len(above) >= 2 and not _numbers(above):
+                break
+        if {r[0] for u in units if u and (r := unit_role(u))} >= {"force", "elongation"}:
+            return Head(tuple(f"column {i + 1}" for i in range(len(last))), units, "units", number)
+    pairs = [split_unit(f) for f in last]
+    if any(u is not None and unit_role(u) for _, u in pairs):
+        style = "names"
+    else:
+        style = "names" if any(u is not None for _, u in pairs) else ""
+        upper = _unit_row(rows[-2][1]) if len(rows) > 1 else None
+        if upper is not None and len(upper) == len(last):
+            return Head(tuple(last), upper, "units above", number)
+    return Head(
+        tuple(n for n, _ in pairs), tuple(u for _, u in pairs), style, number, _label(rows[:-1])
+    )
+
+
+def _two_rows(
+    number: int,
+    names: Sequence[str],
+    units: tuple[str | None, ...],
+    written: Sequence[str],
+    above: Sequence[tuple[int, list[str]]],
+) -> Head:
+    padded = units + (None,) * (len(names) - len(units))
+    columns = list(zip(names, map(split_unit, names), padded, strict=True))
+    bracketed = all(_BRACKETED.fullmatch(f) for f in written if f)
+    return Head(
+        tuple(p[0] if u is None or p[1] else n for n, p, u in columns),
+        tuple(_agreed(p[1], u) for _, p, u in columns),
+        "bracket row" if bracketed else "plain row",
+        number,
+        _label(above),
+    )  # fmt: skip
+
+
+def _agreed(in_name: str | None, in_row: str | None) -> str | None:
+    """The unit of a column whose name and row of units may both say one."""
+    one, other = unit_role(in_name or ""), unit_role(in_row or "")
+    if one and other and one != other:
+        return f"{in_name} and {in_row}"  # no unit: the file contradicts itself
+    return in_row if in_row is not None else in_name
+
+
+def _numbers(fields: Sequence[str]) -> bool:
+    return all(looks_numeric(f) for f in fields if f)
+
+
+def _label(above: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
+    """The line above the names, which may number the specimens."""
+    return tuple(above[-1][1]) if above else ()
+
+
+def _unit_row(fields: Sequence[str]) -> tuple[str | None, ...] | None:
+    """The units of a line that holds nothing else, None where it is no such line."""
+    start = re.match(r"[^:]{2,20}:\s*(?=\S)", fields[0])
+    if start and re.search(words.UNIT, plain(start[0])):
+        fields = [fields[0][start.end() :], *fields[1:]]  # Units: s, mm, N
+    units = tuple(re.sub(r"^[(\[<{]\s*|\s*[)\]>}]$", "", f).strip() or None for f in fields)
+    if any(len(u or "") > 20 for u in units):
+        return None
+    known = sum(u is not None and unit_role(u) is not None for u in units)
+    bracketed = sum(bool(_BRACKETED.fullmatch(f)) for f in fields)
+    other = sum(
+        unit_role(u or "") is None and (_OTHER_UNIT.fullmatch(u or "") is not None) for u in units
+    )
+    filled = sum(u is not None for u in units)
+    # A name may look like a unit ("m"), so units must be the rule in the line.
+    if known and (bracketed == filled or (known + other) * 2 >= filled):
+        return units
+    return None
+
+
+def _fields(text: str, separator: str, width: int) -> list[str]:
+    """The fields of a line of words, whatever separates them there; comment signs taken off."""
+    text = _COMMENT.sub("", text) if _COMMENT.match(text) else text
+    if separator != " ":
+        fields = trimmed(split(text, separator))
+        if len(fields) > 1 or width < 2:
+            return fields
+        for other in ("\t", ";", ",", "|"):
+            found = trimmed(split(text, other))
+            if other != separator and len(found) == width:
+                return found
+        return fields
+    for found in _cut_at_blanks(text):
+        if len(found) == width:
+            return found
+    return text.split()
+
+
+def _cut_at_blanks(text: str) -> list[list[str]]:
+    """The ways to cut a line of words at blanks, commas or tabs, the likeliest first."""
+    ways = [trimmed(split(text, mark)) for mark in ("\t", ";", ",", "|") if mark in text]
+    ways.append([w.strip() for w in re.split(r"\s{2,}|\t", text.strip())])
+    ways.append(text.split())
+    if len(text) < 2000:
+        ways.append([w.strip(" ,;") for w in _GROUPS.findall(text)])
+    return ways
+
+
+def trimmed(fields: list[str]) -> list[str]:
+    """Without empty fields at the end, which a trailing separator leaves."""
+    count = len(fields)
+    while count and not fields[count - 1]:
+        count -= 1
+    return fields[:count]
+
+
+def stated_units(texts: Sequence[str]) -> dict[str, str]:
+    """Units that lines above the table state by themselves: `Force unit;kN`, `Einheit Weg: mm`."""
+    found: dict[str, set[str]] = {"time": set(), "elongation": set(), "force": set()}
+    for text in texts:
+        if len(text) > 200:
+            continue
+        match = re.match(
+            r"\W*([^:=;,\t|\"]+?)\"?\s*[:=;,\t|]+\s*\"?([^:=;,\t|\"]+?)\"?[\s;,\t|]*$", text
+        )
+        if not match or not re.search(words.UNIT, plain(match[1])):
+            continue
+        known = unit_role(match[2])
+        if known and named_role(match[1]) == known[0]:
+            found[known[0]].add(match[2])
+    return {role: units.pop() for role, units in found.items() if len(units) == 1}

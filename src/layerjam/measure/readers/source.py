@@ -1,0 +1,94 @@
+"""A file's bytes as plain lines: encoding, byte-order mark and line ends are settled here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from layerjam.errors import FileError
+from layerjam.measure.readers.content import IN_CELL, Source
+from layerjam.measure.readers.encoding import decoded
+from layerjam.measure.readers.workbook import sheets
+
+MAX_BYTES = 1_000_000_000
+_HEAD = 65_536
+_KINDS = {
+    b"%PDF": "a PDF",
+    b"\x89HDF": "an HDF5 or NetCDF file",
+    b"CDF\x01": "a NetCDF file",
+    b"<?xml": "XML",
+    b"<html": "a web page",
+    b"<!DOCTYPE": "a web page",
+    b"{\\rtf": "RTF",
+    b"\x1f\x8b": "a gzip archive",
+}
+_WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+
+
+def load_source(path: str | Path) -> Source:
+    """A text file, or the largest sheet of a workbook; FileError where there is none."""
+    return max(load_sources(path), key=lambda s: len(s.data))
+
+
+def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
+    """A text file, or each sheet of a workbook that holds anything, or the one named `sheet`.
+
+    Raises FileError where there is no such file or sheet, or nothing that is text.
+    """
+    name = str(path)
+    data = _read(name, path)
+    if not data or data.isspace():
+        raise FileError(name, "is empty")
+    if data.startswith(_WORKBOOKS):
+        return sheets(name, data, sheet)
+    if sheet is not None:
+        raise FileError(name, f"has no sheet '{sheet[:40]}': it is no workbook but text")
+    for start, kind in _KINDS.items():
+        if data[:99].lstrip()[: len(start)].lower() == start.lower():
+            raise FileError(name, f"is {kind}, not text; export it as CSV")
+    data, encoding = decoded(name, data)
+    if not data or data.isspace():
+        raise FileError(name, "is empty")
+    if b"\r" in data:
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return [Source(name, _cells_in_one_line(data), encoding)]
+
+
+def _read(name: str, path: str | Path) -> bytes:
+    try:
+        place = Path(path)
+        if place.is_dir():
+            raise FileError(name, "is a folder, not a file")
+        if not place.exists():
+            raise FileError(name, "does not exist")
+        if not place.is_file():
+            raise FileError(name, "is no regular file")
+        size = place.stat().st_size
+        if size > MAX_BYTES:
+            raise FileError(name, f"is {size / 1e9:.1f} GB large, more than 1 GB is not read")
+        return place.read_bytes()
+    except (OSError, ValueError) as err:
+        reason = getattr(err, "strerror", None) or err
+        raise FileError(name[:200], f"cannot be read: {reason}") from None
+
+
+def _cells_in_one_line(data: bytes) -> bytes:
+    """Names over two lines in one quoted cell ("Load", line end, "(N)") get into one line."""
+    head = data[:_HEAD]
+    if b'"' not in head:
+        return data
+    lines = head.split(b"\n")
+    out, at = [], 0
+    joined = False
+    while at < len(lines):
+        line, last = lines[at], at
+        while line.count(b'"') % 2 and last + 1 < min(len(lines) - 1, at + 12):
+            last += 1
+            line += IN_CELL.encode() + lines[last]
+        if line.count(b'"') % 2 or last == at:
+            out.append(lines[at])
+            at += 1
+            continue
+        joined = True
+        out.append(line)
+        at = last + 1
+    return b"\n".join(out) + data[_HEAD:] if joined else data

@@ -1,0 +1,317 @@
+"""The specimens in a file: one below the other, side by side, or one to a sheet."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from layerjam.errors import FileError
+from layerjam.measure.readers.assemble import Rows, trace_of
+from layerjam.measure.readers.columns import (
+    Choices,
+    Column,
+    assign,
+    by_place,
+    complete,
+    listed,
+    named_role,
+)
+from layerjam.measure.readers.content import Source
+from layerjam.measure.readers.grid import Table, no_row_of_numbers
+from layerjam.measure.readers.heads import stated_units
+from layerjam.measure.readers.lines import Lines, read_lines
+from layerjam.measure.readers.table import Block, blocks_of, headless, under_one_head
+from layerjam.measure.readers.unit_words import unit_role
+from layerjam.measure.readers.words import plain
+from layerjam.measure.trace import FEWEST_ROWS, Trace
+
+_SHARE = 0.2
+_COUNTED = re.compile(r"(.*?)[\s_.\-#(]*(\d{1,3})\)?")
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """One specimen's columns in a table: `names` and `units` are empty where they are another's."""
+
+    source: Source
+    table: Table
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    label: str
+    rows: Rows
+    format: str
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    def read(self, choices: Choices) -> Trace:
+        """The trace; FileError where a column, a unit or a row is not as it must be."""
+        path, line = self.source.path, self.table.line
+        decimal = choices.decimal or self.source.decimal
+
+        def same(columns: Sequence[Column]) -> bool:
+            return self.rows.same(columns, decimal)
+
+        if choices.places:
+            taken, said = by_place(choices, len(self.names), path, line)
+        else:
+            taken, said = assign(self.names, self.units, path, line, choices, same)
+        trace = trace_of(
+            self.rows, taken, [*said, *self.notes], choices, self.format, decimal, self.warnings
+        )
+        return replace(trace, specimen=self.label)
+
+
+def specimens(source: Source, choices: Choices) -> list[Specimen]:
+    """The specimens in a text in order; FileError where it holds no table that can be one."""
+    lines = read_lines(source)
+    blocks = list(under_one_head(lines, blocks_of(lines)))
+    if choices.places:
+        return _by_place(lines, blocks, choices)
+    blocks = [_with_stated_units(lines, b) for b in blocks]
+    fit = [b for b in blocks if b.table and complete(b.table.names, b.table.units, choices)]
+    if not fit:
+        raise _nothing(lines, blocks, choices)
+    main = max(fit, key=lambda b: b.rows)
+    used = [b for b in fit if _alike(b, main)]
+    _check_orphans(lines, blocks, used, main)
+    warnings = _not_read(lines, blocks, used)
+    found: list[Specimen] = []
+    for block in used:
+        found += _side_by_side(source, block, choices, warnings, len(used) > 1)
+    labels = [s.label for s in found]
+    if len(found) > 1 and len(set(labels)) < len(labels):
+        found = [replace(s, label=f"{i} {s.label}".strip()) for i, s in enumerate(found, 1)]
+    return found
+
+
+def _alike(block: Block, main: Block) -> bool:
+    """Whether a block is a specimen like the largest: the same columns, or as long as one."""
+    assert block.table is not None and main.table is not None
+    if (block.table.names, block.table.units) == (main.table.names, main.table.units):
+        return True
+    return block.rows >= max(FEWEST_ROWS, _SHARE * main.rows)
+
+
+def _by_place(lines: Lines, blocks: list[Block], choices: Choices) -> list[Specimen]:
+    count = len(choices.places)
+    fit = [b for b in blocks if b.width == count] or blocks
+    if not fit:
+        raise FileError(lines.source.path, "holds no row of numbers")
+    main = max(fit, key=lambda b: b.rows)
+    used = [b for b in fit if b is main or (b.pure and b.rows >= FEWEST_ROWS)]
+    found = []
+    for k, block in enumerate(used, 1):
+        names = tuple(f"column {i + 1}" for i in range(block.width))
+        more = (~lines.blank[block.last + 1 :]).any()
+        table = Table(
+            names, (None,) * block.width, "", lines.separator, block.first + 1,
+            int(lines.starts[block.first]), int(lines.stops[block.last]) + 1 if more else None,
+            block.rows,
+        )  # fmt: skip
+        label = (block.title or str(k)) if len(used) > 1 else ""
+        rows = Rows(lines.source, table, False)
+        found.append(
+            Specimen(lines.source, table, names, table.units, label, rows, "columns as given",
+                     (), tuple(_not_read(lines, blocks, used)))
+        )  # fmt: skip
+    return found
+
+
+def _with_stated_units(lines: Lines, block: Block) -> Block:
+    """A block whose units are stated in lines of their own: `Force unit: kN`."""
+    table = block.table
+    if table is None or all(table.units):
+        return block
+    stated = stated_units([lines.text(n) for n in range(min(block.first, 200))])
+    if not stated:
+        return block
+    units = tuple(
+        u or stated.get(named_role(n) or "") for n, u in zip(table.names, table.units, strict=True)
+    )
+    return replace(block, table=replace(table, units=units, style=table.style or "stated"))
+
+
+def _nothing(lines: Lines, blocks: list[Block], choices: Choices) -> FileError:
+    """Why no table of the file can be read."""
+    path = lines.source.path
+    tables = [b.table for b in blocks if b.table is not None]
+    bare = max((b for b in blocks if b.pure), key=lambda b: b.rows, default=None)
+    best = max(tables, key=lambda t: (bool(t.style), t.rows), default=None)
+    if best is None or (bare is not None and bare.table is None and best.rows * 10 < bare.rows):
+        if bare is not None and bare.rows >= FEWEST_ROWS and bare.width >= 2:
+            entries = ",".join(["time:s", "elongation:mm", "force:N", *["skip"] * 99][: bare.width])
+            return FileError(
+                path,
+                f"is in no known format: {bare.width} columns of numbers without names; say what "
+                f"each is, in order, such as --columns {entries}",
+            )
+        best = best or headless(lines, blocks)
+    if best is None or (not best.style and not any(map(_said, best.names))):
+        return FileError(
+            path,
+            "is in no known format; tried layerjam CSV (its first line does not begin with "
+            "'# layerjam'), Instron Bluehill, Zwick testXpert, MTS TestSuite, Shimadzu Trapezium "
+            "and other tables (no row of column names with rows of numbers below it)",
+        )
+    if best.rows == 0:
+        return FileError(path, "holds column names and no rows of numbers", best.line)
+    try:
+        assign(best.names, best.units, path, best.line, choices)
+    except FileError as err:
+        return err
+    return FileError(path, f"cannot be read; {listed(best.names, best.units)}", best.line)
+
+
+def _said(name: str) -> bool:
+    return named_role(name) is not None
+
+
+def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: Block) -> None:
+    """Refuse rows of the table's width that have lost their head: the file is damaged there."""
+    for k, block in enumerate(blocks):
+        if block in used or not block.pure or block.width != main.width:
+            continue
+        if block.table is not None and block.table.style:
+            continue
+        before = next((b for b in reversed(blocks[:k]) if b in used), None)
+        if before is not None:
+            line = next(n for n in range(before.last + 1, block.first) if not lines.blank[n])
+            raise no_row_of_numbers(lines.source.path, [lines.text(line)], line + 1)
+        if block.rows >= 2:
+            raise FileError(
+                lines.source.path,
+                f"holds {block.rows} rows of numbers above its column names; is it damaged there?",
+                block.first + 1,
+            )
+
+
+def _not_read(lines: Lines, blocks: list[Block], used: list[Block]) -> list[str]:
+    """That words or numbers below the tables were passed over."""
+    end = used[-1].last + 1
+    below = [n for n in range(end, min(end + 50, len(lines.starts))) if not lines.blank[n]]
+    if not below:
+        return []
+    text = " ".join(lines.text(below[0]).split())
+    text = "".join(c if c.isprintable() else "?" for c in text)[:40]
+    count = int((~lines.blank[end:]).sum())
+    many = f"{count} lines" if count > 1 else "1 line"
+    return [f"{many} below the numbers not read, from line {below[0] + 1}: '{text}'"]
+
+
+def _side_by_side(
+    source: Source, block: Block, choices: Choices, warnings: Sequence[str], several: bool
+) -> list[Specimen]:
+    """The specimens in one table."""
+    table = block.table
+    assert table is not None
+    groups = _groups(table)
+    groups = groups if len(groups) > 1 and all(_whole(table, g, choices) for g in groups) else []
+    rows = Rows(source, table, bool(groups))
+    form = format_of(source, table)
+    if not groups:
+        label = next((c for c in table.label[:1] if _counts(c)), "") or (
+            block.title if several else ""
+        )
+        return [
+            Specimen(
+                source, table, table.names, table.units, label, rows, form, (), tuple(warnings)
+            )
+        ]
+    found = []
+    for k, group in enumerate(groups, 1):
+        inside = set(group)
+        names = tuple(n if i in inside else "" for i, n in enumerate(table.names))
+        units = tuple(u if i in inside else None for i, u in enumerate(table.units))
+        at = [table.label[i] for i in group if i < len(table.label) and table.label[i]]
+        label = at[0] if at else str(k)
+        note = f"specimen {k} of {len(groups)} side by side"
+        found.append(
+            Specimen(source, table, names, units, label, rows, form, (note,), tuple(warnings))
+        )
+    return found
+
+
+def _whole(table: Table, group: Sequence[int], choices: Choices) -> bool:
+    return complete([table.names[i] for i in group], [table.units[i] for i in group], choices)
+
+
+def _counts(text: str) -> bool:
+    """Whether a cell above the names numbers a specimen."""
+    return re.search(r"\d", text) is not None and len(text) <= 40
+
+
+def _groups(table: Table) -> list[list[int]]:
+    """Columns that belong together where specimens stand side by side; empty where they do not."""
+    filled = [i for i, n in enumerate(table.names) if n or table.units[i]]
+    starts = [i for i, cell in enumerate(table.label) if cell and i < len(table.names)]
+    labelled = len(starts) > 1 and starts[0] == filled[0] and len(starts) < len(filled)
+    if labelled and all(_counts(table.label[i]) for i in starts):
+        inside = set(filled)
+        return [
+            [i for i in range(a, b) if i in inside]
+            for a, b in pairwise([*starts, len(table.names)])
+        ]
+    for shared in ([], filled[:1]):
+        if shared and not _is_time(table.units[shared[0]]):
+            continue
+        rest = filled[len(shared) :]
+        for period in range(2, len(rest) // 2 + 1):
+            if len(rest) % period == 0 and _repeats(table, rest, period):
+                return [shared + rest[k : k + period] for k in range(0, len(rest), period)]
+    return _by_number(table, filled)
+
+
+def _repeats(table: Table, columns: Sequence[int], period: int) -> bool:
+    keys = [(_base(table.names[i]), table.units[i]) for i in columns]
+    return all(a == b for a, b in zip(keys, keys[period:], strict=False))
+
+
+def _by_number(table: Table, filled: Sequence[int]) -> list[list[int]]:
+    """Load 1, Load 2, Travel 1, Travel 2: columns whose names end in the same number."""
+    shared: list[int] = []
+    numbered: dict[int, list[int]] = {}
+    for i in filled:
+        match = _COUNTED.fullmatch(plain(table.names[i]))
+        if match and match[1]:
+            numbered.setdefault(int(match[2]), []).append(i)
+        else:
+            shared.append(i)
+    if len(numbered) < 2 or not all(_is_time(table.units[i]) for i in shared):
+        return []
+    kinds = {
+        tuple(sorted((_base(table.names[i]), table.units[i] or "") for i in group))
+        for group in numbered.values()
+    }
+    return [shared + group for group in numbered.values()] if len(kinds) == 1 else []
+
+
+def _is_time(unit: str | None) -> bool:
+    known = unit_role(unit) if unit else None
+    return known is not None and known[0] == "time"
+
+
+def _base(name: str) -> str:
+    """A name without a specimen's number at its end."""
+    text = plain(name)
+    match = _COUNTED.fullmatch(text)
+    return match[1] if match and match[1] else text
+
+
+def format_of(source: Source, table: Table) -> str:
+    """The format's name, for people; nothing depends on it."""
+    head = source.data[: min(table.first, 4000)]
+    text = head.decode(source.encoding, errors="replace").lower()
+    if source.sheet:
+        return f"workbook, sheet '{source.sheet[:40]}'"
+    if re.search(r"trapezium|\d+ _ \d+", text):
+        return "Shimadzu Trapezium"
+    if re.search(r"\bmts\b|mts793|testsuite|testworks", text):
+        return "MTS TestSuite"
+    quoted = b'"' in head
+    if quoted and table.style == "plain row":
+        return "Zwick testXpert"
+    if quoted and table.style == "bracket row":
+        return "Instron Bluehill"
+    return "table of columns"

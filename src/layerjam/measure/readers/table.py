@@ -1,0 +1,208 @@
+"""Where in a text its tables are: blocks of numbers, each with the names and units above it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from layerjam.errors import FileError
+from layerjam.measure.readers import words
+from layerjam.measure.readers.columns import named_role
+from layerjam.measure.readers.content import Source
+from layerjam.measure.readers.grid import (
+    Grid,
+    Table,
+    count_of,
+    no_row_of_numbers,
+    read_grid,
+)
+from layerjam.measure.readers.heads import Head, head_of, trimmed
+from layerjam.measure.readers.lines import (
+    Lines,
+    looks_numeric,
+    read_lines,
+    separator_of,
+    split,
+)
+from layerjam.measure.readers.unit_words import unit_role
+
+__all__ = [
+    "Block", "Grid", "Table", "blocks_of", "count_of", "find_table", "looks_numeric",
+    "no_row_of_numbers", "read_grid", "separator_of", "split",
+]  # fmt: skip
+
+_MOST_BLOCKS = 2000
+_MOST_HEADS = 200
+_LINES_ABOVE = 8
+
+
+@dataclass(frozen=True)
+class Block:
+    """A run of lines of numbers and what stands above it; lines count from 0.
+
+    `rows`: its lines that are not blank; `width`: fields of its first line; `pure`: nothing but
+    numbers in it; `table`: as it is to be read, None where no line above can hold names.
+    """
+
+    first: int
+    last: int
+    rows: int
+    width: int
+    pure: bool
+    above: tuple[int, ...]
+    table: Table | None
+    title: str = ""
+
+
+def find_table(source: Source) -> Table | None:
+    """The table with the most rows, one with units if there is one; None where none has a head."""
+    lines = read_lines(source)
+    blocks = blocks_of(lines)
+    with_head = [b for b in blocks if b.table is not None]
+    if not with_head:
+        return headless(lines, blocks)
+    best = max(with_head, key=lambda b: (bool(b.table and b.table.style), b.rows))
+    return best.table
+
+
+def headless(lines: Lines, blocks: list[Block]) -> Table | None:
+    """A head with no number below it, at the end of the file."""
+    after = blocks[-1].last + 1 if blocks else 0
+    above = _texts(lines, range(after, len(lines.starts)))
+    if not above:
+        return None
+    head = head_of([(n + 1, t) for n, t in above[-_LINES_ABOVE:]], lines.separator, 0)
+    return _table(head, lines, len(lines.source.data), None, 0) if head else None
+
+
+def blocks_of(lines: Lines) -> list[Block]:
+    """The blocks of numbers in order; FileError where there are too many to be tables.
+
+    The head is looked for above the largest two hundred only.
+    """
+    filled = np.flatnonzero(~lines.blank)
+    number = lines.number[filled]
+    for place in np.flatnonzero(number[1:] & ~number[:-1])[: 2 * _MOST_BLOCKS] + 1:
+        _words_first(lines, filled, number, int(place))
+    if len(filled) and number[0]:
+        _words_first(lines, filled, number, 0)
+    _words_last(lines, filled, number)
+    change = np.flatnonzero(np.diff(number)) + 1
+    bounds = [0, *change.tolist(), len(filled)]
+    spans = [(a, b) for a, b in pairwise(bounds) if a < b and number[a]]
+    if len(spans) > _MOST_BLOCKS:
+        raise FileError(
+            lines.source.path, f"has {len(spans)} blocks of numbers between words, no table"
+        )
+    sizes = sorted((b - a for a, b in spans), reverse=True)
+    least = sizes[_MOST_HEADS] if len(sizes) > _MOST_HEADS else 0
+    blocks, before = [], 0
+    for a, b in spans:
+        above = tuple(filled[before:a][-_LINES_ABOVE:].tolist()) if b - a > least else ()
+        blocks.append(_block(lines, filled[a:b], above))
+        before = b
+    return blocks
+
+
+def _words_first(lines: Lines, filled: np.ndarray, number: np.ndarray, place: int) -> None:
+    """Names or units that hold a number among them ("Time (s)", "1") are words all the same."""
+    for k in range(place, min(place + 3, len(filled))):
+        if lines.pure[filled[k]]:
+            return
+        fields = [f for f in lines.fields(int(filled[k])) if f]
+        meaning = sum(bool(named_role(f) or unit_role(f)) for f in fields if not looks_numeric(f))
+        if meaning * 2 < len(fields) or meaning < 2:
+            return
+        number[k] = False
+
+
+def _words_last(lines: Lines, filled: np.ndarray, number: np.ndarray) -> None:
+    """Statistics below the numbers ("Mean;1.2;3.4") are words, where only they follow.
+
+    They begin with a word that says so, or stand apart by a blank line.
+    """
+    pure = lines.pure[filled]
+    at = np.flatnonzero(pure)
+    if not at.size or at[-1] == len(filled) - 1 or len(filled) - at[-1] > 200:
+        return
+    first = int(at[-1]) + 1
+    apart = filled[first] - filled[first - 1] > 1
+    head = next((f for f in lines.fields(int(filled[first])) if f), "")
+    if not looks_numeric(head) and (apart or re.search(words.STATISTIC, words.plain(head))):
+        number[first:] = False
+
+
+def _block(lines: Lines, inside: np.ndarray, above: tuple[int, ...]) -> Block:
+    first, last = int(inside[0]), int(inside[-1])
+    width = len(trimmed(lines.fields(first)))
+    texts = _texts(lines, above)
+    head = head_of([(n + 1, t) for n, t in texts], lines.separator, width) if texts else None
+    head = _without_empty_columns(head, width)
+    more = (~lines.blank[last + 1 :]).any()
+    end = int(lines.stops[last]) + 1 if more else None
+    table = _table(head, lines, int(lines.starts[first]), end, len(inside)) if head else None
+    alone = [lines.text(n).strip(' \t;,"|#') for n in above if n not in {t[0] for t in texts}]
+    title = alone[-1] if alone else ""
+    pure = bool(lines.pure[inside].all())
+    return Block(first, last, len(inside), width, pure, above, table, title)
+
+
+def _without_empty_columns(head: Head | None, width: int) -> Head | None:
+    """Names at the end that no row fills and that have no unit, such as a comment's, go."""
+    if head is None or not 2 <= width < len(head.names) or any(head.units[width:]):
+        return head
+    return replace(head, names=head.names[:width], units=head.units[:width])
+
+
+def _texts(lines: Lines, above: tuple[int, ...] | range) -> list[tuple[int, str]]:
+    """Those of the lines above that have two fields or more."""
+    found = []
+    for line in above:
+        if lines.blank[line]:
+            continue
+        text = lines.text(line)
+        if sum(1 for f in _any_fields(text, lines.separator) if f) >= 2:
+            found.append((line, text))
+    return found
+
+
+@lru_cache(maxsize=1024)
+def _any_fields(text: str, separator: str) -> list[str]:
+    fields = split(text, separator)
+    others = (split(text, mark) for mark in ("\t", ";", ",", "|") if mark in text)
+    return fields if len(fields) > 1 else max(others, key=len, default=fields)
+
+
+def _table(head: Head, lines: Lines, first: int, last: int | None, rows: int) -> Table:
+    names, units, label = head.names, head.units, head.label
+    return Table(names, units, head.style, lines.separator, head.line, first, last, rows, label)
+
+
+def under_one_head(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
+    """The blocks; those below a title such as "Specimen 2" take the head of the one before."""
+    before: Block | None = None
+    for found in blocks:
+        block = found
+        if (
+            before is not None
+            and before.table is not None
+            and block.width == before.width
+            and (block.table is None or not block.table.style)
+            and 0 < len(block.above) <= 3
+            and re.search(words.SPECIMEN, words.plain(lines.text(block.above[0])))
+        ):
+            end = int(lines.stops[block.last]) + 1
+            last = end if (~lines.blank[block.last + 1 :]).any() else None
+            table = replace(
+                before.table, first=int(lines.starts[block.first]), last=last, rows=block.rows
+            )
+            title = lines.text(block.above[0]).strip(' ;,"\t')
+            block = replace(block, table=table, title=title)
+        yield block
+        if block.table is not None and block.table.style:
+            before = block

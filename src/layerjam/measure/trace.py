@@ -1,0 +1,195 @@
+"""A measured curve in SI units, and the checks every curve passes before anything is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.errors import FileError
+from layerjam.measure.sidecar import Facts
+from layerjam.units import show
+
+Array = npt.NDArray[np.float64]
+
+FEWEST_ROWS = 10
+# Beyond these no test machine exists: such a number is damage, and squares of it would overflow.
+_LARGEST = {"force": (1e8, "N"), "elongation": (1e3, "m"), "time": (1e11, "s")}
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """One pull or friction test as a machine recorded it, in SI units.
+
+    `force` [N] and `elongation` [m] (the crosshead's travel, its origin where the machine had it)
+    are float64 arrays of one length, finite throughout; `time` [s] likewise, or None where the
+    file has none. `format` names the machine's format, `understood` says which column became what,
+    `warnings` what is odd but not wrong, `facts` what the sidecar file states.
+    """
+
+    force: Array
+    elongation: Array
+    time: Array | None
+    path: str
+    format: str
+    understood: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    facts: Facts = field(default_factory=Facts)
+    specimen: str = ""
+    """What the file calls the specimen, where it holds several."""
+
+    def __len__(self) -> int:
+        return len(self.force)
+
+    @property
+    def travel(self) -> Array:
+        """Elongation from the first sample on [m]."""
+        return self.elongation - self.elongation[0]
+
+    def thinned(self, most: int) -> Trace:
+        """The same record with at most `most` samples, means over neighbours."""
+        time = None if self.time is None else block_means(self.time, most)
+        force, elongation = (block_means(a, most) for a in (self.force, self.elongation))
+        return replace(self, force=force, elongation=elongation, time=time)
+
+
+def block_means(values: Array, most: int) -> Array:
+    """Means over equally many neighbours, at most `most` of them; the last may be of fewer."""
+    size = -(-len(values) // most)
+    if size <= 1:
+        return values
+    starts = np.arange(0, len(values), size)
+    count = np.diff(np.append(starts, len(values)))
+    return np.asarray(np.add.reduceat(values, starts) / count)
+
+
+def checked(trace: Trace, line: Callable[[int], int | None]) -> Trace:
+    """The trace with its warnings, if it can be a tension test; FileError if it cannot.
+
+    `line` gives the line of the file for a row (0-based). Refused are: fewer than 10 rows, values
+    that are not finite or beyond any test machine, time running backwards, a force that never
+    changes or was cut off at the load cell's end, and signs that belong to compression.
+    """
+    rows = len(trace)
+    if rows < FEWEST_ROWS:
+        raise FileError(
+            trace.path, f"holds {rows} rows of numbers, at least {FEWEST_ROWS} are needed"
+        )
+    for name, (largest, unit) in _LARGEST.items():
+        values = getattr(trace, name)
+        if values is None:
+            continue
+        bad = ~(np.abs(values) <= largest)
+        if bad.any():
+            row = int(bad.argmax())
+            raise FileError(
+                trace.path,
+                f"{name} {show(float(values[row]), unit)} is beyond any test machine "
+                f"(at most {show(largest, unit)})",
+                line(row),
+            )
+    warnings = [*trace.warnings, *_check_time(trace, line), *_check_signs(trace)]
+    _check_stuck(trace)
+    return replace(trace, warnings=tuple(warnings))
+
+
+def _check_time(trace: Trace, line: Callable[[int], int | None]) -> list[str]:
+    if trace.time is None:
+        return []
+    step = np.diff(trace.time)
+    if (step < 0).any():
+        row = int((step < 0).argmax()) + 1
+        before, after = float(trace.time[row - 1]), float(trace.time[row])
+        raise FileError(
+            trace.path, f"time runs backwards, from {before:.9g} s to {after:.9g} s", line(row)
+        )
+    repeated = int((step == 0).sum())
+    if repeated == len(step):
+        return [f"the time never changes, it stays at {float(trace.time[0]):.9g} s"]
+    if repeated:
+        return [f"{repeated} of {len(trace)} time stamps repeat the one before"]
+    return []
+
+
+def _check_signs(trace: Trace) -> list[str]:
+    force, travel = trace.force, trace.travel
+    low, high, mean = float(force.min()), float(force.max()), float(force.mean())
+    turned = any("sign of the force was turned" in said for said in trace.understood)
+    if low < 0 and -low > high and mean < 0 and turned:
+        raise FileError(
+            trace.path,
+            f"the force is negative where it is largest ({show(low, 'N')}) once its sign is turned "
+            "as asked; it needs no --negative force",
+        )
+    if low < 0 and -low > high and mean < 0:
+        raise FileError(
+            trace.path,
+            f"the force is negative where it is largest ({show(low, 'N')}), as in compression; "
+            "if this machine counts tension as negative, say so (--negative force)",
+        )
+    away, back = float(travel.max()), -float(travel.min())
+    if back > 0 and away < 0.1 * back:
+        raise FileError(
+            trace.path,
+            f"the elongation falls by {show(back, 'm')} and hardly ever rises; if this machine "
+            "counts pulling as negative, say so (--negative elongation)",
+        )
+    if away == 0:
+        raise FileError(trace.path, "the elongation never changes: nothing was pulled")
+    if low < 0 and -low > 0.1 * high:
+        return [f"the force goes down to {show(low, 'N')}: compressed, or not set to zero"]
+    return []
+
+
+def _check_stuck(trace: Trace) -> None:
+    """Refuse a force that stands at its greatest value while the crosshead moves on.
+
+    A saturated load cell repeats one number; a real plateau carries noise, so its greatest value
+    is rare. Refused therefore only where the greatest value comes at least 20 times (fewer in
+    short records), and ten times as often, in a row or in all, as any other value in the upper
+    half (where no other repeats, 20 will do). The factor ten spares coarsely digitised but smooth
+    peaks: there the top level is at most about five times as long as its neighbours. A hold, where
+    the crosshead stands, is no saturation.
+    """
+    force, rows = trace.force, len(trace)
+    top = float(force.max())
+    if float(force.min()) == top:
+        raise FileError(
+            trace.path,
+            f"the force is {show(top, 'N')} in every row: the load cell measured nothing",
+        )
+    least = int(min(20, max(8, rows // 10)))
+    at_top = force >= top - 1e-9 * abs(top)
+    stuck = int(at_top.sum())
+    if top <= 0 or stuck < least:
+        return
+    if np.ptp(trace.elongation[at_top]) < 0.005 * np.ptp(trace.elongation):
+        return
+    if np.unique(force).size < 10:
+        return  # digitised so coarsely that standing still says nothing
+    upper = (force > top / 2) & ~at_top
+    _, counts = np.unique(force[upper], return_counts=True)
+    often, longest = int(counts.max(initial=1)), _longest_run(upper, force)
+    stuck_run = _longest_run(at_top, np.where(at_top, top, force))
+    if _far_more(stuck, often, least) or _far_more(stuck_run, longest, least):
+        raise FileError(
+            trace.path,
+            f"the load cell was saturated: {stuck} of {rows} samples stand at exactly "
+            f"{show(top, 'N', 6)} while the crosshead moves on",
+        )
+
+
+def _far_more(stuck: int, others: int, least: int) -> bool:
+    """Ten times as many, or at least `least` where no other value repeats at all."""
+    return stuck >= max(least, 10 * others if others > 1 else least)
+
+
+def _longest_run(where: npt.NDArray[np.bool_], force: Array) -> int:
+    """Most consecutive samples of one value among those marked."""
+    if not where.any():
+        return 0
+    starts = np.flatnonzero(where & np.r_[True, (np.diff(force) != 0) | ~where[:-1]])
+    ends = np.flatnonzero(where & np.r_[(np.diff(force) != 0) | ~where[1:], True])
+    return int((ends - starts).max()) + 1

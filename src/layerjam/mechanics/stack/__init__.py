@@ -1,0 +1,1 @@
+"""Which sheet slides when: the stack, sheet by sheet."""

@@ -1,0 +1,202 @@
+"""Many stacks pulled at once, over the cores: peak, stiffness and onset, no history.
+
+Each stack is a stack of its own and knows nothing of the others, so that neither their number nor
+the threads change its answer.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from layerjam.mechanics.stack.enclosure import CHATTER, DONE, SNAPPED
+from layerjam.mechanics.stack.lasso import kernel
+from layerjam.mechanics.stack.pull import check_stack, kernel_stamp
+from layerjam.mechanics.stack.solve import (
+    FORCE,
+    TOP,
+    TOP_SLIP,
+    TOP_WAY,
+    WAY,
+    Stack,
+    State,
+    Trial,
+)
+from layerjam.mechanics.stack.step import advance, at_rest, room_for
+from layerjam.mechanics.threads import cores, shared
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+
+COARSE, PARTS, LEVELS = 16, 6, 3
+"""Increments up to the sum of all friction, then around the peak, each level PARTS/2 finer."""
+_MOST = 200
+
+
+class Peaks(NamedTuple):
+    """What M stacks did; arrays of shape (M,).
+
+    NaN where a mount was too soft, or static friction broke and healed without end.
+    """
+
+    force: Array
+    """Greatest force of the pull [N]."""
+    elongation: Array
+    """Where that was [m]."""
+    slip: Array
+    """Mean slip of the interfaces there [m]."""
+    stiffness: Array
+    """Secant between a fifth and four fifths of that force [N/m], as a calibration takes it."""
+    onset: Array
+    """Force at which the first interface lets go [N]."""
+
+
+@kernel
+def _copy(new: State, old: State) -> None:  # pragma: no cover
+    """`new` becomes `old`; turning points are left out, a pull has none."""
+    for i in range(len(old.past)):
+        new.past[i], new.slides[i], new.moving[i] = old.past[i], old.slides[i], old.moving[i]
+        new.interface[i] = old.interface[i]
+    for i in range(len(old.sheets)):
+        new.sheets[i] = old.sheets[i]
+    for i in range(len(old.values)):
+        new.values[i] = old.values[i]
+    for e in range(2):
+        new.faces.gap[e], new.faces.push[e] = old.faces.gap[e], old.faces.push[e]
+        new.faces.held[e] = old.faces.held[e]
+
+
+@kernel
+def _to_onset(stack: Stack, state: State) -> float:  # pragma: no cover
+    """By how much the load can grow before the first interface lets go, if all grow alike."""
+    share = np.inf
+    for i in range(len(stack.friction)):
+        if state.interface[i] != 0.0:
+            most = stack.ratio[i] * stack.friction[i]
+            share = min(share, most / abs(state.interface[i]))
+    return share
+
+
+@kernel
+def _reached(force: float, track: Array, points: int) -> float:  # pragma: no cover
+    """Elongation at which a track first carries `force`, straight between its points."""
+    k = 1
+    while track[1, k] < force and k < points:
+        k += 1
+    part = (force - track[1, k - 1]) / (track[1, k] - track[1, k - 1])
+    return float(track[0, k - 1] + part * (track[0, k] - track[0, k - 1]))
+
+
+@kernel
+def _one(
+    probe: float, end: float, stack: Stack, states: tuple[State, State, State], trial: Trial,
+    which: Flags, track: Array, out: Array,
+) -> int:  # pragma: no cover  # fmt: skip
+    """Pull one stack to its peak; `probe` is a small elongation, `end` the last one."""
+    state, last, before = states
+    code = advance(probe, stack, state, trial, which)
+    onset = probe * _to_onset(stack, state)
+    for i in range(len(state.past)):
+        onset = 0.0 if state.slides[i] != 0 else onset
+    if onset > 0.0 and code == DONE:
+        code = advance(max(0.9 * onset, probe), stack, state, trial, which)
+        out[4] = state.values[FORCE] * _to_onset(stack, state)
+    if code != DONE:
+        return code
+    most = 0.0
+    for i in range(len(stack.friction)):
+        most += stack.ratio[i] * stack.friction[i]
+    unit = most * state.values[WAY] / state.values[FORCE]
+    step, falling, top = unit / COARSE, 0, 0.0
+    _copy(before, state)
+    wide, points = step, 1
+    track[0, 0], track[1, 0] = 0.0, 0.0
+    for _ in range(_MOST):
+        _copy(last, state)
+        track[0, points], track[1, points] = state.values[WAY], state.values[FORCE]
+        points += 1
+        at = min(state.values[WAY] + step, end)
+        code = advance(at, stack, state, trial, which)
+        if code != DONE:
+            return code
+        if state.values[TOP] > top:
+            top, falling, wide = state.values[TOP], 0, 2 * step
+            _copy(before, last)
+        else:
+            falling += 1
+        past = state.values[WAY] > 1.1 * unit
+        if at == end or (falling >= 2 and past):
+            break
+        step *= 1.2 if past else 1.0
+    for _ in range(LEVELS):
+        _copy(state, before)
+        goal = min(before.values[WAY] + wide, end)
+        step, top = (goal - before.values[WAY]) / PARTS, state.values[TOP]
+        for part in range(PARTS):
+            _copy(last, state)
+            code = advance(goal - (PARTS - 1 - part) * step, stack, state, trial, which)
+            if code != DONE:
+                return code
+            if state.values[TOP] > top:
+                top = state.values[TOP]
+                _copy(before, last)
+                out[0], out[1], out[2] = top, state.values[TOP_WAY], state.values[TOP_SLIP]
+        wide = 2 * step
+    track[0, points], track[1, points] = before.values[WAY], before.values[FORCE]
+    low, high = _reached(0.2 * top, track, points), _reached(0.8 * top, track, points)
+    out[3] = 0.6 * top / (high - low)
+    return code
+
+
+def _compiled(stamp: str) -> Any:
+    """The loop over stacks; its cache is valid for this stamp only."""
+
+    @numba.njit(cache=True, nogil=True, error_model="numpy")
+    def many(
+        probe: float, end: float, friction: Array, length: Array, stack: Stack, out: Array
+    ) -> None:  # pragma: no cover
+        len(stamp)
+        track = np.zeros((2, _MOST + 2))
+        for j in range(len(friction)):
+            one = Stack(
+                stack.springs, stack.right, friction[j], stack.ratio, length[j], stack.mount,
+                stack.ends, stack.face,
+            )  # fmt: skip
+            states, (trial, which) = (at_rest(one), at_rest(one), at_rest(one)), room_for(one)
+            code = _one(probe, end, one, states, trial, which, track, out[j])
+            if code != DONE:
+                for k in range(5):
+                    out[j, k] = np.nan if code in (SNAPPED, CHATTER) else -1.0
+
+    return many
+
+
+_many: list[Any] = []
+
+
+def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
+    """Pull stacks from rest to their peak, at most to the elongation `end` [m].
+
+    They are `stack` but for their own `friction` [N] and `length` [m], shape (M, n - 1). Where
+    friction is static over kinetic, breaks are met exactly; otherwise the peak is found by
+    increments, COARSE of them up to the sum of all friction and LEVELS x PARTS around the greatest.
+    """
+    check_stack(stack)
+    if not _many:
+        _many.append(_compiled(kernel_stamp()))
+    out = np.full((len(friction), 5), np.nan)
+    strength = float(stack.springs.sum()) / 4
+    soft = 1 / strength + (0.0 if np.isinf(stack.mount) else 1 / stack.mount)
+    probe = 0.01 * float(stack.friction.sum()) * soft
+    friction, length = np.ascontiguousarray(friction), np.ascontiguousarray(length)
+
+    def some(first: int, last: int) -> None:
+        part = slice(first, last)
+        _many[0](probe, end, friction[part], length[part], stack, out[part])
+
+    with ThreadPoolExecutor(cores()) as pool:
+        shared(pool, len(out), some)
+    return Peaks(*out.T)

@@ -1,0 +1,185 @@
+"""Which sheet slides when (ours): a stack followed along a history of elongations.
+
+One increment is a weighted one-dimensional fused lasso (`stack_solve`); breaks of static friction,
+slack and energy are in `stack_step`, the sleeve's faces in `stack_sleeve`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from layerjam.errors import LayerjamError, ProcedureError, QuantityError
+from layerjam.mechanics.stack.enclosure import CHATTER, DEPTH, DONE, OVERFLOW, SNAPPED
+from layerjam.mechanics.stack.solve import (
+    CAP,
+    FORCE,
+    HEAT,
+    SLACK,
+    STORED,
+    WORK,
+    Stack,
+    State,
+    Trial,
+)
+from layerjam.mechanics.stack.step import advance, apart, at_rest, room_for
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+
+__all__ = ["Stack", "StackPull", "check_stack", "kernel_stamp", "pull_stack"]
+BLOCK = 200_000
+"""Sheets times increments that are followed before anyone hears of it."""
+
+
+class StackPull(NamedTuple):
+    """What a stack did along N elongations; a housing's walls count as sheets."""
+
+    force: Array
+    """(N,) at the crosshead [N]."""
+    cap: Array
+    """(N,) displacement of the moving cap [m]."""
+    sheets: Array
+    """(N, n) displacement of each sheet [m]."""
+    interface: Array
+    """(N, n - 1) force of each interface [N]."""
+    slip: Array
+    """(N, n - 1) slip of each interface, positive as the brake lengthens [m]."""
+    sliding: Flags
+    """(N, n - 1) True where the interface slides."""
+    faces: Array
+    """(N, 2) force of the sleeve's faces [N]."""
+    work: Array
+    """(N,) work done at the crosshead so far [J]."""
+    heat: Array
+    """(N,) energy dissipated so far [J]: friction, sleeve, and what breaks of static friction
+    release."""
+    stored: Array
+    """(N,) elastic energy in sheets, mount and sleeve [J]."""
+    slack: Flags
+    """(N,) True where the crosshead has come closer than the brake is long."""
+    snapped: bool
+    """True where the mount was too soft to go on; the arrays end before it."""
+
+
+def kernel_stamp() -> str:
+    """Changes with the compiled loops: numba's cache sees changes of the compiled file only."""
+    files = sorted(Path(__file__).parent.glob("stack*.py"))
+    return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()
+
+
+def _compiled(stamp: str) -> Any:
+    """The loop over a path; its cache is valid for this stamp only."""
+
+    @numba.njit(cache=True, error_model="numpy")
+    def follow(
+        path: Array, stack: Stack, state: State, trial: Trial, which: Flags, out: Array,
+        sheets: Array, interface: Array, slip: Array, sliding: Flags, faces: Array,
+    ) -> tuple[int, int]:  # pragma: no cover  # fmt: skip
+        len(stamp)
+        n = len(stack.springs)
+        for step in range(len(path)):
+            code = advance(path[step], stack, state, trial, which)
+            if code != DONE:
+                return step, code
+            values = state.values
+            out[step, 0], out[step, 1] = values[FORCE], values[CAP]
+            out[step, 2], out[step, 3], out[step, 4] = values[WORK], values[HEAT], values[STORED]
+            out[step, 5] = values[SLACK]
+            for e in range(2):
+                faces[step, e] = state.faces.push[e]
+            for i in range(n):
+                sheets[step, i] = state.sheets[i]
+            for i in range(n - 1):
+                interface[step, i] = state.interface[i]
+                slip[step, i] = -state.past[i] if stack.right[i] else state.past[i]
+                sliding[step, i] = state.slides[i] != 0
+            if apart(stack, state):
+                return step + 1, DONE
+        return len(path), DONE
+
+    return follow
+
+
+_follow: list[Any] = []
+
+
+def check_stack(stack: Stack) -> None:
+    """Raise QuantityError for a stack whose arrays do not fit together."""
+    n = len(stack.springs)
+    each = (stack.friction, stack.ratio, stack.length)
+    if n < 2 or len(stack.right) != n or any(len(a) != n - 1 for a in each):
+        raise QuantityError(f"stack: {n} sheets need {n - 1} interfaces, at least one")
+    if not ((stack.friction >= 0).all() and (stack.ratio >= 1).all()):
+        raise QuantityError("stack: friction must not be negative, nor static below kinetic")
+
+
+def pull_stack(
+    path: Array, stack: Stack, progress: Callable[[float], None] | None = None
+) -> StackPull:
+    """Move the crosshead along `path` [m], shape (N,), from rest; it may turn.
+
+    Tension only: where the crosshead would have to push, the brake stays as it is without load, its
+    force is zero, and `slack` says so until the crosshead is back. Of single sheets nobody asks
+    whether they would buckle. The arrays end where no interface overlaps any more, or before the
+    mount is too soft to go on. Where interfaces are at rest or slide one way, an increment's length
+    changes nothing; where they turn within an increment, heat is counted for the way between its
+    ends.
+
+    `progress` is told the share done (0 to 1) every so often. Raises QuantityError for a stack
+    whose arrays do not fit together and ProcedureError for more nested turns than are remembered.
+    """
+    check_stack(stack)
+    if not _follow:
+        _follow.append(_compiled(kernel_stamp()))
+    n, count = len(stack.springs), len(path)
+    path = np.ascontiguousarray(path, float)
+    out, faces = np.zeros((count, 6)), np.zeros((count, 2))
+    sheets, interface = np.zeros((count, n)), np.zeros((count, n - 1))
+    slip, sliding = np.zeros((count, n - 1)), np.zeros((count, n - 1), bool)
+    state, (trial, which) = at_rest(stack), room_for(stack)
+    block, done, code = max(1, BLOCK // n), 0, DONE
+    while done < count and code == DONE:
+        part = slice(done, min(done + block, count))
+        steps, code = _follow[0](
+            path[part], stack, state, trial, which, out[part], sheets[part], interface[part],
+            slip[part], sliding[part], faces[part],
+        )  # fmt: skip
+        done += steps
+        if progress:
+            progress(1.0 if done < part.stop else done / count)
+        if done < part.stop:
+            break
+    if code == OVERFLOW:
+        raise ProcedureError(
+            f"procedure: more than {DEPTH} turns nested in each other; the sleeve remembers no more"
+        )
+    if code == CHATTER:
+        raise LayerjamError(
+            f"stack: static friction breaks and heals without end around {path[done]:.6g} m; take "
+            "smaller increments or kinetic friction only"
+        )
+    if code not in (DONE, SNAPPED):
+        raise LayerjamError(
+            f"stack: no equilibrium was found at an elongation of {path[done]:.6g} m; please "
+            "report this brake"
+        )
+    return StackPull(
+        force=out[:done, 0],
+        cap=out[:done, 1],
+        sheets=sheets[:done],
+        interface=interface[:done],
+        slip=slip[:done],
+        sliding=sliding[:done],
+        faces=faces[:done],
+        work=out[:done, 2],
+        heat=out[:done, 3],
+        stored=out[:done, 4],
+        slack=out[:done, 5] > 0,
+        snapped=code == SNAPPED,
+    )

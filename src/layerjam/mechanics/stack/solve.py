@@ -1,0 +1,324 @@
+"""One increment of the stack: which interfaces slide, and where sheets, mount and sleeve come to.
+
+Sheet i has displacement w_i and an anchor spring d_i to its cap (left ones to ground, right ones to
+the cap at U). Interface i carries f_i, |f_i| <= c_i, and has slipped by s_i. One increment is
+
+    min over w of  1/2 sum d_i (w_i - y_i)^2 + sum c_i |w_{i+1} - w_i - s_i|,  y_i = 0 or U,
+
+strictly convex, so that the answer is unique; no time step, no contact stiffness, no chatter. Which
+interfaces slide is found exactly in time linear in the sheets (`fused_lasso`). With that known,
+sheets, mount and bounds that follow the slip are one tridiagonal system, and the faces of the
+sleeve two scalars beside it (`respond`, `place`). The two alternate until the pattern stands,
+mostly at once: it is the last increment's.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from layerjam.mechanics.stack.enclosure import DONE, SNAPPED, STALLED, Faces, face_gap
+from layerjam.mechanics.stack.lasso import fused_lasso, inlined, kernel
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+Signs = np.ndarray[Any, np.dtype[np.int64]]
+
+CAP, FORCE, WAY, WORK, HEAT, STORED, SLACK, TOP, TOP_WAY, TOP_SLIP = range(10)
+"""Places in `State.values`; the first two also in `Trial.values`."""
+_ROUNDS = 150
+_SNAPS = 40
+"""Tries to find another pattern before the mount is called too soft."""
+# rounding must not decide whether an interface slides: of its own friction, of spring times cap
+_TIGHT, _ROUNDED = 1e-11, 4e-16
+
+
+class Stack(NamedTuple):
+    """A stack at a vacuum; n sheets, n - 1 interfaces. A housing's walls count as sheets.
+
+    An interface holds `friction` (1 - slip/length), which may differ from one to the next (scatter,
+    pressure missing in the middle, misaligned sheets).
+    """
+
+    springs: Array
+    """(n,) anchor springs [N/m]."""
+    right: Flags
+    """(n,) True for sheets held by the moving cap."""
+    friction: Array
+    """(n - 1,) kinetic friction at rest [N]."""
+    ratio: Array
+    """(n - 1,) static over kinetic friction, at least 1."""
+    length: Array
+    """(n - 1,) slip at which nothing is left of it [m]; infinite for one that stays."""
+    mount: float
+    """Spring between crosshead and moving cap [N/m]; infinite for a rigid one."""
+    ends: Signs
+    """(2,) the sheets whose outer side the sleeve's faces touch."""
+    face: Array
+    """(3,) one face of the sleeve: EA [N], friction q [N/m], reach l [m]; EA = 0 for none."""
+
+
+class State(NamedTuple):
+    """A stack between two increments."""
+
+    past: Array
+    """(n - 1,) w_{i+1} - w_i where each interface last slid to [m]."""
+    slides: Signs
+    """(n - 1,) sign of the last sliding, 0 at rest."""
+    moving: Flags
+    """(n - 1,) True where kinetic friction counts."""
+    sheets: Array
+    """(n,) displacements [m]."""
+    interface: Array
+    """(n - 1,) forces [N]."""
+    values: Array
+    """Cap, force, elongation, work, heat, stored energy, whether the crosshead is slack, and the
+    greatest force so far with its elongation and mean slip."""
+    faces: Faces
+
+
+class Trial(NamedTuple):
+    """An increment being solved, and the room to solve it in."""
+
+    slides: Signs
+    z: Array
+    sheets: Array
+    force: Array
+    slip: Array
+    push: Array
+    pull: Array
+    """(2,) forces of the faces with which the pattern is looked for [N]."""
+    values: Array
+    """Cap and force."""
+    offset: Array
+    bound: Array
+    centre: Array
+    group: Signs
+    diagonal: Array
+    couple: Array
+    terms: Array
+    """(n, 4) displacement of a group = terms . (1, U, p0, p1)."""
+    work: Array
+
+
+@inlined
+def bound(i: int, slip: float, stack: Stack) -> float:  # pragma: no cover
+    """Kinetic friction of interface i at w_{i+1} - w_i = slip [N]."""
+    way = -slip if stack.right[i] else slip
+    return max(stack.friction[i] * (1.0 - way / stack.length[i]), 0.0)
+
+
+@inlined
+def stiffness_sum(stack: Stack) -> float:  # pragma: no cover
+    """All anchor springs [N/m]."""
+    stiff = 0.0
+    for i in range(len(stack.springs)):
+        stiff += stack.springs[i]
+    return stiff
+
+
+@inlined
+def margin(i: int, reach: float, stiff: float, stack: Stack) -> float:  # pragma: no cover
+    """By how much a force of interface i may miss its bound [N] and be taken to be at it."""
+    return _TIGHT * stack.friction[i] + _ROUNDED * stiff * reach
+
+
+@inlined
+def holds(i: int, stack: Stack, state: State) -> bool:  # pragma: no cover
+    """Interface i rests on static friction that is more than the kinetic one."""
+    return stack.ratio[i] > 1.0 and not state.moving[i] and bound(i, state.past[i], stack) > 0.0
+
+
+@kernel
+def respond(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
+    """How groups of sheets that rest on each other follow cap and faces, for t's pattern.
+
+    A sliding interface carries f = s c (1 - slip/length), s its sign, which couples its groups.
+    """
+    n = len(stack.springs)
+    t.offset[0] = 0.0
+    for i in range(n - 1):
+        t.offset[i + 1] = t.offset[i] + state.past[i]
+    j, total = 0, 0.0
+    for m in range(4):
+        t.terms[0, m] = 0.0
+    for i in range(n):
+        d = stack.springs[i]
+        total += d
+        t.group[i] = j
+        t.terms[j, 0] -= d * t.offset[i]
+        if stack.right[i]:
+            t.terms[j, 1] += d
+        for e in range(2):
+            if i == stack.ends[e]:
+                t.terms[j, 2 + e] += -1.0 if stack.right[i] else 1.0
+        last = i == n - 1
+        if last or t.slides[i] != 0:
+            t.diagonal[j] = total + (t.diagonal[j] if j > 0 else 0.0)
+            if not last:
+                sign = -1.0 if stack.right[i] else 1.0
+                hold, soft = 0.0, 0.0
+                if sign * t.slip[i] < stack.length[i]:
+                    soft = t.slides[i] * sign * stack.friction[i] / stack.length[i]
+                    hold = t.slides[i] * stack.friction[i] - soft * state.past[i]
+                t.couple[j] = soft
+                t.diagonal[j] -= soft
+                t.diagonal[j + 1] = -soft
+                t.terms[j, 0] += hold
+                t.terms[j + 1, 0] = -hold
+                for m in range(1, 4):
+                    t.terms[j + 1, m] = 0.0
+                j, total = j + 1, 0.0
+    for k in range(1, j + 1):
+        factor = t.couple[k - 1] / t.diagonal[k - 1]
+        t.diagonal[k] -= factor * t.couple[k - 1]
+        for m in range(4):
+            t.terms[k, m] -= factor * t.terms[k - 1, m]
+    for k in range(j, -1, -1):
+        for m in range(4):
+            after = t.couple[k] * t.terms[k + 1, m] if k < j else 0.0
+            t.terms[k, m] = (t.terms[k, m] - after) / t.diagonal[k]
+
+
+@kernel
+def place(
+    target: float, slack: float, stack: Stack, state: State, t: Trial
+) -> int:  # pragma: no cover
+    """Cap, faces, sheets and forces for t's pattern; SNAPPED where the mount is too soft for it."""
+    n = len(stack.springs)
+    respond(stack, state, t)
+    # force on the cap, and the gaps, over (1, U, p0, p1)
+    f0, fu, fa, fb = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        if stack.right[i]:
+            d, j = stack.springs[i], t.group[i]
+            f0 -= d * (t.offset[i] + t.terms[j, 0])
+            fu += d * (1.0 - t.terms[j, 1])
+            fa -= d * t.terms[j, 2]
+            fb -= d * t.terms[j, 3]
+    first, last = stack.ends
+    fa += 0.0 if stack.right[first] else 1.0
+    fb += 0.0 if stack.right[last] else 1.0
+    # the cap: U = u, or mount (u - U) = F, or F = 0
+    u0, ua, ub = target, 0.0, 0.0
+    if slack > 0.0 or not np.isinf(stack.mount):
+        spring = fu + (0.0 if slack > 0.0 else stack.mount)
+        if spring <= 0.0:
+            return SNAPPED
+        u0 = ((0.0 if slack > 0.0 else stack.mount * target) - f0) / spring
+        ua, ub = -fa / spring, -fb / spring
+    p0, p1 = 0.0, 0.0
+    if stack.face[0] > 0.0:
+        s0, s1 = (-1.0 if stack.right[first] else 1.0), (-1.0 if stack.right[last] else 1.0)
+        a, b = t.terms[t.group[first]], t.terms[t.group[last]]
+        h0 = (0.0 if stack.right[first] else 1.0) - s0 * a[1]
+        h1 = (0.0 if stack.right[last] else 1.0) - s1 * b[1]
+        g0 = h0 * u0 - s0 * (a[0] + t.offset[first])
+        g1 = h1 * u0 - s1 * (b[0] + t.offset[last])
+        b00, b01 = h0 * ua - s0 * a[2], h0 * ub - s0 * a[3]
+        b10, b11 = h1 * ua - s1 * b[2], h1 * ub - s1 * b[3]
+        p0, p1 = state.faces.push
+        for _ in range(_ROUNDS):
+            at0, slope0 = face_gap(p0, 0, state.faces, stack.face)
+            at1, slope1 = face_gap(p1, 1, state.faces, stack.face)
+            # where first loading starts, two faces on one group of sheets are one unknown
+            slope0, slope1 = max(slope0, -1e-6 * b00), max(slope1, -1e-6 * b11)
+            r0 = g0 + b00 * p0 + b01 * p1 - at0
+            r1 = g1 + b10 * p0 + b11 * p1 - at1
+            m00, m11 = slope0 - b00, slope1 - b11
+            whole = m00 * m11 - b01 * b10
+            d0, d1 = (m11 * r0 + b01 * r1) / whole, (m00 * r1 + b10 * r0) / whole
+            p0, p1 = p0 + d0, p1 + d1
+            if abs(d0) <= 1e-14 * abs(p0) + 1e-15 and abs(d1) <= 1e-14 * abs(p1) + 1e-15:
+                break
+    cap = u0 + ua * p0 + ub * p1
+    t.push[0], t.push[1] = p0, p1
+    t.values[CAP] = cap
+    total, carried = 0.0, 0.0
+    for i in range(n):
+        j = t.group[i]
+        t.z[i] = t.terms[j, 0] + t.terms[j, 1] * cap + t.terms[j, 2] * p0 + t.terms[j, 3] * p1
+        t.sheets[i] = t.z[i] + t.offset[i]
+        stretch = t.sheets[i] - (cap if stack.right[i] else 0.0)
+        carried += stack.springs[i] * stretch
+        for e in range(2):
+            if i == stack.ends[e]:
+                carried += t.push[e] if stack.right[i] else -t.push[e]
+                total += 0.0 if stack.right[i] else t.push[e]
+        if stack.right[i]:
+            total -= stack.springs[i] * stretch
+        if i < n - 1:
+            t.force[i] = carried
+    t.values[FORCE] = total
+    for i in range(n - 1):
+        t.slip[i] = state.past[i] + (t.z[i + 1] - t.z[i] if t.slides[i] != 0 else 0.0)
+    return DONE
+
+
+@kernel
+def solve(
+    target: float, slack: float, stack: Stack, state: State, t: Trial
+) -> int:  # pragma: no cover
+    """The increment to `target`, or to no force; interfaces at rest on static friction hold."""
+    n = len(stack.springs)
+    for i in range(n - 1):
+        t.slides[i], t.slip[i] = state.slides[i], state.past[i]
+        if holds(i, stack, state):
+            t.slides[i] = 0
+    cap, stiff = state.values[CAP], stiffness_sum(stack)
+    before, snapped = cap, 0
+    t.pull[0], t.pull[1] = state.faces.push
+    for turn in range(_ROUNDS):
+        code = place(target, slack, stack, state, t)
+        fine, reach = code == DONE, abs(t.values[CAP]) + abs(target)
+        for i in range(n - 1):
+            tight = margin(i, reach, stiff, stack)
+            if t.slides[i] != 0:
+                ahead = t.slides[i] * (t.slip[i] - state.past[i])
+                fine &= ahead >= -tight / stack.springs[i]
+                # whether any overlap is left was taken from the round before
+                hold = t.slides[i] * bound(i, t.slip[i], stack)
+                fine &= abs(t.force[i] - hold) <= 1e3 * tight
+            elif not holds(i, stack, state):
+                fine &= abs(t.force[i]) <= bound(i, t.slip[i], stack) + tight
+        if fine:
+            return DONE
+        if code != DONE:
+            snapped += 1
+            if snapped > _SNAPS:
+                return code
+            # where all slid one way before and the other way now, the answer lies between
+            cap = (cap + before) / 2
+            # a pattern that slides on is no start for one that turns back
+            for i in range(n - 1):
+                t.slides[i], t.slip[i] = 0, state.past[i]
+            if turn == 0:
+                continue
+        # cap and faces at which to look for the pattern: where two patterns send to each other, the
+        # answer lies between, and steps that get shorter find it
+        part = 1.0 if turn < 5 else 0.5 if turn < 25 else 12.0 / turn
+        if code == DONE:
+            before = cap
+            cap += part * (t.values[CAP] - cap)
+            for e in range(2):
+                t.pull[e] += part * (t.push[e] - t.pull[e])
+        least, most = np.inf, -np.inf
+        for i in range(n):
+            t.centre[i] = (cap if stack.right[i] else 0.0) - t.offset[i]
+            for e in range(2):
+                if i == stack.ends[e]:
+                    pull = -t.pull[e] if stack.right[i] else t.pull[e]
+                    t.centre[i] += pull / stack.springs[i]
+            least, most = min(least, t.centre[i]), max(most, t.centre[i])
+        for i in range(n - 1):
+            t.bound[i] = bound(i, t.slip[i], stack)
+            if holds(i, stack, state):
+                t.bound[i] = stiff * (most - least)  # more than any interface can be given
+        fused_lasso(stack.springs, t.centre, t.bound, t.z, t.work)
+        for i in range(n - 1):
+            jump = t.z[i + 1] - t.z[i]
+            t.slides[i] = 1 if jump > 0.0 else -1 if jump < 0.0 else 0
+            if t.slides[i] != 0:
+                t.slip[i] = state.past[i] + jump
+    return STALLED

@@ -1,0 +1,1 @@
+"""A mass on a spring that sticks and slips."""

@@ -1,0 +1,256 @@
+"""One step of a mass that slides on a spring: the force laws, the motion, where things change.
+
+Friction R(x, v) = (level - fall x)(1 + rise s(v) + viscous v) + base + sleeve(x), s the share of
+the static excess left at speed v; at rest the bound is that with s = 1. Spring and damper stand
+side by side and only pull.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from layerjam.mechanics.enclosure import Sleeve, backbone
+from layerjam.mechanics.stick_slip.laws import static_left
+
+STUCK, TAUT, SLACK = 0, 1, 2
+"""States."""
+
+_A = (
+    (),
+    (1 / 5,),
+    (3 / 40, 9 / 40),
+    (44 / 45, -56 / 15, 32 / 9),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+    (35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
+)
+_C = (0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1, 1)
+_B = np.array([35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0])
+_B4 = np.array([5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40])
+
+
+class Slide(NamedTuple):
+    """What is pulled and how; every entry a number, or an array to be batched over."""
+
+    mass: Any
+    """[kg]"""
+    spring: Any
+    """[N/m]"""
+    damping: Any
+    """Beside the spring [N s/m]."""
+    speed: Any
+    """Of the crosshead until `ramp` [m/s]; it stands still after."""
+    ramp: Any
+    """[s]"""
+    end: Any
+    """[s]"""
+    step: Any
+    """Longest step [s]; infinite: as long as may be."""
+    level: Any
+    """Kinetic friction of the sheets at zero slip [N]."""
+    fall: Any
+    """How fast it falls with slip [N/m]."""
+    rise: Any
+    """(mu_s - mu_k)/mu_k."""
+    stribeck: Any
+    """v_s [m/s]; 0: the static excess is gone at once."""
+    exponent: Any
+    viscous: Any
+    """Growth with speed, as a share of kinetic friction [s/m]."""
+    base: Any
+    """Resistance without static excess [N]."""
+    sleeve: Sleeve | None
+    """None: its force stands in `base`."""
+    overlap: Any
+    """Slip at which the sheets part [m]."""
+    start: Any
+    """Slip at the start [m]; the spring is without force then."""
+    events: Any
+    """Stop after so many events of slip."""
+    tolerance: Any
+    """Of a step, as a share; 0: steps of `step`, whatever the error."""
+
+
+class State(NamedTuple):
+    """Where a run is."""
+
+    time: Any
+    slip: Any
+    velocity: Any
+    work: Any
+    heat: Any
+    mode: Any
+    next_step: Any
+    count: Any
+    """Events so far."""
+    high: Any
+    low: Any
+    broke: Any
+    """Time, slip and force at which the mass last broke loose, shape (3,)."""
+    table: Any
+    """(events, 6), columns EVENT_COLUMNS."""
+    trace: Any
+    """(samples, 8), columns TRACE_COLUMNS."""
+    written: Any
+    actions: Any
+    deviation: Any
+    """Last distance from steady sliding, as a speed [m/s]."""
+    reason: Any
+
+
+class Trial(NamedTuple):
+    """Where a step would lead."""
+
+    way: Any
+    velocity: Any
+    work: Any
+    heat: Any
+    error: Any
+
+
+def static_bound(slip: Any, at: Slide) -> Any:
+    """Force that a mass at rest bears [N]."""
+    return jnp.maximum(at.level - at.fall * slip, 0.0) * (1 + at.rise) + passive(slip, at)
+
+
+def passive(slip: Any, at: Slide) -> Any:
+    """What resists beside the sheets [N]."""
+    if at.sleeve is None:
+        return at.base
+    # a trial step may lie before the start, where the sleeve has no branch
+    return at.base + backbone(jnp.maximum(slip, at.start), at.sleeve)
+
+
+def resistance(slip: Any, velocity: Any, at: Slide) -> Any:
+    """Friction of the sliding mass [N].
+
+    A trial step may end at a negative speed before the stop is located; there the excess is
+    mirrored about its value at rest, which keeps it smooth.
+    """
+    left = static_left(velocity, at.stribeck, at.exponent)
+    left = jnp.where(velocity < 0, 2 - left, left)
+    # the jump law slides from the first instant on
+    left = jnp.where(at.stribeck > 0, left, 0.0)
+    sheets = jnp.maximum(at.level - at.fall * slip, 0.0)
+    return sheets * (1 + at.rise * left + at.viscous * velocity) + passive(slip, at)
+
+
+def extension_at(time: Any, slip: Any, at: Slide) -> Any:
+    """Stretch of the spring [m] at a time [s]; below zero it hangs slack."""
+    return at.start + at.speed * jnp.minimum(time, at.ramp) - slip
+
+
+def crosshead_speed(time: Any, at: Slide) -> Any:
+    """[m/s]; zero once the ramp is over."""
+    return jnp.where(time < at.ramp, at.speed, 0.0)
+
+
+def spring_force(extension: Any, rate: Any, at: Slide) -> Any:
+    """Spring and damper together [N], which only pull."""
+    force = at.spring * extension + at.damping * rate
+    return jnp.where(extension > 0, jnp.maximum(force, 0.0), 0.0)
+
+
+def runge_kutta(state: State, h: Any, at: Slide) -> Trial:
+    """One step of Dormand and Prince: way, speed, work and heat."""
+    e0, drive = extension_at(state.time, state.slip, at), crosshead_speed(state.time, at)
+    taut = state.mode == TAUT
+
+    def rate(s: Any, y: Any) -> Any:
+        way, v = y[0], y[1]
+        e = e0 + drive * s - way
+        pull = jnp.where(taut, at.spring * e + at.damping * (drive - v), 0.0)
+        resist = resistance(state.slip + way, v, at)
+        lost = jnp.where(taut, at.damping * (drive - v) ** 2, 0.0)
+        return jnp.stack([v, (pull - resist) / at.mass, pull * drive, resist * v + lost])
+
+    y0 = jnp.stack([0.0 * h, state.velocity, 0.0 * h, 0.0 * h])
+    slopes: list[Any] = []
+    for node, row in zip(_C, _A, strict=True):
+        y = y0
+        for weight, slope in zip(row, slopes, strict=True):
+            y = y + h * weight * slope
+        slopes.append(rate(node * h, y))
+    table = jnp.stack(slopes)
+    y = y0 + h * jnp.tensordot(jnp.asarray(_B), table, axes=1)
+    off = h * jnp.tensordot(jnp.asarray(_B - _B4), table, axes=1)
+    omega = jnp.sqrt(at.spring / at.mass)
+    scale = jnp.maximum(jnp.abs(y[1]), jnp.abs(state.velocity)) + 1e-3 * slip_speed(state.slip, at)
+    error = jnp.maximum(jnp.abs(off[1]), omega * jnp.abs(off[0])) / scale
+    # a slack spring that is still stretched empties itself into its damper
+    held = jnp.maximum(e0, 0.0) ** 2 - jnp.maximum(e0 + drive * h - y[0], 0.0) ** 2
+    heat = y[3] + jnp.where(taut, 0.0, at.spring / 2 * held)
+    return Trial(y[0], y[1], y[2], heat, error)
+
+
+def exactly(state: State, h: Any, at: Slide) -> Trial:
+    """The same step in closed form, for friction that depends on nothing."""
+    drive = crosshead_speed(state.time, at)
+    resist = resistance(state.slip, 1.0, at)
+    rest = resist / at.spring
+    e0 = extension_at(state.time, state.slip, at)
+    z0, u0 = e0 - rest, drive - state.velocity
+    decay = at.damping / (2 * at.mass)
+    square = at.spring / at.mass - decay**2
+    root = jnp.sqrt(jnp.abs(jnp.where(square == 0, 1.0, square)))
+    cosine = jnp.where(square > 0, jnp.cos(root * h), jnp.cosh(root * h))
+    sine = jnp.where(square > 0, jnp.sin(root * h), jnp.sinh(root * h)) / root
+    cosine, sine = jnp.where(square == 0, 1.0, cosine), jnp.where(square == 0, h, sine)
+    fade = jnp.exp(-decay * h)
+    z = fade * (z0 * cosine + (u0 + decay * z0) * sine)
+    u = fade * (u0 * cosine - (at.spring / at.mass * z0 + decay * u0) * sine)
+    taut = state.mode == TAUT
+    brake = resist / at.mass
+    velocity = jnp.where(taut, drive - u, state.velocity - brake * h)
+    way = jnp.where(taut, drive * h - (z - z0), state.velocity * h - brake * h**2 / 2)
+    gain = velocity - state.velocity
+    work = jnp.where(taut, drive * (resist * h + at.mass * gain), 0.0)
+    e1 = e0 + drive * h - way
+    held = at.spring / 2 * (jnp.maximum(e1, 0.0) ** 2 - jnp.maximum(e0, 0.0) ** 2)
+    moving = at.mass / 2 * (velocity**2 - state.velocity**2)
+    return Trial(way, velocity, work, work - held - moving, 0.0 * h)
+
+
+def slip_speed(slip: Any, at: Slide) -> Any:
+    """A speed of the size a slip reaches [m/s]."""
+    drop = jnp.maximum(at.level - at.fall * slip, 0.0) * at.rise
+    return drop / jnp.sqrt(at.spring * at.mass) + at.speed
+
+
+def hermite_root(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:
+    """(crosses, first zero in (0, h]) of the cubic with these ends and slopes, f0 >= 0.
+
+    A dip below zero between two positive ends counts as well.
+    """
+
+    def cubic(s: Any) -> Any:
+        r = 1 - s
+        return r * r * ((1 + 2 * s) * f0 + s * h * d0) + s * s * ((3 - 2 * s) * f1 - r * h * d1)
+
+    turn = jnp.clip(d0 / jnp.where(d0 == d1, 1.0, d0 - d1), 0.0, 1.0)
+    dips = (f0 > 0) & (d0 < 0) & (d1 > 0) & (cubic(turn) < 0)
+    crosses = (f1 < 0) | dips
+    high = jnp.where(dips & (f1 >= 0), turn, 1.0)
+    low = jnp.zeros_like(high)
+
+    def halve(_: int, ends: tuple[Any, Any]) -> tuple[Any, Any]:
+        below, above = ends
+        middle = (below + above) / 2
+        return (jnp.where(cubic(middle) > 0, middle, below),
+                jnp.where(cubic(middle) > 0, above, middle))  # fmt: skip
+
+    return crosses, jax.lax.fori_loop(0, 48, halve, (low, high))[1] * h
+
+
+def hermite_range(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:
+    """Greatest and least value over a step, from ends and slopes."""
+    turn = jnp.clip(d0 / jnp.where(d0 == d1, 1.0, d0 - d1), 0.0, 1.0)
+    r = 1 - turn
+    inner = r * r * ((1 + 2 * turn) * f0 + turn * h * d0)
+    inner = inner + turn * turn * ((3 - 2 * turn) * f1 - r * h * d1)
+    inner = jnp.where((d0 * d1 < 0) & jnp.isfinite(inner), inner, f1)
+    return jnp.maximum(jnp.maximum(f0, f1), inner), jnp.minimum(jnp.minimum(f0, f1), inner)

@@ -1,0 +1,87 @@
+"""Wet sheets: a Stribeck law with adhesion and a viscous part (ours; paper, section III-B, Fig. 6).
+
+A film of water between the sheets does three things to the shear stress of an interface: the
+Coulomb part follows a Stribeck curve (the water is squeezed out at rest and carries at speed),
+menisci pull the sheets together without any vacuum (adhesion), and the film is sheared (viscous):
+
+    tau(v, P) = a mu(v) P + tau_0 + b v.
+
+All three must be fitted from data of wet sheets; see `layerjam.identify.friction.stribeck`. Dry
+sheets are
+the same law with a flat curve and neither of the other two.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.enclosure import backbone, sleeve_at
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.law import law, within
+from layerjam.mechanics.stick_slip.laws import static_left
+from layerjam.units import quantity, record
+
+
+@record
+class WetFilm:
+    """What a wet interface resists with."""
+
+    static: float = quantity("1", "wet friction at rest", hi=10, symbol="mu_s")
+    kinetic: float = quantity("1", "wet friction at high speed", hi=10, symbol="mu_k")
+    speed: float = quantity(
+        "m/s", "speed over which the water begins to carry", hi=100, symbol="v_s"
+    )
+    exponent: float = quantity(
+        "1", "exponent of the Stribeck curve", lo=0.1, hi=10, symbol="delta", default=1.0
+    )
+    adhesion: float = quantity("Pa", "shear stress without vacuum", hi=1e6, symbol="tau_0")
+    viscosity: float = quantity(
+        "Pa s/m", "viscosity of the water over the thickness of its film", hi=1e9, symbol="b"
+    )
+
+
+ILLUSTRATIVE = WetFilm(
+    static=0.30, kinetic=0.17, speed=8e-3, exponent=1.0, adhesion=1.2e3, viscosity=2e4
+)
+"""Kapton in water, ILLUSTRATIVE: chosen so that the curves behave as the paper's text says of
+Fig. 6, with the wet peak below the dry one at 25 mm/s ("conversely"). Not measured, not fitted."""
+ILLUSTRATIVE_VISCOUS = WetFilm(
+    static=0.30, kinetic=0.24, speed=8e-3, exponent=1.0, adhesion=1.2e3, viscosity=1.2e5
+)
+"""The same with the wet peak above the dry one at 25 mm/s, the other reading of the paper's
+sentence. ILLUSTRATIVE: not measured, not fitted."""
+
+
+@law
+def wet_stress(speed: Any, vacuum: Any, film: WetFilm, scale_factor: Any) -> Any:
+    """Shear stress of one wet interface [Pa]; speed [m/s] and vacuum [Pa] broadcast.
+
+    `scale_factor` multiplies the Coulomb part alone: adhesion and viscous part are fitted on the
+    brake itself. At rest it is the stress at which the interface lets go. NaN for a negative speed
+    or vacuum.
+    """
+    left = static_left(speed, film.speed, film.exponent)
+    friction = film.kinetic + (film.static - film.kinetic) * left
+    stress = scale_factor * friction * vacuum + film.adhesion + film.viscosity * speed
+    return within((speed >= 0) & (vacuum >= 0), stress)
+
+
+@law
+def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -> Any:
+    """Force of the wet brake sliding at a speed [N]; slip [m], speed [m/s], vacuum [Pa] broadcast.
+
+    (n - 1) W (L2 - x) tau + the sleeve's, which is taken as dry. A fitted pressure exponent of the
+    brake scales the Coulomb part. NaN for a negative slip, speed or vacuum.
+    """
+    sheets = brake.sheets
+    contact = (sheets.count - 1) * sheets.width * jnp.maximum(sheets.overlap - slip, 0.0)
+    jammed = vacuum > 0
+    coulomb = friction_per_contact(jnp.where(jammed, vacuum, 1.0), brake)
+    coulomb = coulomb / ((sheets.count - 1) * sheets.width * brake.film.kinetic)
+    factor = coulomb / jnp.where(jammed, vacuum, 1.0)
+    force = contact * wet_stress(speed, vacuum, film, factor)
+    force = force + backbone(slip, sleeve_at(vacuum, brake))
+    return within((slip >= 0) & (speed >= 0) & (vacuum >= 0), force)

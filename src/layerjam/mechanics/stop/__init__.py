@@ -1,0 +1,1 @@
+"""A mass that the brake stops: exactly at constant vacuum, and marched in time."""

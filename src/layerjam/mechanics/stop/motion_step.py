@@ -1,0 +1,290 @@
+"""One step of a mass on rope and brake: taut, slack, or from one to the other (ours).
+
+See `motion` for what a step is; here are the states it leads through.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.enclosure import (
+    Sleeve,
+    backbone,
+    backbone_dissipated,
+    backbone_work,
+    sleeve_at,
+)
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.hysteresis import Setting, first_slip
+from layerjam.mechanics.law import safe_sqrt
+from layerjam.mechanics.memory import Memory, Turns, at_vacuum, first_force, first_work
+from layerjam.mechanics.pull import rising_root
+from layerjam.mechanics.stop.algebra import snap_slip
+
+_NEWTON = 3
+
+
+class Load(NamedTuple):
+    """What hangs on the brake, in SI; arrays broadcast."""
+
+    mass: Any
+    gravity: Any
+    spring: Any
+    """Brake and rope in series, or the brake alone where the rope is damped [N/m]."""
+    rope: Any
+    """Stiffness of a damped rope [N/m]; not used without damping."""
+    damping: Any
+    """[N s/m]"""
+
+
+class Motion(NamedTuple):
+    """State between two steps; arrays of one shape."""
+
+    time: Any
+    place: Any
+    """Way of the mass from the taut rope [m]."""
+    speed: Any
+    drawn: Any
+    """Elongation of the spring `Load.spring` and the brake [m]."""
+    stretch: Any
+    """Stretch of a damped rope [m]."""
+    slack: Any
+    slip: Any
+    force: Any
+    """Force in brake and rope [N]."""
+    sleeve: Memory | None
+    """Loading state of the sleeve; None at constant vacuum, where the backbone is enough."""
+    vacuum: Any
+    """What acted in the last step [Pa]."""
+    heat: Any
+    """Turned into heat in brake and rope so far [J], summed on its own."""
+    peak: Any
+    """Greatest force so far [N]."""
+    outcome: Any
+
+
+class _Pulled(NamedTuple):
+    """The brake after being drawn by some way at one vacuum."""
+
+    drawn: Any
+    slip: Any
+    force: Any
+    work: Any
+    heat: Any
+    held: Any
+    """What the sleeve stores more than before [J]."""
+
+
+def at_start(speed: Any, vacuum: Any, steady: bool) -> Motion:
+    """Just taut, everything relaxed; the shape is that of `speed` [m/s] and `vacuum` [Pa]."""
+    speed, vacuum = jnp.broadcast_arrays(speed, vacuum)
+    zero = jnp.zeros_like(speed)
+    no, none = jnp.zeros(speed.shape, bool), jnp.zeros(speed.shape, int)
+    turns = Turns(zero, zero, zero, none)
+    memory = Memory(zero, zero, zero, turns, zero, zero, turns, turns, ~no, zero, zero, no)
+    return Motion(
+        time=zero, place=zero, speed=speed, drawn=zero, stretch=zero, slack=no, slip=zero,
+        force=zero, sleeve=None if steady else memory, vacuum=vacuum, heat=zero, peak=zero,
+        outcome=none,
+    )  # fmt: skip
+
+
+def setting_of(vacuum: Any, spring: Any, brake: Brake) -> Setting:
+    """What resists at a vacuum [Pa] on a series spring [N/m]."""
+    c, overlap = friction_per_contact(vacuum, brake), brake.sheets.overlap
+    return Setting(c, spring, overlap, sleeve_at(vacuum, brake))
+
+
+def sleeve_force(slip: Any, sleeve: Memory | None, at: Sleeve) -> Any:
+    """Force of the sleeve [N] in first loading to a slip [m], by its memory where there is one."""
+    return backbone(slip, at) if sleeve is None else first_force(sleeve, slip, at)
+
+
+def _pulled(motion: Motion, way: Any, slides: Any, at: Setting, c: Any = None) -> _Pulled:
+    """Draw the brake by `way` [m] from a taut state; it slides where `slides`, else it sticks.
+
+    Friction goes from `c` [N/m] to that of `at` evenly over the slip.
+    """
+    drawn = motion.drawn + way
+    if motion.sleeve is None:
+        drive, soft = at.k * drawn - at.c * at.overlap, at.c - at.k
+        snap = snap_slip(soft, at.sleeve)
+        # from there on nothing holds the spring's force: no root is left
+        lost = jnp.isfinite(snap) & (drive >= snap * soft)
+        out = rising_root(jnp.where(lost, 0.0, drive), -soft, at.sleeve)
+        out = jnp.where(lost, snap, out)
+    else:
+        out = first_slip(motion.sleeve, drawn, at)
+    slip = jnp.where(slides, jnp.maximum(out, motion.slip), motion.slip)
+    more = slip - motion.slip
+    force = motion.force + at.k * (way - more)
+    rubbed = at.c * more * (at.overlap - (slip + motion.slip) / 2)
+    if c is not None:
+        rubbed = rubbed - (at.c - c) * more * ((at.overlap - motion.slip) / 2 - more / 6)
+    if motion.sleeve is None:
+        work = backbone_work(slip, at.sleeve) - backbone_work(motion.slip, at.sleeve)
+        warm = backbone_dissipated(slip, at.sleeve) - backbone_dissipated(motion.slip, at.sleeve)
+    else:
+        work, warm = first_work(motion.sleeve, motion.slip, slip, at.sleeve)
+    elastic = (force - motion.force) * (force + motion.force) / (2 * at.k)
+    return _Pulled(drawn, slip, force, elastic + rubbed + work, rubbed + warm, work - warm)
+
+
+def _meet(motion: Motion, alpha: Any, beta: Any, at: Setting, c: Any) -> tuple[_Pulled, Any]:
+    """Draw the brake until its mean force is alpha - beta way; the way [m] goes with it."""
+    hold = at.c * (at.overlap - motion.slip)
+    hold = hold + sleeve_force(motion.slip, motion.sleeve, at.sleeve)
+    way = (alpha - motion.force) / (beta + at.k / 2)
+    slides = motion.force + at.k * way > hold
+    least = (hold - motion.force) / at.k
+    sliding = jnp.maximum((alpha - hold) / beta, least * (1 + 1e-9))
+    far = jnp.where(slides & (sliding > 0), sliding, way)
+
+    def newton(_: int, far: Any) -> Any:
+        pulled = _pulled(motion, far, slides, at, c)
+        part = jnp.where(far != 0, far, 1.0)
+        mean = pulled.work / part
+        step = (mean + beta * far - alpha) / ((pulled.force - mean) / part + beta)
+        return jnp.where(slides, jnp.maximum(far - step, least), way)
+
+    # at constant vacuum the loop is short enough to be written out, which batches like
+    steady = motion.sleeve is None
+    far = jax.lax.fori_loop(0, _NEWTON, newton, far, unroll=steady)
+    return _pulled(motion, far, slides, at, c), far
+
+
+def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load, damped: bool) -> Motion:
+    """One step on the taut rope."""
+    m, g, v = load.mass, load.gravity, motion.speed
+    if damped:
+        kappa = load.rope / 2 + load.damping / dt
+        share = 1 + kappa * dt**2 / (2 * m)
+        alpha = (load.rope * motion.stretch + kappa * (v * dt + g * dt**2 / 2)) / share
+        beta = kappa / share
+    else:
+        alpha, beta = m * (g + 2 * v / dt), 2 * m / dt**2
+    pulled, way = _meet(motion, alpha, beta, at, c)
+    mean = alpha - beta * way
+    place = v * dt + (g - mean / m) * dt**2 / 2
+    stretch = place - way if damped else jnp.zeros_like(way)
+    rope = load.damping * stretch**2 / dt if damped else 0.0
+    # nobody sees the force between two steps: its top is that of the backbone, if passed
+    top = (at.sleeve.root / (2 * jnp.where(at.c > 0, at.c, 1.0))) ** 2
+    passed = (motion.slip < top) & (top < pulled.slip) & (top < at.sleeve.saturation)
+    highest = jnp.where(passed, at.c * at.overlap + at.sleeve.root**2 / (4 * at.c), pulled.force)
+    return motion._replace(
+        time=motion.time + dt,
+        place=motion.place + place if damped else pulled.drawn,
+        speed=v + (g - mean / m) * dt,
+        drawn=pulled.drawn,
+        stretch=motion.stretch + stretch,
+        slip=pulled.slip,
+        force=pulled.force,
+        sleeve=_kept(motion.sleeve, pulled),
+        heat=motion.heat + pulled.heat + rope,
+        peak=jnp.maximum(motion.peak, highest),
+    )
+
+
+def _until_slack(motion: Motion, dt: Any, at: Setting, load: Load, damped: bool) -> Motion:
+    """The part of a step after which the brake, shrinking elastically, pulls no more."""
+    m, v, force = load.mass, motion.speed, motion.force
+    pull, give = load.gravity - force / (2 * m), force / at.k
+    time = safe_sqrt(jnp.maximum(v**2 - 2 * pull * give, 0.0)) - v
+    time = jnp.clip(2 * give / jnp.where(time > 0, time, 1.0), 0.0, dt)
+    if damped:
+        for _ in range(6):
+            short = give + v * time + pull * time**2 / 2
+            off = (load.rope * motion.stretch - force / 2) * time
+            off = off + (load.rope * time / 2 + load.damping) * short
+            slope = load.rope * motion.stretch - force / 2 + load.rope * short / 2
+            slope = slope + (load.rope * time / 2 + load.damping) * (v + pull * time)
+            time = jnp.clip(time - off / jnp.where(slope != 0, slope, 1.0), 0.0, dt)
+    place = v * time + pull * time**2 / 2
+    more = place + give if damped else jnp.zeros_like(place)
+    rope = load.damping * more**2 / jnp.where(time > 0, time, 1.0) if damped else 0.0
+    return motion._replace(
+        time=motion.time + time,
+        place=motion.place + place if damped else motion.slip,
+        speed=v + pull * time,
+        drawn=motion.slip,
+        stretch=motion.stretch + more,
+        slack=jnp.ones_like(motion.slack),
+        force=jnp.zeros_like(force),
+        heat=motion.heat + rope,
+    )
+
+
+def _slack(motion: Motion, dt: Any, load: Load, damped: bool) -> Motion:
+    """Free flight for a step, or up to the place where the rope is taut again."""
+    g, v = load.gravity, motion.speed
+
+    def rest(time: Any) -> Any:
+        if not damped:
+            return motion.stretch
+        return motion.stretch * jnp.exp(-load.rope / load.damping * time)
+
+    gap = motion.slip + motion.stretch - motion.place
+    root = v + safe_sqrt(jnp.maximum(v**2 + 2 * g * gap, 0.0))
+    # falling back, or never where nothing falls and the mass flies off
+    time = jnp.where(root > 0, 2 * gap / jnp.where(root > 0, root, 1.0), jnp.inf)
+    if damped:
+        time = jnp.minimum(time, dt)
+        for _ in range(6):
+            ahead = motion.place + v * time + g * time**2 / 2 - motion.slip - rest(time)
+            slope = v + g * time + load.rope / load.damping * rest(time)
+            time = jnp.maximum(time - ahead / jnp.where(slope != 0, slope, 1.0), 0.0)
+        reached = (time <= dt) & (v + g * time >= 0)
+    else:
+        reached = (time <= dt) & (root > 0)
+    time = jnp.where(reached, time, dt)
+    stretch = rest(time)
+    place = motion.place + v * time + g * time**2 / 2
+    return motion._replace(
+        time=motion.time + time,
+        place=jnp.where(reached, motion.slip + stretch, place),
+        speed=v + g * time,
+        stretch=stretch,
+        slack=~reached,
+        heat=motion.heat + (load.rope * (motion.stretch**2 - stretch**2) / 2 if damped else 0.0),
+    )
+
+
+def _kept(sleeve: Memory | None, pulled: _Pulled) -> Memory | None:
+    return None if sleeve is None else sleeve._replace(stored=sleeve.stored + pulled.held)
+
+
+def pump(motion: Motion, vacuum: Any, before: Setting, at: Setting) -> Motion:
+    """Another vacuum while the mass rests: what the brake gives way for turns into heat."""
+    assert motion.sleeve is not None
+    force = first_force(motion.sleeve, motion.slip, before.sleeve)
+    held = motion.sleeve._replace(slip=motion.slip, force=force)
+    sleeve = at_vacuum(held, before.sleeve, at.sleeve)
+    new = motion._replace(sleeve=sleeve)
+    gives = motion.force > at.c * (at.overlap - motion.slip) + sleeve.force
+    pulled = _pulled(new, jnp.zeros_like(motion.slip), gives & ~motion.slack, at)
+    # the spring drives the sheets harder than friction holds: all it gives but the sleeve's share
+    spring = (motion.force - pulled.force) * (motion.force + pulled.force) / (2 * at.k)
+    lost = held.stored - sleeve.stored + spring - pulled.held
+    return new._replace(
+        sleeve=_kept(sleeve, pulled),
+        slip=pulled.slip,
+        force=pulled.force,
+        vacuum=vacuum + jnp.zeros_like(motion.vacuum),
+        heat=motion.heat + lost,
+    )
+
+
+def ahead(motion: Motion, dt: Any, at: Setting, c: Any, load: Load, damped: bool) -> Motion:
+    """One step, shorter where the rope goes slack or taut within it."""
+    taut = _taut(motion, dt, at, c, load, damped)
+    parted = _until_slack(motion, dt, at, load, damped)
+    free = _slack(motion, dt, load, damped)
+    # a step so long that the sheets would lie apart at its end has not been slack
+    parts = (taut.force < 0) & (taut.slip < at.overlap)
+    taut = jax.tree.map(lambda a, b: jnp.where(parts, a, b), parted, taut)
+    return jax.tree.map(lambda a, b: jnp.where(motion.slack, a, b), free, taut)

@@ -1,0 +1,1 @@
+"""Users of the library: the paper reproduced, and four machines."""

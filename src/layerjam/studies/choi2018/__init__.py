@@ -1,0 +1,1 @@
+"""The paper reproduced: every claim beside what comes out here."""

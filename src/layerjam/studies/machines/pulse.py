@@ -1,0 +1,67 @@
+"""Crash and impact pulses: a shape with its change of velocity and its duration, or a record."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.errors import FileError, UnknownNameError
+from layerjam.measure.log import ACCELERATION, TIME, read_log
+
+Array = npt.NDArray[np.float64]
+SHAPES = ("half-sine", "haversine", "trapezoid")
+RAMP = 0.2
+"""Part of a trapezoid's duration in which it rises, and as much in which it falls (ours)."""
+
+
+def pulse(shape: str, change: float, duration: float, time: Array) -> Array:
+    """Acceleration [m/s^2] at times [s], shape (N,), whose integral is `change` [m/s]."""
+    part = time / duration
+    inside = (part >= 0) & (part <= 1)
+    if shape == "half-sine":
+        value = np.pi / 2 * np.sin(np.pi * part)
+    elif shape == "haversine":
+        value = 2 * np.sin(np.pi * part) ** 2
+    elif shape == "trapezoid":
+        value = np.minimum(1.0, np.minimum(part, 1 - part) / RAMP) / (1 - RAMP)
+    else:
+        raise UnknownNameError("pulse", shape, SHAPES)
+    return np.where(inside, value * change / duration, 0.0)
+
+
+def recorded(path: Path) -> tuple[Array, Array]:
+    """(time [s] from the first sample, deceleration [m/s^2] as a size) of a log.
+
+    A record that is mostly negative, as that of a braking car is, is turned round. Raises FileError
+    where its time does not rise.
+    """
+    log = read_log(path, (TIME, ACCELERATION))
+    time, value = log["time"] - log["time"][0], log["acceleration"]
+    if len(time) < 5 or (np.diff(time) <= 0).any():
+        raise FileError(path, "its time must rise from row to row, over five samples or more")
+    return time, value if np.trapezoid(value, time) >= 0 else -value
+
+
+def drive(
+    shape: str, change: float, duration: float, after: float, steps: int, folder: Path
+) -> tuple[Array, float, float]:
+    """(acceleration [m/s^2] at equal steps, the step [s], the change of velocity [m/s]).
+
+    `steps` for the pulse and `after` [s] without any. A `shape` that is a path is read as a log,
+    whose own change and duration then stand.
+    """
+    if shape not in SHAPES and not Path(shape).suffix:
+        raise UnknownNameError("pulse", shape, SHAPES)
+    log = None
+    if shape not in SHAPES:
+        beside = folder / shape
+        log = recorded(beside if beside.is_file() else Path(shape))
+        duration = float(log[0][-1])
+    dt = (duration + after) / steps
+    time = np.asarray(np.arange(steps + 1) * dt, np.float64)
+    if log is None:
+        return pulse(shape, change, duration, time), dt, change
+    made = np.interp(time, *log, right=0.0)
+    return made, dt, float(np.trapezoid(made, dx=dt))

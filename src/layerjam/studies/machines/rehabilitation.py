@@ -1,0 +1,341 @@
+"""Rehabilitation of elbow or finger flexion (paper, Fig. 13d): a resistance prescribed by angle.
+
+A cord on a pulley about the joint draws the brakes out in flexion. The resistance wanted is a
+torque over the angle, plus one in proportion to speed; a regulator makes the vacuum for it, by the
+inverse law of the brake. In extension nothing is wanted: the cord only pulls, the vacuum goes, and
+the sleeve draws the brakes back, as far as the friction of what vacuum is left lets it; what stays
+drawn out is slack at the next flexion. The body's own torques, the cord's stretch and the give of
+the brace are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from layerjam.control.follow import MARGIN, Following, follow, slew, targets_for
+from layerjam.control.plant import plant_of
+from layerjam.control.settings import Regulator
+from layerjam.errors import QuantityError
+from layerjam.fluid.line import Sensor
+from layerjam.mechanics.limits import self_closing_vacuum
+from layerjam.mechanics.pull import force_limits
+from layerjam.studies.machines.ankle_clutch import fall_time, last_before
+from layerjam.studies.machines.readiness import line_for
+from layerjam.studies.machines.scenario import Array, Brakes, Curve, Kind, Scenario, Word
+from layerjam.studies.machines.verdict import Limit, Result
+from layerjam.units import nested, quantity, record, show
+
+SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
+"""Mean speeds tried [rad/s]."""
+FINE = 512
+"""Samples of a flexion on which it is judged what can be followed."""
+
+
+@record
+class Exercise:
+    """What the person does: flexion, a hold, extension, a rest; again and again."""
+
+    start: float = quantity("rad", "angle at which flexion starts", hi=6.3)
+    end: float = quantity("rad", "angle at which flexion ends", hi=6.3)
+    speed: float = quantity("rad/s", "mean speed of flexion and extension", lo=1e-3, hi=50)
+    hold: float = quantity("s", "time held flexed", hi=600)
+    rest: float = quantity("s", "time held extended, with the first torque ready", hi=600)
+    repetitions: int = quantity("1", "how often", lo=1, hi=100, whole=True)
+    viscosity: float = quantity(
+        "N m s/rad", "torque wanted for each speed of turning", hi=1e3, default=0.0
+    )
+
+
+@record
+class Orthosis:
+    """How the brakes are fastened."""
+
+    pulley: float = quantity("m", "radius of the pulley about the joint", lo=1e-3, hi=0.5)
+
+
+@record
+class Control:
+    """The regulator's sensor and clock."""
+
+    sensor_range: float = quantity("Pa", "greatest vacuum the sensor shows", lo=1, hi=1e7)
+    noise: float = quantity("Pa", "standard deviation of a reading", hi=1e5)
+    sample_time: float = quantity("s", "time between two samples", lo=1e-4, hi=1)
+
+
+@record
+class RehabilitationLimits:
+    """What it must do."""
+
+    error: float = quantity("1", "error of the torque, RMS, over the greatest wanted", hi=1)
+    followed: float = quantity("1", "part of the flexion that brake and line can follow", hi=1)
+    lost_angle: float = quantity("rad", "angle turned before the cord is taut again", hi=6.3)
+    release: float = quantity("s", "time to let go after a fault", hi=1e3)
+    mass: float = quantity("kg", "mass of all brakes", open_lo=True, hi=100)
+
+
+@record
+class Rehabilitation:
+    """Everything of the scenario."""
+
+    exercise: Exercise = nested(Exercise)
+    orthosis: Orthosis = nested(Orthosis)
+    brakes: Brakes = nested(Brakes)
+    control: Control = nested(Control)
+    limits: RehabilitationLimits = nested(RehabilitationLimits)
+
+
+def _together(scenario: Scenario) -> None:
+    """Angles, curve, travel and safe state fit together."""
+    exercise: Exercise = scenario.numbers.exercise
+    angle, torque = scenario.curves["resistance.angle"], scenario.curves["resistance.torque"]
+    if len(angle) != len(torque) or (np.diff(angle) <= 0).any():
+        raise QuantityError(
+            f"resistance.angle: {len(angle)} angles and {len(torque)} torques; they are rows of "
+            "one length, and the angles rise"
+        )
+    if exercise.end <= exercise.start:
+        raise QuantityError(
+            f"exercise.end: {show(exercise.end, 'rad')} is not above exercise.start, "
+            f"{show(exercise.start, 'rad')}"
+        )
+    if angle[0] > exercise.start + 1e-9 or angle[-1] < exercise.end - 1e-9:
+        raise QuantityError(
+            "resistance.angle: must reach from exercise.start to exercise.end; it goes from "
+            f"{show(float(angle[0]), 'rad')} to {show(float(angle[-1]), 'rad')}"
+        )
+    drawn = scenario.numbers.orthosis.pulley * (exercise.end - exercise.start)
+    overlap = scenario.brake.brake.sheets.overlap * scenario.numbers.brakes.series
+    if drawn >= overlap:
+        raise QuantityError(
+            f"orthosis.pulley: the cord runs {show(drawn, 'm')}, and the sheets of the brakes "
+            f"overlap by {show(overlap, 'm')}; a smaller pulley or angle will do"
+        )
+    if scenario.numbers.brakes.series != 1:
+        raise QuantityError(
+            "brakes.series: brakes in a row slip one after the other, so that no one slip gives "
+            "their force; this machine takes 1"
+        )
+
+
+KIND = Kind(
+    numbers=Rehabilitation, regulated=True, together=_together,
+    words={
+        "control.regulator": Word(
+            text="bang-bang, pi or scheduled", choices=("bang-bang", "pi", "scheduled")
+        )
+    },
+    curves={
+        "resistance.angle": Curve(unit="rad", text="angles of the resistance wanted", lo=-7, hi=7),
+        "resistance.torque": Curve(unit="N m", text="resistance wanted at the angles", hi=1e3),
+    },
+)  # fmt: skip
+
+
+class Session(NamedTuple):
+    """The exercise at the regulator's samples, shape (N,)."""
+
+    time: Array
+    angle: Array
+    speed: Array
+    torque: Array
+    """Wanted [N m]; 0 in extension."""
+    flexing: np.ndarray[Any, np.dtype[np.bool_]]
+    """True in flexion."""
+
+
+class Record(NamedTuple):
+    """For the pictures."""
+
+    session: Session
+    followed: Following
+    given: Array
+    """Torque given in flexion [N m], NaN elsewhere."""
+    speeds: Array
+    shares: Array
+    """Part of a flexion that can be followed, at each mean speed."""
+    reachable: Array
+    """Torque of all brakes at full vacuum over the angle, and the angle, shape (2, M)."""
+    limits: RehabilitationLimits
+
+
+def session(scenario: Scenario, speed: float, repetitions: int, dt: float) -> Session:
+    """Rest, flexion, hold, extension, as often as asked; turns are half a cosine each."""
+    numbers: Rehabilitation = scenario.numbers
+    exercise = numbers.exercise
+    turn = max(round((exercise.end - exercise.start) / speed / dt), 2)
+    hold, rest = round(exercise.hold / dt), round(exercise.rest / dt)
+    ease = (1 - np.cos(np.pi * np.arange(turn) / turn)) / 2
+    one = np.concatenate([np.zeros(rest), ease, np.ones(hold), 1 - ease])
+    flexes = np.concatenate([np.zeros(rest), np.ones(turn), np.zeros(hold + turn)]) > 0
+    ready = np.concatenate([np.ones(rest), np.ones(turn), np.zeros(hold + turn)]) > 0
+    part, flexing = np.tile(one, repetitions), np.tile(flexes, repetitions)
+    angle = exercise.start + (exercise.end - exercise.start) * part
+    pace = np.gradient(angle, dt)
+    torque = np.where(np.tile(ready, repetitions), wanted_at(scenario, angle, pace), 0.0)
+    time = np.asarray(np.arange(len(angle)) * dt, np.float64)
+    return Session(time, angle, pace, torque, flexing)
+
+
+def regulator_of(scenario: Scenario) -> Regulator:
+    """The regulator on the line with the volume of all brakes, its plant right at 60 kPa or less.
+
+    Raises QuantityError for a line that cannot vent, and without a safe state.
+    """
+    numbers: Rehabilitation = scenario.numbers
+    assert scenario.line is not None
+    count = numbers.brakes.parallel
+    line = line_for(scenario.line.line, count)
+    at = 0.6 * min(numbers.brakes.vacuum, line.site.atmosphere)
+    plant = plant_of(line, vacuum=at)
+    return Regulator(
+        plant=plant, sensor=Sensor(range=numbers.control.sensor_range, noise=numbers.control.noise),
+        kind=scenario.words["control.regulator"], safe_state=scenario.words.get("safe_state", ""),
+        sample_time=numbers.control.sample_time, reversible=line.valve is None, tuned_at=at,
+    )  # fmt: skip
+
+
+def followed_at(scenario: Scenario, regulator: Regulator, speed: float) -> tuple[float, list[str]]:
+    """(part of one flexion at a mean speed [rad/s] that can be followed, why not the rest).
+
+    On FINE samples whatever the speed, so that the laws are compiled once.
+    """
+    numbers: Rehabilitation = scenario.numbers
+    exercise, r = numbers.exercise, numbers.orthosis.pulley
+    part = np.linspace(0.0, 1.0, FINE)
+    span = exercise.end - exercise.start
+    length = span / speed
+    angle = exercise.start + span * (1 - np.cos(np.pi * part)) / 2
+    pace = span * np.pi / 2 / length * np.sin(np.pi * part)
+    force = wanted_at(scenario, angle, pace) / (r * numbers.brakes.parallel)
+    most = MARGIN * regulator.plant.reach
+    targets, held, few = targets_for(
+        force, r * (angle - exercise.start), scenario.brake.brake, most
+    )
+    fine, slow = slew(targets, length / (FINE - 1), regulator.plant)
+    return float((held & fine).mean()), [*few, *slow]
+
+
+def wanted_at(scenario: Scenario, angle: Array, pace: Array) -> Array:
+    """Torque wanted [N m] at angles [rad] and speeds [rad/s], shape (N,)."""
+    curves = scenario.curves
+    made = np.interp(angle, curves["resistance.angle"], curves["resistance.torque"])
+    return made + scenario.numbers.exercise.viscosity * np.maximum(pace, 0.0)
+
+
+def analyse(scenario: Scenario) -> Result:
+    """The torque given beside the one wanted, what cannot be followed, and the way back."""
+    numbers: Rehabilitation = scenario.numbers
+    limits, brakes, r = numbers.limits, numbers.brakes, numbers.orthosis.pulley
+    exercise, brake = numbers.exercise, scenario.brake.brake
+    assert scenario.line is not None
+    made = regulator_of(scenario)
+    asked = session(scenario, exercise.speed, exercise.repetitions, made.sample_time)
+    slip, arm = r * (asked.angle - exercise.start), r * brakes.parallel
+    done = follow(made, brake, asked.torque / arm, slip)
+    given = np.where(asked.flexing, done.force * arm, np.nan)
+    error = (given - asked.torque)[asked.flexing]
+    share, reasons = followed_at(scenario, made, exercise.speed)
+    shares = np.array([followed_at(scenario, made, float(s))[0] for s in SPEEDS])
+    left = _vacuum_left(asked, done)
+    grid = np.linspace(exercise.start, exercise.end, 101)
+    high = np.asarray(force_limits(r * (grid - exercise.start), brake)[1]) * r
+    wanted = wanted_at(scenario, grid, np.full_like(grid, exercise.speed))
+    needed = math.ceil(float(np.max(wanted / high)) - 1e-9)
+    line = line_for(scenario.line.line, brakes.parallel)
+    own = {
+        "greatest_torque": float(asked.torque.max()),
+        "rms_error": float(np.sqrt(np.mean(error**2))),
+        "greatest_error": float(np.abs(error).max()), "possible": share, "reasons": reasons,
+        "fastest_speed": last_before(SPEEDS, shares >= limits.followed),
+        "slip": float(slip.max()), "vacuum_left": left,
+        "lost_angle": _lost_angle(left, float(slip.max()), scenario),
+        "release_time": fall_time(made.plant.reach * MARGIN, line),
+        "reachable_torque": float(high.min()) * brakes.parallel, "outcome": done.loop.outcome,
+        "safe_state": scenario.words["safe_state"],
+        "greatest_vacuum": float(done.loop.vacuum.max()),
+        "pump_switches": done.loop.pump_switches, "vent_switches": done.loop.vent_switches,
+    }  # fmt: skip
+    said = []
+    if own["safe_state"] != "release":
+        said.append("safe_state hold: a fault of the sensor or the pump locks the arm where it is")
+    if scenario.line.line.valve is None:
+        said.append("the line has no valve: a fault of the pump leaves the arm held")
+    return Result(
+        scenario=scenario, limits=_limits(scenario, own), brakes_needed=needed,
+        needed=_needed(scenario, needed, own), mass=brakes.parallel * scenario.mass, own=own,
+        units=UNITS, warnings=said,
+        record=Record(
+            asked, done, given, SPEEDS, shares, np.stack([grid, high * brakes.parallel]), limits
+        ),
+    )  # fmt: skip
+
+
+def _limits(scenario: Scenario, own: dict[str, Any]) -> list[Limit]:
+    limits: RehabilitationLimits = scenario.numbers.limits
+    travel = scenario.brake.brake.sheets.usable_travel
+    mass = scenario.numbers.brakes.parallel * scenario.mass
+    return [
+        Limit(
+            name="error of the torque, RMS, over the greatest wanted",
+            value=own["rms_error"] / own["greatest_torque"], limit=limits.error, unit="1",
+        ),
+        Limit(
+            name="part of the flexion that can be followed", value=own["possible"],
+            limit=limits.followed, unit="1", least=True,
+        ),
+        Limit(name="slip of the brakes", value=own["slip"], limit=travel, unit="m"),
+        Limit(
+            name="angle lost at the next flexion", value=own["lost_angle"],
+            limit=limits.lost_angle, unit="rad",
+        ),
+        Limit(
+            name="safe state lets the arm go (1 is yes)",
+            value=float(own["safe_state"] == "release"), limit=1.0, unit="1", least=True,
+        ),
+        Limit(name="time to let go", value=own["release_time"], limit=limits.release, unit="s"),
+        Limit(name="mass of the brakes", value=mass, limit=limits.mass, unit="kg"),
+    ]  # fmt: skip
+
+
+UNITS = {
+    "greatest_torque": "N m", "rms_error": "N m", "greatest_error": "N m", "fastest_speed": "rad/s",
+    "slip": "m", "vacuum_left": "Pa", "lost_angle": "rad", "release_time": "s",
+    "reachable_torque": "N m", "greatest_vacuum": "Pa",
+}  # fmt: skip
+
+
+def _vacuum_left(asked: Session, done: Following) -> float:
+    """Least vacuum of the last extension [Pa]."""
+    starts = np.flatnonzero(asked.flexing)
+    after = done.loop.vacuum[int(starts[-1]) + 1 :]
+    # a pump run backwards may push a breath above the atmosphere
+    return max(float(after.min()), 0.0)
+
+
+def _lost_angle(vacuum: float, slip: float, scenario: Scenario) -> float:
+    """Angle [rad] by which the brakes stay drawn out: to where friction holds the sleeve."""
+    at = np.linspace(0.0, slip, 400)[1:]
+    closes = np.asarray(self_closing_vacuum(at, scenario.brake.brake)) > vacuum
+    held = 0.0 if closes.all() else float(at[np.flatnonzero(~closes)[-1]])
+    return held / float(scenario.numbers.orthosis.pulley)
+
+
+def _needed(scenario: Scenario, needed: int, own: dict[str, Any]) -> str:
+    numbers: Rehabilitation = scenario.numbers
+    words = (
+        f"The torque takes {needed} brake{'s' * (needed != 1)} at full vacuum; there "
+        f"{'is one' if numbers.brakes.parallel == 1 else f'are {numbers.brakes.parallel}'}. "
+    )
+    if own["fastest_speed"] == 0:
+        words += "This line follows the profile at no speed that was tried."
+    else:
+        words += (
+            f"This line follows it up to {math.degrees(own['fastest_speed']):.3g} degrees a "
+            f"second; {math.degrees(numbers.exercise.speed):.3g} are asked."
+        )
+    if own["release_time"] > numbers.limits.release:
+        words += " A vent valve would let go in time."
+    return words

@@ -1,0 +1,143 @@
+"""`calibrate` in its depths: what is written, what the answer holds, what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import layerjam
+from layerjam.cli import calibration as command
+from layerjam.commands.calibration import DEEPER, UNITS
+from layerjam.device.load import load
+from layerjam.errors import FitError, UnknownNameError
+from layerjam.identify.calibration.forward import with_shape
+from layerjam.identify.provenance import calibrated_on, sha256
+from layerjam.lab import machine as virtual
+from strategies import KAPTON
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Three vacuums, two repeats each, every repeat with its own brake."""
+    folder, random = tmp_path_factory.mktemp("pulls"), np.random.default_rng(3)
+    out = []
+    for vacuum in (40e3, 60e3, 90e3):
+        for repeat in (1, 2):
+            own = (1 + np.array([0.02, 0.02, 0.05]) * random.standard_normal(3)) * (0.9, 12e4, 1.2)
+            trace = virtual.pull(with_shape(KAPTON, *own), vacuum, 0.013, 0.04, repeat=repeat)
+            out.append(virtual.write_own(trace, folder / f"{vacuum / 1e3:.0f}-{repeat}.csv"))
+    return out
+
+
+def test_exact_is_the_default_and_says_null_where_it_knows_nothing(files: list[Path]) -> None:
+    answer = layerjam.calibrate("choi2018-kapton", files)
+    assert answer.depth == "exact"
+    assert all(answer.values[key] is None for key in DEEPER)
+    assert set(answer.units) == set(UNITS) <= set(answer.values)
+    assert set(answer.intervals) == {"scale_factor", "stiffness"} == set(answer.bootstrap)
+    one = answer.intervals["scale_factor"]
+    assert one["degrees_of_freedom"] == 5 and one["low"] < answer.scale_factor < one["high"]
+    assert one["standard_error"] == pytest.approx(answer.standard_errors["scale_factor"])
+    left = answer.leave_one_out["scale_factor"]
+    assert left["most_influential"] in {f.name for f in files} == set(left["files"])
+    assert set(left["conditions"]) == {"40 kPa", "60 kPa", "90 kPa"}
+    assert answer.posterior is answer.identifiability is None
+
+
+def test_leaving_one_out_is_calibrating_without_it(files: list[Path]) -> None:
+    for depth in ("exact", "curves"):
+        whole = layerjam.calibrate("choi2018-kapton", files, depth=depth)
+        rest = layerjam.calibrate("choi2018-kapton", files[1:], depth=depth)
+        for key in ("scale_factor", "stiffness"):
+            by = whole.leave_one_out[key]["files"][files[0].name]
+            assert whole.values[key] + by == pytest.approx(rest.values[key], rel=3e-4), depth
+
+
+def test_curves_writes_a_brake_that_says_how_it_was_made(files: list[Path], tmp_path: Path) -> None:
+    out = tmp_path / "fitted.toml"
+    told: list[tuple[str, float]] = []
+    answer = layerjam.calibrate(
+        "choi2018-kapton", files, depth="curves", free=("pressure_exponent",), out=out,
+        progress=lambda what, share: told.append((what, share)),
+    )  # fmt: skip
+    assert all(answer.values[k] is not None for k in ("enclosure_factor", "pressure_exponent"))
+    assert answer.speed_slope is None and answer.reference_speed is None
+    made, old = load(out), load("choi2018-kapton")
+    brake = made.brake
+    assert (brake.scale_factor, brake.stiffness_measured) == (answer.scale_factor, answer.stiffness)
+    assert brake.pressure_exponent == answer.pressure_exponent
+    assert brake.test_pressure == pytest.approx(answer.reference_pressure)
+    product = brake.enclosure.modulus * brake.film.friction_on_silicone
+    before = old.brake.enclosure.modulus * old.brake.film.friction_on_silicone
+    assert product == pytest.approx(before * answer.enclosure_factor**2)
+    assert made.sources["enclosure.modulus"].kind == "calibrated"
+    notes = made.notes
+    assert notes["depth"] == "curves" and notes["program"].startswith("layerjam ")
+    assert notes["verdict"] == "all checks passed" and "20%" in notes["window"]
+    assert [(f["name"], f["sha256"]) for f in notes["files"]] == [
+        (f.name, sha256(str(f))) for f in files
+    ]
+    assert calibrated_on(made, map(str, files)) == [str(f) for f in files]
+    assert told and all(0 <= share <= 1 for _, share in told)
+    # and the brake reads, predicts and is calibrated again to itself
+    again = layerjam.calibrate(out, files, depth="curves")
+    assert again.enclosure_factor == pytest.approx(1.0, abs=2e-3)
+    assert again.scale_factor == pytest.approx(answer.scale_factor, rel=2e-3)
+
+
+def test_an_interval_for_every_value(files: list[Path]) -> None:
+    answer = layerjam.calibrate("choi2018-kapton", files, depth="curves")
+    for key, truth in (("scale_factor", 0.9), ("stiffness", 12e4), ("enclosure_factor", 1.2)):
+        one = answer.intervals[key]
+        assert one["low"] < truth < one["high"] and one["degrees_of_freedom"] > 4
+        assert answer.bootstrap[key]["degrees_of_freedom"] == 3
+        assert answer.standard_errors[key] == one["standard_error"] > 0
+    told = answer.identifiability
+    assert told["condition_number"] < 100 and abs(told["correlation"]) < 1
+    assert set(told["least_apart"]) <= set(answer.intervals)
+
+
+def test_what_is_refused(files: list[Path]) -> None:
+    with pytest.raises(UnknownNameError, match="unknown depth 'deep'"):
+        layerjam.calibrate("choi2018-kapton", files, depth="deep")
+    with pytest.raises(FitError, match="can be fitted at depth 'curves' only"):
+        layerjam.calibrate("choi2018-kapton", files, free=("speed",))
+    with pytest.raises(FitError, match="'mass' is not known"):
+        layerjam.calibrate("choi2018-kapton", files, depth="curves", free=("mass",))
+
+
+def test_equal_names_in_two_folders_stay_apart(files: list[Path], tmp_path: Path) -> None:
+    for name in ("40-2.csv", "40-2.csv.toml"):
+        (tmp_path / name.replace("40-2", "40-1")).write_bytes((files[1].parent / name).read_bytes())
+    answer = layerjam.calibrate("choi2018-kapton", [files[0], tmp_path / "40-1.csv"])
+    assert set(answer.leave_one_out["stiffness"]["files"]) == {"40-1.csv (1)", "40-1.csv (2)"}
+
+
+def test_the_command_prints_intervals_and_the_figure_is_drawn(files: list[Path], tmp_path: Path,
+                                                              capsys) -> None:  # fmt: skip
+    figure = tmp_path / "fit.svg"
+    code = command.calibrate("choi2018-kapton", files, depth="curves", figure=figure)
+    shown = capsys.readouterr().out
+    assert code == 0 and figure.stat().st_size > 10_000
+    assert "(95 %: " in shown and "enclosure factor" in shown
+    assert "the scale factor would move by" in shown
+    assert "pressure exponent" not in shown and "posterior" not in shown
+
+
+@pytest.mark.slow
+def test_bayesian_answers_under_the_same_keys(files: list[Path], tmp_path: Path) -> None:
+    pytest.importorskip("numpyro")
+    out = tmp_path / "sampled.toml"
+    answer = layerjam.calibrate("choi2018-kapton", files, depth="bayesian", draws=200, out=out)
+    # the sleeve is one for all pulls there, while here it differs: a wide margin instead
+    for key, truth in (("scale_factor", 0.9), ("stiffness", 12e4), ("enclosure_factor", 1.2)):
+        one = answer.intervals[key]
+        assert one["low"] < answer.values[key] < one["high"]
+        assert answer.values[key] == pytest.approx(truth, rel=0.08)
+    assert answer.posterior["scale_factor"]["mean"] == answer.scale_factor
+    assert "posterior" in answer.standard_errors["rests_on"]
+    assert answer.leave_one_out is answer.bootstrap is None
+    made = load(out)
+    assert made.notes["depth"] == "bayesian" and made.brake.scale_factor == answer.scale_factor

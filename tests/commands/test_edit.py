@@ -1,0 +1,92 @@
+"""A brake changed in its own text: what was not touched stays, to the last character."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from layerjam.commands.edit import BY_HAND, FIELDS, edit, stale
+from layerjam.device.file import read_brake
+from layerjam.device.load import load, materials
+from layerjam.errors import FileError, LayerjamError, QuantityError
+from layerjam.units import get
+
+KAPTON = "choi2018-kapton"
+
+
+def test_one_number_changes_and_the_rest_of_the_text_stays():
+    text = load(KAPTON).text.replace("[film]", "# our own remark\n[film]")
+    file = read_brake(text, "it", materials())
+    made = edit(file, {"sheets.width": "15 mm"})
+    changed = [
+        (a, b) for a, b in zip(text.splitlines(), made.text.splitlines(), strict=True) if a != b
+    ]
+    assert [a.split(" ")[0] for a, _ in changed] == ["width"]
+    assert made.record.brake.sheets.width == 0.015
+    for path, source in file.sources.items():
+        if path != "sheets.width":
+            assert made.record.sources[path] == source
+    said = made.record.sources["sheets.width"]
+    assert said.kind == "assumed"
+    assert "was 13 mm, paper: Choi 2018, section II-A" in said.text
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sampled_from(sorted(FIELDS)), st.floats(0.9, 1.1))
+def test_any_number_reads_back_as_it_was_set(path, factor):
+    old = get(load(KAPTON).brake, path)
+    meaning = FIELDS[path][0]
+    value = (old if old is not None else max(meaning.lo, 1.0)) * factor
+    value = int(value) if meaning.whole else value
+    try:
+        made = edit(KAPTON, {path: value}, kind="measured", source="a test")
+    except LayerjamError as err:
+        assert path.split(".")[-1] in str(err) or "sheets" in str(err) or "film" in str(err)
+        return
+    assert get(made.record.brake, path) == value
+    assert made.record.sources[path].kind == "measured"
+    assert made.record.sources[path].text == "a test"
+    # the text alone says it all
+    assert read_brake(made.text, "again", materials()).brake == made.record.brake
+
+
+def test_what_is_taken_back_is_not_known_or_what_the_material_says():
+    heavy = edit(KAPTON, {"weighed_mass": "21 g", "film.strength": "80 MPa"}).record
+    light = edit(heavy, {"weighed_mass": None, "film.strength": None}).record
+    assert light.brake == load(KAPTON).brake
+    with pytest.raises(QuantityError, match=r"film\.strength: the material or a default says it"):
+        edit(light, {"film.strength": None})
+    with pytest.raises(FileError, match=r"sheets\.width \(sheet width\) is missing"):
+        edit(light, {"sheets.width": None})
+
+
+def test_the_first_source_outlives_several_edits():
+    twice = edit(edit(KAPTON, {"sheets.count": 13}).record, {"sheets.count": 15}).record
+    words = twice.sources["sheets.count"].text
+    assert words == f"{BY_HAND}; was 11, paper: Choi 2018, section II-A"
+
+
+def test_factors_of_the_brake_before_are_named():
+    assert stale(load(KAPTON)) == []
+    made = edit(KAPTON, {"sheets.count": 13})
+    assert any("stiffness_measured" in w and "sheets.count" in w for w in made.warnings)
+    own = edit(made.record, {
+        "scale_factor": 1.0, "stiffness_measured": "200 kN/m", "fittings_mass": "12 g",
+    })  # fmt: skip
+    assert stale(own.record) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"sheets.width": "15"}, "15 mm"),
+        ({"sheets.width": "15 kg"}, "units of length"),
+        ({"sheets.overlap": "500 mm"}, "sheets.length: 85 mm is shorter"),
+        ({"film.kinetic": 0.5}, "kinetic friction is at most the static one"),
+        ({"sheets.with": "1 mm"}, "did you mean"),
+    ],
+)
+def test_what_makes_no_brake_is_refused_in_words(changes, words):
+    with pytest.raises(LayerjamError, match=words):
+        edit(KAPTON, changes)

@@ -1,0 +1,122 @@
+"""What a drop says beside its numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from layerjam.commands.impact import drop
+from layerjam.commands.sensor import observed
+from layerjam.commands.tuning import tune
+from layerjam.errors import QuantityError
+from layerjam.simulate.drop_in_time import History
+
+CASE = {"mass": "1 kg", "speed": "2.5 m/s", "vacuum": "tuned", "travel": "40 mm",
+        "rope_stiffness": "20 kN/m"}  # fmt: skip
+
+
+def test_a_damped_rope_takes_energy_that_the_tuned_vacuum_counted_on():
+    plain = drop("choi2018-kapton", **CASE)
+    damped = drop("choi2018-kapton", **CASE, rope_damping="50 N*s/m")
+    assert abs(plain.slip - 0.040) < 1e-9
+    assert damped.slip < plain.slip
+    said = [w for w in damped.warnings if "tuned for a rope without damping" in w]
+    assert len(said) == 1 and "not 40 mm" in said[0]
+    assert not any("tuned for" in w for w in plain.warnings)
+
+
+BARE = {"mass": "1 kg", "no_brake": True, "rope_stiffness": "16.8 kN/m"}
+
+
+def test_a_mass_that_creeps_to_rest_on_its_rope_never_stands_still():
+    answer = drop("choi2018-kapton", speed="2.5 m/s", rope_damping="5000 N s/m", **BARE)
+    assert answer.stopping_time is None
+    assert answer.end_speed is None
+    assert answer.outcome is None
+    assert "never stands still" in answer.reason
+    assert answer.peak_force == pytest.approx(12500)
+    level = drop(
+        "choi2018-kapton", speed="2.5 m/s", rope_damping="5000 N s/m", horizontal=True, **BARE
+    )
+    assert level.outcome == "STOPPED"
+    assert level.stopping_time > 0
+
+
+def test_the_bare_drop_has_a_reading():
+    bare = drop("choi2018-kapton", speed="3.7 m/s", **BARE)
+    shown = observed(bare, accelerometer="adxl193", filter="cfc180")
+    assert 0.9 * bare.peak_g < shown.measured_peak_g < bare.peak_g
+    assert shown.filter == "cfc180"
+    assert shown.temperature_rise is None
+    ideal = observed(bare)
+    assert ideal.measured_peak_g == pytest.approx(bare.peak_g, rel=1e-5)
+
+
+def test_a_snap_in_a_rising_history_gives_its_reason_not_a_remark():
+    rising = History(np.array([0.001, 0.03]), np.array([20e3, 94.5e3]))
+    answer = drop(
+        "choi2018-kapton", mass="30 kg", speed="2.5 m/s", rope_stiffness="2.4 kN/m",
+        vacuum_history=rising,
+    )  # fmt: skip
+    assert answer.outcome == "SNAPS"
+    assert "it snaps" in answer.reason
+    assert answer.reason not in answer.warnings
+    assert 2400 < answer.least_stiffness < 2579
+
+
+def test_not_stopped_yet():
+    answer = drop(
+        "choi2018-kapton", mass="1 kg", speed="2.5 m/s", vacuum="94.5 kPa", duration="5 ms",
+        rope_stiffness="16.8 kN/m",
+    )  # fmt: skip
+    assert answer.outcome == "FINISHED"
+    assert answer.stopping_time is None
+    assert answer.record.time[-1] == 0.005
+
+
+def test_both_solvers_agree_on_what_snaps():
+    how = {"mass": "30 kg", "speed": "2.5 m/s", "rope_stiffness": "2.55 kN/m"}
+    exact = drop("choi2018-kapton", vacuum="94.5 kPa", **how)
+    timed = drop("choi2018-kapton", vacuum="94.5 kPa", duration="1 s", **how)
+    assert exact.outcome == timed.outcome == "BOTTOMED_OUT"
+
+
+def test_tuned_in_capitals_is_a_hint():
+    with pytest.raises(QuantityError, match="did you mean 'tuned'"):
+        drop("choi2018-kapton", mass=1.0, speed=2.5, vacuum="Tuned", travel=0.04)
+
+
+@pytest.mark.parametrize("how", [{"horizontal": True, "mass": 1.0}, {"mass": 0.001}])
+def test_too_slow_because_of_the_sleeve_and_not_the_weight(how):
+    answer = tune("choi2018-kapton", speed=0.1, travel=0.04, **how)
+    assert not answer.feasible
+    assert "the sleeve alone" in answer.reason
+    assert "weight" not in answer.reason
+
+
+def test_tune_tells_numbers_apart_and_says_when_nothing_would_do():
+    with pytest.raises(QuantityError, match="60.0001 mm is beyond the usable travel of 60 mm"):
+        tune("choi2018-kapton", mass=1.0, speed=1.0, travel="60.0001 mm")
+    fast = tune("choi2018-kapton", mass=1.0, speed=1e4, travel=0.04)
+    assert "999 brakes" in fast.reason
+    with pytest.raises(QuantityError, match="rope stiffness: 0 .* is at least 1 N/m"):
+        tune("choi2018-kapton", mass=1.0, speed=1.0, travel=0.04, rope_stiffness="0 kN/m")
+    with pytest.raises(QuantityError, match="mass"):
+        tune("choi2018-kapton", mass=1e-300, speed=1.0, travel=0.04)
+
+
+def test_too_few_samples_for_a_drop_are_a_warning():
+    stopped = drop("choi2018-kapton", mass=1.0, speed=2.5, vacuum=94.5e3, rope_stiffness=16.8e3)
+    said = observed(stopped, sampling="100 Hz").warnings
+    assert any("the peak falls between them" in words for words in said)
+    assert not any("between them" in w for w in observed(stopped, sampling="20 kHz").warnings)
+
+
+def test_a_record_that_ends_moving_is_not_called_stopped():
+    swings = drop(
+        "choi2018-kapton", mass=1.0, speed=2.5, vacuum=94.5e3, rope_stiffness=16.8e3,
+        rope_damping=5.0, duration=0.022,
+    )  # fmt: skip
+    said = [w for w in observed(swings).warnings if "ends under load" in w]
+    assert said
+    assert all("FINISHED" in w for w in said)

@@ -1,0 +1,164 @@
+"""`report`: which pulls calibrate, which validate, what is refused, and what the command takes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from layerjam.cli.report import spread
+from layerjam.commands.answer import Answer
+from layerjam.commands.report import report
+from layerjam.errors import FileError, FitError, LayerjamError, QuantityError
+from layerjam.report import brake_files as writer
+from layerjam.report import typeset
+from report.brake_files import BRAKE, Campaign, campaign
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
+    return campaign(tmp_path_factory.mktemp("campaign"))
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures and pages are looked at elsewhere."""
+    monkeypatch.setattr(writer, "drawings", lambda report: ())
+    monkeypatch.setattr(writer, "html", lambda shown, pictures: json.dumps(shown))
+    monkeypatch.setattr(typeset, "pdf", lambda shown, pictures: b"%PDF")
+
+
+def run(out: Path, **given: Any) -> Answer:
+    return report(BRAKE, out=out / "out", date="2026-01-01", **given)
+
+
+def names(answer: Answer, role: str) -> set[str]:
+    return {f.name for f in answer.record.files if f.role == role}
+
+
+@pytest.mark.usefixtures("quick")
+def test_pulls_alone_are_no_test_and_the_page_says_so(files: Campaign, tmp_path: Path) -> None:
+    answer = run(tmp_path, pulls=files.pulls)
+    assert answer.calibrated_on_the_same == [p.name for p in files.pulls]
+    assert any("no test of the model" in w and "--holdout" in w for w in answer.warnings)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Fit to the calibration's own pulls" in page and "This is no test of the model" in page
+    found = [c for c in answer.validation["checks"] if c["name"] == "independent"]
+    assert [c["passed"] for c in found] == [False]
+
+
+@pytest.mark.usefixtures("quick")
+def test_some_of_the_same(files: Campaign, tmp_path: Path) -> None:
+    answer = run(tmp_path, pulls=files.pulls, validate=[*files.validate, files.pulls[1]])
+    assert answer.calibrated_on_the_same == [files.pulls[1].name]
+    assert "1 of 9 pulls" in (tmp_path / "out" / "report.html").read_text()
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize(
+    ("holdout", "held"),
+    [
+        (["46.1kPa"], lambda n: "46.1kPa" in n),
+        (["19 mm/s"], lambda n: "19mms" in n),
+        (["repeat 1"], lambda n: n.endswith("-1.csv")),
+        (["46.1kPa", "19mm/s"], lambda n: "46.1kPa" in n or "19mms" in n),
+    ],
+)
+def test_holding_back(files: Campaign, tmp_path: Path, holdout: list[str], held: Any) -> None:
+    every = [*files.pulls, *files.validate]
+    answer = run(tmp_path, pulls=every, holdout=holdout)
+    wanted = {p.name for p in every if held(p.name)}
+    assert names(answer, "validation") == wanted
+    assert names(answer, "calibration") == {p.name for p in every} - wanted
+    assert answer.calibrated_on_the_same == []
+
+
+@pytest.mark.usefixtures("quick")
+def test_calibrate_on(files: Campaign, tmp_path: Path) -> None:
+    every = [*files.pulls, *files.validate]
+    answer = run(tmp_path, pulls=every, calibrate_on=files.pulls)
+    assert names(answer, "calibration") == {p.name for p in files.pulls}
+    assert names(answer, "validation") == {p.name for p in files.validate}
+
+
+@pytest.mark.usefixtures("quick")
+def test_whole_curves(files: Campaign, tmp_path: Path) -> None:
+    answer = run(
+        tmp_path, pulls=[*files.pulls, *files.validate], holdout=["repeat 2"], depth="curves"
+    )
+    assert answer.calibration["depth"] == "curves"
+    numbers = {n["quantity"]: n["value"] for n in json.loads(
+        (tmp_path / "out" / "results.json").read_text())["numbers"]}  # fmt: skip
+    assert numbers["calibration: factor on the sleeve's force"] == pytest.approx(1, abs=0.1)
+    assert numbers["calibration: scale factor a"] == pytest.approx(0.875, rel=0.05)
+
+
+@pytest.mark.usefixtures("quick")
+def test_refused_files_are_named(files: Campaign, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.csv"
+    bad.write_text("nothing here\n")
+    answer = run(tmp_path, pulls=files.pulls, validate=[*files.validate, bad])
+    assert list(answer.refused) == ["bad.csv"]
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "bad.csv" in page and answer.refused["bad.csv"] in json.loads(page)["refused"][0]["why"]
+    whole = json.loads((tmp_path / "out" / "results.json").read_text())
+    assert whole["refused"][0]["file"] == "bad.csv" and whole["refused"][0]["stage"] == "validation"
+    with pytest.raises(FileError):
+        report(BRAKE, out=tmp_path / "none", pulls=[bad])
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.usefixtures("quick")
+def test_friction_goes_into_the_calibration(files: Campaign, tmp_path: Path) -> None:
+    answer = run(tmp_path, friction=files.friction, pulls=files.pulls, validate=files.validate)
+    brake = answer.record.brake
+    assert brake.film.kinetic == pytest.approx(answer.friction["kinetic"])
+    assert brake.scale_factor == pytest.approx(answer.calibration["scale_factor"])
+    assert answer.record.file.name == BRAKE
+
+
+@pytest.mark.parametrize(
+    ("given", "kind", "words"),
+    [
+        ({}, FitError, "nothing was given"),
+        ({"holdout": ["46.1kPa"]}, QuantityError, "no --pulls"),
+        ({"pulls": "pulls", "holdout": ["a lot"]}, QuantityError, "'repeat 3'"),
+        ({"pulls": "pulls", "holdout": ["12kPa"]}, FitError, "none is held back"),
+        ({"pulls": "pulls", "holdout": ["94.5kPa"]}, FitError, "none is to calibrate on"),
+        ({"pulls": "pulls", "calibrate_on": "pulls"}, QuantityError, "none is left"),
+        ({"pulls": "pulls", "calibrate_on": "pulls", "holdout": ["1kPa"]}, QuantityError, "one of"),
+        ({"pulls": "pulls", "depth": "bayesian"}, QuantityError, "exact or curves"),
+    ],
+)
+def test_what_cannot_be(
+    files: Campaign, tmp_path: Path, given: dict[str, Any], kind: type[LayerjamError], words: str
+) -> None:
+    given = {k: getattr(files, v) if isinstance(v, str) and hasattr(files, v) else v
+             for k, v in given.items()}  # fmt: skip
+    with pytest.raises(kind, match=words):
+        run(tmp_path, **given)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_option_takes_all_words_up_to_the_next() -> None:
+    given = [
+        "kapton",
+        "--pulls",
+        "a",
+        "b",
+        "c",
+        "--json",
+        "--out",
+        "d",
+        "--holdout",
+        "1kPa",
+        "2kPa",
+    ]
+    assert spread(given) == [
+        "kapton", "--pulls", "a", "--pulls", "b", "--pulls", "c", "--json", "--out", "d",
+        "--holdout", "1kPa", "--holdout", "2kPa",
+    ]  # fmt: skip
+    assert spread(["--pulls=a", "b"]) == ["--pulls=a", "b"]
+    assert spread(["--pulls", "a", "--", "b"]) == ["--pulls", "a", "--", "b"]
