@@ -24,9 +24,9 @@ from layerjam.device.load import catalogue, load, materials
 from layerjam.device.source import KINDS
 from layerjam.device.toml import parse_toml
 from layerjam.measure.sidecar import Facts
-from layerjam.simulate.stick_slip import JudderRecord
 from layerjam.simulate.record import DropRecord, TensileRecord
-from layerjam.units import Meaning, quantities, show
+from layerjam.simulate.stick_slip import JudderRecord
+from layerjam.units import QuantitySpec, quantities, show
 
 DOCS = Path(__file__).parent
 PART = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -64,9 +64,9 @@ def table(head: tuple[str, ...], rows: list[str]) -> str:
     return "\n".join([row(*head), row(*["---"] * len(head)), *rows])
 
 
-def unit(meaning: Meaning) -> str:
+def unit(spec: QuantitySpec) -> str:
     """The SI unit, a dash for a pure number."""
-    return NOTHING if meaning.unit == "1" else meaning.unit.replace("^3", "³").replace("^2", "²")
+    return NOTHING if spec.unit == "1" else spec.unit.replace("^3", "³").replace("^2", "²")
 
 
 def brake_fields() -> str:
@@ -78,15 +78,15 @@ def brake_fields() -> str:
             path = f"{place.name}.{f.name}" if inner else f.name
             defaults[path] = f.default
     groups: dict[str, list[str]] = {name: [] for name in TABLES}
-    for path, meaning, due in quantities(Brake):
+    for path, spec, due in quantities(Brake):
         head, _, key = path.rpartition(".")
         default = defaults[path]
         unless = "required" if due else "not known"
         if not due and isinstance(default, int | float):
-            unless = show(float(default), meaning.unit, 6)
+            unless = show(float(default), spec.unit, 6)
         groups[head].append(
-            row(symbol(meaning.symbol), f"`{key}`", unit(meaning), meaning.text,
-                meaning.allowed(), unless)
+            row(symbol(spec.symbol), f"`{key}`", unit(spec), spec.text,
+                spec.allowed(), unless)
         )  # fmt: skip
     head_row = ("symbol", "name in code and file", "SI unit", "meaning", "allowed", "if not given")
     return "\n\n".join(
@@ -98,13 +98,13 @@ def sidecar_fields() -> str:
     """What NAME.csv.toml may hold."""
     rows = []
     for place in fields(Facts):
-        meaning = place.metadata.get("quantity")
-        if meaning is None:
+        spec = place.metadata.get("quantity")
+        if spec is None:
             kind = "true or false" if place.name == "synthetic" else "text"
             rows.append(row(f"`{place.name}`", kind, _FACTS[place.name]))
         else:
-            kind = "whole number" if meaning.whole else f"quantity in {unit(meaning)}"
-            rows.append(row(f"`{place.name}`", kind, meaning.text))
+            kind = "whole number" if spec.whole else f"quantity in {unit(spec)}"
+            rows.append(row(f"`{place.name}`", kind, spec.text))
     return table(("key", "kind", "meaning"), rows)
 
 
@@ -149,7 +149,7 @@ def _entry(value: object) -> tuple[str, str]:
 
 
 def _materials(folder: str) -> Iterator[str]:
-    names = {path: meaning for path, meaning, _ in quantities(Brake)}
+    names = {path: spec for path, spec, _ in quantities(Brake)}
     head = "film." if folder == "films" else "enclosure."
     for name, text in materials()[folder].items():
         tables = parse_toml(text, name)

@@ -80,7 +80,7 @@ def _registry() -> Any:
 
     try:
         return pint.UnitRegistry(cache_folder=":auto:")
-    except OSError:  # no writable cache folder: a third of a second slower, nothing else
+    except Exception:  # no writable cache, or one that another process is just writing: slower
         return pint.UnitRegistry()
 
 
@@ -238,7 +238,7 @@ def _exact_in(value: float, unit: str, si: str) -> str | None:
 
 
 @dataclass(frozen=True)
-class Meaning:
+class QuantitySpec:
     """What is known of one quantity: SI unit, meaning, bounds (inclusive) and symbol."""
 
     unit: str
@@ -287,8 +287,8 @@ def quantity(
     default: Any = MISSING,
 ) -> Any:
     """A dataclass field that carries its unit, meaning, bounds and symbol; None = unknown."""
-    meaning = Meaning(unit, text, lo, hi, symbol, whole, open_lo)
-    return field(default=default, metadata={"quantity": meaning})
+    spec = QuantitySpec(unit, text, lo, hi, symbol, whole, open_lo)
+    return field(default=default, metadata={"quantity": spec})
 
 
 RECORDS: list[type] = []
@@ -303,13 +303,13 @@ def record(cls: type[T]) -> type[T]:
     return made
 
 
-def meaning_of(cls: type, name: str) -> Meaning:
-    """The Meaning behind a field of a record class."""
+def spec_of(cls: type, name: str) -> QuantitySpec:
+    """The QuantitySpec behind a field of a record class."""
     return next(f.metadata["quantity"] for f in fields(cls) if f.name == name)  # type: ignore[arg-type]
 
 
-def quantities(cls: type, prefix: str = "") -> Iterator[tuple[str, Meaning, bool]]:
-    """(dotted path, Meaning, required) of every quantity of a record class, nested ones too."""
+def quantities(cls: type, prefix: str = "") -> Iterator[tuple[str, QuantitySpec, bool]]:
+    """(dotted path, specification, required) of every quantity of a record class, and nested."""
     for f in fields(cls):  # type: ignore[arg-type]
         if "quantity" in f.metadata:
             yield prefix + f.name, f.metadata["quantity"], f.default is MISSING

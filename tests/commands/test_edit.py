@@ -36,9 +36,9 @@ def test_one_number_changes_and_the_rest_of_the_text_stays():
 @given(st.sampled_from(sorted(FIELDS)), st.floats(0.9, 1.1))
 def test_any_number_reads_back_as_it_was_set(path, factor):
     old = get(load(KAPTON).brake, path)
-    meaning = FIELDS[path][0]
-    value = (old if old is not None else max(meaning.lo, 1.0)) * factor
-    value = int(value) if meaning.whole else value
+    spec = FIELDS[path][0]
+    value = (old if old is not None else max(spec.lo, 1.0)) * factor
+    value = int(value) if spec.whole else value
     try:
         made = edit(KAPTON, {path: value}, kind="measured", source="a test")
     except LayerjamError as err:

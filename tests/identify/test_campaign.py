@@ -62,9 +62,9 @@ def test_the_example_says_what_is_allowed_and_reads_as_itself() -> None:
     for table, cls in TABLES.items():
         for place in fields(cls):
             assert f"\n{place.name} =" in text or f"\n# {place.name} =" in text, (table, place.name)
-            meaning = place.metadata.get("quantity")
-            if meaning is not None:
-                assert f"# {meaning.text}" in text and meaning.allowed() in text
+            spec = place.metadata.get("quantity")
+            if spec is not None:
+                assert f"# {spec.text}" in text and spec.allowed() in text
 
 
 def test_the_pages_campaign_can_be_run() -> None:

@@ -240,18 +240,18 @@ def test_factors():
 def test_every_field_of_the_brake_round_trips_its_bounds():
     from layerjam.device.brake import Brake
 
-    for path, meaning, _ in quantities(Brake):
-        for bound in (meaning.lo, meaning.hi):
+    for path, spec, _ in quantities(Brake):
+        for bound in (spec.lo, spec.hi):
             if not math.isfinite(bound):
                 continue
-            text = exact_text(bound, meaning.unit)
-            if meaning.open_lo and bound == meaning.lo:
+            text = exact_text(bound, spec.unit)
+            if spec.open_lo and bound == spec.lo:
                 with pytest.raises(LayerjamError, match="more than"):
-                    meaning.read(text, path)
+                    spec.read(text, path)
             else:
-                assert meaning.read(text, path) == bound
+                assert spec.read(text, path) == bound
         with pytest.raises(QuantityError, match="is not allowed"):
-            meaning.check(meaning.lo - abs(meaning.lo) * 0.01 - 1e-9, path)
+            spec.check(spec.lo - abs(spec.lo) * 0.01 - 1e-9, path)
 
 
 @pytest.mark.parametrize("si", FACTORS)

@@ -9,15 +9,15 @@ import pytest
 
 from layerjam.errors import QuantityError
 from layerjam.units import (
-    Meaning,
+    QuantitySpec,
     build,
     check,
     get,
-    meaning_of,
     nested,
     quantities,
     quantity,
     record,
+    spec_of,
 )
 
 
@@ -39,7 +39,7 @@ def test_paths_meanings_and_required():
     found = {path: (m.unit, due) for path, m, due in quantities(Outer)}
     assert found["count"] == ("1", True) and found["rate"] == ("m/s", False)
     assert found["inner.size"] == ("m", True) and found["spare.note"] == ("1", False)
-    assert meaning_of(Outer, "rate").symbol == "v"
+    assert spec_of(Outer, "rate").symbol == "v"
 
 
 def test_build_get_and_absent_records():
@@ -68,11 +68,11 @@ def test_count_bounds_and_whole(bad):
 
 
 def test_whole_numbers_are_read_as_int():
-    value = meaning_of(Outer, "count").read(7.0, "count")
+    value = spec_of(Outer, "count").read(7.0, "count")
     assert value == 7 and isinstance(value, int)
 
 
 def test_allowed_phrases():
-    assert Meaning("m", "x").allowed() == "zero or more"
-    assert Meaning("m", "x", open_lo=True).allowed() == "more than zero"
-    assert Meaning("m", "x", lo=1e-3, hi=0.5).allowed() == "at least 1 mm and at most 500 mm"
+    assert QuantitySpec("m", "x").allowed() == "zero or more"
+    assert QuantitySpec("m", "x", open_lo=True).allowed() == "more than zero"
+    assert QuantitySpec("m", "x", lo=1e-3, hi=0.5).allowed() == "at least 1 mm and at most 500 mm"

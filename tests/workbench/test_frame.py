@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from layerjam.errors import LayerjamError, QuantityError
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 from layerjam.workbench import live
 from layerjam.workbench.call import VERBS, Call, Subject
 from layerjam.workbench.charts import POINTS, thin
@@ -102,7 +102,7 @@ def test_undo_takes_back_one_step_and_redo_brings_it_again(monkeypatch):
 
 
 def test_a_value_of_a_link_that_is_out_of_bounds_does_not_count():
-    control = Control("vacuum", Meaning("Pa", "vacuum", 0.0, 1e5), 5e4, 0.0, 1e5)
+    control = Control("vacuum", QuantitySpec("Pa", "vacuum", 0.0, 1e5), 5e4, 0.0, 1e5)
     for bad in (-1.0, 2e5, "x", True):
         desk = Desk(State(settings={"pull": {"vacuum": bad}}))
         assert number(desk, "pull", control) == 5e4

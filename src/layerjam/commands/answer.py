@@ -13,17 +13,17 @@ from layerjam.device.load import load
 from layerjam.device.mount import Site
 from layerjam.device.source import Source
 from layerjam.errors import QuantityError
-from layerjam.units import Meaning, meaning_of, show
+from layerjam.units import QuantitySpec, show, spec_of
 
 Quantity = float | str
 AnyBrake = str | Path | BrakeFile
 
-VACUUM = Meaning("Pa", "vacuum, the atmosphere less the pressure inside,")
-SLIP = Meaning("m", "slip")
-FORCE = Meaning("N", "force")
-NORMAL_FORCE = Meaning("N", "normal force", open_lo=True)
-SPEED = Meaning("m/s", "crosshead speed", lo=1e-6, hi=100)
-TRAVEL = Meaning("m", "travel of the crosshead", lo=1e-6, hi=10)
+VACUUM = QuantitySpec("Pa", "vacuum, the atmosphere less the pressure inside,")
+SLIP = QuantitySpec("m", "slip")
+FORCE = QuantitySpec("N", "force")
+NORMAL_FORCE = QuantitySpec("N", "normal force", open_lo=True)
+SPEED = QuantitySpec("m/s", "crosshead speed", lo=1e-6, hi=100)
+TRAVEL = QuantitySpec("m", "travel of the crosshead", lo=1e-6, hi=10)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,11 +47,11 @@ class Answer:
         raise AttributeError(f"no '{name}' here; there are {', '.join(values)}")
 
 
-def si(value: Quantity, meaning: Meaning, name: str) -> float:
+def si(value: Quantity, spec: QuantitySpec, name: str) -> float:
     """The SI value of text or of a number that is SI already, checked against its bounds."""
     if isinstance(value, str):
-        return float(meaning.read(value, name))
-    return float(meaning.check(float(value), name))
+        return float(spec.read(value, name))
+    return float(spec.check(float(value), name))
 
 
 def brake_at(brake: AnyBrake, atmosphere: Quantity | None) -> BrakeFile:
@@ -59,7 +59,7 @@ def brake_at(brake: AnyBrake, atmosphere: Quantity | None) -> BrakeFile:
     file = brake if isinstance(brake, BrakeFile) else load(brake)
     if atmosphere is None:
         return file
-    pressure = si(atmosphere, meaning_of(Site, "atmosphere"), "atmosphere")
+    pressure = si(atmosphere, spec_of(Site, "atmosphere"), "atmosphere")
     site = replace(file.brake.site, atmosphere=pressure)
     stated = {"site.atmosphere": Source(kind="unstated", text="given with the command")}
     return replace(file, brake=replace(file.brake, site=site), sources={**file.sources, **stated})

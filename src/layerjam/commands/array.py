@@ -9,10 +9,10 @@ import numpy as np
 from layerjam.commands.answer import TRAVEL, Answer, AnyBrake, Quantity, brake_at, vacuum_of
 from layerjam.design import arrays
 from layerjam.errors import QuantityError
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 
-PARALLEL = Meaning("1", "equal brakes side by side", lo=1, hi=100, whole=True)
-SERIES = Meaning("1", "equal brakes one behind the other", lo=1, hi=100, whole=True)
+PARALLEL = QuantitySpec("1", "equal brakes side by side", lo=1, hi=100, whole=True)
+SERIES = QuantitySpec("1", "equal brakes one behind the other", lo=1, hi=100, whole=True)
 MOST = 1000
 """Brakes of one array at most; `layerjam.Array` takes more, and unequal ones."""
 UNITS = {
@@ -66,10 +66,10 @@ def array(
     return Answer(values=values, units=UNITS, warnings=warnings, record=pulled)
 
 
-def _count(value: int | str, meaning: Meaning, name: str) -> int:
+def _count(value: int | str, spec: QuantitySpec, name: str) -> int:
     if isinstance(value, str):
-        return int(meaning.read(value, name))
-    return int(meaning.check(value, name))
+        return int(spec.read(value, name))
+    return int(spec.check(value, name))
 
 
 def _length(value: Quantity) -> float:

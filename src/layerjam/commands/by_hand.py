@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from layerjam.device.source import Source
-from layerjam.units import Meaning, get, show
+from layerjam.units import QuantitySpec, get, show
 
 BY_HAND = "set by hand"
 
 
-def what_it_was(rec: Any, sources: Mapping[str, Source], path: str, meaning: Meaning) -> str:
+def what_it_was(rec: Any, sources: Mapping[str, Source], path: str, spec: QuantitySpec) -> str:
     """That a number of a record was set by hand, and what a source had said before."""
     was, old = get(rec, path), sources.get(path)
     if old is not None and old.text.startswith(BY_HAND):
@@ -19,4 +19,4 @@ def what_it_was(rec: Any, sources: Mapping[str, Source], path: str, meaning: Mea
     if was is None:
         return BY_HAND
     said = old.sentence() if old is not None else "the default"
-    return f"{BY_HAND}; was {show(was, meaning.unit)}, {said}"
+    return f"{BY_HAND}; was {show(was, spec.unit)}, {said}"

@@ -20,12 +20,12 @@ from layerjam.design.verdict import binding, forbidden, named, why_lost, why_non
 from layerjam.design.wishes import Spec
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 
 UNITS = {n: m.unit for n, m in {**VARIABLES, **MERITS}.items()}
 MOST_SHOWN = 500
 """Designs of the front in the answer; `sweep` writes all of them."""
-WHICH = Meaning("1", "number of a design", whole=True)
+WHICH = QuantitySpec("1", "number of a design", whole=True)
 SWEEP = 300_000_000
 """More designs than these are left to `sweep`, which can be stopped and goes on."""
 

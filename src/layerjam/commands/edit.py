@@ -12,12 +12,12 @@ from layerjam.device.file import BrakeFile, read_brake, updated_text
 from layerjam.device.load import materials
 from layerjam.device.source import KINDS, Source
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.units import Meaning, quantities
+from layerjam.units import QuantitySpec, quantities
 
-FIELDS: dict[str, tuple[Meaning, bool]] = {
-    path: (meaning, required) for path, meaning, required in quantities(Brake)
+FIELDS: dict[str, tuple[QuantitySpec, bool]] = {
+    path: (spec, required) for path, spec, required in quantities(Brake)
 }
-"""{dotted path: (Meaning, required)} of every number a brake has."""
+"""{dotted path: (QuantitySpec, required)} of every number a brake has."""
 
 
 def edit(
@@ -72,12 +72,12 @@ def stale(file: BrakeFile) -> list[str]:
 def _changed(
     file: BrakeFile, path: str, value: Quantity | None, kind: str, source: str
 ) -> BrakeFile:
-    meaning, _ = FIELDS[path]
+    spec, _ = FIELDS[path]
     if value is None:
         return _read(_without(file.text, path), file.name)
-    number = si(value, meaning, path)
-    words = source or what_it_was(file.brake, file.sources, path, meaning)
-    changed = {path: (int(number) if meaning.whole else number, Source(kind=kind, text=words))}
+    number = si(value, spec, path)
+    words = source or what_it_was(file.brake, file.sources, path, spec)
+    changed = {path: (int(number) if spec.whole else number, Source(kind=kind, text=words))}
     return _read(updated_text(file, file.name, changed, file.notes), file.name)
 
 

@@ -13,12 +13,12 @@ from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, read_line
 from layerjam.fluid.line import Line
 from layerjam.fluid.parts import FAMILIES, parts
-from layerjam.units import Meaning, exact_text, quantities
+from layerjam.units import QuantitySpec, exact_text, quantities
 
-FIELDS: dict[str, tuple[Meaning, bool]] = {
-    path: (meaning, required) for path, meaning, required in quantities(Line)
+FIELDS: dict[str, tuple[QuantitySpec, bool]] = {
+    path: (spec, required) for path, spec, required in quantities(Line)
 }
-"""{dotted path: (Meaning, required)} of every number a line has; a flow curve is none of them."""
+"""{dotted path: (specification, required)} of every number of a line; a flow curve is none."""
 
 
 def edit_line(
@@ -91,11 +91,11 @@ def _changed(
             raise QuantityError(f"{path}: a part or the default says it; give another value")
         place.remove(key)
         return document
-    meaning = FIELDS[path][0]
+    spec = FIELDS[path][0]
     item = tomlkit.inline_table()
-    item["value"] = _written(si(value, meaning, path), meaning)
+    item["value"] = _written(si(value, spec, path), spec)
     item["kind"] = kind
-    item["source"] = source or what_it_was(file.line, file.sources, path, meaning)
+    item["source"] = source or what_it_was(file.line, file.sources, path, spec)
     if table or key in place:
         place[key] = item
         return document
@@ -103,7 +103,7 @@ def _changed(
     return tomlkit.parse(f"{key} = {item.as_string()}\n{tomlkit.dumps(document)}")
 
 
-def _written(value: float, meaning: Meaning) -> Any:
-    if meaning.whole:
+def _written(value: float, spec: QuantitySpec) -> Any:
+    if spec.whole:
         return int(value)
-    return value if meaning.unit == "1" else exact_text(value, meaning.unit)
+    return value if spec.unit == "1" else exact_text(value, spec.unit)

@@ -15,11 +15,11 @@ from layerjam.control.follow import bode, rehabilitation
 from layerjam.control.follow import follow as run
 from layerjam.errors import FileError, QuantityError
 from layerjam.measure.log import TIME, Want, read_log
-from layerjam.units import Meaning, show
+from layerjam.units import QuantitySpec, show
 
-SPEED = Meaning("m/s", "speed of the slip", hi=100)
-MODEL = Meaning("1", "factor of the true brake's friction over the known one", lo=0.1, hi=10)
-SLIP_NOISE = Meaning("m", "standard deviation of a measured slip", hi=0.1)
+SPEED = QuantitySpec("m/s", "speed of the slip", hi=100)
+MODEL = QuantitySpec("1", "factor of the true brake's friction over the known one", lo=0.1, hi=10)
+SLIP_NOISE = QuantitySpec("m", "standard deviation of a measured slip", hi=0.1)
 FORCE = Want("force", "N", r"\b(force|load|kraft|f)\b", "'N' or 'kN'")
 SLIP = Want("slip", "m", r"\b(slip|travel|weg|x|s)\b", "'mm' or 'm'", optional=True)
 UNITS = {
@@ -121,7 +121,7 @@ def _drawn(
     speed: Quantity,
 ) -> tuple[Any, Any]:  # fmt: skip
     """Wanted force [N] and slip [m] at the samples."""
-    force = Meaning("N", "force")
+    force = QuantitySpec("N", "force")
     least, most = si(low, force, "low"), si(high, force, "high")
     if most <= least:
         raise QuantityError(f"high: {show(most, 'N')} is not above low, {show(least, 'N')}")

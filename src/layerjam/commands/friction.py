@@ -30,9 +30,9 @@ from layerjam.identify.friction.reduction import (
 from layerjam.identify.friction.standards import Standard, standard_named
 from layerjam.measure.readers.columns import Choices
 from layerjam.measure.trace import Trace
-from layerjam.units import Meaning, show
+from layerjam.units import QuantitySpec, show
 
-AREA = Meaning("m^2", "area under the sled", lo=1e-6, hi=1.0)
+AREA = QuantitySpec("m^2", "area under the sled", lo=1e-6, hi=1.0)
 ALIKE = 1.5
 """Up to this ratio of pressures nothing is said."""
 UNITS = {

@@ -20,9 +20,9 @@ from layerjam.simulate.drop_in_time import drop_in_time
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.rope_alone import felt
 from layerjam.simulate.vacuum_history import History
-from layerjam.units import Meaning, meaning_of, show
+from layerjam.units import QuantitySpec, show, spec_of
 
-DURATION = Meaning("s", "time to simulate", open_lo=True, hi=3600)
+DURATION = QuantitySpec("s", "time to simulate", open_lo=True, hi=3600)
 DROP_UNITS = {
     "slip": "m", "peak_force": "N", "peak_deceleration": "m/s^2", "peak_g": "1",
     "stopping_time": "s", "dissipated_energy": "J", "end_speed": "m/s", "vacuum": "Pa",
@@ -173,7 +173,7 @@ def _damping(damping: Quantity | None, rope: float | None) -> float:
         return 0.0
     if rope is None:
         raise QuantityError("rope damping: there is no rope; give its stiffness too")
-    return si(damping, meaning_of(Rope, "damping"), "rope damping")
+    return si(damping, spec_of(Rope, "damping"), "rope damping")
 
 
 def _history(

@@ -12,9 +12,9 @@ from layerjam.lab.campaign import campaign
 from layerjam.lab.campaign_files import commands, write_campaign
 from layerjam.lab.spec import Spec
 from layerjam.lab.text import example, spec_text
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 
-_SEED = Meaning("1", "seed", hi=2**63 - 1, whole=True)
+_SEED = QuantitySpec("1", "seed", hi=2**63 - 1, whole=True)
 
 
 PRACTICE = "practice"

@@ -15,13 +15,13 @@ from layerjam.errors import FileError, FitError
 from layerjam.identify.logs import crash as crash_log
 from layerjam.measure.log import ACCELERATION, TIME, read_log
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 
 __all__ = ["crash", "leak", "pump_down", "sleeve"]
-RANGE = Meaning("m/s^2", "range of the accelerometer", open_lo=True, hi=1e7)
-RATE = Meaning("Hz", "sampling rate", lo=1, hi=1e8)
-BEFORE = Meaning("s", "time before the event", open_lo=True, hi=1e6)
-HIC = Meaning("s", "longest window of the head injury criterion", lo=1e-3, hi=0.1)
+RANGE = QuantitySpec("m/s^2", "range of the accelerometer", open_lo=True, hi=1e7)
+RATE = QuantitySpec("Hz", "sampling rate", lo=1, hi=1e8)
+BEFORE = QuantitySpec("s", "time before the event", open_lo=True, hi=1e6)
+HIC = QuantitySpec("s", "longest window of the head injury criterion", lo=1e-3, hi=0.1)
 
 
 def crash(

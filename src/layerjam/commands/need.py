@@ -12,17 +12,19 @@ from layerjam.design.spec import NEED, examples
 from layerjam.device.file import BrakeFile
 from layerjam.device.toml import parse_toml, quoted
 from layerjam.errors import QuantityError
-from layerjam.units import Meaning, exact_text, show
+from layerjam.units import QuantitySpec, exact_text, show
 
-HOLD: dict[str, Meaning] = {
+HOLD: dict[str, QuantitySpec] = {
     "force": replace(MERITS["holding_force"], open_lo=True, hi=1e7),
-    "mass": Meaning("kg", "greatest mass of all brakes", open_lo=True, hi=100),
-    "width": Meaning("m", "greatest width of the sheets of one brake", open_lo=True, hi=1),
-    "length": Meaning("m", "greatest length at rest, clamped ends included", open_lo=True, hi=5),
+    "mass": QuantitySpec("kg", "greatest mass of all brakes", open_lo=True, hi=100),
+    "width": QuantitySpec("m", "greatest width of the sheets of one brake", open_lo=True, hi=1),
+    "length": QuantitySpec(
+        "m", "greatest length at rest, clamped ends included", open_lo=True, hi=5
+    ),
     "stress_margin": replace(MERITS["stress_margin"], hi=100),
 }
 """What a brake that holds is asked for; a stress_margin of 0 asks for none."""
-STOP: dict[str, Meaning] = {**NEED, "stress_margin": HOLD["stress_margin"]}
+STOP: dict[str, QuantitySpec] = {**NEED, "stress_margin": HOLD["stress_margin"]}
 """What a brake that stops a mass is asked for."""
 STEPS = 20
 VACUUMS = (0.6, 0.8, 0.93)
@@ -73,7 +75,7 @@ def stop(
     """
     got = _read(STOP, mass=mass, speed=speed, travel=travel, force=force,
                 stress_margin=stress_margin)  # fmt: skip
-    units = {name: meaning.unit for name, meaning in STOP.items()}
+    units = {name: spec.unit for name, spec in STOP.items()}
     asked = {n: exact_text(got[n], units[n]) for n in ("mass", "speed", "travel", "force")}
     table = "\n[stop]\n" + "".join(f"{n} = {quoted(v)}\n" for n, v in asked.items())
     sheets = brake.brake.sheets
@@ -95,7 +97,7 @@ def stop(
     )  # fmt: skip
 
 
-def _read(meanings: dict[str, Meaning], **given: Quantity) -> dict[str, float]:
+def _read(meanings: dict[str, QuantitySpec], **given: Quantity) -> dict[str, float]:
     return {name: si(value, meanings[name], name) for name, value in given.items()}
 
 

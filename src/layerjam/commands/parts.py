@@ -10,7 +10,7 @@ from layerjam.fluid.parts import FAMILIES, PRINTED, Part, family_fields
 from layerjam.fluid.parts import parts as known_parts
 
 UNITS = {
-    **{name: meaning.unit for name, meaning in PRINTED.items()},
+    **{name: spec.unit for name, spec in PRINTED.items()},
     **{n: m.unit for family in FAMILIES for n, m in family_fields(family).items()},
     "curve": "Pa, m^3/s",
 }

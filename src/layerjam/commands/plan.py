@@ -21,15 +21,15 @@ from layerjam.fluid.network import CHAMBER, RESERVOIR
 from layerjam.mechanics.pull import brake_force
 from layerjam.simulate.coupled import MATTERS
 from layerjam.simulate.record import Outcome
-from layerjam.units import Meaning, show
+from layerjam.units import QuantitySpec, show
 
-WARNING = Meaning("s", "warning time, up to the taut rope,", hi=1e5)
-STANDING = Meaning("Pa", "vacuum held while waiting")
-STORED = Meaning("Pa", "vacuum in the reservoir before the warning")
+WARNING = QuantitySpec("s", "warning time, up to the taut rope,", hi=1e5)
+STANDING = QuantitySpec("Pa", "vacuum held while waiting")
+STORED = QuantitySpec("Pa", "vacuum in the reservoir before the warning")
 MOST_SD = 1.0
 """Greatest standard deviation, over the mean."""
-COUNT = Meaning("1", "number of samples", lo=100, hi=10_000_000, whole=True)
-SEEDS = Meaning("1", "seed", hi=2**63, whole=True)
+COUNT = QuantitySpec("1", "number of samples", lo=100, hi=10_000_000, whole=True)
+SEEDS = QuantitySpec("1", "seed", hi=2**63, whole=True)
 UNITS = {
     "warning": "s", "standing": "Pa", "reached": "Pa", "reachable": "Pa", "needed": "Pa",
     "slip": "m", "peak_force": "N", "peak_g": "1", "end_speed": "m/s", "dissipated_energy": "J",
@@ -144,12 +144,12 @@ def _case(
     )  # fmt: skip
 
 
-def _sd(sd: Quantity | None, mean: float, meaning: Meaning, name: str) -> float:
+def _sd(sd: Quantity | None, mean: float, spec: QuantitySpec, name: str) -> float:
     if sd is None:
         return 0.0
     most = MOST_SD * mean
     what = f"standard deviation of the {name} (at most the {name} itself)"
-    return si(sd, Meaning(meaning.unit, what, hi=most), f"{name} sd")
+    return si(sd, QuantitySpec(spec.unit, what, hi=most), f"{name} sd")
 
 
 def _stored(stored: Quantity, line: Line) -> float:

@@ -30,16 +30,16 @@ from layerjam.mechanics import energy, friction, limits, pull, stiffness
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.simulate.procedure import Procedure, parse_procedure, simple_pull
 from layerjam.simulate.tensile import tensile as run_tensile
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 from layerjam.units import show as in_words
 
 if TYPE_CHECKING:
     from layerjam.simulate.stack_layout import Housing, Interfaces
 
 MODELS = ("lumped", "stack")
-_SCATTER = Meaning("1", "relative scatter of the interfaces' friction", hi=2)
-_SAMPLES = Meaning("1", "stacks pulled", lo=2, hi=10_000_000, whole=True)
-_SEED = Meaning("1", "seed", hi=2**63 - 1, whole=True)
+_SCATTER = QuantitySpec("1", "relative scatter of the interfaces' friction", hi=2)
+_SAMPLES = QuantitySpec("1", "stacks pulled", lo=2, hi=10_000_000, whole=True)
+_SEED = QuantitySpec("1", "seed", hi=2**63 - 1, whole=True)
 
 
 def new(name: str, start: str, out: str | Path, *, force: bool = False) -> Answer:

@@ -24,13 +24,13 @@ from layerjam.measure.log import (
     read_log,
     scale,
 )
-from layerjam.units import Meaning, meaning_of, show
+from layerjam.units import QuantitySpec, show, spec_of
 
-VOLUME = Meaning("m^3", "volume", lo=1e-10, hi=1e3)
-FLOW = Meaning("m^3/s", "flow of the pump", lo=1e-12, hi=10)
-COMPLIANCE = Meaning("m^3/Pa", "volume lost per vacuum", lo=-1e-3, hi=1e-3)
-START = Meaning("s", "time", lo=-1e9, hi=1e9)
-ZERO = Meaning("Pa", "reading of the sensor at the atmosphere", lo=-1e6, hi=1e6)
+VOLUME = QuantitySpec("m^3", "volume", lo=1e-10, hi=1e3)
+FLOW = QuantitySpec("m^3/s", "flow of the pump", lo=1e-12, hi=10)
+COMPLIANCE = QuantitySpec("m^3/Pa", "volume lost per vacuum", lo=-1e-3, hi=1e-3)
+START = QuantitySpec("s", "time", lo=-1e9, hi=1e9)
+ZERO = QuantitySpec("Pa", "reading of the sensor at the atmosphere", lo=-1e6, hi=1e6)
 ROOM = 293.15
 """Temperature [K] of the gas where none is given: 20 °C, assumed."""
 
@@ -90,7 +90,7 @@ def read_pressure(
     """(log, absolute pressure [Pa] shape (N,), kind of reading, atmosphere [Pa], what to say)."""
     if reading is not None and reading not in READINGS:
         raise UnknownNameError("reading", reading, READINGS)
-    site = meaning_of(Site, "atmosphere")
+    site = spec_of(Site, "atmosphere")
     around = 101325.0 if atmosphere is None else si(atmosphere, site, "atmosphere")
     off = 0.0 if zero is None else si(zero, ZERO, "zero")
     log = read_log(file, [TIME, PRESSURE, *[TEMPERATURE] * warm], columns, decimal)

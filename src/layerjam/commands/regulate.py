@@ -16,11 +16,11 @@ from layerjam.control.settings import Regulator, detection_times
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Sensor
-from layerjam.units import Meaning, meaning_of, show
+from layerjam.units import QuantitySpec, show, spec_of
 
-FAULT_AT = Meaning("s", "time at which the fault begins", hi=1e5)
-DURATION = Meaning("s", "time to simulate", open_lo=True, hi=1e5)
-SEED = Meaning("1", "seed of the sensor's noise", hi=2**63 - 1, whole=True)
+FAULT_AT = QuantitySpec("s", "time at which the fault begins", hi=1e5)
+DURATION = QuantitySpec("s", "time to simulate", open_lo=True, hi=1e5)
+SEED = QuantitySpec("1", "seed of the sensor's noise", hi=2**63 - 1, whole=True)
 UNITS = {
     "target": "Pa", "rise_time": "s", "overshoot": "Pa", "steady_error": "Pa", "ripple": "Pa",
     "pump_on": "s", "fault_time": "s", "reachable": "Pa", "gain": "1/Pa", "integral_time": "s",
@@ -46,9 +46,9 @@ def regulator_of(
         )
     shown = sensor or Sensor(range=1.0)
     if sensor_range is not None:
-        shown = replace(shown, range=si(sensor_range, meaning_of(Sensor, "range"), "sensor range"))
+        shown = replace(shown, range=si(sensor_range, spec_of(Sensor, "range"), "sensor range"))
     if noise is not None:
-        shown = replace(shown, noise=si(noise, meaning_of(Sensor, "noise"), "noise"))
+        shown = replace(shown, noise=si(noise, spec_of(Sensor, "noise"), "noise"))
     if not plant.vent or file.line.valve is None:
         said.append(
             f"{file.name} has no valve: venting stands for its pumps run backwards, and a fault of "
@@ -56,9 +56,9 @@ def regulator_of(
         )
     more: dict[str, Any] = {}
     if sample_time is not None:
-        more["sample_time"] = si(sample_time, meaning_of(Regulator, "sample_time"), "sample time")
+        more["sample_time"] = si(sample_time, spec_of(Regulator, "sample_time"), "sample time")
     if least_run is not None:
-        shortest = si(least_run, meaning_of(Regulator, "minimum_on"), "least run")
+        shortest = si(least_run, spec_of(Regulator, "minimum_on"), "least run")
         more |= {"minimum_on": shortest, "minimum_off": shortest}
     # without a valve there is no other way down
     backwards = reversible or (file.line.valve is None and plant.backwards > 0)

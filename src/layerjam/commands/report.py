@@ -32,10 +32,10 @@ from layerjam.report.brake_files import Written, check_folder, write
 from layerjam.report.brake_report import BrakeReport
 from layerjam.report.brake_tables import Calibrated, FileUsed
 from layerjam.report.page import check_extras
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 
 DEPTHS = ("exact", "curves")
-SPEED = Meaning("m/s", "speed of the crosshead", open_lo=True)
+SPEED = QuantitySpec("m/s", "speed of the crosshead", open_lo=True)
 NEAR = 0.03
 """Part by which a held back vacuum or speed may differ from the one given."""
 
@@ -299,9 +299,9 @@ def _condition(text: str) -> tuple[str, float]:
     match = re.fullmatch(r"\s*repeat\s*(\d{1,6})\s*", text)
     if match:
         return "repeat", float(match.group(1))
-    for what, meaning in (("vacuum", VACUUM), ("speed", SPEED)):
+    for what, spec in (("vacuum", VACUUM), ("speed", SPEED)):
         try:
-            return what, float(meaning.read(text, "holdout"))
+            return what, float(spec.read(text, "holdout"))
         except QuantityError:
             continue
     raise QuantityError(

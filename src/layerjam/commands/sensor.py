@@ -21,14 +21,14 @@ from layerjam.simulate.accelerometer import (
 )
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.rope_alone import BareDrop
-from layerjam.units import Meaning, meaning_of, show
+from layerjam.units import QuantitySpec, show, spec_of
 
 LEAST_SAMPLES = 10
 """Samples in a pull below which its peak may fall between them."""
-ALLOWED_RISE = Meaning(
+ALLOWED_RISE = QuantitySpec(
     "K", "warmth the sheets may reach over the air around the brake", lo=0.01, hi=1000
 )
-FILM_COEFFICIENT = Meaning(
+FILM_COEFFICIENT = QuantitySpec(
     "W/(m^2 K)", "heat given off by the sleeve's outer surface", lo=0.01, hi=1e5
 )
 DEFAULT_RISE = 20.0
@@ -67,10 +67,10 @@ def sensor_of(
     sensor = named(accelerometer) if isinstance(accelerometer, str) else accelerometer
     if low_pass is not None:
         kind = "butterworth" if sensor.bandwidth is None else sensor.kind
-        cutoff = si(low_pass, meaning_of(Accelerometer, "bandwidth"), "low-pass")
+        cutoff = si(low_pass, spec_of(Accelerometer, "bandwidth"), "low-pass")
         sensor = replace(sensor, bandwidth=cutoff, kind=kind)
     if sampling is not None:
-        rate = si(sampling, meaning_of(Accelerometer, "sampling"), "sampling")
+        rate = si(sampling, spec_of(Accelerometer, "sampling"), "sampling")
         sensor = replace(sensor, sampling=rate)
     return sensor
 
@@ -153,7 +153,7 @@ def heating(
     film = DEFAULT_FILM_COEFFICIENT
     if film_coefficient is not None:
         film = si(film_coefficient, FILM_COEFFICIENT, "film coefficient")
-    joule = si(heat, Meaning("J", "heat of a stop"), "heat")
+    joule = si(heat, QuantitySpec("J", "heat of a stop"), "heat")
     brake, warnings = file.brake, []
     known = brake.film.specific_heat is not None
     if not known:

@@ -18,12 +18,12 @@ from layerjam.errors import FileError, FitError, LayerjamError, QuantityError, U
 from layerjam.identify.provenance import sha256
 from layerjam.identify.rubber import hyperelastic
 from layerjam.identify.rubber import tensile as rubber
-from layerjam.units import Meaning, parse, show
+from layerjam.units import QuantitySpec, parse, show
 
 T = TypeVar("T")
-AREA = Meaning("m^2", "cross-section of the specimen", lo=1e-9, hi=1e-1)
-GAUGE_LENGTH = Meaning("m", "length of the specimen that stretches", lo=1e-4, hi=10)
-STRAIN = Meaning("1", "engineering strain", hi=30)
+AREA = QuantitySpec("m^2", "cross-section of the specimen", lo=1e-9, hi=1e-1)
+GAUGE_LENGTH = QuantitySpec("m", "length of the specimen that stretches", lo=1e-4, hi=10)
+STRAIN = QuantitySpec("1", "engineering strain", hi=30)
 
 
 def sleeve(

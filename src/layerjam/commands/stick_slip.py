@@ -38,12 +38,12 @@ from layerjam.simulate.stick_slip import (
     slide_of,
 )
 from layerjam.simulate.stick_slip import judder as run_judder
-from layerjam.units import Meaning, meaning_of, show
+from layerjam.units import QuantitySpec, show, spec_of
 
-MASS = Meaning("kg", "moving mass", lo=1e-6, hi=1e4)
-MOUNT = Meaning("N/m", "stiffness of the mount", lo=100, hi=1e9)
-DAMPING = Meaning("N s/m", "damping beside the spring", hi=1e6)
-STATIC = Meaning("1", "static friction", lo=1e-4, hi=10)
+MASS = QuantitySpec("kg", "moving mass", lo=1e-6, hi=1e4)
+MOUNT = QuantitySpec("N/m", "stiffness of the mount", lo=100, hi=1e9)
+DAMPING = QuantitySpec("N s/m", "damping beside the spring", hi=1e6)
+STATIC = QuantitySpec("1", "static friction", lo=1e-4, hi=10)
 UNITS = {
     "amplitude": "N", "relative_amplitude": "1", "force_high": "N", "force_low": "N",
     "slip_per_event": "m", "period": "s", "events": "1", "static_force": "N",
@@ -119,7 +119,7 @@ def judder(
 
 
 def _curve(brake: Brake, stribeck_speed: Quantity, static: Quantity | None) -> Stribeck:
-    pace = si(stribeck_speed, meaning_of(Stribeck, "speed"), "stribeck speed")
+    pace = si(stribeck_speed, spec_of(Stribeck, "speed"), "stribeck speed")
     curve = of_film(brake, pace)
     if static is None:
         return curve

@@ -16,13 +16,13 @@ from layerjam.mechanics.pull import brake_force, least_stiffness, peak, vacuum_f
 from layerjam.mechanics.stop.exact import STOPPED, stop
 from layerjam.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
 from layerjam.simulate.drop import spring_of
-from layerjam.units import Meaning, show
+from layerjam.units import QuantitySpec, show
 
-MASS = Meaning("kg", "mass", lo=1e-6, hi=1e6)
-SPEED = Meaning("m/s", "speed on arrival", lo=1e-6, hi=1e4)
-HEIGHT = Meaning("m", "height of the fall", open_lo=True, hi=1e5)
-ROPE = Meaning("N/m", "stiffness of the rope", lo=1, hi=1e9)
-TRAVEL = Meaning("m", "slip of the brake", lo=1e-6, hi=10)
+MASS = QuantitySpec("kg", "mass", lo=1e-6, hi=1e6)
+SPEED = QuantitySpec("m/s", "speed on arrival", lo=1e-6, hi=1e4)
+HEIGHT = QuantitySpec("m", "height of the fall", open_lo=True, hi=1e5)
+ROPE = QuantitySpec("N/m", "stiffness of the rope", lo=1, hi=1e9)
+TRAVEL = QuantitySpec("m", "slip of the brake", lo=1e-6, hi=10)
 MOST_SHEETS, MOST_BRAKES = 500, 1000
 
 

@@ -22,11 +22,13 @@ from layerjam.fluid.network import Response, respond
 from layerjam.fluid.pump import intake
 from layerjam.fluid.timing import pumped, released
 from layerjam.fluid.tube import LAMINAR_UP_TO, filling_lag, reynolds, wave_delay
-from layerjam.units import Meaning, meaning_of, show
+from layerjam.units import QuantitySpec, show, spec_of
 
 AnyLine = str | Path | LineFile
 FLUIDS = ("air", "water")
-TARGET = Meaning("Pa", "vacuum to reach, the atmosphere less the pressure inside,", open_lo=True)
+TARGET = QuantitySpec(
+    "Pa", "vacuum to reach, the atmosphere less the pressure inside,", open_lo=True
+)
 UNITS = {
     "rise_time": "s", "time_constant": "s", "fall_time": "s", "target": "Pa", "reachable": "Pa",
     "closed_form": "s", "closed_form_fall": "s", "gas_work": "J", "tube_delay": "s",
@@ -50,7 +52,7 @@ def line_at(line: AnyLine, atmosphere: Quantity | None) -> LineFile:
     file = line if isinstance(line, LineFile) else load_line(line)
     if atmosphere is None:
         return file
-    pressure = si(atmosphere, meaning_of(Site, "atmosphere"), "atmosphere")
+    pressure = si(atmosphere, spec_of(Site, "atmosphere"), "atmosphere")
     made = replace(file.line, site=replace(file.line.site, atmosphere=pressure))
     validate(made)
     return replace(file, line=made)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from layerjam.control.plan import before_the_stop
 from layerjam.fluid.closed_forms import reachable
 from layerjam.fluid.line import Line, Reservoir
-from layerjam.units import meaning_of, show
+from layerjam.units import show, spec_of
 
 CV = 4.0
 """Sonic conductance in L/(s bar) of a valve with a flow coefficient Cv of 1, rough."""
@@ -126,7 +126,7 @@ def what_to_build(
 
 
 def _tank(excess: Callable[[float], float], name: str, unit: str, what: str) -> Size:
-    low, high = meaning_of(Reservoir, name).lo, LARGEST[name]
+    low, high = spec_of(Reservoir, name).lo, LARGEST[name]
     found = least(excess, low, high)
     if found is not None:
         return Size(found)

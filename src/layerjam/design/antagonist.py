@@ -14,10 +14,10 @@ from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 
-RADIUS = Meaning("m", "radius of the pulley", open_lo=True, hi=10)
-STRETCH = Meaning("m", "elongation of both brakes at no angle", hi=1)
+RADIUS = QuantitySpec("m", "radius of the pulley", open_lo=True, hi=10)
+STRETCH = QuantitySpec("m", "elongation of both brakes at no angle", hi=1)
 _BLOCK = 512
 
 
@@ -65,7 +65,7 @@ def pair(
     made = []
     for number, (brake, vacuum, sign) in enumerate(zip(brakes, vacuums, (1, -1), strict=True), 1):
         most = brake.site.atmosphere
-        Meaning("Pa", "vacuum up to the atmosphere", hi=most).check(vacuum, f"vacuum {number}")
+        QuantitySpec("Pa", "vacuum up to the atmosphere", hi=most).check(vacuum, f"vacuum {number}")
         # from no load to the pretension, then the angles
         elongation = np.concatenate([[0.0, pretension], pretension + sign * radius * turns])
         # shorter than at rest it is slack, as at rest: nothing of it moves there

@@ -18,11 +18,11 @@ from layerjam.errors import QuantityError
 from layerjam.mechanics.energy import slip_work
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.record import Outcome
-from layerjam.units import Meaning, show
+from layerjam.units import QuantitySpec, show
 
-SLACK = Meaning("m", "slack before a member carries", hi=10)
-LEVER = Meaning("m", "lever arm or pulley radius", open_lo=True, hi=10)
-VOLUME = Meaning("m^3", "gas volume of one brake and its fittings", lo=1e-9, hi=1)
+SLACK = QuantitySpec("m", "slack before a member carries", hi=10)
+LEVER = QuantitySpec("m", "lever arm or pulley radius", open_lo=True, hi=10)
+VOLUME = QuantitySpec("m^3", "gas volume of one brake and its fittings", lo=1e-9, hi=1)
 MOST = 10_000
 _BLOCK = 4096
 
@@ -72,7 +72,7 @@ class Array:
             validate(member.brake)
             SLACK.check(member.slack, f"member {index}.slack")
             most = member.brake.site.atmosphere
-            Meaning("Pa", "vacuum up to the atmosphere", hi=most).check(
+            QuantitySpec("Pa", "vacuum up to the atmosphere", hi=most).check(
                 member.vacuum, f"member {index}.vacuum"
             )
 
@@ -90,7 +90,7 @@ def single(brake: Brake, vacuum: float, **how: float | bool) -> Array:
 def grid(member: Member, *, series: int, parallel: int) -> Array:
     """`parallel` equal chains side by side, each of `series` equal brakes."""
     for count, name in ((series, "series"), (parallel, "parallel")):
-        Meaning("1", "brakes", lo=1, hi=MOST, whole=True).check(count, name)
+        QuantitySpec("1", "brakes", lo=1, hi=MOST, whole=True).check(count, name)
     return Array(chains=(((member,),) * series,) * parallel)
 
 

@@ -26,7 +26,7 @@ from layerjam.design.search import CHUNK, Found, Search
 from layerjam.design.wishes import Spec
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError, MissingExtraError
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 
 MANIFEST, FRONT, NOTE, LOCK, FOLDER = (
     "manifest.json", "front.parquet", "sweep.json", ".lock", "blocks",
@@ -94,7 +94,7 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
     rows |= {n: values[i] for i, n in enumerate(names)}
     for name, row in rows.items():
         columns[name] = pa.array(np.asarray(row, float), pa.float64())
-    known: dict[str, Meaning] = {**VARIABLES, **MERITS}
+    known: dict[str, QuantitySpec] = {**VARIABLES, **MERITS}
     schema = pa.schema(
         [
             pa.field(n, c.type, metadata={"unit": known[n].unit} if n in known else None)

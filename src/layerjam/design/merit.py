@@ -24,48 +24,50 @@ from layerjam.fluid.line import Line
 from layerjam.mechanics import energy, friction, limits, pull, stiffness
 from layerjam.mechanics.law import within
 from layerjam.mechanics.stick_slip import laws as stickslip
-from layerjam.units import Meaning, meaning_of
+from layerjam.units import QuantitySpec, spec_of
 
-_TIMES = Meaning("1", "equal brakes", lo=1, hi=1000, whole=True)
-VARIABLES: dict[str, Meaning] = {
-    "count": meaning_of(Sheets, "count"),
-    "thickness": meaning_of(Sheets, "thickness"),
-    "width": meaning_of(Sheets, "width"),
-    "overlap": meaning_of(Sheets, "overlap"),
-    "free_left": meaning_of(Sheets, "free_left"),
-    "free_right": meaning_of(Sheets, "free_right"),
-    "offset": Meaning("m", "slip before use, taken from overlap and travel", hi=5),
-    "usable_travel": meaning_of(Sheets, "usable_travel"),
-    "wall": meaning_of(Enclosure, "wall"),
-    "fittings_mass": meaning_of(Brake, "fittings_mass"),
-    "vacuum": Meaning("Pa", "vacuum the brake is used at", hi=1.2e5, open_lo=True),
+_TIMES = QuantitySpec("1", "equal brakes", lo=1, hi=1000, whole=True)
+VARIABLES: dict[str, QuantitySpec] = {
+    "count": spec_of(Sheets, "count"),
+    "thickness": spec_of(Sheets, "thickness"),
+    "width": spec_of(Sheets, "width"),
+    "overlap": spec_of(Sheets, "overlap"),
+    "free_left": spec_of(Sheets, "free_left"),
+    "free_right": spec_of(Sheets, "free_right"),
+    "offset": QuantitySpec("m", "slip before use, taken from overlap and travel", hi=5),
+    "usable_travel": spec_of(Sheets, "usable_travel"),
+    "wall": spec_of(Enclosure, "wall"),
+    "fittings_mass": spec_of(Brake, "fittings_mass"),
+    "vacuum": QuantitySpec("Pa", "vacuum the brake is used at", hi=1.2e5, open_lo=True),
     "series": replace(_TIMES, text="equal brakes in series"),
     "parallel": replace(_TIMES, text="equal brakes in parallel"),
 }  # fmt: skip
 """What may be varied, with unit, meaning and bounds; the film is chosen beside it."""
 
-MERITS: dict[str, Meaning] = {
-    "holding_force": Meaning("N", "static friction of all sheets at rest"),
-    "max_force": Meaning("N", "peak of a slow pull over the usable travel"),
-    "usable_travel": Meaning("m", "slip of all brakes in series"),
-    "energy_capacity": Meaning("J", "work over the usable travel"),
-    "mass": Meaning("kg", "mass of all brakes"),
-    "volume": Meaning("m^3", "boxes around sleeves and clamped ends, at rest"),
-    "length": Meaning("m", "length at rest, clamped ends included, in series"),
-    "height": Meaning("m", "height of one stack in its sleeve"),
-    "force_density": Meaning("N/kg", "max_force over mass"),
-    "energy_density": Meaning("J/kg", "energy_capacity over mass"),
-    "stiffness": Meaning("N/m", "before slip; the sheets' own on the given brake's mount"),
-    "sheet_stress": Meaning("Pa", "greatest stress in a sheet's free part"),
-    "clamp_stress": Meaning("Pa", "greatest stress at the screw hole"),
-    "stress_margin": Meaning("1", "strength of the film over clamp_stress"),
-    "buckling_force": Meaning("N", "compression at which one sheet buckles, at rest"),
-    "self_closing_vacuum": Meaning("Pa", "vacuum below which the sleeve closes it, end of travel"),
-    "rise_time": Meaning("s", "10 to 90 % of the vacuum on the given line"),
-    "gas_work": Meaning("J", "least work of a pump for one jam"),
-    "judder_margin": Meaning("1", "stiffness over the least without judder"),
-    "stop_slip": Meaning("m", "slip at standstill"),
-    "stop_peak": Meaning("N", "greatest force of the stop"),
+MERITS: dict[str, QuantitySpec] = {
+    "holding_force": QuantitySpec("N", "static friction of all sheets at rest"),
+    "max_force": QuantitySpec("N", "peak of a slow pull over the usable travel"),
+    "usable_travel": QuantitySpec("m", "slip of all brakes in series"),
+    "energy_capacity": QuantitySpec("J", "work over the usable travel"),
+    "mass": QuantitySpec("kg", "mass of all brakes"),
+    "volume": QuantitySpec("m^3", "boxes around sleeves and clamped ends, at rest"),
+    "length": QuantitySpec("m", "length at rest, clamped ends included, in series"),
+    "height": QuantitySpec("m", "height of one stack in its sleeve"),
+    "force_density": QuantitySpec("N/kg", "max_force over mass"),
+    "energy_density": QuantitySpec("J/kg", "energy_capacity over mass"),
+    "stiffness": QuantitySpec("N/m", "before slip; the sheets' own on the given brake's mount"),
+    "sheet_stress": QuantitySpec("Pa", "greatest stress in a sheet's free part"),
+    "clamp_stress": QuantitySpec("Pa", "greatest stress at the screw hole"),
+    "stress_margin": QuantitySpec("1", "strength of the film over clamp_stress"),
+    "buckling_force": QuantitySpec("N", "compression at which one sheet buckles, at rest"),
+    "self_closing_vacuum": QuantitySpec(
+        "Pa", "vacuum below which the sleeve closes it, end of travel"
+    ),
+    "rise_time": QuantitySpec("s", "10 to 90 % of the vacuum on the given line"),
+    "gas_work": QuantitySpec("J", "least work of a pump for one jam"),
+    "judder_margin": QuantitySpec("1", "stiffness over the least without judder"),
+    "stop_slip": QuantitySpec("m", "slip at standstill"),
+    "stop_peak": QuantitySpec("N", "greatest force of the stop"),
 }  # fmt: skip
 """Every figure of merit with its unit and meaning; those that need more than a brake come last."""
 LINE_MERITS = ("rise_time", "gas_work")

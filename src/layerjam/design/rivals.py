@@ -11,13 +11,13 @@ from typing import Any
 from layerjam.device.source import Source
 from layerjam.device.toml import Reader, parse_toml
 from layerjam.errors import FileError
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 
-FIELDS: dict[str, tuple[Meaning, bool]] = {
-    "mass": (Meaning("kg", "mass of the device", open_lo=True, hi=1e6), True),
-    "force": (Meaning("N", "greatest force", open_lo=True, hi=1e9), False),
-    "torque": (Meaning("N m", "greatest torque", open_lo=True, hi=1e9), False),
-    "lever": (Meaning("m", "lever arm of the torque", open_lo=True, hi=100), False),
+FIELDS: dict[str, tuple[QuantitySpec, bool]] = {
+    "mass": (QuantitySpec("kg", "mass of the device", open_lo=True, hi=1e6), True),
+    "force": (QuantitySpec("N", "greatest force", open_lo=True, hi=1e9), False),
+    "torque": (QuantitySpec("N m", "greatest torque", open_lo=True, hi=1e9), False),
+    "lever": (QuantitySpec("m", "lever arm of the torque", open_lo=True, hi=100), False),
 }
 _TEXTS = ("name", "class", "words")
 _SHEET, _NONE = "paper-sheet", "looked_for"

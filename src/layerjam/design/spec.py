@@ -35,25 +35,25 @@ from layerjam.device.shipped import shipped, text_of
 from layerjam.device.toml import line_of, parse_toml
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, lines, load_line
-from layerjam.units import Meaning, meaning_of, show
+from layerjam.units import QuantitySpec, show, spec_of
 
 MOST_VALUES = 1_000_000
 MOST_DESIGNS = 10**12
 NEED = {
-    "mass": Meaning("kg", "mass to stop", lo=1e-3, hi=1e6),
-    "speed": Meaning("m/s", "speed of the mass", lo=1e-3, hi=1000),
-    "travel": Meaning("m", "slip it may take", lo=1e-4, hi=100),
-    "force": Meaning("N", "greatest force allowed", open_lo=True, hi=1e9),
+    "mass": QuantitySpec("kg", "mass to stop", lo=1e-3, hi=1e6),
+    "speed": QuantitySpec("m/s", "speed of the mass", lo=1e-3, hi=1000),
+    "travel": QuantitySpec("m", "slip it may take", lo=1e-4, hi=100),
+    "force": QuantitySpec("N", "greatest force allowed", open_lo=True, hi=1e9),
 }
 _JUDDER = {
-    "speed": Meaning("m/s", "speed of the pull", lo=1e-7, hi=100),
-    "mass": Meaning("kg", "mass pulled", lo=1e-6, hi=1e6),
-    "damping_ratio": Meaning("1", "damping of the mount over the critical one", hi=10),
+    "speed": QuantitySpec("m/s", "speed of the pull", lo=1e-7, hi=100),
+    "mass": QuantitySpec("kg", "mass pulled", lo=1e-6, hi=1e6),
+    "damping_ratio": QuantitySpec("1", "damping of the mount over the critical one", hi=10),
 }
-_SD = Meaning("1", "standard deviation of the friction, relative", hi=1)
-_SAMPLES = Meaning("1", "samples of the friction", lo=100, hi=10_000_000, whole=True)
-_SEED = Meaning("1", "seed", hi=2**63 - 1, whole=True)
-_WEIGHT = Meaning("1", "weight of an objective", open_lo=True, hi=1e6)
+_SD = QuantitySpec("1", "standard deviation of the friction, relative", hi=1)
+_SAMPLES = QuantitySpec("1", "samples of the friction", lo=100, hi=10_000_000, whole=True)
+_SEED = QuantitySpec("1", "seed", hi=2**63 - 1, whole=True)
+_WEIGHT = QuantitySpec("1", "weight of an objective", open_lo=True, hi=1e6)
 _TOP = {"name", "title", "brake", "line", "atmosphere", "constraints", "objectives", "weights"}
 _TABLES = {"vary", "film", "stop", "judder", "scatter"}
 
@@ -131,7 +131,7 @@ class _Parser:
         file = self.named("brake", given, load)
         if "atmosphere" in self.tables:
             pressure = self.read("atmosphere", self.tables["atmosphere"],
-                                 meaning_of(Site, "atmosphere"))  # fmt: skip
+                                 spec_of(Site, "atmosphere"))  # fmt: skip
             site = replace(file.brake.site, atmosphere=pressure)
             file = replace(file, brake=replace(file.brake, site=site))
         return file
@@ -166,9 +166,9 @@ class _Parser:
         except UnknownNameError as err:
             raise self.fail(key, str(err)) from None
 
-    def read(self, key: str, value: object, meaning: Meaning) -> float:
+    def read(self, key: str, value: object, spec: QuantitySpec) -> float:
         try:
-            return float(meaning.read(value, key))
+            return float(spec.read(value, key))
         except LayerjamError as err:
             raise self.fail(key, str(err)) from None
 
@@ -204,9 +204,9 @@ class _Parser:
         given = self.table("judder", _JUDDER)
         if given is None:
             return None
-        for key, meaning in _JUDDER.items():
+        for key, spec in _JUDDER.items():
             if key not in given:
-                raise self.fail("judder", f"judder.{key} is missing: {meaning.text}")
+                raise self.fail("judder", f"judder.{key} is missing: {spec.text}")
         return Judder(**{k: self.read(f"judder.{k}", given[k], m) for k, m in _JUDDER.items()})
 
     def scatter(self, brake: BrakeFile) -> Scatter | None:
@@ -252,29 +252,29 @@ class _Parser:
 
     def axis(self, name: str, given: object, ranges: dict[str, tuple[float, float]]) -> Array:
         """The values of one variable: one, a list, or from, to and step."""
-        key, meaning = f"vary.{name}", VARIABLES[name]
+        key, spec = f"vary.{name}", VARIABLES[name]
         if isinstance(given, list):
             if not given or len(given) > MOST_VALUES:
                 raise self.fail(key, f"{key}: a list of values is not empty")
-            values = np.array([self.read(key, v, meaning) for v in given])
+            values = np.array([self.read(key, v, spec) for v in given])
             if len(np.unique(values)) != len(values):
                 raise self.fail(key, f"{key}: a value stands twice")
             return np.sort(values)
         if not isinstance(given, dict):
-            return np.array([self.read(key, given, meaning)])
+            return np.array([self.read(key, given, spec)])
         if set(given) != {"from", "to", "step"}:
             raise self.fail(key, f"{key}: a range holds from, to and step; nothing else")
-        low, high = (self.read(key, given[word], meaning) for word in ("from", "to"))
-        step = self.read(key, given["step"], Meaning(meaning.unit, "step", open_lo=True))
+        low, high = (self.read(key, given[word], spec) for word in ("from", "to"))
+        step = self.read(key, given["step"], QuantitySpec(spec.unit, "step", open_lo=True))
         if high < low:
-            raise self.fail(key, f"{key}: from {show(low, meaning.unit)} to "
-                            f"{show(high, meaning.unit)} is empty; from is the lesser")  # fmt: skip
-        if meaning.whole and step != int(step):
+            raise self.fail(key, f"{key}: from {show(low, spec.unit)} to "
+                            f"{show(high, spec.unit)} is empty; from is the lesser")  # fmt: skip
+        if spec.whole and step != int(step):
             raise self.fail(key, f"{key}: the step {step} is not allowed; it is a whole number")
         steps = math.floor((high - low) / step * (1 + 1e-12) + 1e-9)
         if steps >= MOST_VALUES:
             raise self.fail(key, f"{key}: more than {MOST_VALUES} values")
-        if not meaning.whole and high > low:
+        if not spec.whole and high > low:
             ranges[name] = (low, high)
         values = low + step * np.arange(steps + 1)
         # ten digits undo the rounding of sums of steps, so that 13 mm is 13 mm
@@ -313,9 +313,9 @@ class _Parser:
         if given is None:
             return None
         rows = given if isinstance(given, list) else [given]
-        meaning = VARIABLES["thickness"]
+        spec = VARIABLES["thickness"]
         try:
-            return np.array([meaning.read(v, f"thickness of {use}") for v in rows], float)
+            return np.array([spec.read(v, f"thickness of {use}") for v in rows], float)
         except LayerjamError as err:
             raise self.fail(use, str(err)) from None
 
@@ -332,7 +332,7 @@ class _Parser:
             raise self.fail(use, str(UnknownNameError("film", use, [*films, *catalogue()])))
         table = {k: v for k, v in parse_toml(films[use], use).items() if k not in ("name", "note")}
         got = {
-            k: meaning_of(Film, k).read(v["value"] if isinstance(v, dict) else v, k)
+            k: spec_of(Film, k).read(v["value"] if isinstance(v, dict) else v, k)
             for k, v in table.items()
             if k in Film.__dataclass_fields__
         }
@@ -360,9 +360,9 @@ class _Parser:
             name, sense, limit = match.groups()
             self.check_name(said, name, known, "constraint")
             unit = EVERY[name].unit
-            meaning = Meaning(unit, f"limit of {name}", lo=-math.inf)
+            spec = QuantitySpec(unit, f"limit of {name}", lo=-math.inf)
             try:
-                value = meaning.read(float(limit) if unit == "1" and _plain(limit) else limit, name)
+                value = spec.read(float(limit) if unit == "1" and _plain(limit) else limit, name)
             except QuantityError as err:
                 raise self.fail(said, str(err)) from None
             out.append(Constraint(name, sense == "<=", float(value)))

@@ -18,9 +18,9 @@ from layerjam.device.mount import Site
 from layerjam.device.source import KINDS, Source
 from layerjam.device.toml import Reader, line_of, parse_toml, quoted
 from layerjam.errors import FileError, LayerjamError
-from layerjam.units import Meaning, build, exact_text, get, quantities
+from layerjam.units import QuantitySpec, build, exact_text, get, quantities
 
-_FIELDS: dict[str, tuple[Meaning, bool]] = {p: (m, r) for p, m, r in quantities(Brake)}
+_FIELDS: dict[str, tuple[QuantitySpec, bool]] = {p: (m, r) for p, m, r in quantities(Brake)}
 _TABLES = {p.split(".")[0] for p in _FIELDS if "." in p}
 _DEFAULTS = {f"site.{name}": value for name, value in vars(Site()).items()} | {
     "rope.damping": 0.0,
@@ -135,8 +135,8 @@ def updated_text(
             document[table] = tomlkit.table()
         place: Any = document[table] if table else document
         item = tomlkit.inline_table()
-        meaning = _FIELDS[path][0]
-        item["value"] = value if meaning.unit == "1" else exact_text(float(value), meaning.unit)
+        spec = _FIELDS[path][0]
+        item["value"] = value if spec.unit == "1" else exact_text(float(value), spec.unit)
         words = {"kind": source.kind, "source": source.text}
         words |= {"spread": source.spread, "conflict": source.conflict}
         item.update({k: v for k, v in words.items() if v})
@@ -171,19 +171,19 @@ def render(file: BrakeFile, name: str) -> str:
         lines.append(f"title = {quoted(file.title)}")
     table = ""
     for path in sorted(_FIELDS, key=lambda p: "." in p):
-        meaning, _ = _FIELDS[path]
+        spec, _ = _FIELDS[path]
         head, _, key = path.rpartition(".")
         if head != table:
             lines += ["", f"[{head}]"]
             table = head
         value = get(file.brake, path)
-        unit = "" if meaning.unit == "1" else f" [{meaning.unit}]"
-        symbol = f"{meaning.symbol}: " if meaning.symbol else ""
-        lines.append(f"# {symbol}{meaning.text}{unit}; {meaning.allowed()}")
+        unit = "" if spec.unit == "1" else f" [{spec.unit}]"
+        symbol = f"{spec.symbol}: " if spec.symbol else ""
+        lines.append(f"# {symbol}{spec.text}{unit}; {spec.allowed()}")
         if value is None:
             lines.append(f"# {key} =        (not known)")
             continue
-        text = repr(value) if meaning.unit == "1" else quoted(exact_text(value, meaning.unit))
+        text = repr(value) if spec.unit == "1" else quoted(exact_text(value, spec.unit))
         source = file.sources.get(path)
         if source is None and value == _DEFAULTS.get(path):
             lines.append(f"# {key} = {text}        (the default)")

@@ -10,7 +10,7 @@ from typing import Any
 
 from layerjam.device.source import KINDS, Source
 from layerjam.errors import FileError, LayerjamError, UnknownNameError
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 
 MAX_BYTES = 1_000_000
 PLAIN = {"name", "title", "note"}
@@ -62,7 +62,9 @@ def read_text(path: Path) -> str:
 class Reader:
     """Collects SI values and sources of the fields of a record, under dotted paths."""
 
-    def __init__(self, text: str, path: object, fields: Mapping[str, tuple[Meaning, bool]]) -> None:
+    def __init__(
+        self, text: str, path: object, fields: Mapping[str, tuple[QuantitySpec, bool]]
+    ) -> None:
         self.text, self.path, self.fields = text, path, fields
         self.tables = {p.split(".")[0] for p in fields if "." in p}
         self.values: dict[str, Any] = {}

@@ -14,7 +14,7 @@ from typing import Any
 
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
-from layerjam.units import Meaning, parse, show
+from layerjam.units import QuantitySpec, parse, show
 
 Curve = tuple[tuple[float, float], ...]
 """Points (vacuum [Pa], flow of free air [m^3/s])."""
@@ -78,7 +78,7 @@ def free_flow(vacuum: float, points: Curve) -> float:
 
 
 @dataclass(frozen=True)
-class CurveMeaning(Meaning):
+class CurveMeaning(QuantitySpec):
     """What a file says of a curve: `[["0 kPa", "10 L/min"], ...]`."""
 
     def read(self, text: object, name: str) -> Any:

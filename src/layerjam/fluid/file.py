@@ -18,9 +18,9 @@ from layerjam.errors import FileError, LayerjamError
 from layerjam.fluid.curve import CURVE
 from layerjam.fluid.line import Line, validate
 from layerjam.fluid.parts import FAMILIES, part_entries
-from layerjam.units import Meaning, build, quantities
+from layerjam.units import QuantitySpec, build, quantities
 
-_FIELDS: dict[str, tuple[Meaning, bool]] = {p: (m, r) for p, m, r in quantities(Line)}
+_FIELDS: dict[str, tuple[QuantitySpec, bool]] = {p: (m, r) for p, m, r in quantities(Line)}
 _FIELDS["pump.curve"] = (CURVE, False)
 _DUE = ("chamber.volume", "pump.flow")
 

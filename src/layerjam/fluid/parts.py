@@ -19,7 +19,7 @@ from layerjam.device.toml import Reader, parse_toml
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.curve import CURVE
 from layerjam.fluid.line import Pump, Sensor, Valve
-from layerjam.units import Meaning, quantities
+from layerjam.units import QuantitySpec, quantities
 
 FAMILIES: dict[str, type] = {"pump": Pump, "valve": Valve, "sensor": Sensor}
 NEEDED = {"pump": "flow", "valve": "conductance", "sensor": "range"}
@@ -40,34 +40,34 @@ ASSUMED: dict[str, dict[str, tuple[object, str]]] = {
 _TEXTS = {"name", "kind", "note"}
 _ANY = float("-inf")
 PRINTED = {
-    "free_flow": Meaning("m^3/s", "free air without vacuum", open_lo=True),
-    "ultimate_vacuum": Meaning("Pa", "greatest vacuum", open_lo=True, hi=101325.0),
-    "flow_in_all": Meaning("m^3/s", "flow of all pumps", open_lo=True),
-    "vacuum_reached": Meaning("Pa", "a vacuum that was reached"),
-    "voltage": Meaning("V", "rated voltage"),
-    "tube_bore": Meaning("m", "inner diameter of its tube"),
-    "tube_outer": Meaning("m", "outer diameter of its tube"),
-    "mass": Meaning("kg", "mass"),
-    "cv": Meaning("1", "flow coefficient Cv"),
-    "nominal_flow": Meaning("m^3/s", "free air from 6 to 5 bar gauge"),
-    "rated_flow": Meaning("m^3/s", "flow between pressures that are not printed"),
-    "bore": Meaning("m", "nominal width"),
-    "pressure_least": Meaning("Pa", "least working pressure, gauge", lo=_ANY),
-    "pressure_most": Meaning("Pa", "greatest working pressure, gauge", lo=_ANY),
-    "power": Meaning("W", "electric power"),
-    "range_least": Meaning("Pa", "least pressure it shows", lo=_ANY),
-    "range_most": Meaning("Pa", "greatest pressure it shows", lo=_ANY),
-    "error": Meaning("Pa", "greatest error"),
-    "accuracy": Meaning("1", "accuracy, of the full scale"),
-    "offset_stability": Meaning("1", "stability of its offset, of the full scale"),
-    "response": Meaning("s", "10 to 90 % of a step"),
-    "update": Meaning("s", "time between readings"),
-    "warm_up": Meaning("s", "time to warm up"),
-    "span_output": Meaning("V", "output over the full range"),
-    "output_at_atmosphere": Meaning("V", "output at the atmosphere"),
-    "sensitivity": Meaning("V/Pa", "output per pressure"),
-    "supply": Meaning("V", "supply voltage"),
-    "overpressure": Meaning("Pa", "pressure it stands"),
+    "free_flow": QuantitySpec("m^3/s", "free air without vacuum", open_lo=True),
+    "ultimate_vacuum": QuantitySpec("Pa", "greatest vacuum", open_lo=True, hi=101325.0),
+    "flow_in_all": QuantitySpec("m^3/s", "flow of all pumps", open_lo=True),
+    "vacuum_reached": QuantitySpec("Pa", "a vacuum that was reached"),
+    "voltage": QuantitySpec("V", "rated voltage"),
+    "tube_bore": QuantitySpec("m", "inner diameter of its tube"),
+    "tube_outer": QuantitySpec("m", "outer diameter of its tube"),
+    "mass": QuantitySpec("kg", "mass"),
+    "cv": QuantitySpec("1", "flow coefficient Cv"),
+    "nominal_flow": QuantitySpec("m^3/s", "free air from 6 to 5 bar gauge"),
+    "rated_flow": QuantitySpec("m^3/s", "flow between pressures that are not printed"),
+    "bore": QuantitySpec("m", "nominal width"),
+    "pressure_least": QuantitySpec("Pa", "least working pressure, gauge", lo=_ANY),
+    "pressure_most": QuantitySpec("Pa", "greatest working pressure, gauge", lo=_ANY),
+    "power": QuantitySpec("W", "electric power"),
+    "range_least": QuantitySpec("Pa", "least pressure it shows", lo=_ANY),
+    "range_most": QuantitySpec("Pa", "greatest pressure it shows", lo=_ANY),
+    "error": QuantitySpec("Pa", "greatest error"),
+    "accuracy": QuantitySpec("1", "accuracy, of the full scale"),
+    "offset_stability": QuantitySpec("1", "stability of its offset, of the full scale"),
+    "response": QuantitySpec("s", "10 to 90 % of a step"),
+    "update": QuantitySpec("s", "time between readings"),
+    "warm_up": QuantitySpec("s", "time to warm up"),
+    "span_output": QuantitySpec("V", "output over the full range"),
+    "output_at_atmosphere": QuantitySpec("V", "output at the atmosphere"),
+    "sensitivity": QuantitySpec("V/Pa", "output per pressure"),
+    "supply": QuantitySpec("V", "supply voltage"),
+    "overpressure": QuantitySpec("Pa", "pressure it stands"),
 }
 """What data sheets print beside the fields of a line; each in its unit."""
 
@@ -96,9 +96,9 @@ class Part:
         return None if need in self.values or "curve" in self.values else need
 
 
-def family_fields(family: str) -> dict[str, Meaning]:
+def family_fields(family: str) -> dict[str, QuantitySpec]:
     """Fields of a family's record, with a pump's curve."""
-    found = {name: meaning for name, meaning, _ in quantities(FAMILIES[family])}
+    found = {name: spec for name, spec, _ in quantities(FAMILIES[family])}
     return {**found, "curve": CURVE} if family == "pump" else found
 
 
@@ -189,9 +189,9 @@ def part_entries(family: str, name: object, beside: Mapping[str, object]) -> dic
         raise UnknownNameError(family, str(name), known)
     part = known[name]
     if part.missing is not None and part.missing not in beside and "curve" not in beside:
-        meaning = family_fields(family)[part.missing]
+        spec = family_fields(family)[part.missing]
         raise QuantityError(
-            f"{family}.part: {name} has no {part.missing} ({meaning.text}), which none of its "
+            f"{family}.part: {name} has no {part.missing} ({spec.text}), which none of its "
             f"sources prints; give {family}.{part.missing} beside it"
         )
     taken = dict(part.entries)

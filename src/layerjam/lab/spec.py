@@ -14,18 +14,18 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.lab.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form
 from layerjam.lab.faults import Faults, consistent
-from layerjam.units import Meaning, quantity, show
+from layerjam.units import QuantitySpec, quantity, show
 
 MOST_TESTS = 10_000
 MOST_SAMPLES = 5_000_000
 """Of one test."""
-_SIZE = Meaning("1", "standard deviation from repeat to repeat, part of the mean", hi=0.5)
+_SIZE = QuantitySpec("1", "standard deviation from repeat to repeat, part of the mean", hi=0.5)
 
 
 def _several(unit: str, text: str, default: tuple[float, ...], **bounds: Any) -> Any:
     """A field that holds a list of quantities."""
-    meaning = Meaning(unit, text, **bounds)
-    return field(default=default, metadata={"quantity": meaning, "several": True})
+    spec = QuantitySpec(unit, text, **bounds)
+    return field(default=default, metadata={"quantity": spec, "several": True})
 
 
 def _word(text: str, default: Any, choices: tuple[str, ...] = (), several: bool = False) -> Any:
@@ -201,13 +201,13 @@ def value_checked(place: Field[Any], value: Any, name: str) -> None:
     """Raise QuantityError or UnknownNameError where a value is not what its field allows."""
     if value is None or isinstance(value, BrakeFile):
         return
-    meaning, several = place.metadata.get("quantity"), place.metadata.get("several")
+    spec, several = place.metadata.get("quantity"), place.metadata.get("several")
     for each in value if several else (value,):
-        if meaning is not None:
-            meaning.check(each, name)
+        if spec is not None:
+            spec.check(each, name)
         elif place.metadata["choices"] and each not in place.metadata["choices"]:
             raise UnknownNameError(name.rpartition(".")[2], str(each), place.metadata["choices"])
-    if several and len(set(value)) < len(value) and meaning is not None:
+    if several and len(set(value)) < len(value) and spec is not None:
         raise QuantityError(f"{name}: holds the same value twice")
 
 

@@ -117,17 +117,17 @@ class _Reader:
 
 
 def _single(place: Field[Any], path: str, value: object) -> Any:
-    meaning = place.metadata.get("quantity")
-    if meaning is None:
+    spec = place.metadata.get("quantity")
+    if spec is None:
         if not isinstance(value, str):
             raise QuantityError(f"{path}: must be a text in quotes")
         return value
-    if meaning.whole:
+    if spec.whole:
         if isinstance(value, bool) or not isinstance(value, int):
             raise QuantityError(f"{path}: {value!r} is not allowed; it is a whole number")
-        meaning.check(value if abs(value) < 2**63 else float("inf"), path)
+        spec.check(value if abs(value) < 2**63 else float("inf"), path)
         return value
-    return meaning.check(parse(value, meaning.unit, path), path)
+    return spec.check(parse(value, spec.unit, path), path)
 
 
 def spec_text(spec: Spec) -> str:
@@ -151,7 +151,7 @@ def _entries(record: Any, wanted: list[Field[Any]]) -> list[str]:
     lines = []
     for place in wanted:
         value = getattr(record, place.name)
-        lines.append(f"# {_meaning(place)}")
+        lines.append(f"# {_spec(place)}")
         if value is None:
             lines.append(f"# {place.name} =")
         elif place.metadata.get("several"):
@@ -161,22 +161,22 @@ def _entries(record: Any, wanted: list[Field[Any]]) -> list[str]:
     return lines
 
 
-def _meaning(place: Field[Any]) -> str:
-    meaning = place.metadata.get("quantity")
-    if meaning is not None:
-        unit = "" if meaning.unit == "1" else f" [{meaning.unit}]"
-        return f"{meaning.text}{unit}; {meaning.allowed()}"
+def _spec(place: Field[Any]) -> str:
+    spec = place.metadata.get("quantity")
+    if spec is not None:
+        unit = "" if spec.unit == "1" else f" [{spec.unit}]"
+        return f"{spec.text}{unit}; {spec.allowed()}"
     choices = place.metadata["choices"]
     among = f"; one of {', '.join(choices)}" if choices else ""
     return place.metadata["text"] + among
 
 
 def _text(place: Field[Any], value: Any) -> str:
-    meaning = place.metadata.get("quantity")
+    spec = place.metadata.get("quantity")
     if isinstance(value, BrakeFile):
         value = value.name
-    if meaning is None:
+    if spec is None:
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
-    if meaning.unit == "1":
+    if spec.unit == "1":
         return repr(value)
-    return f'"{exact_text(float(value), meaning.unit)}"'
+    return f'"{exact_text(float(value), spec.unit)}"'

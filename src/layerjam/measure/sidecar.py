@@ -68,13 +68,13 @@ def read_facts(path: str | Path) -> Facts:
 
 
 def _value(place: Any, key: str, value: object) -> object:
-    meaning = place.metadata.get("quantity")
-    if meaning is not None and meaning.whole:
+    spec = place.metadata.get("quantity")
+    if spec is not None and spec.whole:
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
-            raise LayerjamError(f"{key} must be a whole number, zero or more: {meaning.text}")
+            raise LayerjamError(f"{key} must be a whole number, zero or more: {spec.text}")
         return value
-    if meaning is not None:
-        return meaning.read(value, key)
+    if spec is not None:
+        return spec.read(value, key)
     kind = bool if key == "synthetic" else str
     if not isinstance(value, kind):
         due = "true or false" if kind is bool else "a text in quotes"
@@ -92,9 +92,9 @@ def facts_text(facts: Facts) -> str:
         value = getattr(facts, place.name)
         if value == (None if place.default is MISSING else place.default):
             continue
-        meaning = place.metadata.get("quantity")
-        if meaning is not None and not meaning.whole:
-            value = exact_text(float(value), meaning.unit)
+        spec = place.metadata.get("quantity")
+        if spec is not None and not spec.whole:
+            value = exact_text(float(value), spec.unit)
         document.add(place.name, value)
     return tomlkit.dumps(document)
 

@@ -37,15 +37,15 @@ from layerjam.mechanics.stop.motion_step import sleeve_force
 from layerjam.simulate.drop import snap_reason
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.vacuum_history import VACUUM, History
-from layerjam.units import Meaning, show
+from layerjam.units import QuantitySpec, show
 
 __all__ = ["MASS", "SPEED", "History", "TimedStop", "drop_in_time"]
-MASS = Meaning("kg", "mass", lo=1e-6, hi=1e6)
-SPEED = Meaning("m/s", "speed on arrival", lo=0.0, hi=1e4)
-_ROPE = Meaning("N/m", "stiffness of the rope", lo=1, hi=1e9)
-_DAMPING = Meaning("N s/m", "damping of the rope", hi=1e6)
-_GRAVITY = Meaning("m/s^2", "gravity along the pull", hi=100)
-_TIME = Meaning("s", "time to simulate", open_lo=True, hi=1e9)
+MASS = QuantitySpec("kg", "mass", lo=1e-6, hi=1e6)
+SPEED = QuantitySpec("m/s", "speed on arrival", lo=0.0, hi=1e4)
+_ROPE = QuantitySpec("N/m", "stiffness of the rope", lo=1, hi=1e9)
+_DAMPING = QuantitySpec("N s/m", "damping of the rope", hi=1e6)
+_GRAVITY = QuantitySpec("m/s^2", "gravity along the pull", hi=100)
+_TIME = QuantitySpec("s", "time to simulate", open_lo=True, hi=1e9)
 
 SAMPLES = 600
 CLOSE = 1e-6
@@ -345,8 +345,8 @@ def _check(
         raise QuantityError("speed: 0 m/s without gravity along the pull is no drop")
     if step is not None:
         longest = LONGEST * math.sqrt(mass / float(series_of(rope, brake)))
-        meaning = Meaning("s", "step (a quarter of sqrt(M/k))", open_lo=True, hi=longest)
-        meaning.check(step, "step")
+        spec = QuantitySpec("s", "step (a quarter of sqrt(M/k))", open_lo=True, hi=longest)
+        spec.check(step, "step")
 
 
 def _held(vacuum: float | History) -> float:
@@ -357,7 +357,7 @@ def _held(vacuum: float | History) -> float:
 def _changing(vacuum: float | History, atmosphere: float) -> History | None:
     """The history if it changes after the taut rope; QuantityError beyond the atmosphere [Pa]."""
     if not isinstance(vacuum, History):
-        Meaning(VACUUM.unit, VACUUM.text, hi=atmosphere).check(vacuum, "vacuum")
+        QuantitySpec(VACUUM.unit, VACUUM.text, hi=atmosphere).check(vacuum, "vacuum")
         return None
     vacuum.check_site(atmosphere)
     later = np.append(vacuum.at(0.0), vacuum.vacuum[vacuum.time > 0])

@@ -10,12 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from layerjam.errors import LayerjamError, ProcedureError
-from layerjam.units import Meaning, exact_text
+from layerjam.units import QuantitySpec, exact_text
 
-_VACUUM = Meaning("Pa", "vacuum")
-_SPEED = Meaning("m/s", "crosshead speed", lo=1e-6, hi=100)
-_PLACE = Meaning("m", "elongation", hi=10)
-_TIME = Meaning("s", "duration", hi=1e7)
+_VACUUM = QuantitySpec("Pa", "vacuum")
+_SPEED = QuantitySpec("m/s", "crosshead speed", lo=1e-6, hi=100)
+_PLACE = QuantitySpec("m", "elongation", hi=10)
+_TIME = QuantitySpec("s", "duration", hi=1e7)
 MAX_STEPS = 200
 
 
@@ -136,8 +136,8 @@ def _check(step: Step) -> None:
 _Maker = Callable[[Sequence[str]], list[Step]]
 
 
-def _q(meaning: Meaning, text: str) -> float:
-    return meaning.read(text, f"procedure, {meaning.text}")
+def _q(spec: QuantitySpec, text: str) -> float:
+    return spec.read(text, f"procedure, {spec.text}")
 
 
 def _cycle(found: Sequence[str]) -> list[Step]:

@@ -15,7 +15,7 @@ from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, read_brake, render
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError, MissingExtraError
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
     import pandas
@@ -39,7 +39,7 @@ class Outcome(StrEnum):
 
 def column(unit: str, text: str) -> Any:
     """A field that holds one array, shape (N,)."""
-    return field(metadata={"quantity": Meaning(unit, text)})
+    return field(metadata={"quantity": QuantitySpec(unit, text)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +55,8 @@ class Record:
         """What else it takes to run this again."""
         return {}
 
-    def columns(self) -> Iterator[tuple[str, np.ndarray, Meaning]]:
-        """(name, array, Meaning) of every column."""
+    def columns(self) -> Iterator[tuple[str, np.ndarray, QuantitySpec]]:
+        """(name, array, QuantitySpec) of every column."""
         for f in fields(self):
             if "quantity" in f.metadata:
                 yield f.name, getattr(self, f.name), f.metadata["quantity"]

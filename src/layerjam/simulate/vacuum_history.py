@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from layerjam.errors import QuantityError
-from layerjam.units import Meaning, show
+from layerjam.units import QuantitySpec, show
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-TIME = Meaning("s", "time from the taut rope", lo=-1e9, hi=1e9)
-VACUUM = Meaning("Pa", "vacuum, the atmosphere less the pressure inside,")
+TIME = QuantitySpec("s", "time from the taut rope", lo=-1e9, hi=1e9)
+VACUUM = QuantitySpec("Pa", "vacuum, the atmosphere less the pressure inside,")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +40,10 @@ class History:
                 f"history: time has shape {time.shape}, vacuum {vacuum.shape}; give two rows of "
                 "the same length, two or more samples"
             )
-        for values, meaning, what in ((time, TIME, "time"), (vacuum, VACUUM, "vacuum")):
-            bad = np.flatnonzero(~(np.isfinite(values) & (values >= meaning.lo)))
+        for values, spec, what in ((time, TIME, "time"), (vacuum, VACUUM, "vacuum")):
+            bad = np.flatnonzero(~(np.isfinite(values) & (values >= spec.lo)))
             if len(bad):
-                meaning.check(float(values[bad[0]]), f"history: {what} of sample {bad[0] + 1}")
+                spec.check(float(values[bad[0]]), f"history: {what} of sample {bad[0] + 1}")
         falls = np.flatnonzero(np.diff(time) <= 0)
         if len(falls):
             at = int(falls[0]) + 1

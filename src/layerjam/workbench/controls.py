@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from nicegui import ui
 
 from layerjam.errors import QuantityError
-from layerjam.units import Meaning, exact_text, show, unit_factor, usual_unit
+from layerjam.units import QuantitySpec, exact_text, show, unit_factor, usual_unit
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Bar
 
@@ -18,7 +18,7 @@ class Control:
     """A quantity a page asks for. `low` to `high` [SI] is the slider's way, within the bounds."""
 
     key: str
-    meaning: Meaning
+    spec: QuantitySpec
     default: float
     low: float
     high: float
@@ -29,12 +29,12 @@ class Control:
     @property
     def shown_unit(self) -> str:
         """The unit on the page."""
-        return self.unit or usual_unit(self.meaning.unit)
+        return self.unit or usual_unit(self.spec.unit)
 
     @property
     def factor(self) -> float:
         """SI value of one shown unit."""
-        return float(unit_factor(self.shown_unit, self.meaning.unit) or 1) if self.shown_unit else 1
+        return float(unit_factor(self.shown_unit, self.spec.unit) or 1) if self.shown_unit else 1
 
     @property
     def name(self) -> str:
@@ -43,12 +43,12 @@ class Control:
 
     @property
     def help(self) -> str:
-        """Meaning and bounds, as a sentence."""
-        return f"{self.meaning.text}: {self.meaning.allowed()}"
+        """QuantitySpec and bounds, as a sentence."""
+        return f"{self.spec.text}: {self.spec.allowed()}"
 
     def text(self, value: float) -> str:
         """The value as the verbs take it, with its unit."""
-        return exact_text(value, self.meaning.unit)
+        return exact_text(value, self.spec.unit)
 
     @property
     def digits(self) -> int:
@@ -83,7 +83,7 @@ def number(desk: Desk, page: str, control: Control) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return control.default
     try:
-        return control.meaning.check(float(value), control.name)
+        return control.spec.check(float(value), control.name)
     except QuantityError:
         return control.default
 
@@ -142,7 +142,7 @@ def slider(
         except ValueError:
             pass
         try:
-            value = control.meaning.read(text, control.name)
+            value = control.spec.read(text, control.name)
         except QuantityError as err:
             field.error = str(err)
             return

@@ -17,7 +17,7 @@ from layerjam.identify.bayes.model import FLOOR, RULE, Prior
 from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.checks import Check
 from layerjam.simulate.record import column
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
     import xarray
@@ -63,7 +63,7 @@ class Posterior(NamedTuple):
     r_hat: float | None
     ess: float | None
     unit: str
-    meaning: str
+    spec: str
     prior: str
 
 
@@ -104,8 +104,8 @@ class BayesFit:
         """All checks passed."""
         return all(c.passed for c in self.checks)
 
-    def columns(self) -> dict[str, tuple[Array, Meaning]]:
-        """{name: (draws, Meaning)} of every quantity."""
+    def columns(self) -> dict[str, tuple[Array, QuantitySpec]]:
+        """{name: (draws, QuantitySpec)} of every quantity."""
         return {
             f.name: (getattr(self, f.name), f.metadata["quantity"])
             for f in fields(self)
@@ -151,15 +151,15 @@ class BayesFit:
         out = {n: self._row(n, v, m) for n, (v, m) in self.columns().items() if v.ndim == 2}
         after = self.next_pull()
         for name in ("scale_factor", "stiffness"):
-            meaning = Meaning(out[name].unit, f"{name.replace('_', ' ')} of one more pull")
+            spec = QuantitySpec(out[name].unit, f"{name.replace('_', ' ')} of one more pull")
             told = "the brake's, with the scatter between repeats"
-            out[f"next_{name}"] = _posterior(getattr(after, name), meaning, None, None, told)
+            out[f"next_{name}"] = _posterior(getattr(after, name), spec, None, None, told)
         return out
 
-    def _row(self, name: str, draws: Array, meaning: Meaning) -> Posterior:
+    def _row(self, name: str, draws: Array, spec: QuantitySpec) -> Posterior:
         prior = self.priors[name]
         told = prior.text() if name != "correlation" else prior.why
-        return _posterior(draws, meaning, *agreement_of(draws), told)
+        return _posterior(draws, spec, *agreement_of(draws), told)
 
     def to_csv(self, path: str | Path, *, force: bool = False) -> Path:
         """Write the draws as CSV: a '#' header with rule, priors and checks, then SI columns."""
@@ -208,12 +208,12 @@ def _put(path: Path, text: str) -> None:
 
 
 def _posterior(
-    draws: Array, meaning: Meaning, r_hat: float | None, ess: float | None, prior: str
+    draws: Array, spec: QuantitySpec, r_hat: float | None, ess: float | None, prior: str
 ) -> Posterior:
     low, median, high = np.quantile(draws, [0.5 - LEVEL / 2, 0.5, 0.5 + LEVEL / 2])
     return Posterior(
         float(draws.mean()), float(draws.std(ddof=1)), float(low), float(high), float(median),
-        r_hat, ess, meaning.unit, meaning.text, prior,
+        r_hat, ess, spec.unit, spec.text, prior,
     )  # fmt: skip
 
 

@@ -20,7 +20,7 @@ from layerjam.identify.calibration.intervals import Interval, quantile
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.checks import Check, plausible, stiffness_possible
 from layerjam.mechanics.stiffness import stiffness_before_slip
-from layerjam.units import meaning_of, show
+from layerjam.units import show, spec_of
 
 WORDS = {
     "scale_factor": "scale factor",
@@ -112,16 +112,16 @@ def off_bounds(values: Mapping[str, float]) -> Check:
     """No parameter was stopped by a bound of its quantity."""
     bounds = {
         "scale_factor": (
-            meaning_of(Brake, "scale_factor").lo,
-            meaning_of(Brake, "scale_factor").hi,
+            spec_of(Brake, "scale_factor").lo,
+            spec_of(Brake, "scale_factor").hi,
         ),
         "stiffness": (
-            meaning_of(Brake, "stiffness_measured").lo,
-            meaning_of(Brake, "stiffness_measured").hi,
+            spec_of(Brake, "stiffness_measured").lo,
+            spec_of(Brake, "stiffness_measured").hi,
         ),
         "pressure_exponent": (
-            meaning_of(Brake, "pressure_exponent").lo,
-            meaning_of(Brake, "pressure_exponent").hi,
+            spec_of(Brake, "pressure_exponent").lo,
+            spec_of(Brake, "pressure_exponent").hi,
         ),
         "enclosure_factor": (10 * LEAST_ENCLOSURE, 100.0),
     }

@@ -115,8 +115,8 @@ def _words_first(lines: Lines, filled: np.ndarray, number: np.ndarray, place: in
         if lines.pure[filled[k]]:
             return
         fields = [f for f in lines.fields(int(filled[k])) if f]
-        meaning = sum(bool(named_role(f) or unit_role(f)) for f in fields if not looks_numeric(f))
-        if meaning * 2 < len(fields) or meaning < 2:
+        spec = sum(bool(named_role(f) or unit_role(f)) for f in fields if not looks_numeric(f))
+        if spec * 2 < len(fields) or spec < 2:
             return
         number[k] = False
 

@@ -45,7 +45,7 @@ _WRITTEN: dict[tuple[str, Fraction], str] = {
     ("force", _POUND / 16): "ozf oz-f",
     ("force", _POUND * 1000): "klbf kip kips",
 }  # fmt: skip
-_KNOWN = {word: meaning for meaning, words in _WRITTEN.items() for word in words.split()}
+_KNOWN = {word: spec for spec, words in _WRITTEN.items() for word in words.split()}
 # Where upper and lower case differ in meaning.
 _CASED = {
     "N": ("force", Fraction(1)),

@@ -22,7 +22,17 @@ from layerjam.device.source import Source
 from layerjam.device.toml import Reader, line_of, parse_toml
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, load_line
-from layerjam.units import Meaning, build, check, get, parse, quantities, quantity, record, show
+from layerjam.units import (
+    QuantitySpec,
+    build,
+    check,
+    get,
+    parse,
+    quantities,
+    quantity,
+    record,
+    show,
+)
 
 Array = npt.NDArray[np.float64]
 _ROW = re.compile(r"((?:[-+.\deE]+(?:\s+|$))+)(.*)")
@@ -40,7 +50,7 @@ class Brakes:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Word(Meaning):
+class Word(QuantitySpec):
     """A word of the file: one of `choices`, or any text where there are none."""
 
     unit: str = "1"
@@ -57,7 +67,7 @@ class Word(Meaning):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Curve(Meaning):
+class Curve(QuantitySpec):
     """Numbers in a row with one unit at the end, such as "0 2.5 4 deg"."""
 
     def read(self, text: object, name: str) -> Any:
@@ -115,9 +125,9 @@ class Scenario:
         """(path, value with unit, where it is from) of every entry."""
         made = []
         for path, source in self.sources.items():
-            meaning = dict((p, m) for p, m, _ in quantities(type(self.numbers))).get(path)
-            if meaning is not None:
-                value = show(float(get(self.numbers, path)), meaning.unit)
+            spec = dict((p, m) for p, m, _ in quantities(type(self.numbers))).get(path)
+            if spec is not None:
+                value = show(float(get(self.numbers, path)), spec.unit)
             elif path in self.curves:
                 value = f"{len(self.curves[path])} values"
             else:
@@ -158,7 +168,9 @@ def read_scenario(
             path, str(UnknownNameError("machine", str(named), kinds)), line_of(text, "machine")
         )
     kind = kinds[named]
-    fields: dict[str, tuple[Meaning, bool]] = {p: (m, r) for p, m, r in quantities(kind.numbers)}
+    fields: dict[str, tuple[QuantitySpec, bool]] = {
+        p: (m, r) for p, m, r in quantities(kind.numbers)
+    }
     numbers = list(fields)
     fields |= {p: (w, True) for p, w in kind.words.items()}
     fields |= {p: (c, True) for p, c in kind.curves.items()}

@@ -13,7 +13,7 @@ from layerjam.commands.edit import edit, stale
 from layerjam.device.load import catalogue, load
 from layerjam.device.toml import MAX_BYTES
 from layerjam.errors import FileError, LayerjamError
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 from layerjam.workbench import tables
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.controls import Control, number, slider
@@ -43,9 +43,9 @@ class Brake(Page):
         brake = self.desk.brake.brake
         lap, full = brake.sheets.overlap, brake.site.atmosphere
         return {
-            "slip": Control("slip", Meaning("m", SLIP.text, 0.0, lap), 0.0, 0.0, lap,
+            "slip": Control("slip", QuantitySpec("m", SLIP.text, 0.0, lap), 0.0, 0.0, lap,
                             label="Slip drawn"),
-            "vacuum": Control("vacuum", Meaning("Pa", VACUUM.text, 0.0, full), full, 0.0, full,
+            "vacuum": Control("vacuum", QuantitySpec("Pa", VACUUM.text, 0.0, full), full, 0.0, full,
                               label="Vacuum drawn"),
         }  # fmt: skip
 

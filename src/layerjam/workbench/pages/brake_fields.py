@@ -10,7 +10,7 @@ from nicegui import ui
 from layerjam.commands.edit import FIELDS
 from layerjam.device.source import KINDS
 from layerjam.errors import LayerjamError
-from layerjam.units import Meaning, exact_text, get
+from layerjam.units import QuantitySpec, exact_text, get
 from layerjam.workbench.desk import Desk
 
 GROUPS: Mapping[str, str] = {
@@ -27,7 +27,7 @@ def fields_of(group: str) -> list[str]:
     return [path for path in FIELDS if path.rpartition(".")[0] == group]
 
 
-def typed_text(text: str, shown: str, meaning: Meaning) -> str | None:
+def typed_text(text: str, shown: str, spec: QuantitySpec) -> str | None:
     """What was typed as the verb takes it: a bare number is in the unit shown; None if empty."""
     text = text.strip()
     if not text:
@@ -37,7 +37,7 @@ def typed_text(text: str, shown: str, meaning: Meaning) -> str | None:
     except ValueError:
         return text
     unit = shown.split(" ", 1)[1] if " " in shown else ""
-    return f"{text} {unit}".strip() if meaning.unit != "1" else text
+    return f"{text} {unit}".strip() if spec.unit != "1" else text
 
 
 class FieldRow:
@@ -46,14 +46,14 @@ class FieldRow:
     def __init__(self, desk: Desk, path: str, change: Callable[[str, str | None], str]) -> None:
         """`change(path, text)` gives why a value was refused, empty where it was taken."""
         self.desk, self.path, self.change = desk, path, change
-        self.meaning, self.required = FIELDS[path]
+        self.spec, self.required = FIELDS[path]
         name = path.rpartition(".")[2].replace("_", " ")
         with ui.column().classes("w-full gap-0"):
             with ui.row().classes("w-full items-center justify-between no-wrap gap-2"):
                 ui.label(name.capitalize()).classes("text-sm").tooltip(self.help())
                 self.field = ui.input().props(
                     f'dense outlined hide-bottom-space input-class="text-right" '
-                    f'aria-label="{name}, {self.meaning.text}" data-testid="brake-{path}" '
+                    f'aria-label="{name}, {self.spec.text}" data-testid="brake-{path}" '
                     f'placeholder="{"" if self.required else "not known"}"'
                 ).classes("w-40")  # fmt: skip
             self.kind = ui.label().classes("text-xs opacity-80 source-line").props(
@@ -64,16 +64,16 @@ class FieldRow:
         self.fill()
 
     def help(self) -> str:
-        """Meaning, symbol and bounds."""
-        symbol = f" {self.meaning.symbol}:" if self.meaning.symbol else ""
-        return f"{self.path}:{symbol} {self.meaning.text}; {self.meaning.allowed()}"
+        """QuantitySpec, symbol and bounds."""
+        symbol = f" {self.spec.symbol}:" if self.spec.symbol else ""
+        return f"{self.path}:{symbol} {self.spec.text}; {self.spec.allowed()}"
 
     def shown(self) -> str:
         """The value as it stands in the field; empty for what is not known."""
         value = get(self.desk.brake.brake, self.path)
         if value is None:
             return ""
-        return f"{value:g}" if self.meaning.whole else exact_text(value, self.meaning.unit)
+        return f"{value:g}" if self.spec.whole else exact_text(value, self.spec.unit)
 
     def fill(self) -> None:
         """Value and source of the brake on the desk."""
@@ -91,7 +91,7 @@ class FieldRow:
         if text == self.shown():
             self.field.error = None
             return
-        why = self.change(self.path, typed_text(text, self.shown(), self.meaning))
+        why = self.change(self.path, typed_text(text, self.shown(), self.spec))
         if why:
             self.field.error = why
         else:

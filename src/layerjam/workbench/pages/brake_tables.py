@@ -115,12 +115,12 @@ class Sources:
         self._shown = file.text
         heads = ["Number", "Value", "Kind", "Source", "Spread", "Conflict"]
         rows = []
-        for path, (meaning, _) in FIELDS.items():
+        for path, (spec, _) in FIELDS.items():
             value, source = get(file.brake, path), file.sources.get(path)
             if value is None:
                 continue
             said = ["default", "", "", ""] if source is None else [
                 source.kind, source.text, source.spread, source.conflict
             ]  # fmt: skip
-            rows.append([path, show(value, meaning.unit, 6), *said])
+            rows.append([path, show(value, spec.unit, 6), *said])
         self._box.set_content(html(heads, rows, (1,), "Sources", "brake-sources"))

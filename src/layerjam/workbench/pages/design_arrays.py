@@ -10,7 +10,7 @@ from nicegui import ui
 
 from layerjam.commands.answer import VACUUM, Answer
 from layerjam.commands.array import PARALLEL, SERIES
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, with_readout
@@ -35,7 +35,7 @@ class Arrays(Part):
     def controls(self) -> dict[str, Control]:
         """How many, and their vacuum."""
         full = self.desk.brake.brake.site.atmosphere
-        vacuum = Meaning("Pa", VACUUM.text, 0.0, full, open_lo=True)
+        vacuum = QuantitySpec("Pa", VACUUM.text, 0.0, full, open_lo=True)
         return {
             c.key: c
             for c in (

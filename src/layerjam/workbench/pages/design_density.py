@@ -11,7 +11,7 @@ from layerjam.commands.answer import VACUUM, Answer
 from layerjam.design.comparison import KIND
 from layerjam.device.load import catalogue, load
 from layerjam.report.style import GREY, INK
-from layerjam.units import Meaning, show
+from layerjam.units import QuantitySpec, show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import COLORS, options
@@ -33,7 +33,7 @@ class Density(Part):
         """The vacuum of ours."""
         sites = [self.desk.brake, *map(load, catalogue())]
         full = min(file.brake.site.atmosphere for file in sites)
-        vacuum = Meaning("Pa", VACUUM.text, 0.0, full, open_lo=True)
+        vacuum = QuantitySpec("Pa", VACUUM.text, 0.0, full, open_lo=True)
         return {"ours": Control("ours", vacuum, min(94.5e3, full), 0.05 * full, full,
                                 label="Vacuum of ours")}  # fmt: skip
 

@@ -10,7 +10,7 @@ from nicegui import ui
 
 from layerjam.commands.answer import VACUUM, Answer
 from layerjam.commands.tuning import HEIGHT, MASS, ROPE, SPEED, TRAVEL
-from layerjam.units import Meaning, show
+from layerjam.units import QuantitySpec, show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, stacked
@@ -69,14 +69,14 @@ class Drop(Page):
         """Bounds that the brake sets."""
         brake = self.desk.brake.brake
         full, way = brake.site.atmosphere, brake.sheets.usable_travel
-        within = Meaning("m", TRAVEL.text, TRAVEL.lo, way)
+        within = QuantitySpec("m", TRAVEL.text, TRAVEL.lo, way)
         made = (
             Control("mass", MASS, 1.0, 0.05, 10.0, unit="kg"),
             Control("speed", SPEED, 1.5, 0.05, 6.0, unit="m/s"),
             Control("height", HEIGHT, 0.1, 0.005, 2.0, unit="m"),
             Control("rope_stiffness", ROPE, 16.8e3, 500.0, 100e3, label="Rope's stiffness"),
             Control("travel", within, min(0.04, way), 0.001, way, label="Travel to stop within"),
-            Control("vacuum", Meaning("Pa", VACUUM.text, 0.0, full), 0.25 * full, 0.0, full),
+            Control("vacuum", QuantitySpec("Pa", VACUUM.text, 0.0, full), 0.25 * full, 0.0, full),
         )
         return {control.key: control for control in made}
 
@@ -147,7 +147,7 @@ class Drop(Page):
 
     def columns(self) -> dict[str, Call]:
         """The drops of the table, by what stands above them."""
-        full = self.controls()["vacuum"].meaning.hi
+        full = self.controls()["vacuum"].spec.hi
         common = self._common()
         travel = self._text("travel")
         modes: dict[str, dict[str, str | float | bool]] = {

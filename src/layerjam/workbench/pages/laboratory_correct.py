@@ -9,7 +9,7 @@ from nicegui import ui
 
 from layerjam.errors import LayerjamError
 from layerjam.measure.sidecar import Facts
-from layerjam.units import meaning_of, show
+from layerjam.units import show, spec_of
 from layerjam.workbench.charts import Curve, options
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.laboratory_files import (
@@ -133,10 +133,10 @@ class Correct:
                 "Used as", ROLES, self.rows[0].role if len(roles) == 1 else None, "role", "w-56"
             )
             for name in FACTS:
-                meaning = meaning_of(Facts, name)
+                spec = spec_of(Facts, name)
                 fields[name] = _text(
                     f"{name.replace('_', ' ').capitalize()}", said.get(name, ""), name,
-                    f"{meaning.text}, with its unit; empty: as the sidecar says",
+                    f"{spec.text}, with its unit; empty: as the sidecar says",
                     self._stated(name),
                 )  # fmt: skip
         with ui.expansion("Correct columns, units, signs").classes("w-full").props(
@@ -184,7 +184,7 @@ class Correct:
         found = {r.vacuum if name == "vacuum" else r.facts.normal_force for r in self.rows}
         value = found.pop()
         if not found and value is not None:
-            return f"stated: {show(value, meaning_of(Facts, name).unit)}"
+            return f"stated: {show(value, spec_of(Facts, name).unit)}"
         return "such as 94.5 kPa" if name == "vacuum" else "such as 2.45 N"
 
     def changes(self) -> dict[str, str]:

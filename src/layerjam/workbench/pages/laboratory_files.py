@@ -17,7 +17,7 @@ from layerjam.measure.readers.answers import KEYS, choices_of
 from layerjam.measure.readers.source import load_sources
 from layerjam.measure.sidecar import Facts, read_facts
 from layerjam.measure.trace import Trace
-from layerjam.units import meaning_of, show
+from layerjam.units import show, spec_of
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.laboratory_steps import Step, Used
 from layerjam.workbench.uploads import Upload, Uploads, sidecar_of
@@ -76,7 +76,7 @@ def check_edit(changes: Mapping[str, str]) -> None:
     """Raise LayerjamError for a fact or an answer that is none."""
     for name in FACTS:
         if changes.get(name):
-            meaning_of(Facts, name).read(changes[name], name.replace("_", " "))
+            spec_of(Facts, name).read(changes[name], name.replace("_", " "))
     choices_of(**_answers(changes))
 
 

@@ -91,16 +91,16 @@ class LineFields:
                 self._row(path)
 
     def _row(self, path: str) -> None:
-        meaning = FIELDS[path][0]
+        spec = FIELDS[path][0]
         name = path.rpartition(".")[2].replace("_", " ")
         with ui.column().classes("w-full gap-0 q-mb-xs"):
             with ui.row().classes("w-full items-center justify-between no-wrap gap-2"):
                 ui.label(name.capitalize()).classes("text-sm").tooltip(
-                    f"{path}: {meaning.text}; {meaning.allowed()}"
+                    f"{path}: {spec.text}; {spec.allowed()}"
                 )
                 field = ui.input().props(
                     'dense outlined hide-bottom-space input-class="text-right" placeholder="none" '
-                    f'aria-label="{name}: {meaning.text}" data-testid="vacuum-{path}"'
+                    f'aria-label="{name}: {spec.text}" data-testid="vacuum-{path}"'
                 ).classes("w-40")  # fmt: skip
             self._sources[path] = ui.label().classes("text-xs opacity-80")
         self._rows[path] = field
@@ -109,10 +109,10 @@ class LineFields:
 
     def shown(self, path: str) -> str:
         """A number of the line as it stands in its field; empty for what it has not."""
-        value, meaning = get(self.desk.line.line, path), FIELDS[path][0]
+        value, spec = get(self.desk.line.line, path), FIELDS[path][0]
         if value is None:
             return ""
-        return f"{value:g}" if meaning.unit == "1" else exact_text(value, meaning.unit)
+        return f"{value:g}" if spec.unit == "1" else exact_text(value, spec.unit)
 
     def fill(self) -> None:
         """What the line on the desk is."""
@@ -171,11 +171,11 @@ class LineFields:
         if text == self.shown(path):
             field.error = None
             return
-        meaning = FIELDS[path][0]
+        spec = FIELDS[path][0]
         try:
             float(text)
-            unit = usual_unit(meaning.unit)
-            text = text if meaning.unit == "1" else f"{text} {self._unit(path) or unit}"
+            unit = usual_unit(spec.unit)
+            text = text if spec.unit == "1" else f"{text} {self._unit(path) or unit}"
         except ValueError:
             pass
         table = path.rpartition(".")[0]

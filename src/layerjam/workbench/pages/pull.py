@@ -10,7 +10,7 @@ from nicegui import ui
 from layerjam.commands.answer import SPEED, TRAVEL, VACUUM, Answer
 from layerjam.commands.stick_slip import DAMPING
 from layerjam.errors import LayerjamError
-from layerjam.units import Meaning
+from layerjam.units import QuantitySpec
 from layerjam.workbench import live, tables, takeaway
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, Control, choice, number, slider, word
@@ -61,7 +61,7 @@ class Pull(Page):
         """Bounds that the brake sets."""
         brake = self.desk.brake.brake
         full, usable = brake.site.atmosphere, brake.sheets.usable_travel
-        vacuum = Meaning("Pa", VACUUM.text, 0.0, full)
+        vacuum = QuantitySpec("Pa", VACUUM.text, 0.0, full)
         return {
             c.key: c
             for c in (

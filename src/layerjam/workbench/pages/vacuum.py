@@ -16,7 +16,7 @@ from layerjam.commands.vacuum_line import TARGET
 from layerjam.control.faults import PROVOKED
 from layerjam.control.settings import KINDS, SAFE_STATES, Regulator
 from layerjam.fluid.line import Sensor
-from layerjam.units import Meaning, meaning_of, show
+from layerjam.units import QuantitySpec, show, spec_of
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, stacked
@@ -59,17 +59,17 @@ class Vacuum(Page):
     def controls(self) -> dict[str, Control]:
         """Bounds that the line sets."""
         full = self.desk.line.line.site.atmosphere
-        target = Meaning("Pa", TARGET.text, 0.0, full, open_lo=True)
-        sample = meaning_of(Regulator, "sample_time")
-        sample = Meaning("s", sample.text, SHORTEST, sample.hi)
-        lasts = Meaning("s", DURATION.text, 0.0, LONGEST, open_lo=True)
+        target = QuantitySpec("Pa", TARGET.text, 0.0, full, open_lo=True)
+        sample = spec_of(Regulator, "sample_time")
+        sample = QuantitySpec("s", sample.text, SHORTEST, sample.hi)
+        lasts = QuantitySpec("s", DURATION.text, 0.0, LONGEST, open_lo=True)
         made = (
             Control("target", target, min(60e3, 0.6 * full), 0.01 * full, 0.99 * full),
             Control("fault_at", FAULT_AT, 10.0, 0.0, 30.0, unit="s", label="Fault begins at"),
             Control("duration", lasts, 20.0, 1.0, 120.0, unit="s", label="Time simulated"),
             Control("sample_time", sample, 0.01, SHORTEST, 0.1, unit="ms"),
-            Control("sensor_range", meaning_of(Sensor, "range"), 103e3, 10e3, 200e3),
-            Control("noise", meaning_of(Sensor, "noise"), 50.0, 0.0, 500.0, unit="Pa"),
+            Control("sensor_range", spec_of(Sensor, "range"), 103e3, 10e3, 200e3),
+            Control("noise", spec_of(Sensor, "noise"), 50.0, 0.0, 500.0, unit="Pa"),
         )
         return {control.key: control for control in made}
 
