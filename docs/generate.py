@@ -21,8 +21,8 @@ import typer
 from layerjam.cli.main import app
 from layerjam.device.brake import Brake
 from layerjam.device.load import catalogue, load, materials
-from layerjam.device.source import KINDS
-from layerjam.device.toml import parse_toml
+from layerjam.records.source import KINDS
+from layerjam.records.toml import parse_toml
 from layerjam.measure.sidecar import Facts
 from layerjam.simulate.record import DropRecord, TensileRecord
 from layerjam.simulate.stick_slip import JudderRecord

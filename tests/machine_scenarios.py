@@ -11,7 +11,7 @@ from layerjam.studies.machines.scenario import Scenario, read_scenario
 
 
 def text_of(name: str) -> str:
-    place = Path(seat_belt.__file__).parents[1] / "scenarios" / f"{name}.toml"
+    place = Path(seat_belt.__file__).parent / "scenarios" / f"{name}.toml"
     return place.read_text(encoding="utf-8")
 
 

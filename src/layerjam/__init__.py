@@ -15,13 +15,14 @@ from typing import Any
 from layerjam._version import __version__
 
 _PUBLIC = {
-    "layerjam.device.brake": "Brake mass sheet_mass sleeve_mass validate_brake:validate",
+    "layerjam.device.brake": "Brake enclosure_mass mass sheet_mass "
+    "sleeve_mass:enclosure_mass validate_brake:validate",
     "layerjam.device.enclosure": "Enclosure",
     "layerjam.device.file": "BrakeFile",
     "layerjam.device.load": "catalogue load",
     "layerjam.device.mount": "Mount Rope Site",
     "layerjam.device.sheets": "Film Sheets",
-    "layerjam.device.source": "Source",
+    "layerjam.records.source": "Source",
     "layerjam.errors": "LayerjamError",
     "layerjam.measure.readers.read": "read_trace read_traces",
     "layerjam.measure.trace": "Trace",

@@ -7,18 +7,37 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import ClassVar, Self
 
 
 class LayerjamError(Exception):
     """Base of all errors of this package; the command line answers it with exit code 2."""
 
+    key: ClassVar[str] = "error"
+    """What kind of error this is, for programs; the sentence is for people."""
+    quantity: str | None = None
+    """Dotted path or name of the quantity the error is about, where it is about one."""
+
 
 class QuantityError(LayerjamError, ValueError):
     """A value without unit, of the wrong dimension, not a number, or outside its bounds."""
 
+    key = "quantity"
+
+    def __init__(self, message: str, *, quantity: str | None = None) -> None:
+        super().__init__(message)
+        self.quantity = quantity
+
+    @classmethod
+    def of(cls, quantity: str, reason: str) -> Self:
+        """The error about one quantity; its sentence begins with the quantity's name."""
+        return cls(f"{quantity}: {reason}", quantity=quantity)
+
 
 class FileError(LayerjamError):
     """A file that cannot be read or written; names the file and, where known, the line."""
+
+    key = "file"
 
     def __init__(self, path: object, reason: str, line: int | None = None) -> None:
         where = f"{path}, line {line}" if line else f"{path}"
@@ -31,7 +50,12 @@ class FileError(LayerjamError):
 class UnknownNameError(LayerjamError, KeyError):
     """A name that no catalogue holds; offers the nearest ones."""
 
-    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+    key = "unknown-name"
+
+    def __init__(
+        self, kind: str, name: str, known: Iterable[str], *, quantity: str | None = None
+    ) -> None:
+        self.quantity = quantity
         known = sorted(known)
         near = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.3) or known
         self.message = f"unknown {kind} '{name[:80]}'; did you mean {' or '.join(near[:4])}?"
@@ -44,6 +68,8 @@ class UnknownNameError(LayerjamError, KeyError):
 class PrecisionError(LayerjamError):
     """A law was called while JAX works in single precision."""
 
+    key = "precision"
+
     def __init__(self) -> None:
         super().__init__(
             "layerjam's laws need double precision: call "
@@ -54,13 +80,19 @@ class PrecisionError(LayerjamError):
 class ProcedureError(LayerjamError, ValueError):
     """A test procedure that cannot be read or contradicts itself."""
 
+    key = "procedure"
+
 
 class FitError(LayerjamError, ValueError):
     """Measurements from which the quantity asked for cannot be had."""
 
+    key = "fit"
+
 
 class MissingExtraError(LayerjamError, ImportError):
     """An optional part that is not installed."""
+
+    key = "missing-extra"
 
     def __init__(self, what: str, extra: str) -> None:
         super().__init__(f"{what} needs an optional part: pip install 'layerjam[{extra}]'")

@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from fractions import Fraction
+from numbers import Real
 from typing import Any, TypeVar, dataclass_transform
 
 from layerjam.errors import QuantityError
@@ -145,35 +146,37 @@ def parse(text: object, si: str, name: str) -> float:
         return _finite(float(text) if abs(text) < 1e300 else math.inf, text, name)
     if not isinstance(text, str):
         if isinstance(text, int | float) and not isinstance(text, bool):
-            raise QuantityError(
-                f"{name}: {_short(text)} has no unit; write {examples(si, _short(text))}"
+            raise QuantityError.of(
+                name, f"{_short(text)} has no unit; write {examples(si, _short(text))}"
             )
-        raise QuantityError(f"{name}: {_short(text)} is not a quantity such as {examples(si, '1')}")
+        raise QuantityError.of(
+            name, f"{_short(text)} is not a quantity such as {examples(si, '1')}"
+        )
     match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     if re.match(r"\s*[+-]?[0-9]+,[0-9]", text[:60]):
-        raise QuantityError(f"{name}: '{_short(text)}' has a decimal comma; write a point")
+        raise QuantityError.of(name, f"'{_short(text)}' has a decimal comma; write a point")
     if not match:
-        raise QuantityError(f"{name}: '{_short(text)}' is not a number with a unit")
+        raise QuantityError.of(name, f"'{_short(text)}' is not a number with a unit")
     number, unit = match.group(1), (match.group(2) or "").strip()
     if not unit and si != "1":
-        raise QuantityError(f"{name}: '{number}' has no unit; write {examples(si, number)}")
+        raise QuantityError.of(name, f"'{number}' has no unit; write {examples(si, number)}")
     factor = unit_factor(unit, si) if unit else Fraction(1)
     if factor is None:
         allowed = "no unit or %" if si == "1" else f"a unit such as {examples(si)}"
-        raise QuantityError(f"{name}: '{_short(text)}' is not in {_dimension(si)}; give {allowed}")
+        raise QuantityError.of(name, f"'{_short(text)}' is not in {_dimension(si)}; give {allowed}")
     exact = Fraction(number) * factor
     try:
         value = float(exact)
     except OverflowError:
         value = math.inf
     if exact and not value:
-        raise QuantityError(f"{name}: '{_short(text)}' is too small a number")
+        raise QuantityError.of(name, f"'{_short(text)}' is too small a number")
     return _finite(value, text, name)
 
 
 def _finite(value: float, text: object, name: str) -> float:
     if not math.isfinite(value):
-        raise QuantityError(f"{name}: {_short(text)} is not a finite number")
+        raise QuantityError.of(name, f"{_short(text)} is not a finite number")
     return value
 
 
@@ -262,17 +265,38 @@ class QuantitySpec:
         """`value` if it lies within the bounds; raises QuantityError if not."""
         low_ok = value > self.lo if self.open_lo else value >= self.lo
         if not (math.isfinite(value) and low_ok and value <= self.hi):
-            raise QuantityError(
-                f"{name}: {show(value, self.unit)} is not allowed; {self.text} is {self.allowed()}"
+            raise QuantityError.of(
+                name, f"{show(value, self.unit)} is not allowed; {self.text} is {self.allowed()}"
             )
         if self.whole and value != int(value):
-            raise QuantityError(f"{name}: {value} is not allowed; {self.text} is a whole number")
+            raise QuantityError.of(name, f"{value} is not allowed; {self.text} is a whole number")
         return value
 
-    def read(self, text: object, name: str) -> float:
-        """Parse and check in one go."""
+    def read(self, text: object, name: str) -> Any:
+        """The SI value of text with a unit, or of a number where none is due, within the bounds."""
+        if self.whole and isinstance(text, bool):
+            raise QuantityError.of(name, f"{text} is not allowed; {self.text} is a whole number")
+        if self.whole and isinstance(text, int):
+            # exact beyond what a float holds, as seeds may be
+            self.check(text if abs(text) < 2**63 else math.inf, name)
+            return text
         value = self.check(parse(text, self.unit, name), name)
         return int(value) if self.whole else value
+
+    def si(self, value: str | float, name: str) -> Any:
+        """The SI value of text with a unit, or of a number that is SI already, within bounds."""
+        if isinstance(value, str):
+            return self.read(value, name)
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise QuantityError.of(name, f"{_short(value)} is not a number or a text with a unit")
+        number = self.check(float(value), name)
+        return int(value) if self.whole else number
+
+    def written(self, value: Any) -> object:
+        """What a file holds of an SI value: text with a unit, or the number where none is due."""
+        if self.unit != "1":
+            return exact_text(float(value), self.unit)
+        return int(value) if self.whole else float(value)
 
 
 def quantity(
@@ -340,7 +364,8 @@ def build(cls: type[T], values: Mapping[str, Any]) -> T:
         elif f.name in values:
             made[f.name] = values[f.name]
         elif f.default is MISSING:
-            raise QuantityError(f"{f.name} is missing: {f.metadata['quantity'].text}")
+            spec = f.metadata.get("quantity") or f.metadata["value"]
+            raise QuantityError(f"{f.name} is missing: {spec.text}", quantity=f.name)
     return cls(**made)
 
 
@@ -350,7 +375,8 @@ def check(rec: Any, prefix: str = "") -> None:
         value = getattr(rec, f.name)
         if value is None:
             continue
-        if is_dataclass(value):
+        spec = f.metadata.get("quantity") or f.metadata.get("value")
+        if spec is not None:
+            spec.check(value, prefix + f.name)
+        elif is_dataclass(value):
             check(value, f"{prefix}{f.name}.")
-        elif "quantity" in f.metadata:
-            f.metadata["quantity"].check(value, prefix + f.name)

@@ -14,9 +14,9 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "layerjam"
 MODULES = sorted(SOURCE.rglob("*.py"))
 FLOORS = (
-    "errors", "units", "device", "fluid", "mechanics", "simulate", "measure", "identify", "lab",
-    "control", "design", "fabricate", "rig", "interop", "report", "commands", "studies",
-    "workbench", "cli",
+    "errors", "units", "records", "device", "fluid", "mechanics", "simulate", "measure",
+    "identify", "lab", "control", "design", "fabricate", "rig", "interop", "report", "commands",
+    "studies", "workbench", "cli",
 )  # fmt: skip
 HEAVY = ("jax", "numpy", "pandas", "pint", "typer", "scipy", "matplotlib", "xarray", "tomlkit")
 

@@ -7,10 +7,10 @@ import tomllib
 
 import pytest
 
-from layerjam.device.brake import mass, sheet_mass, sleeve_mass, validate
+from layerjam.device.brake import enclosure_mass, mass, sheet_mass, validate
 from layerjam.device.load import catalogue, load, materials
-from layerjam.device.source import KINDS, Source
 from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.records.source import KINDS, Source
 from layerjam.units import get, quantities
 from strategies import KAPTON, change, one, random_brakes
 
@@ -55,11 +55,11 @@ def test_brakes_are_valid_and_weigh_what_the_paper_says(name):
 
 def test_masses():
     assert f"{sheet_mass(KAPTON) * 1e3:.3f}" == "0.399"
-    assert sleeve_mass(KAPTON) * 1e3 == pytest.approx(3.43, abs=0.005)
+    assert enclosure_mass(KAPTON) * 1e3 == pytest.approx(3.43, abs=0.005)
     section = 2 * 1e-3 * (0.013 + 11 * 0.254e-3) + 4e-6
-    assert sleeve_mass(KAPTON) == pytest.approx(section * 0.09 * KAPTON.enclosure.density)
+    assert enclosure_mass(KAPTON) == pytest.approx(section * 0.09 * KAPTON.enclosure.density)
     assert mass(change(KAPTON, weighed_mass=0.5)) == 0.5
-    total = 11 * sheet_mass(KAPTON) + sleeve_mass(KAPTON) + KAPTON.fittings_mass
+    total = 11 * sheet_mass(KAPTON) + enclosure_mass(KAPTON) + KAPTON.fittings_mass
     assert mass(KAPTON) == pytest.approx(total, rel=1e-15)
 
 

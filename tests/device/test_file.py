@@ -10,9 +10,9 @@ from hypothesis import given
 
 from layerjam.device.file import read_brake, render, updated_text
 from layerjam.device.load import catalogue, load, materials, write_whole
-from layerjam.device.source import Source
-from layerjam.device.toml import line_of, parse_toml
 from layerjam.errors import FileError, LayerjamError
+from layerjam.records.source import Source
+from layerjam.records.toml import line_of, parse_toml
 from layerjam.units import get
 from strategies import change, one, random_brakes, seeds
 

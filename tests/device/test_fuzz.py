@@ -11,8 +11,8 @@ import pytest
 from layerjam.device.brake import validate
 from layerjam.device.file import read_brake, render, updated_text
 from layerjam.device.load import catalogue, load, materials
-from layerjam.device.source import Source
 from layerjam.errors import LayerjamError
+from layerjam.records.source import Source
 
 QUICK, SLOW = 3000, 20000
 TEXTS = [load(name).text for name in catalogue()]

@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Callable
 from dataclasses import fields, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +105,7 @@ def test_every_spec_comes_back_from_its_text(
         ("[machine]\nforce_noise = 0.1", 2, "machine.force_noise: 0.1 has no unit; write '0.1 N'"),
         ('[machine]\n\nforce_noise = "-1 N"', 3, "force_noise: -1 N is not allowed"),
         ('[machine]\nnoise = "1 N"', 2, "unknown key 'machine.noise'; did you mean machine.for"),
-        ("[pulls]\nrepeats = 1.5", 2, "it is a whole number"),
+        ("[pulls]\nrepeats = 1.5", 2, "is a whole number"),
         ('[pulls]\nvacuums = "40 kPa"', 2, "must be a list"),
         ('[pulls]\nvacuums = ["40 kPa", "40 kPa"]', 2, "the same value twice"),
         ('[files]\nlayouts = ["excel"]', 2, "unknown layouts 'excel'"),
@@ -131,7 +132,7 @@ def test_brakes_have_their_own_errors(tmp_path: Path) -> None:
     for text, words in (
         ("", "brakes: none is given"),
         ("brakes = 3\n", "each begins with a line"),
-        ("[[brakes]]\nscale_factor = 1.0\n", "brakes.brake is missing"),
+        ("[[brakes]]\nscale_factor = 1.0\n", "brakes.brake .* is missing"),
         ('[[brakes]]\nbrake = "choi2018-kapton"\nstiffness = 131\n', "'131 kN/m' or '131 N/mm'"),
     ):
         with pytest.raises(FileError, match=words):
@@ -208,7 +209,7 @@ def test_a_pull_does_not_depend_on_the_tests_simulated_with_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     whole = campaign(example()).traces()
-    monkeypatch.setattr("layerjam.lab.campaign._CHUNK", 1)
+    monkeypatch.setattr(import_module("layerjam.lab.campaign"), "_CHUNK", 1)
     for a, b in zip(whole, campaign(example()).traces(), strict=True):
         np.testing.assert_allclose(a.force, b.force, rtol=0, atol=1.1e-3)  # one step of the cell
 

@@ -35,7 +35,7 @@ def test_read(tmp_path: Path) -> None:
         ("synthetic = 1", 1, "true or false"),
         ("brake = 7", 1, "text in quotes"),
         ("vacuum = ", 1, "is not TOML"),
-        ("[vacuum]\nx = 1", 1, "not a quantity"),
+        ("[vacuum]\nx = 1", 1, "does not know x"),
     ],
 )
 def test_refused_with_the_line(text: str, line: int, sentence: str, tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.device.mount import Site
-from layerjam.device.source import Source
 from layerjam.errors import QuantityError
+from layerjam.records.source import Source
 from layerjam.units import QuantitySpec, show, spec_of
 
 Quantity = float | str

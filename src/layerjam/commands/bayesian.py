@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.device.source import Source
 from layerjam.identify.calibration.intervals import Interval
 from layerjam.identify.calibration.over_curves import OverCurves
 from layerjam.identify.calibration.whole_curves import shape_sources
 from layerjam.identify.curves import Curve
+from layerjam.records.source import Source
 
 if TYPE_CHECKING:
     from layerjam.identify.bayes.posterior import BayesFit

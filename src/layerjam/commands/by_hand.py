@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from layerjam.device.source import Source
+from layerjam.records.source import Source
 from layerjam.units import QuantitySpec, get, show
 
 BY_HAND = "set by hand"

@@ -10,8 +10,8 @@ from layerjam.commands.by_hand import BY_HAND, what_it_was
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile, read_brake, updated_text
 from layerjam.device.load import materials
-from layerjam.device.source import KINDS, Source
 from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.records.source import KINDS, Source
 from layerjam.units import QuantitySpec, quantities
 
 FIELDS: dict[str, tuple[QuantitySpec, bool]] = {

@@ -8,11 +8,11 @@ from typing import Any
 from layerjam.commands.answer import Answer, Quantity, si
 from layerjam.commands.by_hand import what_it_was
 from layerjam.commands.vacuum_line import AnyLine, line_at
-from layerjam.device.source import KINDS
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, read_line
 from layerjam.fluid.line import Line
 from layerjam.fluid.parts import FAMILIES, parts
+from layerjam.records.source import KINDS
 from layerjam.units import QuantitySpec, exact_text, quantities
 
 FIELDS: dict[str, tuple[QuantitySpec, bool]] = {

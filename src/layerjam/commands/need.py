@@ -10,8 +10,8 @@ from layerjam.design.design_file import plain_name
 from layerjam.design.merit import MERITS
 from layerjam.design.spec import NEED, examples
 from layerjam.device.file import BrakeFile
-from layerjam.device.toml import parse_toml, quoted
 from layerjam.errors import QuantityError
+from layerjam.records.toml import parse_toml, quoted
 from layerjam.units import QuantitySpec, exact_text, show
 
 HOLD: dict[str, QuantitySpec] = {

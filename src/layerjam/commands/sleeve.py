@@ -12,12 +12,12 @@ from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at, si
 from layerjam.commands.files import Paths, write_brake
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.load import materials
-from layerjam.device.source import Source
-from layerjam.device.toml import parse_toml
 from layerjam.errors import FileError, FitError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.identify.provenance import sha256
 from layerjam.identify.rubber import hyperelastic
 from layerjam.identify.rubber import tensile as rubber
+from layerjam.records.source import Source
+from layerjam.records.toml import parse_toml
 from layerjam.units import QuantitySpec, parse, show
 
 T = TypeVar("T")

@@ -12,7 +12,7 @@ from layerjam.design.wishes import Spec
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile, read_brake, render
 from layerjam.device.load import catalogue, load, materials
-from layerjam.device.source import Source
+from layerjam.records.source import Source
 from layerjam.units import get, quantities
 
 CARRIED = ("scale_factor", "stiffness_measured", "fittings_mass")

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from layerjam.device.brake import Brake, mass, sheet_mass, sleeve_mass
+from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
 from layerjam.device.enclosure import Enclosure
 from layerjam.device.mount import Mount
 from layerjam.device.sheets import Film, Sheets
@@ -129,7 +129,7 @@ def point_of(brake: Brake, vacuum: Any = None) -> Point:
     sheets = brake.sheets
     fittings = brake.fittings_mass
     if brake.weighed_mass is not None:
-        fittings = brake.weighed_mass - sheets.count * sheet_mass(brake) - sleeve_mass(brake)
+        fittings = brake.weighed_mass - sheets.count * sheet_mass(brake) - enclosure_mass(brake)
     return Point(
         stock_of(brake), sheets.count, sheets.thickness, sheets.width, sheets.overlap,
         sheets.free_left, sheets.free_right, 0.0, sheets.usable_travel, brake.enclosure.wall,

@@ -6,20 +6,32 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
+from types import MappingProxyType
 from typing import Any
 
-from layerjam.device.source import Source
-from layerjam.device.toml import Reader, parse_toml
 from layerjam.errors import FileError
+from layerjam.records.reader import Reader
+from layerjam.records.source import Source
+from layerjam.records.toml import parse_toml
+from layerjam.records.values import Entry, TextSpec
 from layerjam.units import QuantitySpec
 
-FIELDS: dict[str, tuple[QuantitySpec, bool]] = {
-    "mass": (QuantitySpec("kg", "mass of the device", open_lo=True, hi=1e6), True),
-    "force": (QuantitySpec("N", "greatest force", open_lo=True, hi=1e9), False),
-    "torque": (QuantitySpec("N m", "greatest torque", open_lo=True, hi=1e9), False),
-    "lever": (QuantitySpec("m", "lever arm of the torque", open_lo=True, hi=100), False),
+FIELDS: Mapping[str, Entry] = MappingProxyType(
+    {
+        "mass": Entry(QuantitySpec("kg", "mass of the device", open_lo=True, hi=1e6), True),
+        "force": Entry(QuantitySpec("N", "greatest force", open_lo=True, hi=1e9)),
+        "torque": Entry(QuantitySpec("N m", "greatest torque", open_lo=True, hi=1e9)),
+        "lever": Entry(QuantitySpec("m", "lever arm of the torque", open_lo=True, hi=100)),
+    }
+)
+_TEXT = TextSpec(blank=False)
+_TEXTS = {
+    "name": Entry(_TEXT, True),
+    "class": Entry(_TEXT, True),
+    "words": Entry(_TEXT, True),
+    "title": Entry(TextSpec()),
+    "note": Entry(TextSpec()),
 }
-_TEXTS = ("name", "class", "words")
 _SHEET, _NONE = "paper-sheet", "looked_for"
 
 
@@ -93,12 +105,12 @@ def read_rivals(text: str, path: object) -> Rivals:
 def _rival(key: str, table: Any, text: str, path: object) -> Rival:
     if not isinstance(table, dict):
         raise FileError(path, f"{key} must be a table, [{key}]")
-    for name in _TEXTS:
-        if not isinstance(table.get(name), str) or not table[name].strip():
+    reader = Reader(text, path, FIELDS, _TEXTS)
+    reader.take(table)
+    for name, entry in _TEXTS.items():
+        if entry.required and name not in reader.words:
             raise FileError(path, f"[{key}] has no {name}")
-    reader = Reader(text, path, FIELDS)
-    reader.take({k: v for k, v in table.items() if k not in ("class", "words")})
-    values, sources = reader.values, reader.sources
+    values, sources, words = reader.values, reader.sources, reader.words
     bare = [name for name, source in sources.items() if not source.text]
     if bare:
         raise FileError(path, f"[{key}] names no source for {', '.join(bare)}")
@@ -107,7 +119,13 @@ def _rival(key: str, table: Any, text: str, path: object) -> Rival:
         raise FileError(path, f"[{key}] needs a mass, and either a force or a torque with a lever")
     force = values["force"] if "force" in values else values["torque"] / values["lever"]
     return Rival(
-        name=table["name"], kind=table["class"], mass=values["mass"], force=force,
-        torque=values.get("torque"), lever=values.get("lever"), words=table["words"],
-        note=str(table.get("note", "")), sources=sources,
-    )  # fmt: skip
+        name=words["name"],
+        kind=words["class"],
+        mass=values["mass"],
+        force=force,
+        torque=values.get("torque"),
+        lever=values.get("lever"),
+        words=words["words"],
+        note=words.get("note", ""),
+        sources=sources,
+    )

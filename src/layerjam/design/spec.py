@@ -31,10 +31,10 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load, materials
 from layerjam.device.mount import Site
 from layerjam.device.sheets import Film
-from layerjam.device.shipped import shipped, text_of
-from layerjam.device.toml import line_of, parse_toml
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, lines, load_line
+from layerjam.records.shipped import shipped, text_of
+from layerjam.records.toml import line_of, parse_toml
 from layerjam.units import QuantitySpec, show, spec_of
 
 MOST_VALUES = 1_000_000

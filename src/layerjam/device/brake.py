@@ -6,6 +6,7 @@ from layerjam.device.enclosure import Enclosure
 from layerjam.device.mount import Mount, Rope, Site
 from layerjam.device.sheets import Film, Sheets
 from layerjam.errors import QuantityError
+from layerjam.records.changes import Change, changed
 from layerjam.units import check, nested, quantity, record, show
 
 
@@ -28,14 +29,24 @@ class Brake:
         "N/m", "measured stiffness of brake and rig", lo=100, hi=1e9, symbol="k", default=None
     )
     pressure_exponent: float | None = quantity(
-        "1", "exponent of the friction's dependence on pressure", lo=-0.9, hi=2, symbol="m",
-        default=None,
-    )  # fmt: skip
+        "1", "exponent of the friction over pressure", lo=-0.9, hi=2, symbol="m", default=None
+    )
     test_pressure: float | None = quantity(
         "Pa", "contact pressure of the friction test", lo=1, hi=1e7, symbol="P_test", default=None
     )
     rope: Rope | None = nested(Rope, default=None)
     site: Site = nested(Site, default=Site())
+
+    def with_(self, **changes: Change) -> Brake:
+        """The brake with other numbers by name, such as width="14 mm" or film_modulus="2.5 GPa".
+
+        Text carries its unit, a number is SI, None is "not known" or the default. Raises
+        UnknownNameError with the nearest names, or QuantityError for a number out of bounds or
+        numbers that contradict each other.
+        """
+        made = changed(self, changes)
+        validate(made)
+        return made
 
 
 def validate(brake: Brake) -> None:
@@ -43,29 +54,33 @@ def validate(brake: Brake) -> None:
     check(brake)
     sheets, mount = brake.sheets, brake.mount
     if sheets.usable_travel > sheets.overlap:
-        raise QuantityError(
-            f"sheets.usable_travel: {show(sheets.usable_travel, 'm')} is more than the overlap of "
-            f"{show(sheets.overlap, 'm')}"
+        raise QuantityError.of(
+            "sheets.usable_travel",
+            f"{show(sheets.usable_travel, 'm')} is more than the overlap of "
+            f"{show(sheets.overlap, 'm')}",
         )
     needed = sheets.overlap + max(sheets.free_left, sheets.free_right) + mount.clamped_length
     if needed > sheets.length * (1 + 1e-9):
-        raise QuantityError(
-            f"sheets.length: {show(sheets.length, 'm')} is shorter than free length, overlap and "
-            f"clamped part together, {show(needed, 'm')}"
+        raise QuantityError.of(
+            "sheets.length",
+            f"{show(sheets.length, 'm')} is shorter than free length, overlap and "
+            f"clamped part together, {show(needed, 'm')}",
         )
     if mount.screw_hole >= sheets.width:
-        raise QuantityError(
-            f"mount.screw_hole: {show(mount.screw_hole, 'm')} leaves nothing of sheets "
-            f"{show(sheets.width, 'm')} wide"
+        raise QuantityError.of(
+            "mount.screw_hole",
+            f"{show(mount.screw_hole, 'm')} leaves nothing of sheets "
+            f"{show(sheets.width, 'm')} wide",
         )
     if brake.film.kinetic > brake.film.static:
-        raise QuantityError(
-            f"film.kinetic: {brake.film.kinetic} is more than film.static, {brake.film.static}; "
-            "kinetic friction is at most the static one"
+        raise QuantityError.of(
+            "film.kinetic",
+            f"{brake.film.kinetic} is more than film.static, {brake.film.static}; "
+            "kinetic friction is at most the static one",
         )
     if (brake.pressure_exponent is None) != (brake.test_pressure is None):
-        raise QuantityError(
-            "pressure_exponent: give it together with test_pressure, or neither of them"
+        raise QuantityError.of(
+            "pressure_exponent", "give it together with test_pressure, or neither of them"
         )
 
 
@@ -75,8 +90,8 @@ def sheet_mass(brake: Brake) -> float:
     return sheets.length * sheets.width * sheets.thickness * brake.film.density
 
 
-def sleeve_mass(brake: Brake) -> float:
-    """Mass of the sleeve [kg]: a rectangular tube close around the stack, from cap to cap."""
+def enclosure_mass(brake: Brake) -> float:
+    """Mass of the enclosure [kg]: a rectangular tube close around the stack, from cap to cap."""
     sheets, wall = brake.sheets, brake.enclosure.wall
     section = 2 * wall * (sheets.width + sheets.count * sheets.thickness) + 4 * wall**2
     length = sheets.free_left + sheets.overlap + sheets.free_right
@@ -84,7 +99,7 @@ def sleeve_mass(brake: Brake) -> float:
 
 
 def mass(brake: Brake) -> float:
-    """Mass of the brake [kg]: as weighed, otherwise sheets, sleeve and fittings."""
+    """Mass of the brake [kg]: as weighed, otherwise sheets, enclosure and fittings."""
     if brake.weighed_mass is not None:
         return brake.weighed_mass
-    return brake.sheets.count * sheet_mass(brake) + sleeve_mass(brake) + brake.fittings_mass
+    return brake.sheets.count * sheet_mass(brake) + enclosure_mass(brake) + brake.fittings_mass

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import os
-import tempfile
+import secrets
 from collections.abc import Callable
 from pathlib import Path
 
-from layerjam.device.file import BrakeFile, read_brake
-from layerjam.device.shipped import shipped, text_of
+from layerjam.device.brake import Brake, validate
+from layerjam.device.file import BrakeFile, materials
 from layerjam.errors import FileError
+from layerjam.records.shipped import shipped, text_of
 
 
-def _texts(folder: str) -> dict[str, str]:
-    return shipped("layerjam.device", "catalogue", folder)
+def _texts() -> dict[str, str]:
+    return shipped("layerjam.device", "catalogue", "brakes")
 
 
 def catalogue() -> list[str]:
     """Names of the brakes in the catalogue."""
-    return list(_texts("brakes"))
-
-
-def materials() -> dict[str, dict[str, str]]:
-    """{"films": {name: TOML text}, "silicones": ...}."""
-    return {folder: _texts(folder) for folder in ("films", "silicones")}
+    return list(_texts())
 
 
 def load(brake: str | Path) -> BrakeFile:
@@ -31,7 +27,19 @@ def load(brake: str | Path) -> BrakeFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    return read_brake(*text_of("brake", brake, _texts("brakes")), materials())
+    return BrakeFile.read(*text_of("brake", brake, _texts()))
+
+
+def brake_of(anything: str | Path | BrakeFile | Brake) -> Brake:
+    """The brake itself, checked: from its name or path, its file, or the plain record.
+
+    Raises UnknownNameError, FileError, or QuantityError for a record that contradicts itself.
+    """
+    if isinstance(anything, str | Path):
+        return load(anything).brake
+    brake = anything.brake if isinstance(anything, BrakeFile) else anything
+    validate(brake)
+    return brake
 
 
 def write_whole(path: str | Path, write: Callable[[Path], None], force: bool = False) -> Path:
@@ -51,19 +59,25 @@ def write_whole(path: str | Path, write: Callable[[Path], None], force: bool = F
         raise FileError(path, "is a folder, not a file")
     temporary = None
     try:
-        handle, temporary = tempfile.mkstemp(
-            prefix=f".{path.stem[:40]}-", suffix=path.suffix, dir=path.parent
-        )
-        os.close(handle)
-        write(Path(temporary))
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)
+        temporary = _new_beside(path)
+        write(temporary)
         os.replace(temporary, path)
         temporary = None
     except OSError as err:
         raise FileError(path, f"cannot be written: {err.strerror or err}") from None
     finally:
-        if temporary and os.path.exists(temporary):
-            os.unlink(temporary)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
     return path
+
+
+def _new_beside(path: Path) -> Path:
+    """A new, empty file of a random name, with the rights that the user's umask leaves."""
+    name = f".{path.stem[:40]}-{secrets.token_hex(8)}{path.suffix}"
+    made = path.with_name(name)
+    # asked of the system for this one file: the umask itself belongs to the whole process
+    os.close(os.open(made, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+    return made
+
+
+__all__ = ["brake_of", "catalogue", "load", "materials", "write_whole"]

@@ -14,7 +14,7 @@ from typing import Any
 
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
-from layerjam.units import QuantitySpec, parse, show
+from layerjam.units import exact_text, parse, show
 
 Curve = tuple[tuple[float, float], ...]
 """Points (vacuum [Pa], flow of free air [m^3/s])."""
@@ -27,34 +27,37 @@ MOST_FLOW = 1.0
 def check_curve(points: Curve, name: str) -> Curve:
     """The points; QuantityError unless they fall from no vacuum to a last one without flow."""
     if len(points) < 2:
-        raise QuantityError(f"{name}: {len(points)} point is none; a flow curve has at least two")
+        raise QuantityError.of(name, f"{len(points)} point is none; a flow curve has at least two")
     if len(points) > MOST_POINTS:
-        raise QuantityError(f"{name}: {len(points)} points; at most {MOST_POINTS} are allowed")
+        raise QuantityError.of(name, f"{len(points)} points; at most {MOST_POINTS} are allowed")
     for vacuum, flow in points:
         if not (0 <= vacuum <= STANDARD and 0 <= flow <= MOST_FLOW):
-            raise QuantityError(
-                f"{name}: {_point(vacuum, flow)} is not allowed; vacuums lie between zero and "
-                f"{show(STANDARD, 'Pa', 6)}, flows between zero and {show(MOST_FLOW, 'm^3/s')}"
+            raise QuantityError.of(
+                name,
+                f"{_point(vacuum, flow)} is not allowed; vacuums lie between zero and "
+                f"{show(STANDARD, 'Pa', 6)}, flows between zero and {show(MOST_FLOW, 'm^3/s')}",
             )
     if points[0][0] != 0:
-        raise QuantityError(
-            f"{name}: begins at {show(points[0][0], 'Pa')}; its first point is at no vacuum"
+        raise QuantityError.of(
+            name, f"begins at {show(points[0][0], 'Pa')}; its first point is at no vacuum"
         )
     for one, two in pairwise(points):
         if not two[0] > one[0]:
-            raise QuantityError(
-                f"{name}: the vacuum does not rise from {show(one[0], 'Pa')} to "
-                f"{show(two[0], 'Pa')}; points stand in the order of rising vacuum"
+            raise QuantityError.of(
+                name,
+                f"the vacuum does not rise from {show(one[0], 'Pa')} to "
+                f"{show(two[0], 'Pa')}; points stand in the order of rising vacuum",
             )
         if not two[1] < one[1]:
-            raise QuantityError(
-                f"{name}: the flow does not fall from {_point(*one)} to {_point(*two)}; the free "
-                "air a pump moves falls strictly with vacuum"
+            raise QuantityError.of(
+                name,
+                f"the flow does not fall from {_point(*one)} to {_point(*two)}; the free "
+                "air a pump moves falls strictly with vacuum",
             )
     if points[-1][1] != 0:
-        raise QuantityError(
-            f"{name}: ends with {_point(*points[-1])}; its last point is the greatest vacuum, "
-            "without flow"
+        raise QuantityError.of(
+            name,
+            f"ends with {_point(*points[-1])}; its last point is the greatest vacuum, without flow",
         )
     return points
 
@@ -78,18 +81,33 @@ def free_flow(vacuum: float, points: Curve) -> float:
 
 
 @dataclass(frozen=True)
-class CurveMeaning(QuantitySpec):
+class CurveSpec:
     """What a file says of a curve: `[["0 kPa", "10 L/min"], ...]`."""
+
+    text: str = "flow of free air over vacuum, point by point"
+    unit: str = "m^3/s"
+    """Of the flows; vacuums are in Pa."""
+
+    def allowed(self) -> str:
+        """The form of its points."""
+        return "points (vacuum, flow), from no vacuum to no flow"
 
     def read(self, text: object, name: str) -> Any:
         """The points, in SI; raises QuantityError for what is no flow curve."""
         if not (isinstance(text, list) and all(isinstance(p, list) and len(p) == 2 for p in text)):
-            raise QuantityError(
-                f"{name}: is no list of points such as "
-                '[["0 kPa", "10 L/min"], ["60 kPa", "0 L/min"]]'
+            raise QuantityError.of(
+                name, 'is no list of points such as [["0 kPa", "10 L/min"], ["60 kPa", "0 L/min"]]'
             )
         made = tuple((parse(v, "Pa", name), parse(f, "m^3/s", name)) for v, f in text)
         return check_curve(made, name)
 
+    def check(self, value: Any, name: str) -> Any:
+        """The points, if they are a flow curve."""
+        return check_curve(value, name)
 
-CURVE = CurveMeaning("m^3/s", "flow of free air over vacuum, point by point")
+    def written(self, value: Any) -> object:
+        """The points as pairs of texts."""
+        return [[exact_text(v, "Pa"), exact_text(f, "m^3/s")] for v, f in value]
+
+
+CURVE = CurveSpec()

@@ -9,42 +9,60 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, ClassVar, Self
 
-from layerjam.device.shipped import shipped, text_of
-from layerjam.device.source import Source
-from layerjam.device.toml import Reader, line_of, parse_toml
-from layerjam.errors import FileError, LayerjamError
-from layerjam.fluid.curve import CURVE
 from layerjam.fluid.line import Line, validate
 from layerjam.fluid.parts import FAMILIES, part_entries
-from layerjam.units import QuantitySpec, build, quantities
-
-_FIELDS: dict[str, tuple[QuantitySpec, bool]] = {p: (m, r) for p, m, r in quantities(Line)}
-_FIELDS["pump.curve"] = (CURVE, False)
-_DUE = ("chamber.volume", "pump.flow")
+from layerjam.records.changes import RecordFile, paths_of
+from layerjam.records.reader import Reader
+from layerjam.records.shipped import shipped, text_of
+from layerjam.records.toml import parse_toml
+from layerjam.records.values import Entry, entries
 
 
 @dataclass(frozen=True, kw_only=True)
-class LineFile:
+class LineFile(RecordFile[Line]):
     """A line with its name, and where each of its numbers comes from."""
 
-    name: str
     line: Line
-    sources: Mapping[str, Source] = field(repr=False)
-    text: str = field(repr=False)
-    title: str = ""
     parts: Mapping[str, str] = field(default_factory=dict)
     """Parts of the catalogue, by table."""
 
+    fields: ClassVar[Mapping[str, Entry]] = MappingProxyType(dict(entries(Line)))
+    holds: ClassVar[str] = "line"
+    heading: ClassVar[str] = "A vacuum line."
+
+    @classmethod
+    def read(cls, text: str, path: object) -> Self:
+        """The file from its TOML text; FileError with file and line for what it cannot be."""
+        tables = parse_toml(text, path)
+        reader = Reader(text, path, cls.fields)
+        parts = _with_parts(tables, reader)
+        reader.take(tables)
+        reader.require(*(["pump.flow"] if "pump.curve" not in reader.values else []))
+        with reader.located():
+            line = reader.record(Line)
+            validate(line)
+        name = reader.words.get("name", "")
+        if not name.strip():
+            raise reader.fail("name", "name is missing")
+        return cls(
+            name=name,
+            line=line,
+            sources=reader.sources,
+            text=text,
+            parts=parts,
+            title=reader.words.get("title", ""),
+        )
+
     def warnings(self) -> list[str]:
         """What every result made with this line has to say about its numbers."""
-        out = []
-        for kind, word in (("inferred", "inferred"), ("assumed", "assumed values")):
-            paths = [p for p, s in self.sources.items() if s.kind == kind]
-            if paths:
-                out.append(f"{', '.join(paths)} of {self.name}: {word}, not measured")
-        return out
+        return [
+            f"{', '.join(paths)} of {self.name}: {word}, not measured"
+            for kind, word in (("inferred", "inferred"), ("assumed", "assumed values"))
+            if (paths := paths_of(self.sources, kind))
+        ]
 
 
 def _texts() -> dict[str, str]:
@@ -61,51 +79,23 @@ def load_line(line: str | Path) -> LineFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    return read_line(*text_of("line", line, _texts()))
+    return LineFile.read(*text_of("line", line, _texts()))
 
 
 def read_line(text: str, path: object) -> LineFile:
     """A LineFile from TOML text; FileError with file and line for what it cannot be."""
-    tables: dict[str, Any] = parse_toml(text, path)
-    reader = Reader(text, path, _FIELDS)
-    parts = _with_parts(tables, reader)
-    reader.take(tables)
-    due = [p for p in _DUE if p not in reader.values]
-    if "pump.curve" in reader.values and "pump.flow" in due:
-        due.remove("pump.flow")
-    for table in {p.split(".")[0] for p in reader.values if "." in p}:
-        due += [
-            p for p, (_, r) in _FIELDS.items()
-            if r and p.startswith(f"{table}.") and p not in reader.values and p not in due
-        ]  # fmt: skip
-    if due:
-        what = ", ".join(f"{p} ({_FIELDS[p][0].text})" for p in due[:4])
-        raise FileError(path, f"{what} {'is' if len(due) == 1 else 'are'} missing")
-    try:
-        line = build(Line, reader.values)
-        validate(line)
-    except LayerjamError as err:
-        raise FileError(path, str(err), line_of(text, str(err).split(":")[0])) from None
-    name = tables.get("name")
-    if not isinstance(name, str) or not name.strip():
-        raise FileError(path, "name is missing", line_of(text, "name"))
-    return LineFile(
-        name=name, line=line, sources=reader.sources, text=text, parts=parts,
-        title=str(tables.get("title", "")),
-    )  # fmt: skip
+    return LineFile.read(text, path)
 
 
 def _with_parts(tables: dict[str, Any], reader: Reader) -> dict[str, str]:
-    """Replace `part` in a line's tables by the part's entries; gives the names."""
+    """Replace `part` in a line's tables by the part's entries; the names by table."""
     found = {}
     for family in FAMILIES:
         table = tables.get(family)
         if not isinstance(table, dict) or "part" not in table:
             continue
         beside = {k: v for k, v in table.items() if k != "part"}
-        try:
+        with reader.located(f"{family}.part"):
             tables[family] = part_entries(family, table["part"], beside)
-        except LayerjamError as err:
-            raise reader.fail(f"{family}.part", str(err)) from None
         found[family] = table["part"]
     return found

@@ -6,11 +6,11 @@ volume per time [Pa m^3/s], which counts gas at one temperature.
 
 from __future__ import annotations
 
-from dataclasses import field
-
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
-from layerjam.fluid.curve import Curve, check_curve
+from layerjam.fluid.curve import CURVE, Curve
+from layerjam.records.changes import Change, changed
+from layerjam.records.values import value
 from layerjam.units import check, nested, quantity, record, show
 
 
@@ -58,7 +58,7 @@ class Pump:
         "m^3/s", "volume one pump displaces per time: the flow at its inlet where ultimate is zero",
         lo=1e-12, hi=1, symbol="Q", default=None,
     )  # fmt: skip
-    curve: Curve | None = field(default=None)
+    curve: Curve | None = value(CURVE, default=None)
     """Points (vacuum, flow of free air) of a data sheet's curve, from no vacuum to no flow."""
     count: int = quantity("1", "pumps in parallel", lo=1, hi=100, whole=True, default=1)
     ultimate: float = quantity(
@@ -138,29 +138,39 @@ class Line:
     )  # fmt: skip
     site: Site = nested(Site, default=Site())
 
+    def with_(self, **changes: Change) -> Line:
+        """The line with other numbers by name, such as chamber_volume="8 mL" or flow="2 L/min".
+
+        Checked as `Brake.with_` is; raises UnknownNameError or QuantityError.
+        """
+        made = changed(self, changes)
+        validate(made)
+        return made
+
 
 def validate(line: Line) -> None:
     """Raise QuantityError for values that are out of bounds or contradict each other."""
     check(line)
     atmosphere, chamber = line.site.atmosphere, line.chamber
     if (line.pump.flow is None) == (line.pump.curve is None):
-        raise QuantityError(
-            "pump.flow: a pump has a flow or a flow curve, pump.curve; "
-            + ("neither is given" if line.pump.flow is None else "both are given")
+        raise QuantityError.of(
+            "pump.flow",
+            "a pump has a flow or a flow curve, pump.curve; "
+            + ("neither is given" if line.pump.flow is None else "both are given"),
         )
-    if line.pump.curve is not None:
-        check_curve(line.pump.curve, "pump.curve")
-        if line.pump.ultimate:
-            raise QuantityError(
-                "pump.ultimate: a flow curve ends at the lowest pressure; give one of the two"
-            )
+    if line.pump.curve is not None and line.pump.ultimate:
+        raise QuantityError.of(
+            "pump.ultimate", "a flow curve ends at the lowest pressure; give one of the two"
+        )
     if line.pump.ultimate >= atmosphere:
-        raise QuantityError(
-            f"pump.ultimate: {show(line.pump.ultimate, 'Pa')} is no vacuum at an atmosphere of "
-            f"{show(atmosphere, 'Pa')}"
+        raise QuantityError.of(
+            "pump.ultimate",
+            f"{show(line.pump.ultimate, 'Pa')} is no vacuum at an atmosphere of "
+            f"{show(atmosphere, 'Pa')}",
         )
     if chamber.volume - chamber.shrink * atmosphere <= 0:
-        raise QuantityError(
-            f"chamber.shrink: {show(chamber.shrink * atmosphere, 'm^3')} would go at a full "
-            f"vacuum; the chamber has {show(chamber.volume, 'm^3')}"
+        raise QuantityError.of(
+            "chamber.shrink",
+            f"{show(chamber.shrink * atmosphere, 'm^3')} would go at a full "
+            f"vacuum; the chamber has {show(chamber.volume, 'm^3')}",
         )

@@ -12,13 +12,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
+from types import MappingProxyType
 from typing import Any
 
-from layerjam.device.source import Source
-from layerjam.device.toml import Reader, parse_toml
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.fluid.curve import CURVE
+from layerjam.fluid.curve import CURVE, CurveSpec
 from layerjam.fluid.line import Pump, Sensor, Valve
+from layerjam.records.reader import Reader
+from layerjam.records.source import Source
+from layerjam.records.toml import parse_toml
+from layerjam.records.values import Entry, TextSpec
 from layerjam.units import QuantitySpec, quantities
 
 FAMILIES: dict[str, type] = {"pump": Pump, "valve": Valve, "sensor": Sensor}
@@ -37,7 +40,7 @@ ASSUMED: dict[str, dict[str, tuple[object, str]]] = {
         "offset": ("0 Pa", "not printed: taken as none"),
     },
 }
-_TEXTS = {"name", "kind", "note"}
+_TEXTS = {word: TextSpec(blank=word == "note") for word in ("name", "kind", "note")}
 _ANY = float("-inf")
 PRINTED = {
     "free_flow": QuantitySpec("m^3/s", "free air without vacuum", open_lo=True),
@@ -96,19 +99,22 @@ class Part:
         return None if need in self.values or "curve" in self.values else need
 
 
-def family_fields(family: str) -> dict[str, QuantitySpec]:
+def family_fields(family: str) -> dict[str, QuantitySpec | CurveSpec]:
     """Fields of a family's record, with a pump's curve."""
-    found = {name: spec for name, spec, _ in quantities(FAMILIES[family])}
+    found: dict[str, QuantitySpec | CurveSpec] = {
+        name: spec for name, spec, _ in quantities(FAMILIES[family])
+    }
     return {**found, "curve": CURVE} if family == "pump" else found
 
 
 @cache
-def parts(family: str) -> dict[str, Part]:
-    """Every entry of a family, "pump", "valve" or "sensor", by name."""
+def parts(family: str) -> Mapping[str, Part]:
+    """Every entry of a family, "pump", "valve" or "sensor", by name; read only."""
     if family not in FAMILIES:
         raise UnknownNameError("family of parts", family, FAMILIES)
     place = files("layerjam.fluid") / "catalogue" / f"{family}s.toml"
-    return read_parts(place.read_text(encoding="utf-8"), f"{family}s.toml", family)
+    read = read_parts(place.read_text(encoding="utf-8"), f"{family}s.toml", family)
+    return MappingProxyType(read)
 
 
 def read_parts(text: str, path: object, family: str) -> dict[str, Part]:
@@ -119,13 +125,12 @@ def read_parts(text: str, path: object, family: str) -> dict[str, Part]:
 
 def _part(name: str, table: Any, text: str, path: object, family: str) -> Part:
     own = family_fields(family)
-    known = {f"{name}.{k}": (m, False) for k, m in {**PRINTED, **own}.items()}
+    known = {f"{name}.{k}": Entry(spec) for k, spec in {**PRINTED, **own}.items()}
     reader = Reader(text, path, known)
     if not isinstance(table, dict):
         raise reader.fail(name, f"{name} must be a table, [{name}]")
-    words = {k: table.get(k, "") for k in _TEXTS}
-    if not (all(isinstance(w, str) for w in words.values()) and words["name"] and words["kind"]):
-        raise reader.fail(name, f"{name} needs a name and a kind, texts in quotes")
+    with reader.located(name):
+        words = {k: spec.read(table.get(k, ""), f"{name}.{k}") for k, spec in _TEXTS.items()}
     entries = {k: _in_full(v, table) for k, v in table.items() if k not in _TEXTS}
     ends = entries.get("free_flow"), entries.get("ultimate_vacuum")
     if "curve" not in entries and all(isinstance(e, dict) and "value" in e for e in ends):
@@ -140,12 +145,16 @@ def _part(name: str, table: Any, text: str, path: object, family: str) -> Part:
             reader.entry(f"{name}.{key}", entries[key])
     short = {k.removeprefix(f"{name}."): v for k, v in reader.values.items()}
     return Part(
-        name=name, family=family, title=words["name"], kind=words["kind"], note=words["note"],
+        name=name,
+        family=family,
+        title=words["name"],
+        kind=words["kind"],
+        note=words["note"],
         values={k: v for k, v in short.items() if k in own},
         printed={k: v for k, v in short.items() if k not in own},
         sources={k.removeprefix(f"{name}."): s for k, s in reader.sources.items()},
         entries={k: v for k, v in entries.items() if k in own},
-    )  # fmt: skip
+    )
 
 
 def _in_full(entry: Any, table: Mapping[str, Any]) -> Any:
@@ -190,9 +199,10 @@ def part_entries(family: str, name: object, beside: Mapping[str, object]) -> dic
     part = known[name]
     if part.missing is not None and part.missing not in beside and "curve" not in beside:
         spec = family_fields(family)[part.missing]
-        raise QuantityError(
-            f"{family}.part: {name} has no {part.missing} ({spec.text}), which none of its "
-            f"sources prints; give {family}.{part.missing} beside it"
+        raise QuantityError.of(
+            f"{family}.part",
+            f"{name} has no {part.missing} ({spec.text}), which none of its "
+            f"sources prints; give {family}.{part.missing} beside it",
         )
     taken = dict(part.entries)
     if "flow" in beside and taken.pop("curve", None) is not None:

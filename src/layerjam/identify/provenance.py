@@ -11,8 +11,8 @@ from typing import Any
 
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
-from layerjam.device.source import Source
 from layerjam.identify.checks import Check
+from layerjam.records.source import Source
 
 
 def sha256(path: str) -> str:

@@ -236,9 +236,10 @@ class Form:
             words.encode(encoding)
         except UnicodeEncodeError as error:
             letter = words[error.start]
-            raise QuantityError(
-                f"files.encoding: {encoding} has no '{letter}', which the layout {self.layout} in "
-                f"language '{language}' needs; utf-8 has it"
+            raise QuantityError.of(
+                "files.encoding",
+                f"{encoding} has no '{letter}', which the layout {self.layout} in "
+                f"language '{language}' needs; utf-8 has it",
             ) from None
 
 

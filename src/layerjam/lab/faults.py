@@ -92,14 +92,16 @@ class Faults:
 def consistent(machine: Faults) -> None:
     """Raise QuantityError for faults that contradict each other."""
     if machine.slack > 0 and machine.preload > 0:
-        raise QuantityError(
-            f"machine.slack: {machine.slack * 1e3:g} mm is not allowed together with a preload of "
-            f"{machine.preload:g} N, which takes the slack out; give one of them"
+        raise QuantityError.of(
+            "machine.slack",
+            f"{machine.slack * 1e3:g} mm is not allowed together with a preload of "
+            f"{machine.preload:g} N, which takes the slack out; give one of them",
         )
     if machine.jitter * machine.sampling_rate > 0.2:
-        raise QuantityError(
-            f"machine.jitter: {machine.jitter:.4g} s is not allowed; it is at most 0.2 of the "
-            f"sampling period, {0.2 / machine.sampling_rate:.4g} s"
+        raise QuantityError.of(
+            "machine.jitter",
+            f"{machine.jitter:.4g} s is not allowed; it is at most 0.2 of the "
+            f"sampling period, {0.2 / machine.sampling_rate:.4g} s",
         )
 
 

@@ -52,14 +52,15 @@ def _sampled(duration: float, machine: Machine, random: np.random.Generator) -> 
     """Moments of the samples [s], rising."""
     rate = machine.sampling_rate
     if not (rate > 0 and 0 < duration * rate < 1e8):
-        raise QuantityError(
-            f"duration: {duration:.4g} s at {rate:.4g} Hz is not allowed; it must give 1 to 1e8 "
-            "samples"
+        raise QuantityError.of(
+            "duration",
+            f"{duration:.4g} s at {rate:.4g} Hz is not allowed; it must give 1 to 1e8 samples",
         )
     if not 0 <= machine.jitter * rate <= 0.2:
-        raise QuantityError(
-            f"jitter: {machine.jitter:.4g} s is not allowed; it is at most 0.2 of the sampling "
-            f"period, {0.2 / rate:.4g} s"
+        raise QuantityError.of(
+            "jitter",
+            f"{machine.jitter:.4g} s is not allowed; it is at most 0.2 of the sampling "
+            f"period, {0.2 / rate:.4g} s",
         )
     time = np.arange(int(np.floor(duration * rate * (1 + 1e-12))) + 1) / rate
     # Drawn also without jitter, so that one fault more leaves the other faults' numbers alone;
@@ -106,9 +107,10 @@ def pull(
     slip = np.asarray(slip_at_elongation(elongation, vacuum, brake))
     force = float(working_stiffness(brake)) * (elongation - slip)
     if not np.isfinite(force).all():
-        raise QuantityError(
-            f"vacuum: {vacuum:.6g} Pa is not allowed; it is zero or more, and below what makes "
-            "the brake snap on its mount"
+        raise QuantityError.of(
+            "vacuum",
+            f"{vacuum:.6g} Pa is not allowed; it is zero or more, and below what makes "
+            "the brake snap on its mount",
         )
     return Trace(
         _measured(force, time, machine, random),

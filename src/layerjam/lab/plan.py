@@ -71,7 +71,9 @@ def planned(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
     labels = [s.label for s in subjects]
     if len(set(labels)) < len(labels):
         twice = next(label for label in labels if labels.count(label) > 1)
-        raise QuantityError(f"brakes.label: '{twice}' names two brakes; give each its own label")
+        raise QuantityError.of(
+            "brakes.label", f"'{twice}' names two brakes; give each its own label"
+        )
     for subject, vacuum in itertools.product(subjects, spec.pulls.vacuums):
         _vacuum_allowed(subject, vacuum, spec.machine)
     for speed in spec.pulls.speeds if spec.pulls.vacuums else ():
@@ -80,7 +82,7 @@ def planned(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
         samples(spec.friction.travel / spec.friction.speed, sled_machine(spec))
     plain = [*_friction_tests(spec, subjects), *_pulls(spec, subjects)]
     if len({t.name for t in plain}) < len(plain):
-        raise QuantityError("pulls: two vacuums or speeds are alike to five digits")
+        raise QuantityError.of("pulls", "two vacuums or speeds are alike to five digits")
     last = max(1, len(plain) - 1)
     tests = [
         _scattered(spec, replace(t, number=n, warmer=spec.machine.warming * n / last))
@@ -97,9 +99,10 @@ def _subject(truth: Truth) -> Subject:
     kinetic = truth.kinetic if truth.kinetic is not None else known.film.kinetic
     static = truth.static if truth.static is not None else known.film.static
     if kinetic > static:
-        raise QuantityError(
-            f"brakes.kinetic: {kinetic:g} is more than the static friction, {static:g}; kinetic "
-            "friction is at most the static one"
+        raise QuantityError.of(
+            "brakes.kinetic",
+            f"{kinetic:g} is more than the static friction, {static:g}; kinetic "
+            "friction is at most the static one",
         )
     # modulus and friction of the sleeve by the same factor: its force at every slip by that factor
     sleeve = truth.enclosure_factor
@@ -133,10 +136,11 @@ def _vacuum_allowed(subject: Subject, vacuum: float, machine: Faults) -> None:
     atmosphere = subject.true.site.atmosphere
     true = vacuum + machine.vacuum_error
     if not 0 <= true <= atmosphere or vacuum > atmosphere:
-        raise QuantityError(
-            f"pulls.vacuums: {show(vacuum, 'Pa', 6)} shown is {show(true, 'Pa', 6)} in the brake "
+        raise QuantityError.of(
+            "pulls.vacuums",
+            f"{show(vacuum, 'Pa', 6)} shown is {show(true, 'Pa', 6)} in the brake "
             f"{subject.label}; that is at least zero and at most the atmosphere, "
-            f"{show(atmosphere, 'Pa', 6)}"
+            f"{show(atmosphere, 'Pa', 6)}",
         )
 
 
@@ -149,9 +153,10 @@ def samples(lasts: float, machine: Faults) -> int:
     """Samples of one test."""
     count = int(np.floor(lasts * machine.sampling_rate * (1 + 1e-12))) + 1
     if not 10 <= count <= MOST_SAMPLES:
-        raise QuantityError(
-            f"sampling_rate: a test of {show(lasts, 's')} at {machine.sampling_rate:g} Hz has "
-            f"{count} samples; 10 to {MOST_SAMPLES} are allowed"
+        raise QuantityError.of(
+            "sampling_rate",
+            f"a test of {show(lasts, 's')} at {machine.sampling_rate:g} Hz has "
+            f"{count} samples; 10 to {MOST_SAMPLES} are allowed",
         )
     return count
 

@@ -68,9 +68,10 @@ def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
     vacuum = _column([float(t.true_vacuum or 0.0) for t in tests]) - machine.vacuum_loss * rising
     slip = np.asarray(slip_at_elongation(stretch, vacuum, stacked))
     if not np.isfinite(slip).all():
-        raise QuantityError(
-            f"pulls.vacuums: a pull of {subject.label} cannot be; the vacuum stays zero or more "
-            "and below what makes the brake snap on its mount"
+        raise QuantityError.of(
+            "pulls.vacuums",
+            f"a pull of {subject.label} cannot be; the vacuum stays zero or more "
+            "and below what makes the brake snap on its mount",
         )
     back = speed * np.maximum(time - turned, 0.0)
     if spec.pulls.unload > 0:
@@ -103,10 +104,11 @@ def _returns(subject: Subject, slip: Array, vacuum: Array, stacked: Brake) -> No
     end, last = slip[:, -1:], np.broadcast_to(vacuum, slip.shape)[:, -1:]
     sleeve = np.asarray(enclosure_force(end, last, stacked))
     if (sleeve > np.asarray(sheet_friction(end, last, stacked))).any():
-        raise QuantityError(
-            f"pulls.unload: at {show(float(last.min()), 'Pa')} the sleeve of {subject.label} is "
+        raise QuantityError.of(
+            "pulls.unload",
+            f"at {show(float(last.min()), 'Pa')} the sleeve of {subject.label} is "
             "stronger than its sheets' friction and would close it on the way back; unload at "
-            "more vacuum or after less travel"
+            "more vacuum or after less travel",
         )
 
 

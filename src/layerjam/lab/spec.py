@@ -6,15 +6,17 @@ error messages and the commented example come from them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import MISSING, Field, dataclass, field, fields
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from types import MappingProxyType
 from typing import Any
 
 from layerjam.device.file import BrakeFile
-from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.errors import QuantityError
 from layerjam.lab.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form
 from layerjam.lab.faults import Faults, consistent
-from layerjam.units import QuantitySpec, quantity, show
+from layerjam.records.values import ListSpec, TextSpec, value
+from layerjam.units import QuantitySpec, check, nested, quantity, show
 
 MOST_TESTS = 10_000
 MOST_SAMPLES = 5_000_000
@@ -24,14 +26,12 @@ _SIZE = QuantitySpec("1", "standard deviation from repeat to repeat, part of the
 
 def _several(unit: str, text: str, default: tuple[float, ...], **bounds: Any) -> Any:
     """A field that holds a list of quantities."""
-    spec = QuantitySpec(unit, text, **bounds)
-    return field(default=default, metadata={"quantity": spec, "several": True})
+    return value(ListSpec(each=QuantitySpec(unit, text, **bounds), distinct=True), default)
 
 
-def _word(text: str, default: Any, choices: tuple[str, ...] = (), several: bool = False) -> Any:
-    """A field that holds a text, or a list of them, each one of `choices` where there are any."""
-    about = {"text": text, "choices": choices, "several": several}
-    return field(default=default, metadata=about)
+def _word(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
+    """A field that holds a text, one of `choices` where there are any."""
+    return value(TextSpec(text=text, choices=choices), default)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,7 +140,9 @@ class Scatter:
 class Files:
     """What the files look like; with several layouts each file takes the next one."""
 
-    layouts: tuple[str, ...] = _word("layouts, taken in turn", ("own",), tuple(LAYOUTS), True)
+    layouts: tuple[str, ...] = value(
+        ListSpec(each=TextSpec(text="layouts, taken in turn", choices=tuple(LAYOUTS))), ("own",)
+    )
     encoding: str = _word("encoding; 'usual' is each layout's own", "usual", ("usual", *ENCODINGS))
     decimal: str = _word("decimal sign; 'usual' is each layout's own", "usual", ("usual", ".", ","))
     language: str = _word("language of the columns' names", "en", tuple(LANGUAGES))
@@ -178,58 +180,36 @@ class Spec:
 
     brakes: tuple[Truth, ...] = ()
     seed: int = quantity("1", "seed of all random numbers", hi=2**63 - 1, whole=True, default=1)
-    pulls: Pulls = field(default=Pulls())
-    friction: FrictionTests = field(default=FrictionTests())
-    scatter: Scatter = field(default=Scatter())
-    machine: Faults = field(default=Faults())
-    files: Files = field(default=Files())
-    practice: Practice = field(default=Practice())
+    pulls: Pulls = nested(Pulls, default=Pulls())
+    friction: FrictionTests = nested(FrictionTests, default=FrictionTests())
+    scatter: Scatter = nested(Scatter, default=Scatter())
+    machine: Faults = nested(Faults, default=Faults())
+    files: Files = nested(Files, default=Files())
+    practice: Practice = nested(Practice, default=Practice())
 
 
-TABLES: dict[str, Any] = {"brakes": Truth} | {
-    f.name: type(f.default) for f in fields(Spec) if f.name not in ("brakes", "seed")
-}
-
-
-def places(record: Any) -> Iterator[tuple[Field[Any], Any]]:
-    """The fields of one table with their values."""
-    for place in fields(record):
-        yield place, getattr(record, place.name)
-
-
-def value_checked(place: Field[Any], value: Any, name: str) -> None:
-    """Raise QuantityError or UnknownNameError where a value is not what its field allows."""
-    if value is None or isinstance(value, BrakeFile):
-        return
-    spec, several = place.metadata.get("quantity"), place.metadata.get("several")
-    for each in value if several else (value,):
-        if spec is not None:
-            spec.check(each, name)
-        elif place.metadata["choices"] and each not in place.metadata["choices"]:
-            raise UnknownNameError(name.rpartition(".")[2], str(each), place.metadata["choices"])
-    if several and len(set(value)) < len(value) and spec is not None:
-        raise QuantityError(f"{name}: holds the same value twice")
+TABLES: Mapping[str, type] = MappingProxyType(
+    {"brakes": Truth}
+    | {f.name: f.metadata["record"] for f in fields(Spec) if "record" in f.metadata}
+)
 
 
 def checked(spec: Spec) -> Spec:
     """The spec, if every number lies within its bounds and the whole makes sense."""
     if not spec.brakes:
-        raise QuantityError("brakes: none is given; a campaign needs at least one [[brakes]]")
-    for table in TABLES:
-        for record in spec.brakes if table == "brakes" else (getattr(spec, table),):
-            for place, value in places(record):
-                value_checked(place, value, f"{table}.{place.name}")
-    for place, value in places(spec):
-        if "quantity" in place.metadata:
-            value_checked(place, value, place.name)
+        raise QuantityError.of("brakes", "none is given; a campaign needs at least one [[brakes]]")
+    for truth in spec.brakes:
+        check(truth, "brakes.")
+    check(spec)
     consistent(spec.machine)
     if spec.pulls.unload > spec.pulls.travel:
-        raise QuantityError(
-            f"pulls.unload: {show(spec.pulls.unload, 'm')} is more than the travel, "
-            f"{show(spec.pulls.travel, 'm')}"
+        raise QuantityError.of(
+            "pulls.unload",
+            f"{show(spec.pulls.unload, 'm')} is more than the travel, "
+            f"{show(spec.pulls.travel, 'm')}",
         )
     if not spec.files.layouts:
-        raise QuantityError("files.layouts: none is given; name at least one")
+        raise QuantityError.of("files.layouts", "none is given; name at least one")
     for layout in spec.files.layouts:
         said = spec.files
         Form(
@@ -239,13 +219,16 @@ def checked(spec: Spec) -> Spec:
     pulls *= spec.pulls.repeats
     tests = pulls + len(spec.brakes) * spec.friction.repeats
     if not tests:
-        raise QuantityError("pulls.vacuums: none is given, and no friction test: nothing to test")
+        raise QuantityError.of(
+            "pulls.vacuums", "none is given, and no friction test: nothing to test"
+        )
     if tests > MOST_TESTS:
         raise QuantityError(f"the campaign has {tests} tests; at most {MOST_TESTS} are allowed")
-    faulty = sum(value for _, value in places(spec.practice))
+    faulty = sum(vars(spec.practice).values())
     if faulty > pulls:
-        raise QuantityError(
-            f"practice: asks for {faulty} faulty files, but there are {pulls} pulls, and each has "
-            "at most one such fault"
+        raise QuantityError.of(
+            "practice",
+            f"asks for {faulty} faulty files, but there are {pulls} pulls, and each has "
+            "at most one such fault",
         )
     return spec

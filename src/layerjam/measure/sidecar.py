@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from layerjam.device.load import write_whole
-from layerjam.device.toml import line_of, parse_toml, read_text
-from layerjam.errors import FileError, LayerjamError, UnknownNameError
-from layerjam.units import exact_text, quantity
+from layerjam.records.reader import Reader
+from layerjam.records.toml import parse_toml, read_text
+from layerjam.records.values import FlagSpec, TextSpec, entries, value
+from layerjam.records.writer import literal
+from layerjam.units import quantity
 
 SIDECAR_ENDING = ".toml"
 READ = "read"
@@ -25,14 +26,17 @@ class Facts:
     )
     speed: float | None = quantity("m/s", "speed of the crosshead", open_lo=True, default=None)
     repeat: int | None = quantity("1", "number of the repeat", whole=True, default=None)
-    brake: str | None = None
+    brake: str | None = value(TextSpec(text="name of the brake"), default=None)
     normal_force: float | None = quantity(
         "N", "normal force of a friction test", open_lo=True, default=None
     )
-    procedure: str | None = None
-    synthetic: bool = False
+    procedure: str | None = value(TextSpec(text="what was done"), default=None)
+    synthetic: bool = value(FlagSpec(text="whether the file is computed"), default=False)
     seed: int | None = quantity("1", "seed of a synthetic file", whole=True, default=None)
-    note: str = ""
+    note: str = value(TextSpec(text="anything else"), default="")
+
+
+_FIELDS = dict(entries(Facts))
 
 
 def sidecar_path(path: str | Path) -> Path:
@@ -46,64 +50,38 @@ def read_facts(path: str | Path) -> Facts:
 
     Raises FileError, with file and line, for broken TOML, an unknown key or a bad value.
     """
+    text = text_beside(path)
+    beside = sidecar_path(path)
+    reader = Reader(text, beside, _FIELDS, words={})
+    reader.take({k: v for k, v in parse_toml(text, beside).items() if k != READ})
+    return reader.record(Facts)
+
+
+def text_beside(path: str | Path) -> str:
+    """The text of a data file's sidecar; empty where there is none."""
     beside = sidecar_path(path)
     try:
-        if not beside.exists():
-            return Facts()
+        there = beside.exists()
     except (OSError, ValueError):  # a name too long or with a NUL is no sidecar either
-        return Facts()
-    text = read_text(beside)
-    known = {f.name: f for f in fields(Facts)}
-    values: dict[str, Any] = {}
-    for key, value in parse_toml(text, beside).items():
-        if key == READ:
-            continue
-        try:
-            if key not in known:
-                raise UnknownNameError("key", key, known)
-            values[key] = _value(known[key], key, value)
-        except LayerjamError as err:
-            raise FileError(beside, str(err), line_of(text, key)) from None
-    return Facts(**values)
-
-
-def _value(place: Any, key: str, value: object) -> object:
-    spec = place.metadata.get("quantity")
-    if spec is not None and spec.whole:
-        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
-            raise LayerjamError(f"{key} must be a whole number, zero or more: {spec.text}")
-        return value
-    if spec is not None:
-        return spec.read(value, key)
-    kind = bool if key == "synthetic" else str
-    if not isinstance(value, kind):
-        due = "true or false" if kind is bool else "a text in quotes"
-        raise LayerjamError(f"{key} must be {due}")
-    return value
+        there = False
+    return read_text(beside) if there else ""
 
 
 def facts_text(facts: Facts) -> str:
     """The sidecar's TOML; `read_facts` gives back exactly these facts."""
-    import tomlkit
-
-    document = tomlkit.document()
-    document.add(tomlkit.comment("What the data file beside this one does not say itself."))
-    for place in fields(Facts):
-        value = getattr(facts, place.name)
-        if value == (None if place.default is MISSING else place.default):
-            continue
-        spec = place.metadata.get("quantity")
-        if spec is not None and not spec.whole:
-            value = exact_text(float(value), spec.unit)
-        document.add(place.name, value)
-    return tomlkit.dumps(document)
+    lines = ["# What the data file beside this one does not say itself."]
+    for name, entry in _FIELDS.items():
+        stated = getattr(facts, name)
+        if stated != entry.default:
+            lines.append(f"{name} = {literal(entry.spec.written(stated))}")
+    return "\n".join([*lines, ""])
 
 
 def write_facts(path: str | Path, facts: Facts, force: bool = False) -> Path:
     """Write the sidecar of the data file `path`; FileError where one exists and not `force`."""
-    text = facts_text(facts)
+    text = facts_text(facts).encode()
     return write_whole(sidecar_path(path), lambda place: _write(place, text), force)
 
 
-def _write(place: Path, text: str) -> None:
-    place.write_text(text, encoding="utf-8", newline="\n")
+def _write(place: Path, content: bytes) -> None:
+    place.write_bytes(content)

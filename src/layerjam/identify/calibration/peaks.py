@@ -10,7 +10,6 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.device.source import Source
 from layerjam.errors import FitError
 from layerjam.identify.calibration.influence import Move, bootstrap_intervals, moves
 from layerjam.identify.calibration.intervals import Interval, Population, mean_interval
@@ -33,6 +32,7 @@ from layerjam.mechanics.pull import (
     scale_factor_of_peak,
 )
 from layerjam.mechanics.stiffness import stiffness_before_slip
+from layerjam.records.source import Source
 from layerjam.units import show
 
 WINDOW = (

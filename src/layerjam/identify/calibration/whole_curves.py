@@ -9,7 +9,6 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.device.source import Source
 from layerjam.errors import FitError
 from layerjam.identify.calibration.influence import Move, bootstrap_intervals, moves
 from layerjam.identify.calibration.intervals import Interval, quantile
@@ -23,6 +22,7 @@ from layerjam.identify.calibration.verdict import (
 )
 from layerjam.identify.curves import Curve, condition_words
 from layerjam.identify.pull.features import LINEAR
+from layerjam.records.source import Source
 from layerjam.units import show
 
 WINDOW = (

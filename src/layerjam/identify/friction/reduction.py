@@ -18,7 +18,6 @@ import numpy as np
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.mount import Site
-from layerjam.device.source import Source
 from layerjam.errors import FileError, FitError
 from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_of
 from layerjam.identify.friction.standards import PAPER, Standard
@@ -26,6 +25,7 @@ from layerjam.identify.provenance import sha256
 from layerjam.identify.repeats import OverRepeats, over_repeats
 from layerjam.identify.stick_slip import SawTeeth, find_saw_teeth
 from layerjam.measure.trace import Array, Trace
+from layerjam.records.source import Source
 from layerjam.units import show
 
 WINDOW = PAPER.window

@@ -2,22 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
 
-from layerjam.device.toml import line_of, parse_toml, read_text
-from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
+from layerjam.errors import QuantityError
 from layerjam.measure.readers.columns import Choices
 from layerjam.measure.readers.own import Own
 from layerjam.measure.readers.specimens import Specimen
-from layerjam.measure.sidecar import READ, sidecar_path
+from layerjam.measure.sidecar import READ, sidecar_path, text_beside
 from layerjam.measure.trace import Trace
+from layerjam.records.reader import Reader
+from layerjam.records.toml import parse_toml
+from layerjam.records.values import Entry, ListSpec, TextSpec
+from layerjam.units import QuantitySpec
 
-KEYS = ("negative", "column", "decimal", "columns", "specimen", "sheet")
+_TEXTS = ListSpec(each=TextSpec(), single=True)
+_FIELDS = {
+    f"{READ}.{key}": Entry(spec)
+    for key, spec in (
+        ("negative", _TEXTS),
+        ("column", _TEXTS),
+        ("decimal", TextSpec()),
+        ("columns", TextSpec()),
+        ("specimen", QuantitySpec("1", "number of the specimen", lo=1, whole=True)),
+        ("sheet", TextSpec()),
+    )
+}
+KEYS = tuple(path.removeprefix(f"{READ}.") for path in _FIELDS)
 """Of the table, named as the options of the commands."""
-_MANY = ("negative", "column")
 
 
 def choices_of(
@@ -42,10 +55,14 @@ def choices_of(
         if colon:
             units[role] = unit
     return Choices(
-        negative=tuple(negative), columns=names, decimal=decimal, units=units,
+        negative=tuple(negative),
+        columns=names,
+        decimal=decimal,
+        units=units,
         places=tuple(e.strip() for e in columns.split(",")) if columns else (),
-        specimen=specimen, sheet=sheet,
-    )  # fmt: skip
+        specimen=specimen,
+        sheet=sheet,
+    )
 
 
 def answers_beside(path: str | Path) -> Choices:
@@ -53,46 +70,11 @@ def answers_beside(path: str | Path) -> Choices:
 
     Raises FileError, with file and line, for an unknown key or a value that is none.
     """
-    beside = sidecar_path(path)
-    try:
-        if not beside.exists():
-            return Choices()
-    except (OSError, ValueError):  # a name too long or with a NUL is no sidecar either
-        return Choices()
-    text = read_text(beside)
-    table = parse_toml(text, beside).get(READ)
-    if table is None:
-        return Choices()
-    try:
-        return _choices(table)
-    except LayerjamError as err:
-        raise FileError(beside, str(err), line_of(text, READ)) from None
-
-
-def _choices(table: object) -> Choices:
-    if not isinstance(table, Mapping):
-        raise QuantityError(f"{READ} is a table: [{READ}], and below it lines such as decimal")
-    said: dict[str, Any] = {}
-    for key, value in table.items():
-        if key not in KEYS:
-            raise UnknownNameError(f"key in [{READ}]", key, KEYS)
-        said[key] = _value(key, value)
-    return choices_of(**said)
-
-
-def _value(key: str, value: object) -> Any:
-    if key in _MANY:
-        several = [value] if isinstance(value, str) else value
-        if not isinstance(several, list) or not all(isinstance(v, str) for v in several):
-            raise QuantityError(f"{key} must be a text in quotes or a list of such")
-        return several
-    if key == "specimen":
-        if isinstance(value, bool) or not isinstance(value, int):
-            raise QuantityError("specimen must be a whole number, 1 or more")
-        return value
-    if not isinstance(value, str):
-        raise QuantityError(f"{key} must be a text in quotes")
-    return value
+    beside, text = sidecar_path(path), text_beside(path)
+    reader = Reader(text, beside, _FIELDS)
+    reader.take({k: v for k, v in parse_toml(text, beside).items() if k == READ})
+    with reader.located(READ):
+        return choices_of(**{k.removeprefix(f"{READ}."): v for k, v in reader.values.items()})
 
 
 def over(given: Choices, beside: Choices) -> Choices:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from layerjam.design.rivals import rivals
-from layerjam.device.brake import Brake, mass, sheet_mass, sleeve_mass
+from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
 from layerjam.device.load import load
 from layerjam.fluid.closed_forms import rise_time
 from layerjam.fluid.file import load_line
@@ -45,7 +45,7 @@ def structure() -> list[Claim]:
     sheets = kapton.sheets
     one = float(buckling_force(0.0, kapton))
     top = float(peak(FULL, sheets.usable_travel, kapton).force)
-    computed = sheets.count * sheet_mass(kapton) + sleeve_mass(kapton)
+    computed = sheets.count * sheet_mass(kapton) + enclosure_mass(kapton)
     return [
         number(
             "stretches up to about 60 mm, leaving 8 mm of overlap", "II-A", 8.0,
@@ -54,8 +54,9 @@ def structure() -> list[Claim]:
         beyond(
             "total weight of each unit about 20 g", "II-A", 20.0, "g",
             f"sheets ({show(sheets.count * sheet_mass(kapton), 'kg')}) and sleeve "
-            f"({show(sleeve_mass(kapton), 'kg')}) can be computed; the masses of caps and fittings "
-            f"are not given, {show(mass(kapton) - computed, 'kg')} is what is left for them",
+            f"({show(enclosure_mass(kapton), 'kg')}) can be computed; the masses of caps and "
+            f"fittings are not given, {show(mass(kapton) - computed, 'kg')} is what is left for "
+            "them",
             ours=computed * 1e3,
         ),
         statement(

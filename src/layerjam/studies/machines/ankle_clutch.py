@@ -77,12 +77,13 @@ def _together(scenario: Scenario) -> None:
     part, angle = scenario.curves["gait.part"], scenario.curves["gait.angle"]
     moment = scenario.curves["gait.moment"]
     if not len(part) == len(angle) == len(moment):
-        raise QuantityError(
-            f"gait.part: {len(part)} values beside {len(angle)} of gait.angle and {len(moment)} of "
-            "gait.moment; they are rows of one length"
+        raise QuantityError.of(
+            "gait.part",
+            f"{len(part)} values beside {len(angle)} of gait.angle and {len(moment)} of "
+            "gait.moment; they are rows of one length",
         )
     if part[0] != 0 or part[-1] != 1 or (np.diff(part) <= 0).any():
-        raise QuantityError("gait.part: must rise from 0 to 100 % of the stride")
+        raise QuantityError.of("gait.part", "must rise from 0 to 100 % of the stride")
 
 
 KIND = Kind(

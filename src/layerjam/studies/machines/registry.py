@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from layerjam.device.shipped import shipped, text_of
+from layerjam.records.shipped import shipped, text_of
 from layerjam.studies.machines import ankle_clutch, neck_guard, rehabilitation, seat_belt
 from layerjam.studies.machines.scenario import Kind, Scenario, read_scenario
 from layerjam.studies.machines.verdict import Result

@@ -92,31 +92,36 @@ def _together(scenario: Scenario) -> None:
     exercise: Exercise = scenario.numbers.exercise
     angle, torque = scenario.curves["resistance.angle"], scenario.curves["resistance.torque"]
     if len(angle) != len(torque) or (np.diff(angle) <= 0).any():
-        raise QuantityError(
-            f"resistance.angle: {len(angle)} angles and {len(torque)} torques; they are rows of "
-            "one length, and the angles rise"
+        raise QuantityError.of(
+            "resistance.angle",
+            f"{len(angle)} angles and {len(torque)} torques; they are rows of "
+            "one length, and the angles rise",
         )
     if exercise.end <= exercise.start:
-        raise QuantityError(
-            f"exercise.end: {show(exercise.end, 'rad')} is not above exercise.start, "
-            f"{show(exercise.start, 'rad')}"
+        raise QuantityError.of(
+            "exercise.end",
+            f"{show(exercise.end, 'rad')} is not above exercise.start, "
+            f"{show(exercise.start, 'rad')}",
         )
     if angle[0] > exercise.start + 1e-9 or angle[-1] < exercise.end - 1e-9:
-        raise QuantityError(
-            "resistance.angle: must reach from exercise.start to exercise.end; it goes from "
-            f"{show(float(angle[0]), 'rad')} to {show(float(angle[-1]), 'rad')}"
+        raise QuantityError.of(
+            "resistance.angle",
+            "must reach from exercise.start to exercise.end; it goes from "
+            f"{show(float(angle[0]), 'rad')} to {show(float(angle[-1]), 'rad')}",
         )
     drawn = scenario.numbers.orthosis.pulley * (exercise.end - exercise.start)
     overlap = scenario.brake.brake.sheets.overlap * scenario.numbers.brakes.series
     if drawn >= overlap:
-        raise QuantityError(
-            f"orthosis.pulley: the cord runs {show(drawn, 'm')}, and the sheets of the brakes "
-            f"overlap by {show(overlap, 'm')}; a smaller pulley or angle will do"
+        raise QuantityError.of(
+            "orthosis.pulley",
+            f"the cord runs {show(drawn, 'm')}, and the sheets of the brakes "
+            f"overlap by {show(overlap, 'm')}; a smaller pulley or angle will do",
         )
     if scenario.numbers.brakes.series != 1:
-        raise QuantityError(
-            "brakes.series: brakes in a row slip one after the other, so that no one slip gives "
-            "their force; this machine takes 1"
+        raise QuantityError.of(
+            "brakes.series",
+            "brakes in a row slip one after the other, so that no one slip gives "
+            "their force; this machine takes 1",
         )
 
 

@@ -18,13 +18,15 @@ import numpy.typing as npt
 from layerjam.device.brake import mass
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
-from layerjam.device.source import Source
-from layerjam.device.toml import Reader, line_of, parse_toml
-from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
+from layerjam.errors import FileError, QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, load_line
+from layerjam.records.changes import paths_of
+from layerjam.records.reader import Reader
+from layerjam.records.source import Source
+from layerjam.records.toml import line_of, parse_toml
+from layerjam.records.values import Entry, TextSpec, entries
 from layerjam.units import (
     QuantitySpec,
-    build,
     check,
     get,
     parse,
@@ -50,20 +52,10 @@ class Brakes:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Word(QuantitySpec):
+class Word(TextSpec):
     """A word of the file: one of `choices`, or any text where there are none."""
 
-    unit: str = "1"
-    text: str = ""
-    choices: tuple[str, ...] = ()
-
-    def read(self, text: object, name: str) -> Any:
-        """The word; raises UnknownNameError for another."""
-        if not isinstance(text, str) or not text.strip():
-            raise QuantityError(f"{name}: must be a text in quotes, {self.text}")
-        if self.choices and text not in self.choices:
-            raise UnknownNameError(name, text, self.choices)
-        return text
+    blank: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +67,7 @@ class Curve(QuantitySpec):
         row = _ROW.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 20_000 else None
         words, unit = (row.group(1).split(), row.group(2)) if row else ([], "")
         if len(words) < 2:
-            raise QuantityError(f"{name}: must be numbers and a unit in one text, '0 2.5 4 deg'")
+            raise QuantityError.of(name, "must be numbers and a unit in one text, '0 2.5 4 deg'")
         return np.array([self.check(parse(f"{w} {unit}", self.unit, name), name) for w in words])
 
 
@@ -114,7 +106,7 @@ class Scenario:
         """What every result has to say about the scenario's numbers, the brake's and the line's."""
         out = []
         for kind in ("assumed", "inferred", "unstated"):
-            paths = [p for p, s in self.sources.items() if s.kind == kind and p not in _NAMES]
+            paths = [p for p in paths_of(self.sources, kind) if p not in _NAMES]
             if paths:
                 word = {"unstated": "no source is stated"}.get(kind, f"{kind}, not measured")
                 out.append(f"scenario: {', '.join(paths)}: {word}")
@@ -164,43 +156,37 @@ def read_scenario(
     if named is None:
         raise FileError(path, f"machine ({_HEAD['machine'].text}: {', '.join(kinds)}) is missing")
     if not isinstance(named, str) or named not in kinds:
-        raise FileError(
-            path, str(UnknownNameError("machine", str(named), kinds)), line_of(text, "machine")
-        )
+        reason = str(UnknownNameError("machine", str(named), kinds))
+        raise FileError(path, reason, line_of(text, "machine"))
     kind = kinds[named]
-    fields: dict[str, tuple[QuantitySpec, bool]] = {
-        p: (m, r) for p, m, r in quantities(kind.numbers)
-    }
-    numbers = list(fields)
-    fields |= {p: (w, True) for p, w in kind.words.items()}
-    fields |= {p: (c, True) for p, c in kind.curves.items()}
     head = {p: w for p, w in _HEAD.items() if p != "line" or kind.line}
-    fields |= {p: (w, p != "safe_state" or kind.regulated) for p, w in head.items()}
+    fields = dict(entries(kind.numbers))
+    fields |= {p: Entry(word, True) for p, word in kind.words.items()}
+    fields |= {p: Entry(curve, True) for p, curve in kind.curves.items()}
+    fields |= {p: Entry(w, p != "safe_state" or kind.regulated) for p, w in head.items()}
     reader = Reader(text, path, fields)
     reader.take(tables)
-    due = [p for p, (_, needed) in fields.items() if needed and p not in reader.values]
-    if due:
-        what = ", ".join(f"{p} ({fields[p][0].text})" for p in due[:4])
-        raise FileError(path, f"{what} {'is' if len(due) == 1 else 'are'} missing")
-    where = folder or Path()
-    try:
-        made: Any = build(kind.numbers, {p: v for p, v in reader.values.items() if p in numbers})
-        check(made)
+    reader.require()
+    values, where = reader.values, folder or Path()
+    with reader.located():
+        numbers: Any = reader.record(kind.numbers)
+        check(numbers)
         scenario = Scenario(
-            name=str(tables.get("name", path)), machine=named, numbers=made,
-            words={p: reader.values[p] for p in (*kind.words, *head) if p in reader.values},
-            curves={p: reader.values[p] for p in kind.curves}, sources=reader.sources,
-            brake=load(_placed(reader.values["brake"], where)),
-            line=load_line(_placed(reader.values["line"], where)) if kind.line else None,
-            title=str(tables.get("title", "")), text=text, folder=where,
-        )  # fmt: skip
+            name=reader.words.get("name", str(path)),
+            machine=named,
+            numbers=numbers,
+            words={p: values[p] for p in (*kind.words, *head) if p in values},
+            curves={p: values[p] for p in kind.curves},
+            sources=reader.sources,
+            brake=load(_placed(values["brake"], where)),
+            line=load_line(_placed(values["line"], where)) if kind.line else None,
+            title=reader.words.get("title", ""),
+            text=text,
+            folder=where,
+        )
         _check_vacuum(scenario)
         if kind.together is not None:
             kind.together(scenario)
-    except FileError:
-        raise
-    except LayerjamError as err:
-        raise FileError(path, str(err), line_of(text, str(err).split(":")[0])) from None
     return scenario
 
 
@@ -208,9 +194,10 @@ def _check_vacuum(scenario: Scenario) -> None:
     """Raise QuantityError for a vacuum above the atmosphere of the brake's site."""
     vacuum, most = scenario.numbers.brakes.vacuum, scenario.brake.brake.site.atmosphere
     if vacuum > most:
-        raise QuantityError(
-            f"brakes.vacuum: {show(vacuum, 'Pa', 6)} is more than the atmosphere, "
-            f"{show(most, 'Pa', 6)}; a vacuum is at most that"
+        raise QuantityError.of(
+            "brakes.vacuum",
+            f"{show(vacuum, 'Pa', 6)} is more than the atmosphere, "
+            f"{show(most, 'Pa', 6)}; a vacuum is at most that",
         )
 
 

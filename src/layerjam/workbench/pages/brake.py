@@ -11,8 +11,8 @@ from nicegui import events, ui
 from layerjam.commands.answer import SLIP, VACUUM
 from layerjam.commands.edit import edit, stale
 from layerjam.device.load import catalogue, load
-from layerjam.device.toml import MAX_BYTES
 from layerjam.errors import FileError, LayerjamError
+from layerjam.records.toml import MAX_BYTES
 from layerjam.units import QuantitySpec
 from layerjam.workbench import tables
 from layerjam.workbench.call import Call, Subject

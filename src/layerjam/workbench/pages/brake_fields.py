@@ -8,8 +8,8 @@ from functools import partial
 from nicegui import ui
 
 from layerjam.commands.edit import FIELDS
-from layerjam.device.source import KINDS
 from layerjam.errors import LayerjamError
+from layerjam.records.source import KINDS
 from layerjam.units import QuantitySpec, exact_text, get
 from layerjam.workbench.desk import Desk
 

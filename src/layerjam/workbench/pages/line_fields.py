@@ -6,10 +6,10 @@ from nicegui import events, ui
 
 from layerjam.commands.edit_line import FIELDS, edit_line
 from layerjam.commands.parts import parts
-from layerjam.device.toml import MAX_BYTES
 from layerjam.errors import LayerjamError
 from layerjam.fluid.file import lines, load_line
 from layerjam.fluid.parts import FAMILIES
+from layerjam.records.toml import MAX_BYTES
 from layerjam.units import exact_text, get, usual_unit
 from layerjam.workbench.desk import Desk
 

@@ -8,13 +8,17 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
-from layerjam.device.toml import read_text
 from layerjam.errors import UnknownNameError
+from layerjam.records.toml import read_text
+
+
+def shipped(package: str, *folders: str) -> dict[str, str]:
+    """{name: TOML text} of a folder inside a package, in the order of names; a fresh copy."""
+    return dict(_shipped(package, *folders))
 
 
 @cache
-def shipped(package: str, *folders: str) -> dict[str, str]:
-    """{name: TOML text} of a folder inside a package, in the order of names."""
+def _shipped(package: str, *folders: str) -> dict[str, str]:
     place = files(package).joinpath(*folders)
     return {
         f.name.removesuffix(".toml"): f.read_text(encoding="utf-8")

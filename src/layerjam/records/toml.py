@@ -1,0 +1,92 @@
+"""TOML text: parsed, found again by line, and quoted."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from layerjam.errors import FileError
+
+MAX_BYTES = 1_000_000
+
+
+def parse_toml(text: str, path: object) -> dict[str, Any]:
+    """The tables of a TOML text; raises FileError with the line for anything that is not TOML."""
+    if len(text) > MAX_BYTES:
+        raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, too large for such a file")
+    for number, row in enumerate(text.split("\n"), 1):
+        if row.count(".") > 300:  # tomllib takes minutes over a key of thousands of parts
+            raise FileError(path, "has a line of more than 300 dots, no such file", number)
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as err:
+        match = re.search(r"\(at line (\d+), column \d+\)", str(err))
+        reason = re.sub(r"\s*\(at .*\)", "", str(err))
+        line = int(match.group(1)) if match else text.count("\n") + 1
+        wrong = text.splitlines()[line - 1 : line] if line <= text.count("\n") + 1 else []
+        if wrong and re.search(r"=\s*[\d.]+\s*[A-Za-z%µ]", wrong[0][:200]):
+            reason += '; a quantity stands in quotes, such as "0.254 mm"'
+        raise FileError(path, f"is not TOML: {reason}", line) from None
+    except (ValueError, RecursionError) as err:
+        raise FileError(path, f"is not TOML that can be read: {str(err)[:80]}") from None
+
+
+def read_text(path: Path) -> str:
+    """The text of a small UTF-8 file; raises FileError where there is none."""
+    try:
+        if path.is_dir():
+            raise FileError(path, "is a folder, not a file")
+        # opening a pipe or a device may wait for ever
+        if path.exists() and not path.is_file():
+            raise FileError(path, "is no regular file")
+        with path.open("rb") as handle:
+            raw = handle.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as err:
+        raise FileError(path, f"cannot be read: {getattr(err, 'strerror', None) or err}") from None
+    if len(raw) > MAX_BYTES:
+        raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, too large for such a file")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as err:
+        line = raw[: err.start].count(b"\n") + 1
+        raise FileError(path, "is not UTF-8 text", line) from None
+
+
+def line_of(text: str, path: str) -> int | None:
+    """The line on which a dotted path is set, None where it cannot be found.
+
+    Of an array of tables, [[name]], the first one that sets it counts.
+    """
+    table, _, key = path.rpartition(".")
+    here = ""
+    table_line = None
+    for number, line in enumerate(text.splitlines(), 1):
+        if len(line) > 400:  # no key stands so far in, and the pattern below takes its time
+            continue
+        head = re.match(r"\[{1,2}([^\[\]]+)\]", line.strip())
+        if head:
+            here = head.group(1).strip()
+            if here in (path, table):
+                table_line = table_line or number
+            if here == path:
+                return number
+        elif (here == table and re.match(rf"\s*\"?{re.escape(key)}\"?\s*[=.]", line)) or (
+            not here and re.match(rf"\s*{re.escape(path)}\s*[=.]", line)
+        ):
+            return number
+    return table_line
+
+
+def quoted(text: str) -> str:
+    """A TOML string."""
+    out = []
+    for char in text:
+        if char in '"\\':
+            out.append("\\" + char)
+        elif ord(char) < 32 or 127 <= ord(char) < 160 or char in "\u2028\u2029":
+            out.append(f"\\u{ord(char):04x}")
+        else:
+            out.append(char)
+    return '"' + "".join(out) + '"'

@@ -1,0 +1,119 @@
+"""Records as TOML text: complete and commented, or a user's own text with some values changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from layerjam.errors import QuantityError
+from layerjam.records.source import Source
+from layerjam.records.toml import quoted
+from layerjam.records.values import Entry, ValueSpec
+from layerjam.units import QuantitySpec
+
+
+def literal(value: object) -> str:
+    """A value as TOML text: texts, switches, numbers and lists of them."""
+    if isinstance(value, str):
+        return quoted(value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(literal, value))}]"
+    return repr(value)
+
+
+def meaning(spec: ValueSpec) -> str:
+    """A comment line: symbol, meaning, unit and what is allowed."""
+    symbol, unit = "", ""
+    if isinstance(spec, QuantitySpec):
+        symbol = f"{spec.symbol}: " if spec.symbol else ""
+        unit = "" if spec.unit == "1" else f" [{spec.unit}]"
+    return f"# {symbol}{spec.text}{unit}; {spec.allowed()}"
+
+
+def commented(
+    rows: Iterable[tuple[str, Entry]], values: Mapping[str, Any], sources: Mapping[str, Source]
+) -> list[str]:
+    """Lines that set every value under a heading for its table, each below its meaning.
+
+    A value that is not known, or that is the default and has no source, becomes a comment.
+    """
+    lines, table = [], ""
+    for path, entry in rows:
+        head, _, key = path.rpartition(".")
+        if head != table:
+            lines += ["", f"[{head}]"]
+            table = head
+        lines.append(meaning(entry.spec))
+        value, source = values.get(path), sources.get(path)
+        if value is None:
+            lines.append(f"# {key} =        (not known)")
+            continue
+        text = literal(entry.spec.written(value))
+        if source is None and value == entry.default:
+            lines.append(f"# {key} = {text}        (the default)")
+            continue
+        words = {} if source is None else source.written()
+        inner = "".join(f", {k} = {quoted(w)}" for k, w in words.items() if words != UNSTATED)
+        lines.append(f"{key} = {{ value = {text}{inner} }}" if inner else f"{key} = {text}")
+    return lines
+
+
+UNSTATED = Source().written()
+
+
+def updated(
+    text: str,
+    fields: Mapping[str, Entry],
+    changes: Mapping[str, tuple[Any, Source] | None],
+    *,
+    name: str | None = None,
+    made_by: Mapping[str, Any] | None = None,
+) -> str:
+    """A file's text with some values changed, comments and the rest kept.
+
+    A change is (value in SI, its source), or None: the key is taken out. `made_by` becomes the
+    [made_by] table, which describes and does not count. Raises QuantityError for a key to be taken
+    out that is not there.
+    """
+    import tomlkit
+
+    document = tomlkit.parse(text)
+    if name is not None:
+        document["name"] = name
+    for path, change in changes.items():
+        table, _, key = path.rpartition(".")
+        if change is None:
+            _take_out(document, path)
+            continue
+        if table and table not in document:
+            document[table] = tomlkit.table()
+        place: Any = document[table] if table else document
+        value, source = change
+        item = tomlkit.inline_table()
+        item.update({"value": fields[path].spec.written(value), **source.written()})
+        old = place.get(key)
+        if isinstance(old, tomlkit.items.Table):
+            for word in set(old) - set(item):
+                old.remove(word)
+            old.update(item)
+        elif table or key in place:
+            place[key] = item
+        else:  # behind tables a plain key would belong to the last of them
+            full = tomlkit.table()
+            full.update(item)
+            place.append(key, full)
+    if made_by is not None:
+        document.pop("made_by", None)
+        if made_by:
+            document["made_by"] = dict(made_by)
+    return tomlkit.dumps(document)
+
+
+def _take_out(document: Any, path: str) -> None:
+    table, _, key = path.rpartition(".")
+    place = document.get(table, {}) if table else document
+    if key not in place:
+        raise QuantityError.of(path, "a part, a material or a default sets it; give another value")
+    place.remove(key)
