@@ -16,7 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from layerjam.control.closed_loop import Upset, simulate_many
+from layerjam.control.closed_loop import FaultInjection as Fault
+from layerjam.control.closed_loop import simulate_many
 from layerjam.control.plant import Plant
 from layerjam.control.settings import FAULTS, KINDS, Regulator, detection_times
 from layerjam.fluid.line import Sensor
@@ -30,17 +31,17 @@ TRUE = ((1.0, 1.0), (0.8, 0.2), (1.2, 0.0))
 TARGET = 80e3
 RISE = [(20.0, TARGET)]
 DOWN = [(10.0, TARGET), (5.0, 0.0)]
-BREAKS: dict[str, tuple[str, Upset, list[tuple[float, float]], float, float]] = {
-    "sensor gives NaN": ("NOT_A_NUMBER", Upset(sensor="nan"), RISE, 0.0, 19.0),
+BREAKS: dict[str, tuple[str, Fault, list[tuple[float, float]], float, float]] = {
+    "sensor gives NaN": ("NOT_A_NUMBER", Fault(sensor="nan"), RISE, 0.0, 19.0),
     "sensor at its rail": (
-        "SENSOR_OUT_OF_RANGE", Upset(sensor="rail", value=-2e4), RISE, 0.0, 19.0),
-    "sensor stuck": ("SENSOR_STUCK", Upset(sensor="stuck"), RISE, 5.0, 18.0),
-    "sensor 3 kPa off": ("SENSOR_OFFSET", Upset(sensor="offset", value=3e3), DOWN, 11.2, 14.0),
-    "pump dead": ("NO_VACUUM", Upset(pump=0.0), RISE, 0.0, 2.5),
-    "pump dead while holding": ("VACUUM_LOST", Upset(pump=0.0), [(80.0, TARGET)], 8.0, 30.0),
-    "pump at a quarter": ("WEAK_PUMP", Upset(pump=0.25), RISE, 0.0, 2.5),
-    "line blocked, an eighth left": ("LINE_BLOCKED", Upset(volume=1 / 8), RISE, 0.0, 2.0),
-    "leak beyond the pump": ("VACUUM_LOST", Upset(leak=20.0), RISE, 8.0, 15.0),
+        "SENSOR_OUT_OF_RANGE", Fault(sensor="rail", value=-2e4), RISE, 0.0, 19.0),
+    "sensor stuck": ("SENSOR_STUCK", Fault(sensor="stuck"), RISE, 5.0, 18.0),
+    "sensor 3 kPa off": ("SENSOR_OFFSET", Fault(sensor="offset", value=3e3), DOWN, 11.2, 14.0),
+    "pump dead": ("NO_VACUUM", Fault(pump=0.0), RISE, 0.0, 2.5),
+    "pump dead while holding": ("VACUUM_LOST", Fault(pump=0.0), [(80.0, TARGET)], 8.0, 30.0),
+    "pump at a quarter": ("WEAK_PUMP", Fault(pump=0.25), RISE, 0.0, 2.5),
+    "line blocked, an eighth left": ("LINE_BLOCKED", Fault(volume=1 / 8), RISE, 0.0, 2.0),
+    "leak beyond the pump": ("VACUUM_LOST", Fault(leak=20.0), RISE, 8.0, 15.0),
 }  # fmt: skip
 
 
@@ -70,13 +71,13 @@ def healthy(kind: str, hours: int, seed: int) -> tuple[str, float]:
 
 def detected(what: str, seed: int) -> str:
     """A row of the second table: 40 moments, 25 runs each, every kind of regulator."""
-    name, upset, targets, first, last = BREAKS[what]
+    name, injected, targets, first, last = BREAKS[what]
     worst, missed, said, count = 0.0, 0, set(), 0
     for kind in KINDS:
         loop = regulator(kind)
         for n, at in enumerate(np.linspace(first, last, 40)):
-            broken = dataclasses.replace(upset, at=float(at))
-            made = simulate_many(loop, targets, runs=25, upset=broken, seed=seed + n)
+            broken = dataclasses.replace(injected, at=float(at))
+            made = simulate_many(loop, targets, runs=25, injected=broken, seed=seed + n)
             late = made.fault_time - at
             worst = max(worst, float(np.nanmax(late)))
             missed += int((made.fault == 0).sum())
@@ -85,7 +86,7 @@ def detected(what: str, seed: int) -> str:
     stated = detection_times(regulator("pi"), TARGET)[name]
     if name == "VACUUM_LOST":  # counted from leaving the band: add the time until then
         band = regulator("pi").lost_below
-        stated += band / ((AIR.leak + upset.leak) * (TARGET - band))
+        stated += band / ((AIR.leak + injected.leak) * (TARGET - band))
     return (
         f"| {what} | {', '.join(sorted(said))} | {stated:.2f} s | {worst:.2f} s | "
         f"{missed} of {count:,} |"

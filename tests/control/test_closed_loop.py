@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from control.loops import AIR, IDEAL, NOISY, WATER, regulator
-from layerjam.control.closed_loop import Upset, simulate, simulate_many
+from layerjam.control.closed_loop import FaultInjection, simulate, simulate_many
 from layerjam.control.plant import Plant
 from layerjam.control.settings import KINDS
 from layerjam.fluid.line import Sensor
@@ -149,7 +149,7 @@ def test_a_lower_target_is_reached_through_the_vent_or_the_reversed_pump(kind: s
 
 
 def test_a_batch_gives_what_each_run_gives_alone() -> None:
-    """Neither their number nor the cores nor the lane change a run."""
+    """Neither their number nor the cores change a run."""
     loop, steps = regulator(), [(4.0, 60e3), (2.0, 30e3), (1.0, 0.0)]
     many = simulate_many(loop, steps, runs=37, duration=12.0, seed=3)
     fewer = simulate_many(loop, steps, runs=19, duration=12.0, seed=3)
@@ -176,9 +176,9 @@ def test_the_sensor_shows_range_steps_offset_and_noise() -> None:
     )
 
 
-def test_an_upset_acts_from_its_time_on() -> None:
+def test_an_injected_fault_acts_from_its_time_on() -> None:
     loop = regulator(safe_state="hold")
-    made = simulate(loop, [(10.0, 60e3)], upset=Upset(at=5.0, sensor="nan"))
+    made = simulate(loop, [(10.0, 60e3)], injected=FaultInjection(at=5.0, sensor="nan"))
     assert made.outcome == "NOT_A_NUMBER"
     assert made.fault_time == 5.0
     assert (made.pump[500:] == 0).all()
@@ -191,26 +191,32 @@ def test_a_broken_sensor_shows_what_was_said() -> None:
     loop, path = regulator(safe_state="hold"), [(10.0, 60e3)]
     sound = simulate(loop, path).measured
     for name, value in (("rail", 7e3), ("stuck", 0.0), ("offset", 2e3)):
-        shown = simulate(loop, path, upset=Upset(at=8.0, sensor=name, value=value)).measured
+        shown = simulate(
+            loop, path, injected=FaultInjection(at=8.0, sensor=name, value=value)
+        ).measured
         np.testing.assert_array_equal(shown[:800], sound[:800])
         if name == "offset":
             assert shown[800] - sound[800] == 2e3
         else:
             assert (shown[800:] == (value or sound[799])).all()
-    never = simulate(loop, path, upset=Upset(at=0.0, sensor="stuck")).measured
+    never = simulate(loop, path, injected=FaultInjection(at=0.0, sensor="stuck")).measured
     assert not never.any()
 
 
 @pytest.mark.parametrize(
-    "upset",
-    [Upset(at=1.0, volume=1 / 8), Upset(at=1.0, volume=1e-3), Upset(at=1.0, leak=30.0, pump=3.0),
-     Upset(at=1.0, vent=100.0)],
-)  # fmt: skip
-def test_a_broken_plant_is_exact_too(upset: Upset) -> None:
+    "injected",
+    [
+        FaultInjection(at=1.0, volume=1 / 8),
+        FaultInjection(at=1.0, volume=1e-3),
+        FaultInjection(at=1.0, leak=30.0, pump=3.0),
+        FaultInjection(at=1.0, vent=100.0),
+    ],
+)
+def test_a_broken_plant_is_exact_too(injected: FaultInjection) -> None:
     """v = end + (v - end) exp(-b dt), however much of a sample's change that is."""
     for kind in ("pi", "bang-bang"):
-        made = simulate(regulator(kind=kind), [(2.0, 50e3), (1.0, 0.0)], upset=upset)
-        rate, top, _weight, leak, vent, _back = upset.on(AIR)
+        made = simulate(regulator(kind=kind), [(2.0, 50e3), (1.0, 0.0)], injected=injected)
+        rate, top, _weight, leak, vent, _back = injected.on(AIR)
         u, z, v = made.pump[100:-1], made.vent[100:-1], made.vacuum[100:]
         b = rate * u + leak + vent * z
         end = rate * u * top / b

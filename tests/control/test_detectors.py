@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from control.loops import AIR, COARSE, IDEAL, NOISY, WATER, regulator
-from layerjam.control.closed_loop import Upset, simulate, simulate_many
+from layerjam.control.closed_loop import FaultInjection, simulate, simulate_many
 from layerjam.control.plant import Plant
 from layerjam.control.settings import KINDS, SAFE_STATES, Regulator, detection_times
 from layerjam.fluid.line import Sensor
@@ -32,12 +32,14 @@ loops = pytest.mark.parametrize(
 )
 
 
-def found(loop: Regulator, upset: Upset, names: set[str], name: str, **more: object) -> None:
+def found(
+    loop: Regulator, injected: FaultInjection, names: set[str], name: str, **more: object
+) -> None:
     """The fault is said, under one of its names, within its time; the outputs are safe then."""
     targets = more.get("targets", [(20.0, TARGET)])
-    made = simulate(loop, targets, upset=upset)  # type: ignore[arg-type]
-    assert made.outcome in names, (made.outcome, upset)
-    since = max(upset.at, float(more.get("begin", 0.0)))  # type: ignore[arg-type]
+    made = simulate(loop, targets, injected=injected)  # type: ignore[arg-type]
+    assert made.outcome in names, (made.outcome, injected)
+    since = max(injected.at, float(more.get("begin", 0.0)))  # type: ignore[arg-type]
     assert made.fault_time - since <= detection_times(loop, TARGET)[name] + 1e-9
     after = made.time >= made.fault_time
     assert (made.pump[after] == 0).all()
@@ -50,42 +52,47 @@ def test_a_dead_or_weak_pump(loop: Regulator) -> None:
         names = {"NO_VACUUM", "WEAK_PUMP"}
         if not loop.noisy:  # the vacuum stands still, and so does a stuck reading
             names.add("SENSOR_STUCK")
-        found(loop, Upset(at=at, pump=0.0), names, "NO_VACUUM")
-        found(loop, Upset(at=at, pump=0.25), {"WEAK_PUMP", "NO_VACUUM"}, "WEAK_PUMP")
-    found(loop, Upset(at=0.0, pump=0.0), {"NO_VACUUM"}, "NO_VACUUM")
+        found(loop, FaultInjection(at=at, pump=0.0), names, "NO_VACUUM")
+        found(loop, FaultInjection(at=at, pump=0.25), {"WEAK_PUMP", "NO_VACUUM"}, "WEAK_PUMP")
+    found(loop, FaultInjection(at=0.0, pump=0.0), {"NO_VACUUM"}, "NO_VACUUM")
 
 
 @loops
 def test_a_line_blocked_while_pumping(loop: Regulator) -> None:
     for at in (0.0, *ONSETS):
-        upset = Upset(at=at, volume=1 / 8)
-        found(loop, upset, {"LINE_BLOCKED"}, "LINE_BLOCKED")
+        injected = FaultInjection(at=at, volume=1 / 8)
+        found(loop, injected, {"LINE_BLOCKED"}, "LINE_BLOCKED")
 
 
 @loops
 def test_a_vent_that_does_not_open(loop: Regulator) -> None:
     down = [(10.0, TARGET), (10.0, 0.0)]
     found(
-        loop, Upset(at=9.0, vent=1e-3), {"LINE_BLOCKED"}, "SENSOR_OFFSET", targets=down, begin=10.0
+        loop,
+        FaultInjection(at=9.0, vent=1e-3),
+        {"LINE_BLOCKED"},
+        "SENSOR_OFFSET",
+        targets=down,
+        begin=10.0,
     )
 
 
 @loops
 def test_a_sensor_that_gives_no_number_or_one_out_of_range(loop: Regulator) -> None:
     for at in (0.0, 0.4, 12.345):
-        found(loop, Upset(at=at, sensor="nan"), {"NOT_A_NUMBER"}, "NOT_A_NUMBER")
+        found(loop, FaultInjection(at=at, sensor="nan"), {"NOT_A_NUMBER"}, "NOT_A_NUMBER")
         for value in (-20e3, 110e3, math.inf, -math.inf):
-            upset = Upset(at=at, sensor="rail", value=value)
-            found(loop, upset, {"SENSOR_OUT_OF_RANGE"}, "SENSOR_OUT_OF_RANGE")
+            injected = FaultInjection(at=at, sensor="rail", value=value)
+            found(loop, injected, {"SENSOR_OUT_OF_RANGE"}, "SENSOR_OUT_OF_RANGE")
 
 
 @loops
 def test_a_stuck_sensor(loop: Regulator) -> None:
     for at in ONSETS:
-        upset = Upset(at=at, sensor="stuck")
-        found(loop, upset, {"SENSOR_STUCK", "NO_VACUUM", "WEAK_PUMP"}, "SENSOR_STUCK")
+        injected = FaultInjection(at=at, sensor="stuck")
+        found(loop, injected, {"SENSOR_STUCK", "NO_VACUUM", "WEAK_PUMP"}, "SENSOR_STUCK")
     if loop.noisy:
-        found(loop, Upset(at=15.0, sensor="stuck"), {"SENSOR_STUCK"}, "SENSOR_STUCK")
+        found(loop, FaultInjection(at=15.0, sensor="stuck"), {"SENSOR_STUCK"}, "SENSOR_STUCK")
 
 
 @loops
@@ -94,18 +101,18 @@ def test_an_offset_when_vented(loop: Regulator) -> None:
     off = 2.5 * loop.largest_zero
     for sign in (1.0, -1.0):
         for at in (9.0, 15.0):
-            upset = Upset(at=at, sensor="offset", value=sign * off)
+            injected = FaultInjection(at=at, sensor="offset", value=sign * off)
             names = {"SENSOR_OFFSET"}
             if at < 10:  # a jump of the reading under a running pump is found at once
                 names |= {"LINE_BLOCKED", "NO_VACUUM", "WEAK_PUMP"}
-            found(loop, upset, names, "SENSOR_OFFSET", targets=down, begin=10.0)
+            found(loop, injected, names, "SENSOR_OFFSET", targets=down, begin=10.0)
 
 
 @loops
 def test_vacuum_lost_while_holding(loop: Regulator) -> None:
     """A leak that the pump cannot make up for: its own name, or that of the pump it looks like."""
-    upset = Upset(at=15.0, leak=20.0)
-    made = simulate(loop, [(30.0, TARGET)], upset=upset)
+    injected = FaultInjection(at=15.0, leak=20.0)
+    made = simulate(loop, [(30.0, TARGET)], injected=injected)
     assert made.outcome in {"VACUUM_LOST", "NO_VACUUM", "WEAK_PUMP"}
     gone = made.time[(made.time > 15.0) & (made.vacuum < TARGET - loop.lost_below)]
     assert made.fault_time - gone[0] <= detection_times(loop, TARGET)["VACUUM_LOST"]
@@ -114,7 +121,7 @@ def test_vacuum_lost_while_holding(loop: Regulator) -> None:
 def test_a_slow_loss_that_the_pump_may_not_answer_is_found_by_its_time() -> None:
     """The pump rests by its minimum time, so that nothing but the lost vacuum tells."""
     loop = regulator(kind="bang-bang", minimum_off=1e3, lost_time=2.0)
-    made = simulate(loop, [(60.0, TARGET)], upset=Upset(at=10.0, leak=0.05))
+    made = simulate(loop, [(60.0, TARGET)], injected=FaultInjection(at=10.0, leak=0.05))
     assert made.outcome == "VACUUM_LOST"
     gone = made.time[(made.time > 10.0) & (made.vacuum < TARGET - loop.lost_below)][0]
     assert made.fault_time - gone == pytest.approx(2.0, abs=0.1)
@@ -125,7 +132,7 @@ def test_a_slow_loss_that_the_pump_may_not_answer_is_found_by_its_time() -> None
 def test_a_pump_that_dies_while_holding(kind: str) -> None:
     """At the latest when the leak has drawn the vacuum out of the band."""
     loop = regulator(kind=kind)
-    made = simulate(loop, [(80.0, TARGET)], upset=Upset(at=15.0, pump=0.0))
+    made = simulate(loop, [(80.0, TARGET)], injected=FaultInjection(at=15.0, pump=0.0))
     out = loop.lost_below / (AIR.leak * (TARGET - loop.lost_below))
     assert made.outcome in {"NO_VACUUM", "WEAK_PUMP", "VACUUM_LOST"}
     assert made.fault_time - 15.0 <= out + detection_times(loop, TARGET)["VACUUM_LOST"]
@@ -134,7 +141,9 @@ def test_a_pump_that_dies_while_holding(kind: str) -> None:
 def test_the_safe_state_is_the_declared_one() -> None:
     for state in SAFE_STATES:
         made = simulate(
-            regulator(safe_state=state), [(20.0, TARGET)], upset=Upset(at=12.0, sensor="nan")
+            regulator(safe_state=state),
+            [(20.0, TARGET)],
+            injected=FaultInjection(at=12.0, sensor="nan"),
         )
         assert made.pump[-1] == 0
         assert made.vent[-1] == (state == "release")

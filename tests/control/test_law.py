@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from control.loops import AIR, COARSE, IDEAL, NOISY, WATER, regulator
 from layerjam.control import law
-from layerjam.control.closed_loop_lanes import compiled_step
+from layerjam.control.closed_loop_run import compiled_step
 from layerjam.control.plant import Plant
 from layerjam.control.settings import KINDS, Packed, Regulator
 from layerjam.fluid.line import Sensor

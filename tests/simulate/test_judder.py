@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-import jax
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -255,13 +254,6 @@ def test_record_states_its_conditions(tmp_path: Any) -> None:
         assert line in text or line == "# made_by"
     with pytest.raises(dataclasses.FrozenInstanceError):
         record.speed = 1.0  # type: ignore[misc]
-
-
-def test_single_precision_is_refused() -> None:
-    from layerjam.errors import PrecisionError
-
-    with jax.enable_x64(False), pytest.raises(PrecisionError):
-        slide(block())
 
 
 def test_without_vacuum_nothing_sticks() -> None:

@@ -9,8 +9,8 @@ from typing import Any
 from layerjam.commands.answer import Answer, Quantity, si
 from layerjam.commands.recorded_step import Recorded, tuned_by
 from layerjam.commands.vacuum_line import FLUIDS, AnyLine, line_at, target_of
-from layerjam.control.closed_loop import ClosedLoop, Upset, simulate
-from layerjam.control.faults import upset_of
+from layerjam.control.closed_loop import ClosedLoop, FaultInjection, simulate
+from layerjam.control.faults import injection_of
 from layerjam.control.plant import plant_of
 from layerjam.control.settings import Regulator, detection_times
 from layerjam.errors import QuantityError, UnknownNameError
@@ -117,11 +117,11 @@ def regulate(
         said += more
     constant = 1 / (made.plant.rate + made.plant.leak)
     length = 12 * constant if duration is None else si(duration, DURATION, "duration")
-    upset, broken = _upset(fault, fault_at, made, wanted, length, file)
+    injected, broken = _injected(fault, fault_at, made, wanted, length, file)
     SEED.check(float(seed), "seed")
-    loop = simulate(made, [(length, wanted)], upset=upset, seed=seed)
+    loop = simulate(made, [(length, wanted)], injected=injected, seed=seed)
     if fault is not None:
-        said += _of_the_fault(fault, upset, loop)
+        said += _of_the_fault(fault, injected, loop)
     gains = made.gains()
     values = {
         "target": wanted,
@@ -137,9 +137,9 @@ def regulate(
         "pump_on": loop.pump_on,
         "fault_time": _finite(loop.fault_time),
         "fault": fault,
-        "fault_at": None if fault is None else upset.at,
+        "fault_at": None if fault is None else injected.at,
         "broken": broken,
-        "said_after": _said_after(loop, upset),
+        "said_after": _said_after(loop, injected),
         "reachable": made.plant.reach,
         "time_constant": constant,
         "gain": None if kind == "bang-bang" else gains.gain,
@@ -160,28 +160,28 @@ def regulate(
     )  # fmt: skip
 
 
-def _upset(
+def _injected(
     fault: str | None, at: Quantity | None, made: Regulator, target: float, length: float,
     file: LineFile,
-) -> tuple[Upset, str | None]:  # fmt: skip
+) -> tuple[FaultInjection, str | None]:  # fmt: skip
     """What breaks, and in words; nothing without a fault."""
     if fault is None or at is None:
-        return Upset(), None
+        return FaultInjection(), None
     begins = si(at, FAULT_AT, "fault_at")
     if begins >= length:
         raise QuantityError(
             f"fault_at: {show(begins, 's')} is not allowed; the run ends at {show(length, 's')}"
         )
-    upset, words = upset_of(fault, begins, made, target)
-    if file.line.valve is None and upset.pump < 1:
+    injected, words = injection_of(fault, begins, made, target)
+    if file.line.valve is None and injected.pump < 1:
         # the pump run backwards is the only way down
-        upset = replace(upset, vent=upset.pump)
-    return upset, words
+        injected = replace(injected, vent=injected.pump)
+    return injected, words
 
 
-def _of_the_fault(fault: str, upset: Upset, loop: ClosedLoop) -> list[str]:
+def _of_the_fault(fault: str, injected: FaultInjection, loop: ClosedLoop) -> list[str]:
     """What to say of a fault that was not said, or of an alarm before it."""
-    if loop.fault_time < upset.at:
+    if loop.fault_time < injected.at:
         return [f"{loop.outcome} was said at {show(loop.fault_time, 's')}, before the fault began"]
     if math.isfinite(loop.fault_time):
         return []
@@ -202,8 +202,8 @@ def _of_the_fault(fault: str, upset: Upset, loop: ClosedLoop) -> list[str]:
     ]
 
 
-def _said_after(loop: ClosedLoop, upset: Upset) -> float | None:
-    passed = loop.fault_time - upset.at
+def _said_after(loop: ClosedLoop, injected: FaultInjection) -> float | None:
+    passed = loop.fault_time - injected.at
     return passed if math.isfinite(passed) and passed >= 0 else None
 
 

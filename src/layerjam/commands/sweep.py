@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from layerjam.commands.answer import Answer
@@ -13,7 +12,7 @@ from layerjam.design.bounds import impossible
 from layerjam.design.search import BLOCK, Search
 from layerjam.design.spec import load_spec
 from layerjam.design.wishes import Spec
-from layerjam.mechanics.threads import cores
+from layerjam.mechanics.threads import Workers
 
 KEYS = ("out", "complete", "blocks", "blocks_done", "blocks_found", "bytes")
 
@@ -66,7 +65,7 @@ def sweep(
 
 
 def _here(search: Search, todo: list[int], store: Store) -> Iterator[tuple[int, bytes]]:
-    with ThreadPoolExecutor(cores()) as pool:
+    with Workers() as pool:
         for index in todo:
             yield index, encoded(search, index, search.block(index, pool), store.mark)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from layerjam.control.closed_loop import Upset
+from layerjam.control.closed_loop import FaultInjection
 from layerjam.control.settings import Regulator
 from layerjam.errors import UnknownNameError
 from layerjam.units import show
@@ -20,8 +20,10 @@ OFFSET = 2.5
 """Of the greatest reading that counts as none when vented; a detector is due from 2 on."""
 
 
-def upset_of(fault: str, at: float, regulator: Regulator, target: float) -> tuple[Upset, str]:
-    """The upset from the time `at` [s] on while `target` [Pa] is held, and in words what breaks.
+def injection_of(
+    fault: str, at: float, regulator: Regulator, target: float
+) -> tuple[FaultInjection, str]:
+    """The fault to inject from `at` [s] on while `target` [Pa] is held, and what breaks in words.
 
     Sizes are those from which the regulator's detectors promise an answer (`detection_times`). The
     leak is laminar, against a target above zero. Raises UnknownNameError.
@@ -30,23 +32,25 @@ def upset_of(fault: str, at: float, regulator: Regulator, target: float) -> tupl
         raise UnknownNameError("fault", fault, PROVOKED)
     plant = regulator.plant
     if fault == "pump-dead":
-        return Upset(at=at, pump=0.0), PROVOKED[fault]
+        return FaultInjection(at=at, pump=0.0), PROVOKED[fault]
     if fault == "pump-weak":
         share = regulator.weak_ratio / 2
-        return Upset(at=at, pump=share), f"the pump gives {share:.0%} of its flow"
+        return FaultInjection(at=at, pump=share), f"the pump gives {share:.0%} of its flow"
     if fault == "line-blocked":
         left = 1 / (2 * regulator.blocked_ratio)
-        return Upset(at=at, volume=left), f"the line is blocked, {left:.1%} of its volume is left"
+        return FaultInjection(
+            at=at, volume=left
+        ), f"the line is blocked, {left:.1%} of its volume is left"
     if fault == "leak":
         half = target / 2
         whole = plant.rate * (plant.top - plant.weight * half) / half
         more = max(whole - plant.leak, 0.0)
-        return Upset(at=at, leak=more), (
+        return FaultInjection(at=at, leak=more), (
             f"a leak opens against which the full pump holds {show(half, 'Pa')}"
         )
     if fault == "sensor-offset":
         value = OFFSET * regulator.largest_zero
-        return Upset(at=at, sensor="offset", value=value), (
+        return FaultInjection(at=at, sensor="offset", value=value), (
             f"the sensor shows {show(value, 'Pa')} too much"
         )
-    return Upset(at=at, sensor=fault.removeprefix("sensor-")), PROVOKED[fault]
+    return FaultInjection(at=at, sensor=fault.removeprefix("sensor-")), PROVOKED[fault]

@@ -23,8 +23,6 @@ _FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 _LAYER = np.uint64(255)
 LAYERS = 256
-LANES = 16
-"""Streams that are drawn from side by side: two of the widest vectors there are."""
 EDGE = 3.6541528853610088
 """Where the lowest layer ends and the tail begins, so that 256 layers have one area."""
 
@@ -96,24 +94,3 @@ def _rare(word: np.uint64) -> float:  # pragma: no cover
         if low + uniform(word) * (high - low) < 1.0:
             return x
         word = mixed(word + _GOLDEN)
-
-
-@numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
-def normals(keys, count, out, first, spare):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """`normal(keys[i], count)` of all streams into out[first + i]; out[spare + i] is overwritten.
-
-    The layers' middle is taken in one sweep, which vectorises; what it rejects is done after it.
-    """
-    missed = 0
-    for i in range(LANES):
-        word = mixed(keys[i] + np.uint64(count) * _GOLDEN)
-        layer = np.int64(word & _LAYER)
-        place = 2.0 * uniform(word) - 1.0
-        inside = abs(place) < INNER[layer]
-        out[first + i] = place * EDGES[layer]
-        out[spare + i] = 0.0 if inside else 1.0
-        missed += 0 if inside else 1
-    if missed:
-        for i in range(LANES):
-            if out[spare + i] != 0.0:
-                out[first + i] = normal(keys[i], count)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,7 +18,7 @@ from layerjam.design.grid import PIECE, Array, Kernel, Numbers
 from layerjam.design.merit import MERITS, STOP_MERITS
 from layerjam.design.pareto import front
 from layerjam.design.wishes import Spec
-from layerjam.mechanics.threads import cores
+from layerjam.mechanics.threads import Workers
 
 CHUNK = PIECE
 """Designs computed at a time by one core."""
@@ -74,7 +73,7 @@ class Search:
         """How many blocks all designs make."""
         return -(-self.spec.grid.size // self.size)
 
-    def block(self, index: int, pool: ThreadPoolExecutor | None = None) -> Found:
+    def block(self, index: int, pool: Workers | None = None) -> Found:
         """What block number `index` comes to."""
         first = index * self.size
         end = min(first + self.size, self.spec.grid.size)
@@ -90,7 +89,7 @@ class Search:
         """What all designs come to, in memory."""
         total = self.blocks()
         whole = Found()
-        with ThreadPoolExecutor(cores()) as pool:
+        with Workers() as pool:
             for index in range(total):
                 whole = self.sum([whole, self.block(index, pool)])
                 if progress is not None:

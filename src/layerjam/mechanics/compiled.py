@@ -6,15 +6,26 @@ one loop of the same source, three times as fast on millions of drops; gradients
 
 from __future__ import annotations
 
+import hashlib
 import math
 import sys
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any
 
 import numba
 
-_made: dict[Any, Any] = {}
+from layerjam.mechanics.threads import once
+
+
+def stamp_of(files: Iterable[Path]) -> str:
+    """A text that changes with the files.
+
+    Numba's cache sees changes of the compiled file only: a loop that names the stamp of all the
+    files it is made of is compiled again when one of them has changed.
+    """
+    return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(files))).hexdigest()
 
 
 @numba.njit(forceinline=True)  # type: ignore[untyped-decorator]
@@ -37,34 +48,24 @@ def _logical_not(a):  # type: ignore[no-untyped-def]  # pragma: no cover
     return not a
 
 
-def _scalars() -> types.ModuleType:
-    module = types.ModuleType("scalars")
-    module.__dict__.update(
-        where=_where, maximum=_maximum, minimum=_minimum, logical_not=_logical_not,
-        sqrt=math.sqrt, inf=math.inf,
-    )  # fmt: skip
-    return module
+_SCALARS = types.ModuleType("scalars")
+_SCALARS.__dict__.update(where=_where, maximum=_maximum, minimum=_minimum)
+_SCALARS.__dict__.update(logical_not=_logical_not, sqrt=math.sqrt, inf=math.inf)
 
 
-_SCALARS = _scalars()
-
-
+@once
 def scalar(function: Callable[..., Any]) -> Any:
     """The function for one element, compiled by numba, with all it calls from its own module.
 
     `function` and what it calls use arithmetic, named tuples and `jnp.where`, `sqrt`, `maximum`,
     `minimum`, `logical_not`, `inf` only.
     """
-    if function not in _made:
-        home = sys.modules[function.__module__].__dict__
-        names = {n: home[n] for n in function.__code__.co_names if n in home}
-        for name, there in names.items():
-            if name == "jnp":
-                names[name] = _SCALARS
-            elif isinstance(there, types.FunctionType):
-                names[name] = scalar(there)
-        plain = types.FunctionType(function.__code__, names, function.__name__)
-        _made[function] = numba.njit(error_model="numpy", forceinline=True, fastmath={"contract"})(
-            plain
-        )
-    return _made[function]
+    home = sys.modules[function.__module__].__dict__
+    names = {n: home[n] for n in function.__code__.co_names if n in home}
+    for name, there in names.items():
+        if name == "jnp":
+            names[name] = _SCALARS
+        elif isinstance(there, types.FunctionType):
+            names[name] = scalar(there)
+    plain = types.FunctionType(function.__code__, names, function.__name__)
+    return numba.njit(error_model="numpy", forceinline=True, fastmath={"contract"})(plain)

@@ -5,11 +5,14 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
+from layerjam.device.file import BrakeFile
 from layerjam.errors import PrecisionError
 from layerjam.units import RECORDS
 
@@ -26,31 +29,61 @@ def register_records() -> None:
             _registered.add(cls)
 
 
+def double_precision() -> AbstractContextManager[None]:
+    """A context in which JAX computes in float64, in this thread; nothing outside it changes."""
+    return jax.enable_x64(True)
+
+
+def in_double_precision(function: F) -> F:
+    """The function, run in `double_precision` whatever the rest of the process has set."""
+
+    @functools.wraps(function)
+    def wrapper(*args: Any, **named: Any) -> Any:
+        with double_precision():
+            return function(*args, **named)
+
+    return wrapper  # type: ignore[return-value]
+
+
 def law(function: F) -> F:
-    """A pure array function of SI quantities and records.
+    """A pure array function of SI quantities and records; a BrakeFile passes for its brake.
 
     Arrays, scalars and mixed shapes broadcast and are taken as float64; the function is compiled
-    once per shape and can be traced, batched and differentiated. Called while JAX works in single
-    precision it raises PrecisionError instead of answering in float32.
+    once per shape and can be traced, batched and differentiated. While JAX works in single
+    precision a call computes in `double_precision` all the same and returns NumPy's numbers, which
+    JAX cannot truncate afterwards. A trace in single precision would, so there the law raises
+    PrecisionError.
     """
     register_records()
     compiled, places = jax.jit(function), inspect.signature(function)
 
     @functools.wraps(function)
     def wrapper(*args: Any, **named: Any) -> Any:
-        if not jax.config.jax_enable_x64:
-            raise PrecisionError
         # by place, so that a call by name does not compile a second time
         placed = places.bind(*args, **named).args if named else args
-        return compiled(*(_as_float64(a) for a in placed))
+        if jax.config.jax_enable_x64:
+            return compiled(*map(_as_argument, placed))
+        if _tracing(placed):
+            raise PrecisionError
+        with double_precision():
+            made = compiled(*map(_as_argument, placed))
+        return jax.tree.map(lambda leaf: np.asarray(leaf)[()], made)
 
     return wrapper  # type: ignore[return-value]
 
 
-def _as_float64(argument: Any) -> Any:
-    if type(argument) in _registered or argument is None:
-        return argument
-    return jnp.asarray(argument, dtype=jnp.float64)
+def _tracing(arguments: Any) -> bool:
+    """Whether JAX traces the arguments, or whatever is computed now."""
+    leaves = [*jax.tree.leaves(arguments), jnp.zeros(())]
+    return any(isinstance(leaf, jax.core.Tracer) for leaf in leaves)
+
+
+def _as_argument(given: Any) -> Any:
+    if isinstance(given, BrakeFile):
+        return given.brake
+    if type(given) in _registered or given is None:
+        return given
+    return jnp.asarray(given, dtype=jnp.float64)
 
 
 def safe_sqrt(value: Any) -> Any:

@@ -1,13 +1,19 @@
-"""Loops that leave Python's lock, shared among the cores."""
+"""Threads: how many, what each of them must know, and what is made once for all of them."""
 
 from __future__ import annotations
 
+import functools
 import itertools
 import os
+import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 def cores() -> int:
@@ -15,9 +21,49 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def shared(pool: ThreadPoolExecutor, count: int, work: Callable[[int, int], None]) -> None:
-    """`work(first, last)` over `count` cases, one run of them to each core; waits for all."""
-    edges = np.linspace(0, count, cores() + 1).astype(int)
-    parts = [pool.submit(work, int(a), int(b)) for a, b in itertools.pairwise(edges) if b > a]
-    for part in parts:
-        part.result()
+def once(make: Callable[P, R]) -> Callable[P, R]:
+    """`make`, run once for each set of arguments; threads that ask meanwhile wait for it.
+
+    For compiled loops, which take seconds: `functools.cache` would let several threads compile.
+    """
+    made: dict[Any, R] = {}
+    lock = threading.RLock()
+
+    @functools.wraps(make)
+    def get(*args: P.args, **named: P.kwargs) -> R:
+        key = (args, tuple(sorted(named.items())))
+        with lock:
+            if key not in made:
+                made[key] = make(*args, **named)
+            return made[key]
+
+    return get
+
+
+class Workers(ThreadPoolExecutor):
+    """A pool of threads, one for each core, that compute in double precision.
+
+    JAX keeps the precision for each thread: what the thread that submits has set is not known to
+    the one that works.
+    """
+
+    def __init__(self, threads: int | None = None) -> None:
+        super().__init__(threads or cores())
+
+    def submit(self, work: Callable[P, R], /, *args: P.args, **named: P.kwargs) -> Future[R]:
+        """The future result of `work(*args, **named)`."""
+        return super().submit(functools.partial(_in_double, work), *args, **named)
+
+    def share(self, count: int, work: Callable[[int, int], None]) -> None:
+        """`work(first, last)` over `count` cases, one run of them to each core; waits for all."""
+        edges = np.linspace(0, count, cores() + 1).astype(int)
+        parts = [self.submit(work, int(a), int(b)) for a, b in itertools.pairwise(edges) if b > a]
+        for part in parts:
+            part.result()
+
+
+def _in_double(work: Callable[..., R], *args: Any, **named: Any) -> R:
+    from layerjam.mechanics.law import double_precision
+
+    with double_precision():
+        return work(*args, **named)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from layerjam.control.closed_loop import Upset, simulate
+from layerjam.control.closed_loop import FaultInjection, simulate
 from layerjam.control.follow import bode, follow, rehabilitation
 from layerjam.control.plan import Arrival, plan
 from layerjam.control.plant import plant_of
@@ -78,7 +78,9 @@ def regulators() -> Figure:
         label(near, 3.3, 80.09, "target", GREEN)
         title(near, "Three regulators hold 80 kPa", "the true vacuum; the pump's switchings in all")
         for state, color, place in (("release", RED, (2.55, 12.0)), ("hold", BLUE, (2.9, 47.0))):
-            made = simulate(regulator("pi", state), [(6.0, HELD)], upset=Upset(at=1.5, pump=0.0))
+            made = simulate(
+                regulator("pi", state), [(6.0, HELD)], injected=FaultInjection(at=1.5, pump=0.0)
+            )
             fault.plot(made.time, made.vacuum / KPA, color=color, lw=1.6)
             label(fault, *place, f"safe state {state}", color)
         fault.axvline(1.5, color=GREY, lw=0.8, ls=(0, (2, 2)))

@@ -6,7 +6,6 @@ import functools
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +17,10 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError
+from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stop.exact import Stop, stop
 from layerjam.mechanics.stop.many import Axis, constants_of, kernel
-from layerjam.mechanics.threads import cores, shared
+from layerjam.mechanics.threads import Workers
 from layerjam.units import quantities
 
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ class Swept:
         return self.values[(cases // self.stride) % len(self.values)]
 
 
+@in_double_precision
 def batch(
     law: Callable[..., Any],
     sweep: Mapping[str, Any],
@@ -105,13 +106,13 @@ def batch(
     size = total if sink is None else min(CHUNK, total)
     whole = {n: _flat(n, out, size) for n in kept}
     done = 0
-    with ThreadPoolExecutor(cores()) as pool:
+    with Workers() as pool:
         try:
             while done < total:
                 count = min(CHUNK, total - done)
                 place = slice(done, done + count) if sink is None else slice(0, count)
                 piece = {n: values[place] for n, values in whole.items()}
-                shared(pool, count, functools.partial(_some, run, done, piece))
+                pool.share(count, functools.partial(_some, run, done, piece))
                 if sink is not None:
                     sink(done, piece)
                 done += count

@@ -14,6 +14,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
+from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.pull import least_stiffness
 from layerjam.mechanics.stop.motion import (
     CLOSED,
@@ -127,6 +128,7 @@ def _to_event(case: _Case, dt: float, until: float) -> Motion:
     return _ended(_march(start, MOST_STEPS, until, dt, *rest), until, dt, *rest)
 
 
+@in_double_precision
 def drop_in_time(
     file: BrakeFile,
     *,

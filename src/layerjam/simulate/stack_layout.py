@@ -11,6 +11,7 @@ from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.mechanics.enclosure import sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stack.solve import Stack
 from layerjam.mechanics.stiffness import sheet_section, stiffness_sliding
 
@@ -79,6 +80,7 @@ def _each(values: float | Array, count: int, name: str) -> Array:
     return np.broadcast_to(array, count).copy()
 
 
+@in_double_precision
 def stack_of(
     brake: Brake,
     vacuum: float,

@@ -16,6 +16,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, QuantityError
 from layerjam.mechanics.enclosure import backbone, backbone_stored, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stick_slip.laws import Stribeck, critical_speed, of_film, slow_saw
 from layerjam.mechanics.stick_slip.slide import (
     CLOSED,
@@ -111,6 +112,7 @@ def series_stiffness(brake: Brake, mount: float | None = None) -> float:
     return 1 / (1 / float(stiffness_before_slip(brake)) + 1 / mount)
 
 
+@in_double_precision
 def slide_of(
     brake: Brake,
     *,
@@ -169,6 +171,7 @@ def bounds_at(at: Slide) -> Bounds:
     return Bounds(at.level * (1 + np.asarray(at.rise)) + at.base, at.level + np.asarray(at.base))
 
 
+@in_double_precision
 def judder(
     file: BrakeFile,
     *,

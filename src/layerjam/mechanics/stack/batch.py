@@ -6,7 +6,6 @@ the threads change its answer.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numba
@@ -26,7 +25,7 @@ from layerjam.mechanics.stack.solve import (
     Trial,
 )
 from layerjam.mechanics.stack.step import advance, at_rest, room_for
-from layerjam.mechanics.threads import cores, shared
+from layerjam.mechanics.threads import Workers, once
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -151,8 +150,10 @@ def _one(
     return code
 
 
-def _compiled(stamp: str) -> Any:
-    """The loop over stacks; its cache is valid for this stamp only."""
+@once
+def _many() -> Any:
+    """The loop over stacks."""
+    stamp = kernel_stamp()
 
     @numba.njit(cache=True, nogil=True, error_model="numpy")
     def many(
@@ -174,9 +175,6 @@ def _compiled(stamp: str) -> Any:
     return many
 
 
-_many: list[Any] = []
-
-
 def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
     """Pull stacks from rest to their peak, at most to the elongation `end` [m].
 
@@ -185,8 +183,6 @@ def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
     increments, COARSE of them up to the sum of all friction and LEVELS x PARTS around the greatest.
     """
     check_stack(stack)
-    if not _many:
-        _many.append(_compiled(kernel_stamp()))
     out = np.full((len(friction), 5), np.nan)
     strength = float(stack.springs.sum()) / 4
     soft = 1 / strength + (0.0 if np.isinf(stack.mount) else 1 / stack.mount)
@@ -195,8 +191,8 @@ def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
 
     def some(first: int, last: int) -> None:
         part = slice(first, last)
-        _many[0](probe, end, friction[part], length[part], stack, out[part])
+        _many()(probe, end, friction[part], length[part], stack, out[part])
 
-    with ThreadPoolExecutor(cores()) as pool:
-        shared(pool, len(out), some)
+    with Workers() as pool:
+        pool.share(len(out), some)
     return Peaks(*out.T)

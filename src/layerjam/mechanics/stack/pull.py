@@ -1,12 +1,11 @@
 """Which sheet slides when (ours): a stack followed along a history of elongations.
 
-One increment is a weighted one-dimensional fused lasso (`stack_solve`); breaks of static friction,
-slack and energy are in `stack_step`, the sleeve's faces in `stack_sleeve`.
+One increment is a weighted one-dimensional fused lasso (`solve`); breaks of static friction,
+slack and energy are in `step`, the sleeve's faces in `enclosure`.
 """
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +14,7 @@ import numba
 import numpy as np
 
 from layerjam.errors import LayerjamError, ProcedureError, QuantityError
+from layerjam.mechanics.compiled import stamp_of
 from layerjam.mechanics.stack.enclosure import CHATTER, DEPTH, DONE, OVERFLOW, SNAPPED
 from layerjam.mechanics.stack.solve import (
     CAP,
@@ -28,11 +28,11 @@ from layerjam.mechanics.stack.solve import (
     Trial,
 )
 from layerjam.mechanics.stack.step import advance, apart, at_rest, room_for
+from layerjam.mechanics.threads import once
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
-__all__ = ["Stack", "StackPull", "check_stack", "kernel_stamp", "pull_stack"]
 BLOCK = 200_000
 """Sheets times increments that are followed before anyone hears of it."""
 
@@ -68,13 +68,14 @@ class StackPull(NamedTuple):
 
 
 def kernel_stamp() -> str:
-    """Changes with the compiled loops: numba's cache sees changes of the compiled file only."""
-    files = sorted(Path(__file__).parent.glob("stack*.py"))
-    return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()
+    """What the cache of a loop over stacks is valid for."""
+    return stamp_of(Path(__file__).parent.glob("*.py"))
 
 
-def _compiled(stamp: str) -> Any:
-    """The loop over a path; its cache is valid for this stamp only."""
+@once
+def _follow() -> Any:
+    """The loop over a path."""
+    stamp = kernel_stamp()
 
     @numba.njit(cache=True, error_model="numpy")
     def follow(
@@ -106,9 +107,6 @@ def _compiled(stamp: str) -> Any:
     return follow
 
 
-_follow: list[Any] = []
-
-
 def check_stack(stack: Stack) -> None:
     """Raise QuantityError for a stack whose arrays do not fit together."""
     n = len(stack.springs)
@@ -135,8 +133,6 @@ def pull_stack(
     whose arrays do not fit together and ProcedureError for more nested turns than are remembered.
     """
     check_stack(stack)
-    if not _follow:
-        _follow.append(_compiled(kernel_stamp()))
     n, count = len(stack.springs), len(path)
     path = np.ascontiguousarray(path, float)
     out, faces = np.zeros((count, 6)), np.zeros((count, 2))
@@ -146,7 +142,7 @@ def pull_stack(
     block, done, code = max(1, BLOCK // n), 0, DONE
     while done < count and code == DONE:
         part = slice(done, min(done + block, count))
-        steps, code = _follow[0](
+        steps, code = _follow()(
             path[part], stack, state, trial, which, out[part], sheets[part], interface[part],
             slip[part], sliding[part], faces[part],
         )  # fmt: skip

@@ -18,7 +18,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from layerjam.errors import PrecisionError
+from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stick_slip.slide_step import (
     SLACK,
     STUCK,
@@ -284,17 +284,15 @@ def constant(at: Slide) -> bool:
     return at.sleeve is None and not any(np.any(np.asarray(v) != 0) for v in plain)
 
 
+@in_double_precision
 def slide(
     at: Slide, *, events: int = 64, samples: int = 1, most: int = 200_000, exact: bool | None = None
 ) -> State:
     """Run from rest with a loose spring until the end, the last event, or steady sliding.
 
     Entries of `at` may be arrays of one shape: all cases then run at once. `events` and `samples`
-    size the tables, `most` bounds the actions. `exact` is by default what `constant` says. Raises
-    PrecisionError in single precision.
+    size the tables, `most` bounds the actions. `exact` is by default what `constant` says.
     """
-    if not jax.config.jax_enable_x64:
-        raise PrecisionError
     at = jax.tree.map(lambda v: jnp.asarray(v, jnp.float64), at)
     shape = jnp.broadcast_shapes(*(v.shape for v in jax.tree.leaves(at)))
     closed = constant(at) if exact is None else exact

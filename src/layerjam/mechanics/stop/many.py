@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import Any, NamedTuple
 
@@ -13,6 +12,7 @@ from layerjam.mechanics.enclosure import Sleeve, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.stop import algebra
 from layerjam.mechanics.stop.exact import SETTLED
+from layerjam.mechanics.threads import once
 
 BLOCK = 512
 """Drops in one piece of work, whose arrays stay in the fastest cache."""
@@ -51,7 +51,7 @@ def constants_of(brake: Brake) -> Constants | None:
     )  # fmt: skip
 
 
-@functools.cache
+@once
 def kernel() -> Any:
     """The loop, compiled on first use (a few seconds)."""
     import numba

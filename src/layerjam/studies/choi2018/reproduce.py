@@ -7,7 +7,6 @@ import json
 import os
 import tempfile
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,6 +19,7 @@ from layerjam.identify.calibration.peaks import Calibration
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.validation.metrics import Validation
 from layerjam.measure.trace import Trace
+from layerjam.mechanics.threads import Workers
 from layerjam.report import stack_figures
 from layerjam.report.figures import calibration, force_over_vacuum, friction, validation
 from layerjam.report.page import Picture, check_extras, drawn
@@ -85,7 +85,7 @@ def reproduce(
         with tempfile.TemporaryDirectory() as folder:
             lab = paper_lab.run_lab(Path(folder), say)
     say("figures and claims")
-    pool = ThreadPoolExecutor(2)
+    pool = Workers(2)
     try:
         claims = _claims(lab, pool)
         parts = [*extra, *paper_parts(lab)]
@@ -130,7 +130,7 @@ def _fill(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-def _claims(lab: dict[str, FilmRun], pool: ThreadPoolExecutor) -> Callable[[str], list[Claim]]:
+def _claims(lab: dict[str, FilmRun], pool: Workers) -> Callable[[str], list[Claim]]:
     """The claims of each part, worked out while the figures are drawn."""
     pool.submit(stack_figures.warm_up)
     of: dict[str, list[Callable[[], list[Claim]]]] = {

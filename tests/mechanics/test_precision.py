@@ -1,0 +1,107 @@
+"""Laws and simulations in a process whose JAX is in single precision, as JAX starts."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import jax
+import numpy as np
+import pytest
+
+import layerjam as lj
+from layerjam.errors import PrecisionError
+from layerjam.mechanics.threads import Workers, once
+
+KAPTON = lj.load("choi2018-kapton")
+SLIP = np.linspace(0.0, 0.06, 4)
+
+
+def numbers() -> np.ndarray:
+    """Results of laws, a march in time, batches on threads, the stack and stick–slip."""
+    timed, _ = lj.drop_in_time(KAPTON, mass=3.0, speed=1.0, vacuum=90e3, rope_stiffness=5e4)
+    swept = lj.batch(lj.brake_force, {"slip": SLIP, "vacuum": 9e4}, brake=KAPTON)
+    stopped = lj.batch(
+        lj.stop,
+        {"mass": SLIP + 1, "speed": 1.0, "vacuum": 9e4, "spring": 1e5, "gravity": 9.8},
+        brake=KAPTON,
+    )
+    map_ = lj.amplitude_map(KAPTON.brake, 1e-3, np.array([5e4, 9e4]), mass=1.0, stiffness=1e5)
+    stack = lj.stack_of(KAPTON.brake, 9e4)
+    found = [
+        lj.brake_force(SLIP, 9e4, KAPTON),
+        lj.peak(9e4, 0.06, KAPTON.brake).force,
+        timed.slip,
+        swept["brake_force"],
+        stopped["slip"],
+        map_.amplitude,
+        stack.friction,
+        stack.face,
+    ]
+    assert all(np.asarray(part).dtype == np.float64 for part in found)
+    return np.concatenate([np.ravel(part) for part in found])
+
+
+SCRIPT = """
+import warnings
+
+warnings.simplefilter("error")
+import jax, jax.numpy as jnp, numpy as np
+import layerjam as lj
+from mechanics.test_precision import numbers
+
+found = numbers()
+assert jnp.asarray(1.0).dtype == jnp.float32, "double precision leaked"
+assert isinstance(lj.brake_force(0.01, 9e4, lj.load("choi2018-kapton")), np.float64)
+print(*map(repr, found.tolist()))
+"""
+
+
+def test_the_numbers_are_those_of_double_precision() -> None:
+    env = {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
+    env |= {"JAX_PLATFORMS": "cpu", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    run = subprocess.run(
+        [sys.executable, "-c", SCRIPT],
+        env=env,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=240,
+    )
+    assert run.returncode == 0, run.stderr[-2000:]
+    np.testing.assert_array_equal([float(word) for word in run.stdout.split()], numbers())
+
+
+def test_a_trace_in_single_precision_is_refused_and_the_setting_named() -> None:
+    def force(slip: jax.Array) -> jax.Array:
+        return lj.brake_force(slip, 9e4, KAPTON)
+
+    def constant(slip: jax.Array) -> jax.Array:
+        return slip * lj.brake_force(0.01, 9e4, KAPTON)
+
+    for traced in (jax.jit(force), jax.grad(force), jax.vmap(force), jax.jit(constant)):
+        with jax.enable_x64(False), pytest.raises(PrecisionError, match="jax_enable_x64"):
+            traced(np.full(1, 0.01))
+
+
+def test_workers_compute_in_double_precision_whatever_the_caller_has_set() -> None:
+    with jax.enable_x64(False), Workers(2) as pool:
+        assert list(pool.map(lambda _: str(jax.numpy.asarray(1.0).dtype), range(4))) == (
+            ["float64"] * 4
+        )
+
+
+def test_what_is_made_once_is_made_by_one_thread() -> None:
+    made = []
+
+    @once
+    def slow(name: str) -> list[str]:
+        made.append(name)
+        return [name]
+
+    with Workers(8) as pool:
+        first, *rest = pool.map(slow, ["a"] * 32)
+    assert made == ["a"]
+    assert all(one is first for one in rest)
+    assert slow("b") == ["b"]
