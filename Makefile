@@ -42,7 +42,7 @@ alarms: $(STAMP)
 	$(BIN)/python tests/false_alarms.py --write
 
 fuzz: $(STAMP)
-	LAYERJAM_FUZZ=100000 $(BIN)/python -m pytest -q -n 2 -m slow tests/identify/test_fuzz.py
+	LAYERJAM_FUZZ=100000 $(BIN)/python -m pytest -q -n 2 -m slow tests/measure/test_fuzz.py
 
 # Installs exactly what requirements.lock names, hashes checked, then this package.
 # Debian ships python3 without ensurepip: the venv package is fetched once where that is so.

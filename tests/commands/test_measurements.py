@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from cli.conftest import contents
-from identify.layouts import REAL
 from layerjam.cli import measurements as commands
 from layerjam.cli.main import app, main
 from layerjam.commands.measurements import crash, leak, pump_down, sleeve
@@ -18,6 +17,7 @@ from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.identify.logs.leak import pressure as leaked
 from layerjam.identify.logs.pump_down import pressure as pumped
 from layerjam.identify.rubber import hyperelastic
+from measure.layouts import REAL
 
 A = 101325.0
 

@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
-from identify.layouts import REAL
 from layerjam.errors import FitError, UnknownNameError
 from layerjam.identify.logs import leak as k
 from layerjam.identify.logs.correlated import fit_series
 from layerjam.measure.log import PRESSURE, TIME, read_log
+from layerjam.measure.options import ReadingOptions
+from measure.layouts import REAL
 
 A = 101325.0
 
@@ -172,9 +173,9 @@ HOLDS = REAL / "pneumatic_friction_leak"
 @pytest.mark.skipif(not HOLDS.is_dir(), reason="no real files here")
 def test_real_holds_are_told_apart():
     rates = {}
+    said = ReadingOptions(columns="time:ms,skip,pressure:bar")
     for name in ("Aluminium", "Prusa", "Ultimaker_020"):
-        log = read_log(HOLDS / f"airchamber_{name}.csv", (TIME, PRESSURE),
-                       "time:ms,skip,pressure:bar")  # fmt: skip
+        log = read_log(HOLDS / f"airchamber_{name}.csv", (TIME, PRESSURE), said)
         start = 5.0 if name == "Ultimaker_020" else None  # the fall begins there
         found = k.fit_leak(log["time"], log["pressure"] + A, window=(start, None))
         rates[name] = found.fits["linear"].rate

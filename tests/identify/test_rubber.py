@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.layouts import REAL
 from layerjam.errors import FileError, FitError, UnknownNameError
 from layerjam.identify.rubber import hyperelastic as h
 from layerjam.identify.rubber.tensile import first_loading, material_of, moduli, read_rubber
+from layerjam.measure.options import ReadingOptions
+from measure.layouts import REAL
 
 TRUTH = {
     "neo-hookean": {"C1": 30e3},
@@ -187,9 +188,10 @@ def test_a_strain_that_could_be_percent_is_asked_for(tmp_path):
     path = file_of(tmp_path, strain, strain * 1e5, head="Strain;Stress (MPa)")
     with pytest.raises(FileError, match="percent"):
         read_rubber(path)
-    made = read_rubber(path, columns="strain:%,stress:MPa")
+    made = read_rubber(path, options=ReadingOptions(columns="strain:%,stress:MPa"))
     assert made.strain[-1] == pytest.approx(2.0)
-    assert read_rubber(path, columns="strain:1,stress:MPa").strain[-1] == pytest.approx(200.0)
+    made = read_rubber(path, options=ReadingOptions(columns="strain:1,stress:MPa"))
+    assert made.strain[-1] == pytest.approx(200.0)
 
 
 def test_curves_that_are_none(tmp_path):

@@ -17,7 +17,7 @@ import typer
 from layerjam.errors import FileError
 
 if TYPE_CHECKING:
-    from layerjam.measure.readers.columns import Choices
+    from layerjam.measure.options import ReadingOptions
 
 BrakeName = Annotated[
     str, typer.Argument(metavar="BRAKE", help="Catalogue name or path of a brake's TOML file.")
@@ -74,13 +74,20 @@ def choices(
     columns: str | None = None,
     specimen: int | None = None,
     sheet: str | None = None,
-) -> Choices | None:
+) -> ReadingOptions | None:
     """What the user says of the files where they leave something open."""
     if not (negative or column or decimal or columns or sheet) and specimen is None:
         return None
-    from layerjam.measure.readers.answers import choices_of
+    from layerjam.measure.options import ReadingOptions
 
-    return choices_of(negative or (), column or (), decimal, columns, specimen, sheet)
+    return ReadingOptions(
+        negative=negative or (),
+        column=column or (),
+        columns=columns,
+        decimal=decimal,
+        specimen=specimen,
+        sheet=sheet,
+    )
 
 
 def engine() -> None:

@@ -22,7 +22,7 @@ from layerjam.identify.checks import Check
 from layerjam.identify.curves import curves_of, usable
 from layerjam.identify.provenance import calibrated_text
 from layerjam.identify.pull.features import PullFeatures
-from layerjam.measure.readers.columns import Choices
+from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def calibrate(
     out: str | Path | None = None,
     partial: bool = False,
     atmosphere: Quantity | None = None,
-    choices: Choices | None = None,
+    choices: ReadingOptions | None = None,
     draws: int = 1000,
     chains: int = 2,
     seed: int = 1,
@@ -88,7 +88,7 @@ def calibrated(
     out: str | Path | None,
     partial: bool,
     atmosphere: Quantity | None,
-    choices: Choices | None,
+    choices: ReadingOptions | None,
     sampling: tuple[int, int, int],
     progress: Progress | None,
     force: bool,

@@ -14,7 +14,7 @@ from layerjam.errors import FileError, FitError, LayerjamError
 from layerjam.identify.provenance import sha256
 from layerjam.identify.pull.features import PullFeatures, pull_features
 from layerjam.identify.pull.summary import off_zero, pull_summary
-from layerjam.measure.readers.columns import Choices
+from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.read import open_traces
 from layerjam.measure.trace import Trace
 from layerjam.units import show
@@ -32,7 +32,7 @@ noise are taken from all samples before."""
 def each(
     files: Paths,
     use: Callable[[Trace], T],
-    choices: Choices | None,
+    choices: ReadingOptions | None,
     progress: Progress | None = None,
 ) -> tuple[list[T], dict[str, str]]:
     """`use` of every file that can be used, and {file: why} of those that cannot.
@@ -44,7 +44,7 @@ def each(
     done: list[T] = []
     refused: dict[str, str] = {}
     seen: dict[str, str] = {}
-    said = choices or Choices()
+    said = choices or ReadingOptions()
 
     def refuse(name: str, path: str | Path, error: LayerjamError) -> None:
         if isinstance(error, FileError):
@@ -151,7 +151,7 @@ def pulls(
     files: Paths,
     file: BrakeFile,
     vacuum: Quantity | None,
-    choices: Choices | None,
+    choices: ReadingOptions | None,
     test: Callable[[PullFeatures, float, Brake], object],
     progress: Progress | None = None,
 ) -> tuple[list[tuple[Trace, PullFeatures, float]], dict[str, str], list[str]]:

@@ -14,14 +14,15 @@ from layerjam.commands.vacuum_line import AnyLine, line_at
 from layerjam.control.follow import bode, rehabilitation
 from layerjam.control.follow import follow as run
 from layerjam.errors import FileError, QuantityError
-from layerjam.measure.log import TIME, Want, read_log
+from layerjam.measure.log import TIME, read_log
+from layerjam.measure.readers.columns import Want
 from layerjam.units import QuantitySpec, show
 
 SPEED = QuantitySpec("m/s", "speed of the slip", hi=100)
 MODEL = QuantitySpec("1", "factor of the true brake's friction over the known one", lo=0.1, hi=10)
 SLIP_NOISE = QuantitySpec("m", "standard deviation of a measured slip", hi=0.1)
-FORCE = Want("force", "N", r"\b(force|load|kraft|f)\b", "'N' or 'kN'")
-SLIP = Want("slip", "m", r"\b(slip|travel|weg|x|s)\b", "'mm' or 'm'", optional=True)
+FORCE = Want("force", "N", r"\b(force|load|kraft|f)\b", ("N", "kN"))
+SLIP = Want("slip", "m", r"\b(slip|travel|weg|x|s)\b", ("mm", "m"), optional=True)
 UNITS = {
     "rms_error": "N", "greatest_error": "N", "greatest_vacuum": "Pa", "bandwidth": "Hz",
     "sample_time": "s",

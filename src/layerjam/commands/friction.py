@@ -28,7 +28,7 @@ from layerjam.identify.friction.reduction import (
     with_friction,
 )
 from layerjam.identify.friction.standards import Standard, standard_named
-from layerjam.measure.readers.columns import Choices
+from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
 from layerjam.units import QuantitySpec, show
 
@@ -53,7 +53,7 @@ def friction(
     brake: AnyBrake | None = None,
     out: str | Path | None = None,
     partial: bool = False,
-    choices: Choices | None = None,
+    choices: ReadingOptions | None = None,
     progress: Progress | None = None,
     force: bool = False,
 ) -> Answer:

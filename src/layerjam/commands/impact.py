@@ -13,6 +13,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.mount import Rope
 from layerjam.errors import QuantityError
 from layerjam.measure.history import read_history
+from layerjam.measure.options import ReadingOptions
 from layerjam.mechanics.pull import least_stiffness
 from layerjam.simulate.drop import damped_rope_only, snap_reason, spring_of
 from layerjam.simulate.drop import drop as run_drop
@@ -176,11 +177,15 @@ def _damping(damping: Quantity | None, rope: float | None) -> float:
     return si(damping, spec_of(Rope, "damping"), "rope damping")
 
 
+def _options(reading: str | None, columns: str | None, decimal: str | None) -> ReadingOptions:
+    return ReadingOptions(reading=reading, columns=columns, decimal=decimal)
+
+
 def _history(
     source: str | Path | History, atmosphere: float, how: tuple[str | None, str | None, str | None]
 ) -> History:
     if not isinstance(source, History):
-        return read_history(source, atmosphere, *how)
+        return read_history(source, atmosphere, _options(*how))
     if how != (None, None, None):
         raise QuantityError("reading: goes only with a file; a History holds the vacuum itself")
     return source

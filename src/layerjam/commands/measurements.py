@@ -14,6 +14,7 @@ from layerjam.commands.sleeve import sleeve
 from layerjam.errors import FileError, FitError
 from layerjam.identify.logs import crash as crash_log
 from layerjam.measure.log import ACCELERATION, TIME, read_log
+from layerjam.measure.options import ReadingOptions
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY
 from layerjam.units import QuantitySpec
 
@@ -49,7 +50,7 @@ def crash(
     limit = None if range is None else acceleration_of(range, "range")
     longest = None if hic is None else si(hic, HIC, "hic")
     wants = [ACCELERATION] if rate is not None else [TIME, ACCELERATION]
-    log = read_log(file, wants, columns, decimal)
+    log = read_log(file, wants, ReadingOptions(columns=columns, decimal=decimal))
     signal = log["acceleration"]
     clock = log["time"] if rate is None else np.arange(len(signal)) / rate
     try:

@@ -11,19 +11,12 @@ import numpy as np
 
 from layerjam.commands.answer import Answer, Quantity, si
 from layerjam.device.mount import Site
-from layerjam.errors import FileError, QuantityError, UnknownNameError
+from layerjam.errors import FileError, QuantityError
 from layerjam.identify.logs import leak as leaking
 from layerjam.identify.logs import pump_down as emptying
-from layerjam.measure.history import READINGS
-from layerjam.measure.log import (
-    PRESSURE,
-    TEMPERATURE,
-    TIME,
-    Log,
-    pressure_says,
-    read_log,
-    scale,
-)
+from layerjam.measure.log import PRESSURE, TEMPERATURE, TIME, Log, read_log
+from layerjam.measure.options import ReadingOptions
+from layerjam.measure.readers.unit_words import convert
 from layerjam.units import QuantitySpec, show, spec_of
 
 VOLUME = QuantitySpec("m^3", "volume", lo=1e-10, hi=1e3)
@@ -42,12 +35,12 @@ def temperature_of(text: Quantity | None) -> float | None:
     value = float(text) if isinstance(text, int | float) else None
     if isinstance(text, str):
         match = re.fullmatch(r"\s*([+-]?\d{1,6}(?:\.\d{1,12})?)\s*(\S.{0,15}?)\s*", text)
-        known = scale(match[2], "K") if match else None
+        known = convert(match[2], "K") if match else None
         if not match or known is None:
             raise QuantityError(
                 f"temperature: '{text[:40]}' is no temperature; write '23 °C' or '296 K'"
             )
-        value = float(match[1]) * known[0] + known[1]
+        value = float(match[1]) * float(known[0]) + known[1]
     if value is None or not 150 <= value <= 600:
         raise QuantityError(
             f"temperature: {value:.4g} K is not allowed; the gas has 150 K to 600 K"
@@ -60,17 +53,10 @@ def _absolute(
     log: Log, reading: str | None, atmosphere: float, zero: float
 ) -> tuple[Any, str, list[str]]:
     """Absolute pressure [Pa], which reading it was, and what to say."""
-    says = pressure_says(log.said["pressure"])
-    if reading is None and says is None:
-        raise FileError(
-            log.path,
-            "does not say what its pressure counts from; give --reading absolute, gauge (over the "
-            "atmosphere) or vacuum (below it)",
-        )
+    kind, says = log.pressure_reference(reading)
     said = []
-    if reading is not None and says is not None and reading != says:
-        said.append(f"{log.name}: its column says {says}; --reading {reading} counts")
-    kind = str(reading or says)
+    if says not in (None, kind):
+        said.append(f"{log.name}: its column says {says}; --reading {kind} counts")
     value = log["pressure"] - zero
     made = {"absolute": value, "gauge": atmosphere + value, "vacuum": atmosphere - value}[kind]
     if (made < -0.01 * atmosphere).any():
@@ -88,12 +74,11 @@ def read_pressure(
     warm: bool = False,
 ) -> tuple[Log, Any, str, float, list[str]]:  # fmt: skip
     """(log, absolute pressure [Pa] shape (N,), kind of reading, atmosphere [Pa], what to say)."""
-    if reading is not None and reading not in READINGS:
-        raise UnknownNameError("reading", reading, READINGS)
+    options = ReadingOptions(reading=reading, columns=columns, decimal=decimal)
     site = spec_of(Site, "atmosphere")
     around = 101325.0 if atmosphere is None else si(atmosphere, site, "atmosphere")
     off = 0.0 if zero is None else si(zero, ZERO, "zero")
-    log = read_log(file, [TIME, PRESSURE, *[TEMPERATURE] * warm], columns, decimal)
+    log = read_log(file, [TIME, PRESSURE, *[TEMPERATURE] * warm], options)
     absolute, kind, said = _absolute(log, reading, around, off)
     return log, absolute, kind, around, said
 

@@ -8,7 +8,7 @@ from typing import Any
 from layerjam.commands.answer import Answer
 from layerjam.commands.files import CURVE, Paths, Progress, each, understood
 from layerjam.identify.pull.summary import PullSummary, pull_summary
-from layerjam.measure.readers.columns import Choices
+from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
 
 UNITS_OF_A_PULL = {
@@ -28,7 +28,7 @@ def pull(
     files: Paths,
     *,
     tare: bool = False,
-    choices: Choices | None = None,
+    choices: ReadingOptions | None = None,
     progress: Progress | None = None,
 ) -> Answer:
     """Slack, preload, onset, stiffness, peak, steady part, stick-slip and way back of pulls.

@@ -25,7 +25,7 @@ from layerjam.identify.curves import speed_of
 from layerjam.identify.friction.reduction import FrictionResult, with_friction
 from layerjam.identify.provenance import calibrated_on, sha256
 from layerjam.identify.validation.metrics import Validation
-from layerjam.measure.readers.columns import Choices
+from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.trace import Trace
 from layerjam.report.brake_files import Written, check_folder, write
@@ -45,7 +45,7 @@ class _Work:
     """What the stages leave behind."""
 
     file: BrakeFile
-    choices: Choices | None
+    choices: ReadingOptions | None
     vacuum: Quantity | None
     atmosphere: Quantity | None
     say: Callable[[str], None]
@@ -96,7 +96,7 @@ def report(
     depth: str = "exact",
     vacuum: Quantity | None = None,
     atmosphere: Quantity | None = None,
-    choices: Choices | None = None,
+    choices: ReadingOptions | None = None,
     force: bool = False,
     command: str = "layerjam.report(...) in Python",
     date: str | None = None,

@@ -16,6 +16,7 @@ from layerjam.errors import FileError, FitError, LayerjamError, QuantityError, U
 from layerjam.identify.provenance import sha256
 from layerjam.identify.rubber import hyperelastic
 from layerjam.identify.rubber import tensile as rubber
+from layerjam.measure.options import ReadingOptions
 from layerjam.records.source import Source
 from layerjam.records.toml import parse_toml
 from layerjam.units import QuantitySpec, parse, show
@@ -64,7 +65,10 @@ def sleeve(
 
     def use(path: str) -> tuple[rubber.Specimen, rubber.Moduli, dict[str, hyperelastic.Fit], str]:
         specimen = rubber.read_rubber(
-            path, area=section, gauge_length=length, columns=columns, decimal=decimal
+            path,
+            area=section,
+            gauge_length=length,
+            options=ReadingOptions(columns=columns, decimal=decimal),
         )
         found = rubber.moduli(specimen, span)
         fits = _fits(specimen.strain, specimen.stress, top)

@@ -9,7 +9,7 @@ from layerjam.identify.curves import curves_of
 from layerjam.identify.provenance import calibrated_on
 from layerjam.identify.validation.metrics import Validation, compare, uncalibrated, validate_curves
 from layerjam.identify.validation.table import UNITS, file_row, summary, validation_checks
-from layerjam.measure.readers.columns import Choices
+from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
 
 
@@ -19,7 +19,7 @@ def validate(
     *,
     vacuum: Quantity | None = None,
     atmosphere: Quantity | None = None,
-    choices: Choices | None = None,
+    choices: ReadingOptions | None = None,
     progress: Progress | None = None,
 ) -> Answer:
     """How far the brake's model lies from measured pulls.
@@ -39,7 +39,7 @@ def validated(
     files: Paths,
     vacuum: Quantity | None,
     atmosphere: Quantity | None,
-    choices: Choices | None,
+    choices: ReadingOptions | None,
     progress: Progress | None = None,
 ) -> tuple[Answer, Validation | None, list[Trace]]:
     """`validate`'s answer, the Validation before calibration, and the traces that were used."""

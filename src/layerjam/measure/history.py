@@ -6,40 +6,24 @@ from pathlib import Path
 
 import numpy as np
 
-from layerjam.errors import FileError, UnknownNameError
-from layerjam.measure.log import PRESSURE, TIME, pressure_says, read_log
+from layerjam.errors import FileError
+from layerjam.measure.log import PRESSURE, TIME, read_log
+from layerjam.measure.options import ReadingOptions
 from layerjam.simulate.vacuum_history import History
 from layerjam.units import show
 
-READINGS = ("absolute", "gauge", "vacuum")
-"""What a pressure may count from: nothing, the atmosphere upwards, the atmosphere downwards."""
-
 
 def read_history(
-    path: str | Path,
-    atmosphere: float,
-    reading: str | None = None,
-    columns: str | None = None,
-    decimal: str | None = None,
+    path: str | Path, atmosphere: float, options: ReadingOptions | None = None
 ) -> History:
     """The history in a log such as ``time [s],vacuum [kPa]``, read as every other log is.
 
     What the pressure counts from, its column says (vacuum, absolute pressure, gauge pressure) or
-    `reading` does: absolute, gauge (over the atmosphere) or vacuum (below it). `columns` and
-    `decimal` are as `read_log` takes them. Raises FileError where neither says so, for what is no
-    such log, where time does not rise, or the vacuum leaves 0 to `atmosphere` [Pa].
+    `options.reading` does. Raises FileError where neither says so, for what is no such log, where
+    time does not rise, or the vacuum leaves 0 to `atmosphere` [Pa].
     """
-    if reading is not None and reading not in READINGS:
-        raise UnknownNameError("reading", reading, READINGS)
-    log = read_log(path, (TIME, PRESSURE), columns, decimal)
-    said = log.said["pressure"]
-    kind = reading or pressure_says(said)
-    if kind is None:
-        raise FileError(
-            path,
-            f"does not say what '{said.name[:60]}' counts from: name the column vacuum, or give "
-            "--reading absolute, gauge (over the atmosphere) or vacuum (below it)",
-        )
+    log = read_log(path, (TIME, PRESSURE), options)
+    kind, _ = log.pressure_reference(options.reading if options else None)
     time, pressure = log["time"], log["pressure"]
     vacuum = {"absolute": atmosphere - pressure, "gauge": -pressure, "vacuum": pressure}[kind]
     step = np.diff(time)

@@ -14,7 +14,7 @@ from layerjam.units import quantity
 
 SIDECAR_ENDING = ".toml"
 READ = "read"
-"""Table of a sidecar that says how to read the file; readers.answers takes it."""
+"""Table of a sidecar that says how to read the file; `measure.options` takes it."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.errors import FileError
+from layerjam.errors import FileError, QuantityError, UnknownNameError
 from layerjam.measure.sidecar import Facts
 from layerjam.units import show
 
@@ -23,10 +23,10 @@ _LARGEST = {"force": (1e8, "N"), "elongation": (1e3, "m"), "time": (1e11, "s")}
 class Trace:
     """One pull or friction test as a machine recorded it, in SI units.
 
-    `force` [N] and `elongation` [m] (the crosshead's travel, its origin where the machine had it)
-    are float64 arrays of one length, finite throughout; `time` [s] likewise, or None where the
-    file has none. `format` names the machine's format, `understood` says which column became what,
-    `warnings` what is odd but not wrong, `facts` what the sidecar file states.
+    `force` [N] and `elongation` [m] (as the crosshead shows it, with the machine's own origin) are
+    float64 arrays of one length, finite throughout; `time` [s] likewise, or None where the file has
+    none. `format` names the machine's format, `understood` says which column became what,
+    `warnings` what is odd but not wrong, `facts` what the sidecar states.
     """
 
     force: Array
@@ -48,6 +48,42 @@ class Trace:
         """Elongation from the first sample on [m]."""
         return self.elongation - self.elongation[0]
 
+    @property
+    def synthetic(self) -> bool:
+        """Whether a program wrote the file: its sidecar says so, or the file itself."""
+        return self.facts.synthetic
+
+    def between(
+        self, start: float | None = None, end: float | None = None, *, over: str = "time"
+    ) -> Trace:
+        """The samples from `start` to `end` of `over`: "time" [s] or "elongation" [m], as stored.
+
+        None leaves an end open. Raises QuantityError where fewer than 10 samples are left.
+        """
+        if over not in ("time", "elongation"):
+            raise UnknownNameError("over", over, ("time", "elongation"))
+        clock = getattr(self, over)
+        if clock is None:
+            raise QuantityError(f"between: {self.path} holds no time; cut it over 'elongation'")
+        unit = "s" if over == "time" else "m"
+        low, high = -np.inf if start is None else start, np.inf if end is None else end
+        kept = (clock >= low) & (clock <= high)
+        span = " ".join(
+            f"{word} {show(v, unit)}" for word, v in (("from", start), ("to", end)) if v is not None
+        )
+        if kept.sum() < FEWEST_ROWS:
+            raise QuantityError(
+                f"between: {int(kept.sum())} samples of {self.path} lie within its {over} {span}; "
+                f"at least {FEWEST_ROWS} are needed"
+            )
+        return replace(
+            self,
+            force=self.force[kept],
+            elongation=self.elongation[kept],
+            time=None if self.time is None else self.time[kept],
+            understood=(*self.understood, f"cut to its {over} {span}, as asked"),
+        )
+
     def thinned(self, most: int) -> Trace:
         """The same record with at most `most` samples, means over neighbours."""
         time = None if self.time is None else block_means(self.time, most)
@@ -65,10 +101,11 @@ def block_means(values: Array, most: int) -> Array:
     return np.asarray(np.add.reduceat(values, starts) / count)
 
 
-def checked(trace: Trace, line: Callable[[int], int | None]) -> Trace:
+def checked(trace: Trace, line: Callable[[int], int | None], *, turned: bool = False) -> Trace:
     """The trace with its warnings, if it can be a tension test; FileError if it cannot.
 
-    `line` gives the line of the file for a row (0-based). Refused are: fewer than 10 rows, values
+    `line` gives the line of the file for a row (0-based), `turned` says that the user had the sign
+    of the force turned. Refused are: fewer than 10 rows, values
     that are not finite or beyond any test machine, time running backwards, a force that never
     changes or was cut off at the load cell's end, and signs that belong to compression.
     """
@@ -90,7 +127,7 @@ def checked(trace: Trace, line: Callable[[int], int | None]) -> Trace:
                 f"(at most {show(largest, unit)})",
                 line(row),
             )
-    warnings = [*trace.warnings, *_check_time(trace, line), *_check_signs(trace)]
+    warnings = [*trace.warnings, *_check_time(trace, line), *_check_signs(trace, turned)]
     _check_stuck(trace)
     return replace(trace, warnings=tuple(warnings))
 
@@ -113,22 +150,18 @@ def _check_time(trace: Trace, line: Callable[[int], int | None]) -> list[str]:
     return []
 
 
-def _check_signs(trace: Trace) -> list[str]:
+def _check_signs(trace: Trace, turned: bool) -> list[str]:
     force, travel = trace.force, trace.travel
     low, high, mean = float(force.min()), float(force.max()), float(force.mean())
-    turned = any("sign of the force was turned" in said for said in trace.understood)
-    if low < 0 and -low > high and mean < 0 and turned:
-        raise FileError(
-            trace.path,
-            f"the force is negative where it is largest ({show(low, 'N')}) once its sign is turned "
-            "as asked; it needs no --negative force",
-        )
     if low < 0 and -low > high and mean < 0:
-        raise FileError(
-            trace.path,
-            f"the force is negative where it is largest ({show(low, 'N')}), as in compression; "
-            "if this machine counts tension as negative, say so (--negative force)",
+        why = (
+            " once its sign is turned as asked; it needs no --negative force"
+            if turned
+            else ", as in compression; if this machine counts tension as negative, say so "
+            "(--negative force)"
         )
+        largest = f"the force is negative where it is largest ({show(low, 'N')})"
+        raise FileError(trace.path, largest + why)
     away, back = float(travel.max()), -float(travel.min())
     if back > 0 and away < 0.1 * back:
         raise FileError(

@@ -8,15 +8,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import FileError, FitError
-from layerjam.measure.log import SKIP, TIME, Log, Want, read_log, scale
-from layerjam.measure.readers.columns import plain
+from layerjam.measure.log import TIME, Log, read_log
+from layerjam.measure.options import SKIP, ReadingOptions
+from layerjam.measure.readers.columns import Want
+from layerjam.measure.readers.unit_words import convert
+from layerjam.measure.readers.words import plain
 from layerjam.units import show
 
 Array = npt.NDArray[np.float64]
@@ -24,15 +27,17 @@ WINDOW = (0.05, 0.20)
 """Strain over which the initial modulus is the slope of a straight line."""
 _TRUE = r"\btrue\b|wahre|\bvraie?\b"
 _STRAIN, _STRESS = r"\bstrain\b|dehnung\b|\bdeformation\b", r"\bstress\b|spannung\b|\bcontrainte\b"
-WANTS = (
-    Want("strain", "1", _STRAIN, "'%' or '1'", True, True, _TRUE),
-    Want("stress", "Pa", _STRESS, "'MPa' or 'psi'", True, False, _TRUE),
-    Want("true_strain", "1", rf"({_TRUE}).*({_STRAIN})", "'%' or '1'", True, True, r"^(?!.*true)"),
-    Want("true_stress", "Pa", rf"({_TRUE}).*({_STRESS})", "'MPa'", True, False, r"^(?!.*true)"),
-    Want("force", "N", r"\b(force|load)\b|kraft\b", "'N'", True),
-    Want("elongation", "m", r"\b(extension|displacement|crosshead)\b|weg\b", "'mm'", True),
-    Want("time", "s", TIME.words, TIME.due, True),
-)  # fmt: skip
+_NOT_TRUE = r"^(?!.*true)"
+_WANTED = (
+    Want("strain", "1", _STRAIN, ("%", "1"), avoid=_TRUE),
+    Want("stress", "Pa", _STRESS, ("MPa", "psi"), avoid=_TRUE),
+    Want("true_strain", "1", rf"({_TRUE}).*({_STRAIN})", ("%", "1"), avoid=_NOT_TRUE),
+    Want("true_stress", "Pa", rf"({_TRUE}).*({_STRESS})", ("MPa",), avoid=_NOT_TRUE),
+    Want("force", "N", r"\b(force|load)\b|kraft\b", ("N",)),
+    Want("elongation", "m", r"\b(extension|displacement|crosshead)\b|weg\b", ("mm",)),
+    TIME,
+)
+WANTS = tuple(replace(want, optional=True) for want in _WANTED)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,8 +84,7 @@ def read_rubber(
     *,
     area: float | None = None,
     gauge_length: float | None = None,
-    columns: str | None = None,
-    decimal: str | None = None,
+    options: ReadingOptions | None = None,
 ) -> Specimen:
     """The first loading in a file of stress and strain, or of force and elongation.
 
@@ -88,8 +92,8 @@ def read_rubber(
     are not given the file's head may say them. Raises FileError where neither pair of columns is
     there, or where a strain without unit could be percent.
     """
-    wants = [w for w in WANTS if columns is None or re.search(rf"\b{w.role}\b", columns)]
-    log = read_log(path, wants or WANTS, columns, decimal)
+    named = options.entries({w.role: w.si for w in WANTS}) if options else {}
+    log = read_log(path, [w for w in WANTS if not named or w.role in named], options)
     notes: list[str] = []
     if "strain" in log and "stress" in log:
         strain, stress = log["strain"], log["stress"]
@@ -151,8 +155,8 @@ def _know_strain(log: Log) -> None:
     Either true strain stands beside it and is ln(1 + strain), or the user says so.
     """
     role = "strain" if "strain" in log else "true_strain"
-    said = log.said[role]
-    if said.unit:
+    column = log.taken[role]
+    if column.unit:
         return
     if "strain" in log and "true_strain" in log:
         off = np.abs(np.log1p(np.maximum(log["strain"], -0.99)) - log["true_strain"])
@@ -160,8 +164,8 @@ def _know_strain(log: Log) -> None:
             return
     raise FileError(
         log.path,
-        f"column '{said.name[:40]}' does not say whether it is a number or percent; write "
-        f"--columns '{role}:1={said.name[:40]},...' or {role}:%, and the stress likewise",
+        f"column '{column.name[:40]}' does not say whether it is a number or percent; write "
+        f"--columns '{role}:1={column.name[:40]},...' or {role}:%, and the stress likewise",
     )
 
 
@@ -169,9 +173,9 @@ def _from_head(log: Log, words: str, si: str) -> float | None:
     """A quantity the lines above the table state, such as 'Specimen Length (mm);33'."""
     for key, rest in log.head.items():
         match = re.fullmatch(r"(.*?)\s*[(\[](.+)[)\]]", key)
-        if match and re.search(words, match[1]) and (unit := scale(match[2], si)):
+        if match and re.search(words, match[1]) and (unit := convert(match[2], si)):
             try:
-                return float(rest[0].replace(",", ".")) * unit[0]
+                return float(rest[0].replace(",", ".")) * float(unit[0])
             except ValueError:
                 continue
     return None

@@ -10,7 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from layerjam.errors import FileError
-from layerjam.measure.readers.columns import Choices, Column
+from layerjam.measure.options import ReadingOptions
+from layerjam.measure.readers.columns import Column, Taken
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.grid import Grid, Table, read_grid
 from layerjam.measure.readers.lines import pieces
@@ -46,7 +47,7 @@ class Rows:
             raw = read_columns(grid, indices, names, decimal, plain)
         else:
             raw, grid = self._in_pieces(indices, names, decimal, plain)
-        return [_si(v, c) for v, c in zip(raw, columns, strict=True)], grid
+        return [c.si(v) for v, c in zip(raw, columns, strict=True)], grid
 
     def _in_pieces(
         self, indices: Sequence[int], names: Sequence[str], decimal: str | None, plain: bool
@@ -72,27 +73,21 @@ class Rows:
 
 
 def trace_of(
-    rows: Rows,
-    taken: dict[str, Column],
-    sentences: Sequence[str],
-    choices: Choices,
-    name: str,
-    decimal: str | None,
-    odd: Sequence[str] = (),
+    rows: Rows, taken: Taken, options: ReadingOptions, form: str, decimal: str | None
 ) -> Trace:
-    """The trace of columns already assigned, in SI, checked and with the sidecar's facts."""
+    """The trace of columns already taken, in SI units, checked and with the sidecar's facts."""
     source, table = rows.source, rows.table
-    columns = list(taken.values())
+    columns, said = list(taken[0].values()), list(taken[1])
     raw, grid = rows.read(columns, decimal)
     values = {c.role: v for c, v in zip(columns, raw, strict=True)}
-    said = list(sentences)
     for role in ("force", "elongation"):
-        if role in choices.negative:
+        if role in options.negative:
             values[role] = -values[role]
             said.append(f"the sign of the {role} was turned, as asked")
-    facts, warnings = read_facts(source.path), list(odd)
+    facts, warnings = read_facts(source.path), []
     if facts.synthetic or SYNTHETIC.search(source.data[: table.first]):
-        warnings.insert(0, "synthetic: written by a program, not measured")
+        facts = replace(facts, synthetic=True)
+        warnings.append("synthetic: written by a program, not measured")
     if not grid.ended:
         warnings.append("the last line has no line end: the file may have been cut off there")
     trace = Trace(
@@ -100,17 +95,9 @@ def trace_of(
         values["elongation"],
         values.get("time"),
         source.path,
-        name,
-        tuple(said),
-        tuple(warnings),
-        facts,
+        form,
+        understood=tuple(said),
+        warnings=tuple(warnings),
+        facts=facts,
     )
-    return checked(trace, grid.line)
-
-
-def _si(values: Array, column: Column) -> Array:
-    """Times the factor to SI; a factor such as 1/1000 divides, which rounds once."""
-    factor = column.factor
-    if factor.numerator == 1:
-        return values / factor.denominator if factor.denominator != 1 else values
-    return values * float(factor)
+    return checked(trace, grid.line, turned="force" in options.negative)

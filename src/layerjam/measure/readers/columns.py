@@ -13,115 +13,270 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from layerjam.errors import FileError, QuantityError, UnknownNameError
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.errors import FileError
+from layerjam.measure.options import SKIP, ColumnEntry
 from layerjam.measure.readers import words
-from layerjam.measure.readers.unit_words import MASS, ROLES, common_unit, unit_role
+from layerjam.measure.readers.unit_words import MASS, common_unit, convert, unit_role
 from layerjam.measure.readers.words import plain
 
-__all__ = ["ROLES", "Choices", "Column", "assign", "listed", "plain", "split_unit", "unit_role"]
-
-_DUE = {"time": "'s' or 'ms'", "elongation": "'mm' or 'in'", "force": "'N', 'kN' or 'lbf'"}
-SKIP = "skip"
+Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Choices:
-    """What the user says where a file cannot: answers to the questions in the error messages.
+class Want:
+    """A quantity that is looked for: its SI unit, units it may come in, names of its column.
 
-    `negative`: of "force" and "elongation", those the machine counts the other way round;
-    `columns`: {"force" | "elongation" | "time": column name}; `units`: {role: unit} where the file
-    states none; `places`: for each column of the file in order "time:ms" or "skip"; `decimal`:
-    "." or ","; `specimen`: which of several in a file, from 1; `sheet`: of a workbook, by name.
+    `words` is a pattern for names in lower case without accents, `avoid` one for names that mean
+    something else. `optional`: it may be missing. A pure number (SI unit "1") needs no unit.
     """
 
-    negative: Sequence[str] = ()
-    columns: Mapping[str, str] | None = None
-    decimal: str | None = None
-    units: Mapping[str, str] | None = None
-    places: Sequence[str] = ()
-    specimen: int | None = None
-    sheet: str | None = None
+    role: str
+    si: str
+    words: str
+    units: tuple[str, ...]
+    optional: bool = False
+    avoid: str = ""
 
-    def __post_init__(self) -> None:
-        for name in (*self.negative, *(self.columns or {}), *(self.units or {})):
-            if name not in ROLES:
-                raise UnknownNameError("column's role", str(name), ROLES)
-        if self.decimal not in (None, ".", ","):
-            raise QuantityError(f"decimal: '{self.decimal}' is not allowed; it is '.' or ','")
-        for role, unit in (self.units or {}).items():
-            _check_unit(role, unit)
-        if self.specimen is not None and self.specimen < 1:
-            raise QuantityError(f"specimen: {self.specimen} is not allowed; the first is 1")
-        if self.places:
-            self._check_places()
+    @property
+    def due(self) -> str:
+        """Units that would do, in words."""
+        quoted = [f"'{unit}'" for unit in self.units]
+        return " or ".join([", ".join(quoted[:-1]), quoted[-1]] if len(quoted) > 1 else quoted)
 
-    def _check_places(self) -> None:
-        roles = []
-        for entry in self.places:
-            if entry == SKIP:
-                continue
-            role, _, unit = entry.partition(":")
-            if role not in ROLES:
-                raise QuantityError(
-                    f"columns: '{entry[:40]}' is not of the form ROLE:UNIT or skip; roles are "
-                    f"{', '.join(ROLES)}"
-                )
-            _check_unit(role, unit)
-            roles.append(role)
-        for role in ROLES:
-            if roles.count(role) > 1:
-                raise QuantityError(f"columns: {role} is given twice")
-            if role != "time" and role not in roles:
-                raise QuantityError(
-                    f"columns: {role} is missing; write one entry for each column, such as "
-                    "time:ms,force:N,elongation:mm,skip"
-                )
+    def named(self, name: str) -> bool:
+        """Whether a name says that its column is this one."""
+        return re.search(self.words, spoken(name)) is not None
+
+    def rank(self, name: str) -> int | None:
+        """How well a name suits, 0 best; None if it says that its column is something else."""
+        if self.avoid and re.search(self.avoid, spoken(name)):
+            return None
+        return int(not self.named(name))
 
 
-def _check_unit(role: str, unit: str) -> None:
-    known = unit_role(unit)
-    if known is None or known[0] != role:
-        what = f"'{unit[:20]}' is no unit of {role}" if unit else f"{role} has no unit"
-        raise QuantityError(f"columns: {what}; give one such as {_DUE[role]}")
+def spoken(name: str) -> str:
+    """A name in lower case, its words apart: p_abs."""
+    return plain(name).replace("_", " ")
+
+
+@dataclass(frozen=True)
+class MachineWant(Want):
+    """A column of a test machine, whose names are known in many languages."""
+
+    def named(self, name: str) -> bool:
+        """Whether the name alone says so."""
+        return named_role(name) == self.role
+
+    def rank(self, name: str) -> int | None:
+        """How well the name suits, 0 best; None if it says that it is something else."""
+        return _rank(self.role, name)
+
+
+PULL = (
+    MachineWant("time", "s", words.TIME, ("s", "ms"), optional=True),
+    MachineWant("elongation", "m", words.ROLE["elongation"], ("mm", "in")),
+    MachineWant("force", "N", words.FORCE, ("N", "kN", "lbf")),
+)
+"""What is wanted of a pull or friction test."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """One column taken: its place, its name and unit as written, and the factor to SI."""
+    """One column taken: where it stands, its name and unit as written or given, how it gets SI."""
 
     role: str
     index: int
     name: str
     unit: str
     factor: Fraction
+    offset: float = 0.0
     given: bool = False
-    """Whether the user said the unit."""
+    """Whether the user said which column it is."""
+
+    def si(self, values: Array) -> Array:
+        """Values in SI units; a factor such as 1/1000 divides, which rounds once."""
+        factor = self.factor
+        if factor.numerator == 1:
+            values = values / factor.denominator if factor.denominator != 1 else values
+        else:
+            values = values * float(factor)
+        return values + self.offset if self.offset else values
+
+    def sentence(self, others: Sequence[Column] = (), by_unit: bool = False) -> str:
+        """What was understood of the column, and which others it was preferred to."""
+        text = f"{self.role} is the column '{cut(self.name)}'"
+        text += f" in {self.unit}" if self.unit else ", a pure number"
+        text += ", as given" if self.given else " (by its unit)" if by_unit else ""
+        if others:
+            text += ", not " + " or ".join(
+                f"'{cut(c.name)}'" + (f" in {c.unit}" if c.name == self.name else "")
+                for c in others[:4]
+            )
+        return text
 
 
-def take(role: str, index: int, name: str, unit: str | None, path: str, line: int) -> Column:
-    """The column for a role, where its place is known; FileError where its unit is not one."""
-    known = unit_role(unit) if unit else None
-    if known is None or known[0] != role:
-        raise FileError(path, _wrong_unit(role, name, unit), line)
-    return Column(role, index, name, unit or "", known[1])
+@dataclass(frozen=True)
+class Header:
+    """The columns of a file's table: names and units as written, and where that stands."""
+
+    names: Sequence[str]
+    units: Sequence[str | None]
+    path: str
+    line: int
+
+    def fail(self, reason: str) -> FileError:
+        """An error about these columns."""
+        return FileError(self.path, reason, self.line)
+
+    def listed(self) -> str:
+        """The columns there are, as the end of an error's sentence."""
+        pairs = list(zip(self.names, self.units, strict=True))
+        there = [f"'{cut(n)}' [{cut(u)}]" if u else f"'{cut(n)}'" for n, u in pairs[:8]]
+        return f"its columns are {', '.join(there)}" + (" and more" if len(pairs) > 8 else "")
+
+    def take(self, want: Want, index: int) -> Column:
+        """The column of an index; FileError where its unit is none of what is wanted."""
+        name, unit = self.names[index], self.units[index]
+        known = convert(unit, want.si) if unit else None
+        if known is None:
+            raise self.fail(_wrong_unit(want, name, unit))
+        return Column(want.role, index, name, unit or "", *known)
+
+    def candidates(self, want: Want, said: ColumnEntry | None = None) -> list[tuple[int, Column]]:
+        """Columns in a unit of what is wanted, those the user names, with the rank of each name."""
+        found = []
+        for index, (name, written) in enumerate(zip(self.names, self.units, strict=True)):
+            if said is not None and plain(name) != plain(said.name or ""):
+                continue
+            unit = (said.unit if said else "") or written or ""
+            known, rank = convert(unit, want.si) if unit else None, want.rank(name)
+            if not unit and want.si == "1" and (said is not None or want.named(name)):
+                known = Fraction(1), 0.0
+            if known and (rank is not None or said is not None):
+                column = Column(want.role, index, name, unit, *known, said is not None)
+                found.append((rank or 0, column))
+        return found
 
 
-def _wrong_unit(role: str, name: str, unit: str | None) -> str:
-    example = {"time": "s", "elongation": "mm", "force": "N"}[role]
-    say = f"--column {role}:{example}='{_cut(name)}'"
-    if not unit:
-        return (
-            f"column '{_cut(name)}' has no unit; {role} needs one such as {_DUE[role]} "
-            f"(say which: {say})"
+def by_order(
+    header: Header, wants: Sequence[Want], said: Mapping[str, ColumnEntry], count: int
+) -> Taken:
+    """The columns as the user lists them; FileError where the file has not `count` of them."""
+    if count != len(header.names):
+        raise header.fail(
+            f"has {len(header.names)} columns, --columns lists {count}; write one entry for each, "
+            f"'{SKIP}' for those not used"
         )
-    mass = unit.strip(" .").lower() in MASS and role == "force"
-    kind = ", a unit of mass" if mass else ""
-    if mass:
-        say = say.replace(":N=", ":lbf=" if unit.lower().startswith("lb") else ":kgf=")
+    taken = {}
+    for want in wants:
+        if (entry := said.get(want.role)) is not None and entry.index is not None:
+            known = convert(entry.unit, want.si) or (Fraction(1), 0.0)
+            name = header.names[entry.index]
+            taken[want.role] = Column(want.role, entry.index, name, entry.unit, *known, True)
+        elif not want.optional:
+            raise header.fail(f"the columns given hold no {want.role}: {how(wants)}")
+    return taken, [column.sentence() for column in taken.values()]
+
+
+Taken = tuple[dict[str, Column], list[str]]
+"""{role: column}, and sentences that say what was understood."""
+
+
+def assign(
+    header: Header,
+    wants: Sequence[Want],
+    said: Mapping[str, ColumnEntry],
+    same: Callable[[Sequence[Column]], bool] | None = None,
+) -> Taken:
+    """The column of each quantity that is wanted, and sentences saying so.
+
+    `same` tells whether several columns hold the same measurement; then the first is taken. Raises
+    FileError where a column is missing, has no unit or one of another dimension, or where several
+    could be meant.
+    """
+    taken: dict[str, Column] = {}
+    sentences = []
+    for want in wants:
+        candidates = header.candidates(want, said.get(want.role))
+        if not candidates:
+            if want.role in said or not want.optional:
+                raise header.fail(_missing(header, want, said.get(want.role)))
+            sentences += _not_read(header, want)
+            continue
+        best = min(rank for rank, _ in candidates)
+        first = [c for rank, c in candidates if rank == best]
+        spare = want.optional and want.role == "time"
+        if len(first) > 1 and not spare and not (same and same(first)):
+            which = " or ".join(f"'{cut(c.name)}'" for c in first[:4])
+            raise header.fail(
+                f"does not say which column is the {want.role}: {which}; name one "
+                f"(--columns {want.role}=NAME)"
+            )
+        taken[want.role] = column = first[0]
+        others = [c for _, c in candidates if c is not column]
+        by_unit = isinstance(want, MachineWant) and not want.named(column.name)
+        sentences.append(column.sentence(others, by_unit))
+    return taken, sentences
+
+
+def complete(header: Header, said: Mapping[str, ColumnEntry]) -> bool:
+    """Whether there are columns for both force and elongation."""
+    return all(header.candidates(w, said.get(w.role)) for w in PULL if not w.optional)
+
+
+def how(wants: Sequence[Want]) -> str:
+    """How to say what the columns are."""
+    due = ",".join(f"{w.role}:{w.units[0]}" for w in wants if not w.optional)
+    return f"write --columns {due} ({SKIP}: not used)"
+
+
+def _missing(header: Header, want: Want, said: ColumnEntry | None) -> str:
+    for name, unit in zip(header.names, header.units, strict=True):
+        if said is not None and plain(name) == plain(said.name or "") and not unit:
+            return _wrong_unit(want, name, unit)
+        if said is None and want.named(name):
+            return _wrong_unit(want, name, unit)
+    if said is not None:
+        name = cut(said.name or "")
+        return f"has no column '{name}' with a unit of {want.role}; {header.listed()}"
     return (
-        f"column '{_cut(name)}' is in '{_cut(unit)}', which is no unit of {role}{kind}; "
-        f"it needs one such as {_DUE[role]} (say which: {say})"
+        f"has no column with a unit of {want.role} ({want.due}); {header.listed()} "
+        f"(say which: --columns {want.role}:{want.units[0]}=NAME)"
     )
+
+
+def _not_read(header: Header, want: Want) -> list[str]:
+    """That a column is called as one that may be missing, but is not read: its unit is unknown."""
+    for name, unit in zip(header.names, header.units, strict=True):
+        if want.named(name):
+            say = f"has no unit (--columns {want.role}:{want.units[0]}='{cut(name)}')"
+            why = f"is in '{cut(unit)}', which is no unit of {want.role}" if unit else say
+            return [f"the {want.role} is not read: column '{cut(name)}' {why}"]
+    return []
+
+
+def _wrong_unit(want: Want, name: str, unit: str | None) -> str:
+    example, role = want.units[0], want.role
+    mass = unit is not None and unit.strip(" .").lower() in MASS and role == "force"
+    if unit and mass:
+        example = "lbf" if unit.lower().startswith("lb") else "kgf"
+    say = f"(say which: --columns {role}:{example}='{cut(name)}')"
+    if not unit:
+        return f"column '{cut(name)}' has no unit; {role} needs one such as {want.due} {say}"
+    kind = ", a unit of mass" if mass else ""
+    return (
+        f"column '{cut(name)}' is in '{cut(unit)}', which is no unit of {role}{kind}; it needs one "
+        f"such as {want.due} {say}"
+    )
+
+
+def cut(text: str) -> str:
+    """A text for a message: printable, in one line, of at most forty letters."""
+    text = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return text if len(text) <= 40 else text[:37] + "..."
 
 
 _BRACKETS = re.compile(r"[(\[<{【]\s*([^()\[\]<>{}【】]*?)\s*[)\]>}】]")
@@ -200,143 +355,3 @@ def _rank(role: str, name: str) -> int | None:
     if re.search(words.CROSSHEAD, text):
         return 1 if re.search(words.TRAVEL, text) else 2
     return 0 if re.search(words.TRAVEL, text) else 5
-
-
-def by_place(
-    choices: Choices, count: int, path: str, line: int
-) -> tuple[dict[str, Column], list[str]]:
-    """The columns as the user lists them; FileError where the file has another number."""
-    if count != len(choices.places):
-        raise FileError(
-            path,
-            f"has {count} columns, --columns lists {len(choices.places)}; write one entry for "
-            f"each, '{SKIP}' for those not used",
-            line,
-        )
-    taken = {}
-    for index, entry in enumerate(choices.places):
-        role, _, unit = entry.partition(":")
-        known = unit_role(unit) if role != SKIP else None
-        if known:
-            taken[role] = Column(role, index, f"column {index + 1}", unit, known[1], True)
-    return taken, [sentence(taken[role], []) for role in ROLES if role in taken]
-
-
-def assign(
-    names: Sequence[str],
-    units: Sequence[str | None],
-    path: str,
-    line: int,
-    choices: Choices,
-    same: Callable[[Sequence[Column]], bool] | None = None,
-) -> tuple[dict[str, Column], list[str]]:
-    """The columns for force, elongation and (if there) time, and sentences saying so.
-
-    `same` tells whether several columns hold the same measurement; then the first is taken.
-    Raises FileError where force or elongation is missing, has no unit or one of another dimension,
-    or where several columns could be meant.
-    """
-    taken: dict[str, Column] = {}
-    sentences = []
-    for role in ROLES:
-        candidates = _candidates(role, names, units, choices)
-        wanted = (choices.columns or {}).get(role)
-        if wanted is not None:
-            candidates = [(0, c) for _, c in candidates if plain(c.name) == plain(wanted)]
-            if not candidates:
-                raise FileError(path, _not_there(role, wanted, names, units), line)
-        if not candidates:
-            if role != "time" or role in (choices.units or {}):
-                raise FileError(path, _missing(role, names, units), line)
-            sentences += _no_time(names, units)
-            continue
-        best = min(rank for rank, _ in candidates)
-        first = [c for rank, c in candidates if rank == best]
-        if len(first) > 1 and role != "time" and not (same and same(first)):
-            which = " or ".join(f"'{_cut(c.name)}'" for c in first[:4])
-            raise FileError(
-                path,
-                f"does not say which column is the {role}: {which}; name one "
-                f"(--column {role}=NAME)",
-                line,
-            )
-        taken[role] = first[0]
-        others = [c for _, c in candidates if c is not first[0]]
-        sentences.append(sentence(first[0], others))
-    return taken, sentences
-
-
-def _candidates(
-    role: str, names: Sequence[str], units: Sequence[str | None], choices: Choices
-) -> list[tuple[int, Column]]:
-    """Columns of a role's dimension with the rank of their names; the user's unit if none is."""
-    found = []
-    wanted = (choices.columns or {}).get(role)
-    given = (choices.units or {}).get(role)
-    for index, (name, written) in enumerate(zip(names, units, strict=True)):
-        unit, known, said = written, unit_role(written) if written else None, False
-        meant = plain(name) == plain(wanted) if wanted else named_role(name) == role
-        if given and meant and (known is None or wanted):
-            known, unit, said = unit_role(given), given, True
-        if known and known[0] == role:
-            rank = _rank(role, name)
-            if rank is not None or (wanted and meant):
-                found.append((rank or 0, Column(role, index, name, unit or "", known[1], said)))
-    return found
-
-
-def complete(names: Sequence[str], units: Sequence[str | None], choices: Choices) -> bool:
-    """Whether there are columns for both force and elongation."""
-    return all(_candidates(r, names, units, choices) for r in ("force", "elongation"))
-
-
-def _not_there(role: str, wanted: str, names: Sequence[str], units: Sequence[str | None]) -> str:
-    for name, unit in zip(names, units, strict=True):
-        if plain(name) == plain(wanted) and not unit:
-            return _wrong_unit(role, name, unit)
-    return f"has no column '{_cut(wanted)}' with a unit of {role}"
-
-
-def _no_time(names: Sequence[str], units: Sequence[str | None]) -> list[str]:
-    """That a column is called time but not read, for it has no unit of time."""
-    for name, unit in zip(names, units, strict=True):
-        if named_role(name) == "time":
-            say = f"has no unit (--column time:s='{_cut(name)}')"
-            why = f"is in '{_cut(unit)}', which is no unit of time" if unit else say
-            return [f"the time is not read: column '{_cut(name)}' {why}"]
-    return []
-
-
-def sentence(column: Column, others: list[Column]) -> str:
-    """What was understood of a column, and which others it was preferred to."""
-    text = f"{column.role} is the column '{_cut(column.name)}' in {column.unit}"
-    if column.given:
-        text += ", as given"
-    elif named_role(column.name) != column.role:
-        text += " (by its unit)"
-    if others:
-        named = [
-            f"'{_cut(c.name)}'" + (f" in {c.unit}" if c.name == column.name else "")
-            for c in others[:4]
-        ]
-        text += ", not " + " or ".join(named)
-    return text
-
-
-def _missing(role: str, names: Sequence[str], units: Sequence[str | None]) -> str:
-    for name, unit in zip(names, units, strict=True):
-        if named_role(name) == role:
-            return _wrong_unit(role, name, unit)
-    return f"has no column with a unit of {role} ({_DUE[role]}); {listed(names, units)}"
-
-
-def listed(names: Sequence[str], units: Sequence[str | None]) -> str:
-    """The columns there are, as the end of an error's sentence."""
-    pairs = list(zip(names, units, strict=True))
-    there = [f"'{_cut(n)}' [{_cut(u)}]" if u else f"'{_cut(n)}'" for n, u in pairs[:8]]
-    return f"its columns are {', '.join(there)}" + (" and more" if len(pairs) > 8 else "")
-
-
-def _cut(text: str) -> str:
-    text = " ".join("".join(c if c.isprintable() else " " for c in text).split())
-    return text if len(text) <= 40 else text[:37] + "..."

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import FileError
+from layerjam.measure.readers.columns import Header, cut
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.lines import looks_numeric, split
 
@@ -36,6 +37,10 @@ class Table:
     rows: int = 0
     label: tuple[str, ...] = field(default=(), compare=False)
     """The fields of the line above the names, which may number specimens."""
+
+    def header(self, path: str) -> Header:
+        """Its names and units, and where they stand."""
+        return Header(self.names, self.units, path, self.line)
 
 
 @dataclass(frozen=True)
@@ -190,7 +195,7 @@ def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
     """The error for a line of words among the numbers."""
     return FileError(
         path,
-        f"'{_short(' '.join(parts))}' is no row of numbers, and rows of numbers without names "
+        f"'{cut(' '.join(parts))}' is no row of numbers, and rows of numbers without names "
         "follow it; is the file damaged there?",
         line,
     )
@@ -199,11 +204,6 @@ def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
 def count_of(number: int) -> str:
     """A number of values, in words."""
     return f"{number} value" if number == 1 else f"{number} values"
-
-
-def _short(text: str) -> str:
-    text = "".join(c if c.isprintable() else "?" for c in text)
-    return text if len(text) <= 40 else text[:37] + "..."
 
 
 def _ascii(body: bytes, encoding: str) -> bytes:

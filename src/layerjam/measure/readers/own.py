@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from layerjam.errors import FileError, LayerjamError
+from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.assemble import Rows, trace_of
-from layerjam.measure.readers.columns import Choices, listed, sentence, split_unit, take
+from layerjam.measure.readers.columns import PULL, Header, cut, split_unit
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.grid import Table
 from layerjam.measure.readers.lines import split
@@ -16,33 +17,25 @@ from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
 NAME = "layerjam CSV"
 
 
-@dataclass(frozen=True)
-class Own:
-    """The one measurement of a file of ours; names are exact here (`force`, not `sleeve_force`)."""
+def read_own(source: Source, options: ReadingOptions) -> Trace:
+    """The one measurement of a file of ours; names are exact here (`force`, not `sheet_force`).
 
-    source: Source
-    label: str = ""
-
-    def read(self, choices: Choices) -> Trace:
-        """The trace; FileError where a column is missing or in a unit of something else."""
-        return _read(self.source, choices)
-
-
-def _read(source: Source, choices: Choices) -> Trace:
-    own = _head(source)
+    Raises FileError where a column is missing, or in a unit of something else.
+    """
+    table = _head(source)
+    header = Header(table.names, table.units, source.path, table.line)
+    said = options.entries({want.role: want.si for want in PULL})
     taken = {}
-    for role in ("time", "elongation", "force"):
-        name = (choices.columns or {}).get(role, role)
-        if own.names.count(name) > 1:
-            raise FileError(source.path, f"has the column '{name[:40]}' twice", own.line)
-        if name in own.names:
-            index = own.names.index(name)
-            taken[role] = take(role, index, name, own.units[index], source.path, own.line)
-        elif role != "time" or name != role:
-            there = listed(own.names, own.units)
-            raise FileError(source.path, f"has no column '{name[:40]}'; {there}", own.line)
-    said = [sentence(column, []) for column in taken.values()]
-    trace = trace_of(Rows(source, own, False), taken, said, choices, NAME, ".")
+    for want in PULL:
+        name = said[want.role].name or want.role if want.role in said else want.role
+        if table.names.count(name) > 1:
+            raise header.fail(f"has the column '{cut(name)}' twice")
+        if name in table.names:
+            taken[want.role] = header.take(want, table.names.index(name))
+        elif not want.optional or name != want.role:
+            raise header.fail(f"has no column '{cut(name)}'; {header.listed()}")
+    sentences = [column.sentence() for column in taken.values()]
+    trace = trace_of(Rows(source, table, False), (taken, sentences), options, NAME, ".")
     if trace.facts.vacuum is not None:
         return trace
     return replace(trace, facts=replace(trace.facts, vacuum=_vacuum(source)))

@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from layerjam.errors import FileError
+from layerjam.measure.options import ColumnEntry, ReadingOptions
 from layerjam.measure.readers.assemble import Rows, trace_of
 from layerjam.measure.readers.columns import (
-    Choices,
+    PULL,
     Column,
+    Header,
     assign,
-    by_place,
+    by_order,
     complete,
-    listed,
+    cut,
     named_role,
 )
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.grid import Table, no_row_of_numbers
 from layerjam.measure.readers.heads import stated_units
 from layerjam.measure.readers.lines import Lines, read_lines
-from layerjam.measure.readers.table import Block, blocks_of, headless, under_one_head
-from layerjam.measure.readers.unit_words import unit_role
+from layerjam.measure.readers.table import (
+    Block,
+    bare_table,
+    blocks_of,
+    headless,
+    under_one_head,
+)
+from layerjam.measure.readers.unit_words import ROLES, unit_role
 from layerjam.measure.readers.words import plain
 from layerjam.measure.trace import FEWEST_ROWS, Trace
 
@@ -33,89 +41,75 @@ _COUNTED = re.compile(r"(.*?)[\s_.\-#(]*(\d{1,3})\)?")
 
 @dataclass(frozen=True)
 class Specimen:
-    """One specimen's columns in a table: `names` and `units` are empty where they are another's."""
+    """One specimen's columns in a table: the header is empty where they are another's."""
 
-    source: Source
-    table: Table
-    names: tuple[str, ...]
-    units: tuple[str | None, ...]
-    label: str
     rows: Rows
-    format: str
+    header: Header
+    label: str = ""
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
-    def read(self, choices: Choices) -> Trace:
+    def read(self, options: ReadingOptions) -> Trace:
         """The trace; FileError where a column, a unit or a row is not as it must be."""
-        path, line = self.source.path, self.table.line
-        decimal = choices.decimal or self.source.decimal
+        source, table = self.rows.source, self.rows.table
+        decimal, said = options.decimal or source.decimal, options.entries(ROLES)
 
         def same(columns: Sequence[Column]) -> bool:
             return self.rows.same(columns, decimal)
 
-        if choices.places:
-            taken, said = by_place(choices, len(self.names), path, line)
+        if (order := options.by_order) is not None:
+            taken, sentences = by_order(self.header, PULL, said, len(order))
+            form = "columns as given"
         else:
-            taken, said = assign(self.names, self.units, path, line, choices, same)
-        trace = trace_of(
-            self.rows, taken, [*said, *self.notes], choices, self.format, decimal, self.warnings
-        )
-        return replace(trace, specimen=self.label)
+            taken, sentences = assign(self.header, PULL, said, same)
+            form = format_of(source, table)
+        every = (taken, [*sentences, *self.notes])
+        trace = trace_of(self.rows, every, options, form, decimal)
+        return replace(trace, specimen=self.label, warnings=(*trace.warnings, *self.warnings))
 
 
-def specimens(source: Source, choices: Choices) -> list[Specimen]:
+def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
     """The specimens in a text in order; FileError where it holds no table that can be one."""
-    lines = read_lines(source)
+    lines, said = read_lines(source), options.entries(ROLES)
     blocks = list(under_one_head(lines, blocks_of(lines)))
-    if choices.places:
-        return _by_place(lines, blocks, choices)
+    if (order := options.by_order) is not None:
+        return _by_order(lines, blocks, len(order))
     blocks = [_with_stated_units(lines, b) for b in blocks]
-    fit = [b for b in blocks if b.table and complete(b.table.names, b.table.units, choices)]
+    fit = [b for b in blocks if b.table and complete(b.table.header(source.path), said)]
     if not fit:
-        raise _nothing(lines, blocks, choices)
+        raise _nothing(lines, blocks, said)
     main = max(fit, key=lambda b: b.rows)
     used = [b for b in fit if _alike(b, main)]
     _check_orphans(lines, blocks, used, main)
-    warnings = _not_read(lines, blocks, used)
-    found: list[Specimen] = []
-    for block in used:
-        found += _side_by_side(source, block, choices, warnings, len(used) > 1)
+    found = [s for b in used for s in _side_by_side(source, b, said, len(used) > 1)]
     labels = [s.label for s in found]
     if len(found) > 1 and len(set(labels)) < len(labels):
         found = [replace(s, label=f"{i} {s.label}".strip()) for i, s in enumerate(found, 1)]
-    return found
+    warnings = _not_read(lines, blocks, used)
+    return [replace(s, warnings=warnings) for s in found]
 
 
 def _alike(block: Block, main: Block) -> bool:
     """Whether a block is a specimen like the largest: the same columns, or as long as one."""
-    assert block.table is not None and main.table is not None
-    if (block.table.names, block.table.units) == (main.table.names, main.table.units):
+    one, other = block.table, main.table
+    if one and other and (one.names, one.units) == (other.names, other.units):
         return True
     return block.rows >= max(FEWEST_ROWS, _SHARE * main.rows)
 
 
-def _by_place(lines: Lines, blocks: list[Block], choices: Choices) -> list[Specimen]:
-    count = len(choices.places)
+def _by_order(lines: Lines, blocks: list[Block], count: int) -> list[Specimen]:
+    """The blocks of as many columns as the user lists."""
     fit = [b for b in blocks if b.width == count] or blocks
     if not fit:
         raise FileError(lines.source.path, "holds no row of numbers")
     main = max(fit, key=lambda b: b.rows)
     used = [b for b in fit if b is main or (b.pure and b.rows >= FEWEST_ROWS)]
-    found = []
+    warnings, found = _not_read(lines, blocks, used), []
     for k, block in enumerate(used, 1):
-        names = tuple(f"column {i + 1}" for i in range(block.width))
-        more = (~lines.blank[block.last + 1 :]).any()
-        table = Table(
-            names, (None,) * block.width, "", lines.separator, block.first + 1,
-            int(lines.starts[block.first]), int(lines.stops[block.last]) + 1 if more else None,
-            block.rows,
-        )  # fmt: skip
+        table = bare_table(lines, block)
         label = (block.title or str(k)) if len(used) > 1 else ""
-        rows = Rows(lines.source, table, False)
-        found.append(
-            Specimen(lines.source, table, names, table.units, label, rows, "columns as given",
-                     (), tuple(_not_read(lines, blocks, used)))
-        )  # fmt: skip
+        rows, header = Rows(lines.source, table, False), table.header(lines.source.path)
+        found.append(Specimen(rows, header, label, warnings=warnings))
     return found
 
 
@@ -133,7 +127,7 @@ def _with_stated_units(lines: Lines, block: Block) -> Block:
     return replace(block, table=replace(table, units=units, style=table.style or "stated"))
 
 
-def _nothing(lines: Lines, blocks: list[Block], choices: Choices) -> FileError:
+def _nothing(lines: Lines, blocks: list[Block], said: Mapping[str, ColumnEntry]) -> FileError:
     """Why no table of the file can be read."""
     path = lines.source.path
     tables = [b.table for b in blocks if b.table is not None]
@@ -158,10 +152,10 @@ def _nothing(lines: Lines, blocks: list[Block], choices: Choices) -> FileError:
     if best.rows == 0:
         return FileError(path, "holds column names and no rows of numbers", best.line)
     try:
-        assign(best.names, best.units, path, best.line, choices)
+        assign(best.header(path), PULL, said)
     except FileError as err:
         return err
-    return FileError(path, f"cannot be read; {listed(best.names, best.units)}", best.line)
+    return FileError(path, f"cannot be read; {best.header(path).listed()}", best.line)
 
 
 def _said(name: str) -> bool:
@@ -187,54 +181,46 @@ def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: B
             )
 
 
-def _not_read(lines: Lines, blocks: list[Block], used: list[Block]) -> list[str]:
+def _not_read(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str, ...]:
     """That words or numbers below the tables were passed over."""
     end = used[-1].last + 1
     below = [n for n in range(end, min(end + 50, len(lines.starts))) if not lines.blank[n]]
     if not below:
-        return []
-    text = " ".join(lines.text(below[0]).split())
-    text = "".join(c if c.isprintable() else "?" for c in text)[:40]
+        return ()
     count = int((~lines.blank[end:]).sum())
     many = f"{count} lines" if count > 1 else "1 line"
-    return [f"{many} below the numbers not read, from line {below[0] + 1}: '{text}'"]
+    text = cut(lines.text(below[0]))
+    return (f"{many} below the numbers not read, from line {below[0] + 1}: '{text}'",)
 
 
 def _side_by_side(
-    source: Source, block: Block, choices: Choices, warnings: Sequence[str], several: bool
+    source: Source, block: Block, said: Mapping[str, ColumnEntry], several: bool
 ) -> list[Specimen]:
     """The specimens in one table."""
     table = block.table
-    assert table is not None
-    groups = _groups(table)
-    groups = groups if len(groups) > 1 and all(_whole(table, g, choices) for g in groups) else []
-    rows = Rows(source, table, bool(groups))
-    form = format_of(source, table)
-    if not groups:
-        label = next((c for c in table.label[:1] if _counts(c)), "") or (
-            block.title if several else ""
-        )
-        return [
-            Specimen(
-                source, table, table.names, table.units, label, rows, form, (), tuple(warnings)
-            )
-        ]
+    if table is None:
+        return []
+    groups = [_part(table, group, source.path) for group in _groups(table)]
+    whole = len(groups) > 1 and all(complete(header, said) for header in groups)
+    rows = Rows(source, table, whole)
+    if not whole:
+        title = block.title if several else ""
+        label = next((c for c in table.label[:1] if _counts(c)), "") or title
+        return [Specimen(rows, table.header(source.path), label)]
     found = []
-    for k, group in enumerate(groups, 1):
-        inside = set(group)
-        names = tuple(n if i in inside else "" for i, n in enumerate(table.names))
-        units = tuple(u if i in inside else None for i, u in enumerate(table.units))
-        at = [table.label[i] for i in group if i < len(table.label) and table.label[i]]
-        label = at[0] if at else str(k)
+    for k, header in enumerate(groups, 1):
+        at = [c for c, n, u in zip(table.label, header.names, header.units, strict=False) if n or u]
+        label = next(filter(None, at), str(k))
         note = f"specimen {k} of {len(groups)} side by side"
-        found.append(
-            Specimen(source, table, names, units, label, rows, form, (note,), tuple(warnings))
-        )
+        found.append(Specimen(rows, header, label, (note,)))
     return found
 
 
-def _whole(table: Table, group: Sequence[int], choices: Choices) -> bool:
-    return complete([table.names[i] for i in group], [table.units[i] for i in group], choices)
+def _part(table: Table, group: Sequence[int], path: str) -> Header:
+    """The header with the columns of one specimen only; the others' stay empty."""
+    names = tuple(n if i in group else "" for i, n in enumerate(table.names))
+    units = tuple(u if i in group else None for i, u in enumerate(table.units))
+    return Header(names, units, path, table.line)
 
 
 def _counts(text: str) -> bool:

@@ -14,27 +14,10 @@ from layerjam.errors import FileError
 from layerjam.measure.readers import words
 from layerjam.measure.readers.columns import named_role
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.grid import (
-    Grid,
-    Table,
-    count_of,
-    no_row_of_numbers,
-    read_grid,
-)
+from layerjam.measure.readers.grid import Table
 from layerjam.measure.readers.heads import Head, head_of, trimmed
-from layerjam.measure.readers.lines import (
-    Lines,
-    looks_numeric,
-    read_lines,
-    separator_of,
-    split,
-)
+from layerjam.measure.readers.lines import Lines, looks_numeric, read_lines, split
 from layerjam.measure.readers.unit_words import unit_role
-
-__all__ = [
-    "Block", "Grid", "Table", "blocks_of", "count_of", "find_table", "looks_numeric",
-    "no_row_of_numbers", "read_grid", "separator_of", "split",
-]  # fmt: skip
 
 _MOST_BLOCKS = 2000
 _MOST_HEADS = 200
@@ -78,6 +61,23 @@ def headless(lines: Lines, blocks: list[Block]) -> Table | None:
         return None
     head = head_of([(n + 1, t) for n, t in above[-_LINES_ABOVE:]], lines.separator, 0)
     return _table(head, lines, len(lines.source.data), None, 0) if head else None
+
+
+def bare_table(lines: Lines, block: Block) -> Table:
+    """The table of a block whose columns the user lists, whatever stands above it."""
+    head = Head(
+        names=tuple(f"column {i + 1}" for i in range(block.width)),
+        units=(None,) * block.width,
+        style="",
+        line=block.first + 1,
+    )
+    first, last = int(lines.starts[block.first]), _end(lines, block.last)
+    return _table(head, lines, first, last, block.rows)
+
+
+def _end(lines: Lines, last: int) -> int | None:
+    """The byte behind a table's last line; None where only blank lines follow."""
+    return int(lines.stops[last]) + 1 if (~lines.blank[last + 1 :]).any() else None
 
 
 def blocks_of(lines: Lines) -> list[Block]:
@@ -143,9 +143,8 @@ def _block(lines: Lines, inside: np.ndarray, above: tuple[int, ...]) -> Block:
     texts = _texts(lines, above)
     head = head_of([(n + 1, t) for n, t in texts], lines.separator, width) if texts else None
     head = _without_empty_columns(head, width)
-    more = (~lines.blank[last + 1 :]).any()
-    end = int(lines.stops[last]) + 1 if more else None
-    table = _table(head, lines, int(lines.starts[first]), end, len(inside)) if head else None
+    start, end = int(lines.starts[first]), _end(lines, last)
+    table = _table(head, lines, start, end, len(inside)) if head else None
     alone = [lines.text(n).strip(' \t;,"|#') for n in above if n not in {t[0] for t in texts}]
     title = alone[-1] if alone else ""
     pure = bool(lines.pure[inside].all())
@@ -196,11 +195,8 @@ def under_one_head(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
             and 0 < len(block.above) <= 3
             and re.search(words.SPECIMEN, words.plain(lines.text(block.above[0])))
         ):
-            end = int(lines.stops[block.last]) + 1
-            last = end if (~lines.blank[block.last + 1 :]).any() else None
-            table = replace(
-                before.table, first=int(lines.starts[block.first]), last=last, rows=block.rows
-            )
+            start, end = int(lines.starts[block.first]), _end(lines, block.last)
+            table = replace(before.table, first=start, last=end, rows=block.rows)
             title = lines.text(block.above[0]).strip(' ;,"\t')
             block = replace(block, table=table, title=title)
         yield block

@@ -89,3 +89,44 @@ def _from_table(unit: str) -> tuple[str, Fraction] | None:
         if factor is not None and _SANE[0] <= factor <= _SANE[1]:
             return role, factor
     return None
+
+
+_STANDARD_GRAVITY = Fraction(980665, 100000)
+_GRAVITIES = {"g", "gn", "g_n", "g0", "gs", "gee", "g's"}
+_KELVIN = (Fraction(1), 0.0)
+_CELSIUS = (Fraction(1), 273.15)
+_FAHRENHEIT = (Fraction(5, 9), 459.67 * 5 / 9)
+_TEMPERATURES = dict.fromkeys(("k", "kelvin"), _KELVIN)
+_TEMPERATURES |= dict.fromkeys(("°c", "c", "degc", "deg c", "celsius"), _CELSIUS)
+_TEMPERATURES |= dict.fromkeys(("°f", "degf", "f"), _FAHRENHEIT)
+_STRAINS = ("mm/mm", "m/m", "in/in", "-", "1")
+_PRESSURES = {p.lower(): p for p in ("kPa", "MPa", "hPa", "mbar", "bar", "psi", "torr")}
+PRESSURE = re.compile(
+    r"(?P<unit>[a-z0-9]+?)(?: ?[(_.]?(?P<how>abs|absolute|gauge|gage|rel|a|g|ü)\)?)?", re.IGNORECASE
+)
+
+
+@lru_cache(maxsize=4096)
+def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
+    """(factor, offset) with SI value = factor * value + offset; None for another dimension.
+
+    Beyond the table of all units: what machines write for time, length and force, °C and °F, g as
+    an acceleration, bara and barg.
+    """
+    text = re.sub(r"(?<=m)([23])$", r"^\1", unit.strip())  # N/mm2
+    role = next((role for role, of_role in ROLES.items() if of_role == si), None)
+    if role is not None:
+        known = unit_role(text)
+        return (known[1], 0.0) if known and known[0] == role else None
+    if si == "K":
+        return _TEMPERATURES.get(text.lower())
+    if si == "m/s^2" and text.lower() in _GRAVITIES:
+        return _STANDARD_GRAVITY, 0.0
+    factor = unit_factor(text, si) if text else None
+    if factor is None and si == "1" and text.lower() in _STRAINS:
+        factor = Fraction(1)
+    if factor is None and si == "Pa" and (match := PRESSURE.fullmatch(text)):
+        factor = unit_factor(match["unit"], si)
+        if factor is None and match["unit"].lower() in _PRESSURES:
+            factor = unit_factor(_PRESSURES[match["unit"].lower()], si)
+    return None if factor is None else (factor, 0.0)

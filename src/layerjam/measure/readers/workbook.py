@@ -7,18 +7,21 @@ is, without tabs and line ends.
 from __future__ import annotations
 
 import io
+import re
 import zipfile
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.xlsx import trimmed
 
 MAX_UNPACKED = 250_000_000
-"""Bytes a zipped workbook may unpack to, which cost several times their number in memory: two full
-sheets (a million rows) of four columns."""
+"""Bytes a zipped workbook may unpack to, which cost several times their number in memory."""
+MOST_CELLS = 10_000_000
+"""Cells of a sheet from its first to its last row and column: the reader stores the empty ones."""
 _CLEAN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "''"})
+_PLACE = re.compile(rb"""\br=["']([A-Z]{0,4})(\d{1,9})["']""")
+_REPEATED = re.compile(rb"<table:((?:covered-)?table-cell|table-row|table)\b([^>]*?)(/?)>")
+_TIMES = re.compile(rb'number-(?:rows|columns)-repeated="(\d{1,12})"')
 
 
 def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
@@ -28,26 +31,15 @@ def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
     except ImportError:
         raise MissingExtraError(f"{path}: reading a workbook", "excel") from None
 
-    _check_size(path, data)
-
-    def opened(data: bytes) -> Any:
-        return python_calamine.CalamineWorkbook.from_filelike(io.BytesIO(data))
-
     try:
-        small = trimmed(data) if data.startswith(b"PK") else None
-        book = opened(small.book if small else data)
+        _check_size(path, data)
+        book = python_calamine.CalamineWorkbook.from_filelike(io.BytesIO(data))
         names = list(book.sheet_names)
         if sheet is not None and sheet not in names:
             there = ", ".join(f"'{n[:40]}'" for n in names[:8])
             raise FileError(path, f"has no sheet '{sheet[:40]}'; its sheets are {there}")
-        found = []
-        for name in names if sheet is None else [sheet]:
-            rows = _rows(book, name)
-            run = small.run_of(rows) if small else None
-            if run is not None and not all(isinstance(c, float) for c in rows[-2]):
-                rows, run = _rows(opened(data), name), None  # dates, which are numbers in the XML
-            if rows:
-                found.append(_source(path, name, rows if run is None else rows[:-1], run or b""))
+        wanted = names if sheet is None else [sheet]
+        rows = {n: book.get_sheet_by_name(n).to_python(skip_empty_area=False) for n in wanted}
     except FileError:
         raise
     except BaseException as err:  # the reader panics on some damage, which is no Exception
@@ -56,38 +48,94 @@ def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
         raise FileError(
             path, "is an Excel workbook or zip archive that cannot be read; it may be damaged"
         ) from None
+    found = [_source(path, name, cells) for name, cells in rows.items() if cells]
     if not found:
         raise FileError(path, "is a workbook without any filled cell")
     return found
 
 
 def _check_size(path: str, data: bytes) -> None:
-    """Refuse a small file that unpacks into what no memory holds."""
+    """Refuse a small file that no memory holds once it is unpacked and its gaps are filled."""
     if not data.startswith(b"PK"):
-        return
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as book:
-            size = sum(part.file_size for part in book.infolist())
-    except (zipfile.BadZipFile, ValueError, NotImplementedError, EOFError, OSError):
-        return  # damaged: the reader says so
-    if size > MAX_UNPACKED:
-        raise FileError(
-            path,
-            f"unpacks to {size / 1e6:.0f} MB, more than {MAX_UNPACKED / 1e6:.0f} MB is not read; "
-            "export it as CSV",
-        )
+        return  # .xls: 65,536 rows of 256 columns at most
+    with zipfile.ZipFile(io.BytesIO(data)) as book:
+        size = sum(part.file_size for part in book.infolist())
+        if size > MAX_UNPACKED:
+            raise FileError(
+                path,
+                f"unpacks to {size / 1e6:.0f} MB, more than {MAX_UNPACKED / 1e6:.0f} MB is not "
+                "read; export it as CSV",
+            )
+        for name in book.namelist():
+            cells = max(_cells_of(name, book), default=0)
+            if cells > MOST_CELLS:
+                raise FileError(
+                    path,
+                    f"has a sheet of {cells:.3g} cells from its first to its last, more than "
+                    f"{MOST_CELLS:.0e} are not read; export the columns needed as CSV",
+                )
 
 
-def _rows(book: Any, name: str) -> list[list[object]]:
-    rows: list[list[object]] = book.get_sheet_by_name(name).to_python(skip_empty_area=False)
-    return rows
+def _cells_of(name: str, book: zipfile.ZipFile) -> Iterator[int]:
+    """Rows times columns that a part of a workbook stretches over, as far as it says."""
+    if name.startswith("xl/") and name.endswith(".xml") and "sheets/" in name:
+        rows, columns = 0, b""
+        for column, row in _PLACE.findall(book.read(name)):
+            rows, columns = max(rows, int(row)), max(columns, column, key=lambda c: (len(c), c))
+        letters = [26**i * (c - 64) for i, c in enumerate(reversed(columns))]
+        yield rows * max(sum(letters), 1)
+    elif name.startswith("xl/") and name.endswith(".bin") and "sheets/" in name:
+        yield _binary_cells(book.read(name))
+    elif name == "content.xml":
+        yield from _open_document_cells(book.read(name))
 
 
-def _source(path: str, name: str, rows: Sequence[Sequence[object]], run: bytes) -> Source:
+def _binary_cells(data: bytes) -> int:
+    """The same of an .xlsb sheet: records of a type, a length, and a row or a column first."""
+    at = rows = columns = 0
+    while at < len(data):
+        kind, at = _varint(data, at)
+        length, at = _varint(data, at)
+        if kind <= 11 and length >= 4:
+            index = int.from_bytes(data[at : at + 4], "little") + 1
+            rows, columns = (
+                (max(rows, index), columns) if kind == 0 else (rows, max(columns, index))
+            )
+        at += length
+    return rows * max(columns, 1)
+
+
+def _varint(data: bytes, at: int) -> tuple[int, int]:
+    value = shift = 0
+    while True:
+        byte = data[at]
+        value, at, shift = value | (byte & 127) << shift, at + 1, shift + 7
+        if byte < 128:
+            return value, at
+
+
+def _open_document_cells(data: bytes) -> Iterator[int]:
+    """The same of the sheets of an .ods: up to the last cell that is not empty."""
+    row = last_row = column = widest = 0
+    for kind, attributes, empty in _REPEATED.findall(data):
+        found = _TIMES.search(attributes)
+        count = int(found[1]) if found else 1
+        if kind == b"table":
+            yield last_row * widest
+            row = last_row = widest = 0
+        elif kind == b"table-row":
+            row, column = row + count, 0
+        else:
+            column += count
+            if not empty:
+                last_row, widest = row, max(widest, column)
+    yield last_row * widest
+
+
+def _source(path: str, name: str, rows: Sequence[Sequence[object]]) -> Source:
     lines = ["\t".join([repr(c) if type(c) is float else _cell(c) for c in row]) for row in rows]
-    numbers = run or any(isinstance(c, float | int) for row in rows for c in row)
-    text = ("\n".join(lines) + "\n").encode() + run
-    return Source(path, text, "utf-8", name, "." if numbers else None)
+    numbers = any(isinstance(c, float | int) for row in rows for c in row)
+    return Source(path, ("\n".join(lines) + "\n").encode(), "utf-8", name, "." if numbers else None)
 
 
 def _cell(value: object) -> str:

@@ -13,8 +13,9 @@ from typing import Any
 
 from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.identify.provenance import renamed
-from layerjam.measure.readers.answers import KEYS, choices_of
+from layerjam.measure.options import KEYS, ReadingOptions
 from layerjam.measure.readers.source import load_sources
+from layerjam.measure.readers.unit_words import ROLES as ROLES_OF_PULLS
 from layerjam.measure.sidecar import Facts, read_facts
 from layerjam.measure.trace import Trace
 from layerjam.units import show, spec_of
@@ -77,7 +78,7 @@ def check_edit(changes: Mapping[str, str]) -> None:
     for name in FACTS:
         if changes.get(name):
             spec_of(Facts, name).read(changes[name], name.replace("_", " "))
-    choices_of(**_answers(changes))
+    ReadingOptions(**_answers(changes)).entries(ROLES_OF_PULLS)
 
 
 def _answers(said: Mapping[str, str]) -> dict[str, Any]:

@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.exports import EXPORTS
-from identify.layouts import LAYOUTS, curve, encoded
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.history import read_history
 from layerjam.measure.log import ACCELERATION, PRESSURE, TEMPERATURE, TIME, Log, read_log
 from layerjam.measure.readers.read import read_traces
 from layerjam.measure.readers.unit_words import unit_role
 from layerjam.measure.trace import Trace
+from measure.exports import EXPORTS
+from measure.layouts import LAYOUTS, curve, encoded
 
 TOKENS = [
     b"NaN",

@@ -10,19 +10,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.layouts import LAYOUTS, REAL, curve, encoded, rows
 from layerjam.errors import FileError, LayerjamError
-from layerjam.measure.readers.columns import Choices, named_role, split_unit, unit_role
+from layerjam.measure.options import ReadingOptions
+from layerjam.measure.readers.columns import named_role, split_unit
 from layerjam.measure.readers.read import read_trace
+from layerjam.measure.readers.unit_words import unit_role
 from layerjam.measure.trace import Trace
+from measure.layouts import LAYOUTS, REAL, curve, encoded, rows
 
 FORMAT = {"testxpert": "Zwick testXpert", "own": "layerjam CSV", "bluehill": "Instron Bluehill"}
 
 
-def read(tmp_path: Path, data: bytes | str, name: str = "x.csv", **choices) -> Trace:
+def read(tmp_path: Path, data: bytes | str, name: str = "x.csv", **options) -> Trace:
     path = tmp_path / name
     path.write_bytes(data if isinstance(data, bytes) else data.encode())
-    return read_trace(path, Choices(**choices) if choices else None)
+    return read_trace(path, ReadingOptions(**options) if options else None)
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -120,7 +122,7 @@ def test_among_several_lengths_the_name_decides_and_the_trace_says_so(tmp_path: 
     said = "elongation is the column 'Standard travel' in mm, not 'Crosshead absolute'"
     assert said in trace.understood
     other = read(tmp_path, "\n".join([head, *body, ""]),
-                 columns={"elongation": "crosshead absolute"})  # fmt: skip
+                 column=["elongation=crosshead absolute"])  # fmt: skip
     assert other.elongation[5] == 0.005
     swapped = head.replace("Standard travel", "Extensometer")
     assert read(tmp_path, "\n".join([swapped, *body, ""])).elongation[5] == 0.005
@@ -223,14 +225,14 @@ def test_a_genuine_plateau_is_no_saturation(tmp_path: Path) -> None:
 
 
 def test_wrong_answers_are_refused(tmp_path: Path) -> None:
-    for wrong in ({"negative": ("Kraft",)}, {"columns": {"load": "x"}}, {"decimal": ";"}):
+    for wrong in ({"negative": ("Kraft",)}, {"reading": "abs"}, {"decimal": ";"}):
         with pytest.raises(LayerjamError):
-            Choices(**wrong)
+            ReadingOptions(**wrong)
     with pytest.raises(FileError, match="has no column 'Weg' with a unit of elongation"):
-        read(tmp_path, encoded("named"), columns={"elongation": "Weg"})
+        read(tmp_path, encoded("named"), column=["elongation=Weg"])
     with pytest.raises(FileError, match="has no column 'x'"):
-        read(tmp_path, encoded("own"), columns={"force": "x"})
-    assert len(read(tmp_path, encoded("own"), columns={"force": "force"})) == 60
+        read(tmp_path, encoded("own"), columns="force=x")
+    assert len(read(tmp_path, encoded("own"), column=["force=force"])) == 60
 
 
 def test_small_parts() -> None:
@@ -241,11 +243,11 @@ def test_small_parts() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", ["trace", "sidecar", "readers.columns", "readers.read", "virtual.machine"]
+    "module", ["measure.options", "measure.sidecar", "measure.readers.read", "lab.machine"]
 )
 def test_imports_stay_light(module: str) -> None:
     heavy = {"jax", "pandas", "pint"}
-    code = f"import sys, layerjam.identify.{module}; print({heavy} & set(sys.modules))"
+    code = f"import sys, layerjam.{module}; print({heavy} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
 
@@ -288,7 +290,7 @@ class TestRealFiles:
 
     def test_compression_read_on_request(self) -> None:
         path = REAL / "bluehill_like" / "sample_bluehill.csv"
-        trace = read_trace(path, Choices(negative=("force",)))
+        trace = read_trace(path, ReadingOptions(negative=("force",)))
         assert trace.force.max() == 1500 and trace.elongation[0] == 0.01
 
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.exports import EXPORTS
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.pull.features import pull_features
 from layerjam.lab import machine as virtual
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.trace import Trace
 from layerjam.mechanics.pull import peak
+from measure.exports import EXPORTS
 from strategies import KAPTON, change
 
 VACUUM = 94.5e3

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,11 +11,12 @@ from xml.sax.saxutils import escape
 import numpy as np
 import pytest
 
-from identify.layouts import curve, rows
 from layerjam.cli.options import choices as said
-from layerjam.errors import FileError, QuantityError
-from layerjam.measure.readers.columns import Choices
+from layerjam.errors import FileError, LayerjamError
+from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.read import open_traces, read_trace, read_traces
+from layerjam.measure.readers.workbook import _binary_cells, _open_document_cells
+from measure.layouts import curve, rows
 
 TIME, TRAVEL, FORCE = (np.array(c) for c in curve())
 HEAD = "Time (s),Extension (mm),Load (N)"
@@ -60,10 +62,10 @@ def test_one_below_the_other(case: str, tmp_path: Path) -> None:
     assert one.specimen != two.specimen
     with pytest.raises(FileError, match=r"holds 2 specimens .*--specimen 1"):
         read_trace(path)
-    again = read_trace(path, Choices(specimen=2))
+    again = read_trace(path, ReadingOptions(specimen=2))
     np.testing.assert_array_equal(again.force, two.force)
     with pytest.raises(FileError, match="there is no specimen 3"):
-        read_trace(path, Choices(specimen=3))
+        read_trace(path, ReadingOptions(specimen=3))
 
 
 BESIDE = {
@@ -118,16 +120,16 @@ def test_two_load_cells_are_no_two_specimens(tmp_path: Path) -> None:
     path = write(tmp_path, "Time (s),Extension (mm),Load 1 (N),Load 2 (N)", *body)
     with pytest.raises(FileError, match="does not say which column is the force"):
         read_trace(path)
-    assert read_trace(path, Choices(columns={"force": "Load 2"})).force[7] == 7
+    assert read_trace(path, ReadingOptions(column=["force=Load 2"])).force[7] == 7
 
 
 def test_a_gap_in_the_middle_is_damage_even_side_by_side(tmp_path: Path) -> None:
     body = side_by_side(scaled(1, 60), scaled(2, 45))
     body[20] = body[20].rsplit(",", 3)[0] + ",,,"
     found = open_traces(write(tmp_path, f"{HEAD},{HEAD}", *body))
-    assert len(found[0].read(Choices())) == 60
+    assert len(found[0].read(ReadingOptions())) == 60
     with pytest.raises(FileError, match="is empty") as err:
-        found[1].read(Choices())
+        found[1].read(ReadingOptions())
     assert err.value.line == 22
 
 
@@ -142,7 +144,7 @@ def test_columns_by_their_place(tmp_path: Path) -> None:
     np.testing.assert_allclose(trace.elongation, TRAVEL / 1e3, atol=1e-8)
     assert "force is the column 'column 3' in N, as given" in trace.understood
     with pytest.raises(FileError, match="has 4 columns, --columns lists 2"):
-        read_trace(path, Choices(places=("force:N", "elongation:mm")))
+        read_trace(path, ReadingOptions(columns="force:N,elongation:mm"))
     for wrong in (
         "force:N",
         "force:mm,elongation:mm",
@@ -150,13 +152,13 @@ def test_columns_by_their_place(tmp_path: Path) -> None:
         "x:N",
         "force:N,force:N",
     ):
-        with pytest.raises(QuantityError):
-            Choices(places=tuple(wrong.split(",")))
+        with pytest.raises(LayerjamError):
+            read_trace(path, ReadingOptions(columns=wrong))
 
 
 def test_units_that_the_user_gives(tmp_path: Path) -> None:
     path = write(tmp_path, "Time,Extension,Load (lb)", *rows())
-    with pytest.raises(FileError, match=r"column 'Extension' has no unit.*--column elongation:mm="):
+    with pytest.raises(FileError, match=r"'Extension' has no unit.*--columns elongation:mm="):
         read_trace(path)
     some = said(None, ["elongation:mm=Extension"], None)
     with pytest.raises(
@@ -166,8 +168,28 @@ def test_units_that_the_user_gives(tmp_path: Path) -> None:
     trace = read_trace(path, said(None, ["elongation:mm=Extension", "force:lbf=Load"], None))
     np.testing.assert_allclose(trace.force, FORCE * 4.4482216152605, atol=1e-3)
     assert trace.time is None and any("the time is not read" in s for s in trace.understood)
-    with pytest.raises(QuantityError, match="'mm' is no unit of force"):
-        said(None, ["force:mm=Load"], None)
+    with pytest.raises(LayerjamError, match="'mm' is no unit of force"):
+        read_trace(path, said(None, ["force:mm=Load"], None))
+
+
+def test_one_syntax_names_columns_in_every_kind_of_file(tmp_path: Path) -> None:
+    path = write(tmp_path, "Time,Extension,Load, raw", *rows(form="{:.4f};{:.5f};{:.4f}"))
+    path.write_text(path.read_text().replace("Time,Extension,", "Time;Extension;"))
+    trace = read_trace(path, ReadingOptions(columns="elongation:mm=Extension,force:N=Load, raw"))
+    np.testing.assert_allclose(trace.force, FORCE, atol=1e-4)
+    again = ReadingOptions(column=["elongation:mm=Extension", "force:N=Load, raw"])
+    assert trace.understood == read_trace(path, again).understood
+
+
+def test_a_trace_can_be_cut_and_is_a_trace_still(tmp_path: Path) -> None:
+    trace = read_trace(write(tmp_path, "Time (s),Extension (mm),Load (N)", *rows()))
+    part = trace.between(0.1, 0.3)
+    assert (part.time[0], part.time[-1]) == (0.1, 0.3) and len(part) == 21
+    far = trace.between(end=2e-3, over="elongation")
+    assert far.elongation.max() <= 2e-3 and "cut to its elongation to 2 mm" in far.understood[-1]
+    for wrong in ({"start": 9.0}, {"over": "force"}):
+        with pytest.raises(LayerjamError):
+            trace.between(**wrong)
 
 
 # ---- workbooks ---------------------------------------------------------------------------------
@@ -317,9 +339,9 @@ def test_sheets(tmp_path: Path) -> None:
         FileError, match=r"2 sheets .*\('P1', 'P2'\); say which one \(--sheet NAME\)"
     ):
         read_trace(path)
-    assert read_trace(path, Choices(sheet="P2")).time is None
+    assert read_trace(path, ReadingOptions(sheet="P2")).time is None
     with pytest.raises(FileError, match="has no sheet 'P9'; its sheets are 'P1', 'P2'"):
-        read_trace(path, Choices(sheet="P9"))
+        read_trace(path, ReadingOptions(sheet="P9"))
 
 
 def test_numbers_with_three_decimals_in_a_workbook_are_no_thousands(tmp_path: Path) -> None:
@@ -336,3 +358,33 @@ def test_a_damaged_workbook_is_one_sentence(cut: int, tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-cut])
     with pytest.raises(FileError, match="cannot be read"):
         read_trace(path)
+
+
+def _with_a_last_cell(data: bytes, part: str, old: bytes, new: bytes) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as book, zipfile.ZipFile(out, "w") as made:
+        for name in book.namelist():
+            text = book.read(name)
+            made.writestr(name, text.replace(old, new) if part in name else text)
+    return out.getvalue()
+
+
+def test_a_small_workbook_with_a_far_cell_is_refused_before_it_is_opened(tmp_path: Path) -> None:
+    pytest.importorskip("python_calamine")
+    path = xlsx(tmp_path / "x.xlsx", {"Raw": RAW})
+    cell = b'<row r="1048576"><c r="XFD1048576"><v>1</v></c></row></sheetData>'
+    path.write_bytes(_with_a_last_cell(path.read_bytes(), "sheets/", b"</sheetData>", cell))
+    with pytest.raises(FileError, match=r"has a sheet of 1.72e\+10 cells"):
+        read_trace(path)
+
+
+def test_the_extent_of_other_workbooks_is_counted_too() -> None:
+    row = b'<table:table-row table:number-rows-repeated="%d">%s</table:table-row>'
+    empty = b'<table:table-cell table:number-columns-repeated="%d"/>'
+    sheet = b"<table:table>" + row % (1, b"<table:table-cell>1</table:table-cell>" + empty % 16383)
+    sheet += row % (1048575, empty % 16384)
+    assert max(_open_document_cells(sheet + b"</table:table>")) == 1
+    far = row % (1048575, empty % 16383 + b"<table:table-cell>1</table:table-cell>")
+    assert max(_open_document_cells(sheet + far)) > 1e10
+    record = b"\x00\x04" + (1048575).to_bytes(4, "little")
+    assert _binary_cells(record + b"\x05\x04" + (16383).to_bytes(4, "little")) == 1048576 * 16384

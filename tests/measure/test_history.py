@@ -7,6 +7,7 @@ import pytest
 
 from layerjam.errors import FileError, UnknownNameError
 from layerjam.measure.history import read_history
+from layerjam.measure.options import ReadingOptions
 
 ATMOSPHERE = 101325.0
 
@@ -37,8 +38,8 @@ def test_units_say_which_column_is_which(tmp_path, text):
         ("", "is empty"),
         ("time [s],vacuum [kPa]\n", "no rows of numbers"),
         ("time [s],vacuum [kPa]\n1.5,20\n", "does not advance"),
-        ("time,vacuum [kPa]\n0,0\n1,2\n", "no column of time"),
-        ("time [s],vacuum\n0,0\n1,2\n", "no column of pressure"),
+        ("time,vacuum [kPa]\n0,0\n1,2\n", "'time' has no unit"),
+        ("time [s],vacuum\n0,0\n1,2\n", "'vacuum' has no unit"),
         ("time [s],a [kPa],b [Pa]\n0,0,0\n1,2,2\n", "which column is the pressure"),
         ("time [s],vacuum [kPa]\n0,0\n1,x\n", "'x' in column 'vacuum' is no finite number"),
         ("time [s],vacuum [kPa]\n0,0\n1\n", "1 value where 2 are due"),
@@ -58,11 +59,12 @@ def test_a_pressure_is_never_guessed_to_be_a_vacuum(tmp_path, name):
     path = write(tmp_path, f"time [s];{name}\n0;101.3250\n1;6.8250\n")
     with pytest.raises(FileError, match="name the column vacuum, or give --reading"):
         read_history(path, ATMOSPHERE)
-    np.testing.assert_allclose(read_history(path, ATMOSPHERE, "absolute").vacuum, [0, 94.5e3])
+    absolute = read_history(path, ATMOSPHERE, ReadingOptions(reading="absolute"))
+    np.testing.assert_allclose(absolute.vacuum, [0, 94.5e3])
     with pytest.raises(FileError, match="is read as gauge"):
-        read_history(path, ATMOSPHERE, "gauge")
+        read_history(path, ATMOSPHERE, ReadingOptions(reading="gauge"))
     with pytest.raises(UnknownNameError, match="absolute"):
-        read_history(path, ATMOSPHERE, "absolut")
+        read_history(path, ATMOSPHERE, ReadingOptions(reading="absolut"))
 
 
 def test_the_column_says_what_it_counts_from(tmp_path):

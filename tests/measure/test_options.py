@@ -6,8 +6,7 @@ import pytest
 
 from layerjam.commands.pull import pull
 from layerjam.errors import FileError, LayerjamError
-from layerjam.measure.readers.answers import answers_beside, choices_of, over
-from layerjam.measure.readers.columns import Choices
+from layerjam.measure.options import ReadingOptions, options_beside
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.sidecar import read_facts
 
@@ -42,7 +41,7 @@ def test_a_file_is_read_as_its_sidecar_says(file):
 
 
 def test_it_gives_the_same_as_the_options(file):
-    said = choices_of(negative=["force"], columns="skip,force:kN,elongation:mm")
+    said = ReadingOptions(negative=["force"], columns="skip,force:kN,elongation:mm")
     by_options = read_trace(file, said)
     beside(file, READ)
     by_sidecar = read_trace(file)
@@ -52,11 +51,11 @@ def test_it_gives_the_same_as_the_options(file):
 
 def test_what_is_given_with_the_command_counts(file):
     beside(file, READ)
-    given = choices_of(columns="skip,force:N,elongation:mm")
+    given = ReadingOptions(columns="skip,force:N,elongation:mm")
     assert read_trace(file, given).force.max() == pytest.approx(max(FORCE) / 1e3)
-    assert over(given, choices_of(decimal=",")).decimal == ","
-    assert over(choices_of(decimal="."), choices_of(decimal=",")).decimal == "."
-    assert over(Choices(), given) == given
+    assert given.over(ReadingOptions(decimal=",")).decimal == ","
+    assert ReadingOptions(decimal=".").over(ReadingOptions(decimal=",")).decimal == "."
+    assert ReadingOptions().over(given) == given
 
 
 @pytest.mark.parametrize("text", [
@@ -73,7 +72,7 @@ def test_an_answer_that_is_none_is_refused_with_the_sidecars_name(file, text):
 def test_facts_do_not_hold_the_answers_and_stay_strict(file):
     beside(file, READ)
     assert read_facts(file).vacuum is None
-    assert answers_beside(file).negative == ("force",)
+    assert options_beside(file).negative == ("force",)
     beside(file, "reed = 3\n")
     with pytest.raises(FileError, match="reed"):
         read_facts(file)

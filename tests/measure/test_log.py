@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.layouts import REAL
 from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.measure.log import (
     ACCELERATION,
     PRESSURE,
     TEMPERATURE,
     TIME,
-    Said,
-    pressure_says,
     read_log,
-    scale,
+    reference_of,
 )
+from layerjam.measure.options import ReadingOptions
+from layerjam.measure.readers.columns import Column
+from layerjam.measure.readers.unit_words import convert
+from measure.layouts import REAL
 
 WANTS = (TIME, PRESSURE)
 
@@ -56,16 +59,17 @@ def test_the_unit_outranks_the_name_and_the_name_decides_among_equals(tmp_path):
 
 def test_columns_by_place_and_by_name(tmp_path):
     path = write(tmp_path, "0;3.6;7.3\n100;3.6;7.2\n200;3.6;7.1\n")
-    log = read_log(path, WANTS, "time:ms,skip,pressure:bar")
+    log = read_log(path, WANTS, ReadingOptions(columns="time:ms,skip,pressure:bar"))
     np.testing.assert_allclose(log["time"], [0, 0.1, 0.2])
     np.testing.assert_allclose(log["pressure"], [730e3, 720e3, 710e3])
     two = write(tmp_path, "time (s),pressure A,pressure B\n0,1,100\n1,2,90\n2,3,80\n")
-    assert read_log(two, WANTS, "pressure:psi=pressure B")["pressure"][0] == pytest.approx(689475.7)
+    log = read_log(two, WANTS, ReadingOptions(columns="pressure:psi=pressure B"))
+    assert log["pressure"][0] == pytest.approx(689475.7)
 
 
 def test_a_mapping_outranks_a_header(tmp_path):
     path = write(tmp_path, "time (s),pressure (kPa)\n0,1\n1,2\n2,3\n")
-    log = read_log(path, WANTS, "time:min,pressure:MPa")
+    log = read_log(path, WANTS, ReadingOptions(columns="time:min,pressure:MPa"))
     assert (log["time"][-1], log["pressure"][-1]) == (120.0, 3e6)
 
 
@@ -74,7 +78,7 @@ def test_a_mapping_outranks_a_header(tmp_path):
 )
 def test_a_point_that_groups_and_divides(tmp_path, cells, factor):
     path = write(tmp_path, "".join(f"{c};{k}\n" for k, c in enumerate(cells)))
-    log = read_log(path, WANTS, "time:ms,pressure:bar")
+    log = read_log(path, WANTS, ReadingOptions(columns="time:ms,pressure:bar"))
     due = [float(c.replace(".", "", c.count(".") - 1)) / 1e3 for c in cells]
     np.testing.assert_allclose(log["time"], due)
     assert any("the last point is the decimal one" in s for s in log.understood)
@@ -83,10 +87,10 @@ def test_a_point_that_groups_and_divides(tmp_path, cells, factor):
 def test_points_that_could_be_either_are_asked_for(tmp_path):
     path = write(tmp_path, "1.001.000;1\n1.002.000;2\n1.003.000;3\n")
     with pytest.raises(FileError, match="--decimal"):
-        read_log(path, WANTS, "time:ms,pressure:bar")
-    log = read_log(path, WANTS, "time:ms,pressure:bar", decimal=".")
+        read_log(path, WANTS, ReadingOptions(columns="time:ms,pressure:bar"))
+    log = read_log(path, WANTS, ReadingOptions(columns="time:ms,pressure:bar", decimal="."))
     np.testing.assert_allclose(log["time"], [1.001, 1.002, 1.003])
-    log = read_log(path, WANTS, "time:ms,pressure:bar", decimal=",")
+    log = read_log(path, WANTS, ReadingOptions(columns="time:ms,pressure:bar", decimal=","))
     np.testing.assert_allclose(log["time"], [1001.0, 1002.0, 1003.0])
 
 
@@ -94,21 +98,21 @@ def test_points_that_could_be_either_are_asked_for(tmp_path):
     ("text", "columns", "words"),
     [
         ("0;1\n1;2\n2;3\n", None, "--columns time:s,pressure:kPa"),
-        ("time,pressure\n0,1\n1,2\n2,3\n", None, "no column of time"),
-        ("time (s),pressure\n0,1\n1,2\n2,3\n", None, "no column of pressure"),
+        ("time,pressure\n0,1\n1,2\n2,3\n", None, "'time' has no unit; time needs one"),
+        ("time (s),pressure\n0,1\n1,2\n2,3\n", None, "'pressure' has no unit; pressure needs"),
         ("t (s),pressure A (kPa),pressure B (kPa)\n0,1,2\n1,2,3\n2,3,4\n", None, "which column"),
         ("time (s),pressure (kPa)\n1,1\n0,2\n2,3\n", None, "backwards"),
         ("time (s),pressure (kPa)\n1,1\n1,2\n1,3\n", None, "does not advance"),
         ("time (s),pressure (kPa)\n1,1\n2,x\n3,3\n", None, "'x'"),
         ("time (s),pressure (kPa)\n1,1\n2,nan\n3,3\n", None, "no finite number"),
-        ("0;1;2\n1;2;3\n2;3;4\n", "time:s,pressure:bar", "has 3 columns, 2 are given"),
+        ("0;1;2\n1;2;3\n2;3;4\n", "time:s,pressure:bar", "has 3 columns, --columns lists 2"),
         ("0;1\n1;2\n2;3\n", "time:s,skip", "hold no pressure"),
         ("words only here\n", "time:s,pressure:bar", "no row of numbers"),
     ],
 )
 def test_what_is_refused_and_how(tmp_path, text, columns, words):
     with pytest.raises(FileError, match=words):
-        read_log(write(tmp_path, text), WANTS, columns)
+        read_log(write(tmp_path, text), WANTS, ReadingOptions(columns=columns))
 
 
 @pytest.mark.parametrize(
@@ -125,7 +129,7 @@ def test_what_is_refused_and_how(tmp_path, text, columns, words):
 )
 def test_a_mapping_that_is_none(tmp_path, columns, words):
     with pytest.raises(QuantityError, match=words):
-        read_log(write(tmp_path, "0;1\n1;2\n2;3\n"), WANTS, columns)
+        read_log(write(tmp_path, "0;1\n1;2\n2;3\n"), WANTS, ReadingOptions(columns=columns))
 
 
 @pytest.mark.parametrize(
@@ -138,12 +142,12 @@ def test_a_mapping_that_is_none(tmp_path, columns, words):
     ],
 )  # fmt: skip
 def test_units_beyond_the_table(unit, si, value):
-    assert scale(unit, si) == pytest.approx((value, 0.0), rel=1e-6)
+    assert float(convert(unit, si)[0]) == pytest.approx(value, rel=1e-6)
 
 
 def test_temperatures_have_another_zero(tmp_path):
-    assert scale("°C", "K") == (1.0, 273.15)
-    assert scale("°F", "K")[0] * 212 + scale("°F", "K")[1] == pytest.approx(373.15)
+    assert convert("°C", "K") == (1.0, 273.15)
+    assert convert("°F", "K")[0] * 212 + convert("°F", "K")[1] == pytest.approx(373.15)
     path = write(tmp_path, "t (s),T (°C),p (kPa)\n0,20,1\n1,21,2\n2,22,3\n")
     log = read_log(path, (*WANTS, TEMPERATURE))
     np.testing.assert_allclose(log["temperature"], [293.15, 294.15, 295.15])
@@ -158,11 +162,11 @@ def test_temperatures_have_another_zero(tmp_path):
     ],
 )  # fmt: skip
 def test_what_a_pressure_counts_from_is_read_or_unknown(name, unit, kind):
-    assert pressure_says(Said(0, name, unit, False)) == kind
+    assert reference_of(Column("pressure", 0, name, unit, Fraction(1))) == kind
 
 
 def test_the_name_given_by_the_user_says_nothing_of_the_kind():
-    assert pressure_says(Said(0, "vacuum", "bar", True)) is None
+    assert reference_of(Column("pressure", 0, "vacuum", "bar", Fraction(1), given=True)) is None
 
 
 @settings(max_examples=40, deadline=None)
@@ -185,7 +189,7 @@ def test_any_bytes_end_in_one_sentence(tmp_path_factory, data):
 )
 def test_real_holds_with_the_mapping_of_their_readme(name, rows, last):
     path = REAL / "pneumatic_friction_leak" / f"airchamber_{name}.csv"
-    log = read_log(path, WANTS, "time:ms,skip,pressure:bar")
+    log = read_log(path, WANTS, ReadingOptions(columns="time:ms,skip,pressure:bar"))
     assert abs(len(log["time"]) - rows) <= 1
     assert log["time"][-1] == pytest.approx(last)
     assert np.diff(log["time"]).max() < 0.3

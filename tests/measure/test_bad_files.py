@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.layouts import bluehill, named, own, rows
-from identify.layouts import testxpert as zwick
 from layerjam.errors import FileError
 from layerjam.measure.readers import source
 from layerjam.measure.readers.read import read_trace
+from measure.layouts import bluehill, named, own, rows
+from measure.layouts import testxpert as zwick
 
 HEAD = "Time (s),Extension (mm),Load (N)"
 
