@@ -55,7 +55,9 @@ def test_what_is_taken_back_is_not_known_or_what_the_material_says():
     heavy = edit(KAPTON, {"weighed_mass": "21 g", "film.strength": "80 MPa"}).record
     light = edit(heavy, {"weighed_mass": None, "film.strength": None}).record
     assert light.brake == load(KAPTON).brake
-    with pytest.raises(QuantityError, match=r"film\.strength: the material or a default says it"):
+    with pytest.raises(
+        QuantityError, match=r"film\.strength: a part, a material or a default sets it"
+    ):
         edit(light, {"film.strength": None})
     with pytest.raises(FileError, match=r"sheets\.width \(sheet width\) is missing"):
         edit(light, {"sheets.width": None})

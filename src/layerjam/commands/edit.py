@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
-from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at, si
-from layerjam.commands.by_hand import BY_HAND, what_it_was
+from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at
+from layerjam.commands.by_hand import BY_HAND, set_by_hand
 from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile, read_brake, updated_text
-from layerjam.device.load import materials
-from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.records.source import KINDS, Source
+from layerjam.device.file import BrakeFile
 from layerjam.units import QuantitySpec, quantities
 
 FIELDS: dict[str, tuple[QuantitySpec, bool]] = {
@@ -36,20 +32,11 @@ def edit(
     path, FileError for values that contradict each other.
     """
     file = brake_at(brake, None)
-    if kind not in KINDS:
-        raise UnknownNameError("kind", kind, KINDS)
-    made = file
-    for path, value in (changes or {}).items():
-        if path not in FIELDS:
-            raise UnknownNameError("key", path, FIELDS)
-        made = _changed(made, path, value, kind, source)
-    if name is not None:
-        made = _read(updated_text(made, name, {}, made.notes), name)
-    return Answer(
-        values={"name": made.name, "text": made.text}, units={},
-        warnings=[*made.warnings(), *stale(made)],
-        record=made,
-    )  # fmt: skip
+    given = set_by_hand(file, changes or {}, FIELDS, kind, source)
+    made = file.edited(given, name=name)
+    warnings = [*made.warnings(), *stale(made)]
+    values = {"name": made.name, "text": made.text}
+    return Answer(values=values, units={}, warnings=warnings, record=made)
 
 
 def stale(file: BrakeFile) -> list[str]:
@@ -69,30 +56,4 @@ def stale(file: BrakeFile) -> list[str]:
     ]
 
 
-def _changed(
-    file: BrakeFile, path: str, value: Quantity | None, kind: str, source: str
-) -> BrakeFile:
-    spec, _ = FIELDS[path]
-    if value is None:
-        return _read(_without(file.text, path), file.name)
-    number = si(value, spec, path)
-    words = source or what_it_was(file.brake, file.sources, path, spec)
-    changed = {path: (int(number) if spec.whole else number, Source(kind=kind, text=words))}
-    return _read(updated_text(file, file.name, changed, file.notes), file.name)
-
-
-def _read(text: str, name: str) -> BrakeFile:
-    return read_brake(text, f"brake {name[:80]}", materials())
-
-
-def _without(text: str, path: str) -> str:
-    """The text without one key."""
-    import tomlkit
-
-    document = tomlkit.parse(text)
-    table, _, key = path.rpartition(".")
-    place: Any = document.get(table, {}) if table else document
-    if key not in place:
-        raise QuantityError(f"{path}: the material or a default says it; give another value")
-    place.remove(key)
-    return tomlkit.dumps(document)
+__all__ = ["BY_HAND", "FIELDS", "edit", "stale"]

@@ -144,7 +144,7 @@ def updated_text(
 
     `made_by` becomes the [made_by] table, which describes and does not count.
     """
-    return updated(file.text, file.fields, changes, name=name, made_by=made_by or {})
+    return updated(file.text, file.fields, changes, name=name, tables={"made_by": made_by})
 
 
 def render(file: BrakeFile, name: str) -> str:

@@ -116,14 +116,21 @@ class RecordFile(ABC, Generic[R]):
         return self.edited({p: None if v is None else (v, WITH) for p, v in given.items()})
 
     def edited(
-        self, changes: Mapping[str, tuple[Any, Source] | None], name: str | None = None
+        self,
+        changes: Mapping[str, tuple[Any, Source] | None],
+        *,
+        name: str | None = None,
+        tables: Mapping[str, Mapping[str, Any] | None] = MappingProxyType({}),
     ) -> Self:
         """The file with other values by dotted path, its text in step; None takes a key out.
 
-        Raises FileError for values that contradict each other.
+        `tables` are replaced as a whole, or taken out, before. Raises FileError for values that
+        contradict each other.
         """
         text = self.text if self._in_step() else self.rendered(self.name)
-        made = updated(text, self.fields, changes, name=name)
+        # what is not known already need not be taken out
+        wanted = {p: c for p, c in changes.items() if c or get(self.record, p) is not None}
+        made = updated(text, self.fields, wanted, name=name, tables=tables)
         return self.read(made, f"{self.holds} {(name or self.name)[:80]}")
 
     def _in_step(self) -> bool:

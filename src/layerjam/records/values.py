@@ -154,4 +154,4 @@ def entries(cls: type, prefix: str = "", in_optional: bool = False) -> Iterator[
             yield prefix + f.name, Entry(spec, required, in_optional, default)
         elif "record" in f.metadata:
             inner = f.metadata["record"]
-            yield from entries(inner, f"{prefix}{f.name}.", in_optional or not required)
+            yield from entries(inner, f"{prefix}{f.name}.", in_optional or f.default is None)

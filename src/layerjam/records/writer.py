@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from layerjam.errors import QuantityError
@@ -69,19 +70,23 @@ def updated(
     changes: Mapping[str, tuple[Any, Source] | None],
     *,
     name: str | None = None,
-    made_by: Mapping[str, Any] | None = None,
+    tables: Mapping[str, Mapping[str, Any] | None] = MappingProxyType({}),
 ) -> str:
     """A file's text with some values changed, comments and the rest kept.
 
-    A change is (value in SI, its source), or None: the key is taken out. `made_by` becomes the
-    [made_by] table, which describes and does not count. Raises QuantityError for a key to be taken
-    out that is not there.
+    A change is (value in SI, its source), or None: the key is taken out. `tables` are replaced as a
+    whole, or taken out where they are None or empty; they come first. Raises QuantityError for a
+    key to be taken out that is not there.
     """
     import tomlkit
 
     document = tomlkit.parse(text)
     if name is not None:
         document["name"] = name
+    for table, entries in tables.items():
+        document.pop(table, None)
+        if entries:
+            document[table] = dict(entries)
     for path, change in changes.items():
         table, _, key = path.rpartition(".")
         if change is None:
@@ -104,10 +109,6 @@ def updated(
             full = tomlkit.table()
             full.update(item)
             place.append(key, full)
-    if made_by is not None:
-        document.pop("made_by", None)
-        if made_by:
-            document["made_by"] = dict(made_by)
     return tomlkit.dumps(document)
 
 
