@@ -56,7 +56,7 @@ def pull_ready(page: Any) -> None:
 
 def files_ready(page: Any) -> None:
     """Two measured pulls lie over it."""
-    from layerjam.commands.predict import tensile
+    from layerjam.commands.tensile import tensile
     from layerjam.workbench.takeaway import record_bytes
 
     pull_ready(page)

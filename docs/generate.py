@@ -21,9 +21,9 @@ import typer
 from layerjam.cli.main import app
 from layerjam.device.brake import Brake
 from layerjam.device.load import catalogue, load, materials
+from layerjam.measure.sidecar import Facts
 from layerjam.records.source import KINDS
 from layerjam.records.toml import parse_toml
-from layerjam.measure.sidecar import Facts
 from layerjam.simulate.record import DropRecord, TensileRecord
 from layerjam.simulate.stick_slip import JudderRecord
 from layerjam.units import QuantitySpec, quantities, show
@@ -193,7 +193,8 @@ def brakes() -> str:
 
 
 def _options(name: str) -> str:
-    command = typer.main.get_command(app).commands[name]  # type: ignore[attr-defined]
+    group = typer.main.get_command(app)
+    command = group.get_command(typer.Context(group), name)  # type: ignore[attr-defined]
     rows = []
     for p in command.params:
         if p.param_type_name == "argument":

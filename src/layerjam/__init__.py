@@ -58,8 +58,8 @@ _PUBLIC = {
     "layerjam.simulate.drop_in_time": "History drop_in_time",
     "layerjam.mechanics.stop.exact": "speed_at_slip stop time_at_slip",
     "layerjam.mechanics.stop.tune": "tuned_vacuum vacuum_eq10",
-    "layerjam.commands.impact": "drop",
-    "layerjam.commands.sensor": "heating observed reading",
+    "layerjam.commands.impact": "drop observed",
+    "layerjam.commands.sensor": "heating reading",
     "layerjam.commands.tuning": "tune",
     "layerjam.commands.vacuum_line": "rise",
     "layerjam.commands.parts": "parts",
@@ -92,7 +92,8 @@ _PUBLIC = {
     "layerjam.commands.measurements": "crash",
     "layerjam.commands.lab": "lab lab_example",
     "layerjam.commands.report": "report",
-    "layerjam.commands.predict": "force new show tensile vacuum",
+    "layerjam.commands.predict": "force new show vacuum",
+    "layerjam.commands.tensile": "tensile",
 }
 _WHERE = {
     name.split(":")[0]: (module, name.split(":")[-1])

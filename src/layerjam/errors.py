@@ -10,6 +10,21 @@ from collections.abc import Iterable
 from typing import ClassVar, Self
 
 
+class Notice(str):
+    """A warning beside a result: a sentence for people, and a key for programs."""
+
+    key: str
+
+    def __new__(cls, sentence: str, key: str = "note") -> Notice:
+        """The sentence; code asks for `key`, never for words of it."""
+        made = super().__new__(cls, sentence)
+        made.key = key
+        return made
+
+    def __reduce__(self) -> tuple[type[Notice], tuple[str, str]]:
+        return (Notice, (str(self), self.key))
+
+
 class LayerjamError(Exception):
     """Base of all errors of this package; the command line answers it with exit code 2."""
 

@@ -242,7 +242,11 @@ def _exact_in(value: float, unit: str, si: str) -> str | None:
 
 @dataclass(frozen=True)
 class QuantitySpec:
-    """What is known of one quantity: SI unit, meaning, bounds (inclusive) and symbol."""
+    """What is known of one quantity: SI unit, meaning, bounds (inclusive) and symbol.
+
+    `example` is text that a user could type. A bare SI number above zero and below `unlikely_below`
+    is allowed, and warned of: it looks like a number whose unit was forgotten.
+    """
 
     unit: str
     text: str
@@ -251,6 +255,8 @@ class QuantitySpec:
     symbol: str = ""
     whole: bool = False
     open_lo: bool = False
+    example: str = ""
+    unlikely_below: float = 0.0
 
     def allowed(self) -> str:
         """The bounds as a phrase."""

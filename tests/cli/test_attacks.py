@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from layerjam.cli.main import main
-from layerjam.commands import impact, predict
+from layerjam.commands import impact, predict, tensile
 from layerjam.device.load import load
 
 
@@ -17,7 +17,7 @@ from layerjam.device.load import load
 @pytest.mark.parametrize("vacuum", [500.0, 3335.0, 50e3, 94.5e3])
 def test_separation_does_not_depend_on_the_travel_asked_for(vacuum: float, travel: str) -> None:
     for name in ("choi2018-kapton", "choi2018-ptfe"):
-        pulled = predict.tensile(name, vacuum=vacuum, speed="13 mm/s", travel=travel)
+        pulled = tensile.tensile(name, vacuum=vacuum, speed="13 mm/s", travel=travel)
         alone = predict.force(name, slip="68 mm", vacuum=vacuum).force
         assert pulled.outcome == "SEPARATED"
         assert pulled.force_at_end == pytest.approx(alone, rel=1e-9)
@@ -74,7 +74,7 @@ def test_a_stack_on_a_soft_rig_snaps_as_the_lumped_brake_does(tmp_path: Path) ->
     path = tmp_path / "soft.toml"
     path.write_text(load("choi2018-kapton").text.replace("131 kN/m", "1 kN/m"))
     for model in ("lumped", "stack"):
-        answer = predict.tensile(
+        answer = tensile.tensile(
             str(path), vacuum="94.5 kPa", speed="13 mm/s", travel="300 mm", model=model
         )
         assert answer.outcome == "SNAPS" and any("snaps" in w for w in answer.warnings)

@@ -74,7 +74,7 @@ def pull(**changed: str | None) -> list[str]:
         (pull(travel="0 mm"), ("travel", "at least 1 µm")),
         (pull(travel="1 km"), ("travel", "at most")),
         (pull(vacuum="110 kPa"), ("vacuum", "atmosphere")),
-        (pull(model="magic"), ("'magic' is not known", "lumped")),
+        (pull(model="magic"), ("unknown model 'magic'", "stack")),
         (["tensile", KAPTON, "--procedure", "do something"], ("'do something' is no step",)),
         (["tensile", KAPTON, "--procedure", ""], ("no step",)),
         (["tensile", KAPTON, "--procedure", "evacuate to 110 kPa"], ("atmosphere",)),

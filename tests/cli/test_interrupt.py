@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from layerjam.cli import options
+from layerjam.cli import engine, generate
 
 from .conftest import Run
 
@@ -16,8 +16,8 @@ def test_a_stop_is_said(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopped() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(options, "engine", stopped)
-    for words in (("compare",), ("design", "wrist", "--json")):
+    monkeypatch.setattr(generate, "engine", stopped)
+    for words in (("show", "choi2018-kapton"), ("show", "choi2018-ptfe", "--json")):
         ran = run(*words)
         assert (ran.code, ran.out, ran.err) == (130, "", "layerjam: stopped\n")
 
@@ -31,7 +31,7 @@ def test_an_interrupt_in_jaxs_garbage_callback_is_not_lost() -> None:
         passed.append("callback")
 
     before = signal.getsignal(signal.SIGINT)
-    signal.signal(signal.SIGINT, options._interrupted)
+    signal.signal(signal.SIGINT, engine._interrupted)
     try:
         with pytest.raises(KeyboardInterrupt):
             _xla_gc_callback()
@@ -49,7 +49,7 @@ def test_an_interrupt_amid_loading_waits_for_its_end() -> None:
     before = signal.getsignal(signal.SIGINT)
     signal.signal(signal.SIGINT, signal.default_int_handler)  # other tests may have left theirs
     try:
-        with pytest.raises(KeyboardInterrupt), options._uninterrupted():
+        with pytest.raises(KeyboardInterrupt), engine._uninterrupted():
             signal.raise_signal(signal.SIGINT)
             done.append("loaded")
         assert done == ["loaded"]
@@ -62,7 +62,7 @@ def test_a_command_that_computes_listens_so() -> None:
     before = signal.getsignal(signal.SIGINT)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        options.engine()
-        assert signal.getsignal(signal.SIGINT) is options._interrupted
+        engine.engine()
+        assert signal.getsignal(signal.SIGINT) is engine._interrupted
     finally:
         signal.signal(signal.SIGINT, before)

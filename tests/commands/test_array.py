@@ -9,7 +9,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.commands.array import array
-from layerjam.commands.predict import tensile
+from layerjam.commands.tensile import tensile
 from layerjam.device.brake import mass
 from layerjam.device.load import load
 from layerjam.errors import QuantityError

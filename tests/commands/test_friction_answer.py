@@ -12,9 +12,9 @@ import pytest
 from identify.saw import sled
 from lab.bench import FULL, curve
 from layerjam.cli import friction as friction_command
-from layerjam.cli.output import _plain
 from layerjam.commands.friction import friction
 from layerjam.commands.pull import UNITS_OF_A_PULL, pull
+from layerjam.commands.results import plain as _plain
 from layerjam.errors import FitError, QuantityError, UnknownNameError
 from layerjam.lab import machine as virtual
 from layerjam.measure.sidecar import Facts

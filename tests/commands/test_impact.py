@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from layerjam.commands.impact import drop
-from layerjam.commands.sensor import observed
+from layerjam.commands.impact import drop, observed
+from layerjam.commands.sensor import Sensing
 from layerjam.commands.tuning import tune
 from layerjam.errors import QuantityError
 from layerjam.simulate.drop_in_time import History
@@ -44,7 +44,7 @@ def test_a_mass_that_creeps_to_rest_on_its_rope_never_stands_still():
 
 def test_the_bare_drop_has_a_reading():
     bare = drop("choi2018-kapton", speed="3.7 m/s", **BARE)
-    shown = observed(bare, accelerometer="adxl193", filter="cfc180")
+    shown = observed(bare, Sensing(accelerometer="adxl193", filter_class="cfc180"))
     assert 0.9 * bare.peak_g < shown.measured_peak_g < bare.peak_g
     assert shown.filter == "cfc180"
     assert shown.temperature_rise is None
@@ -90,7 +90,7 @@ def test_tuned_in_capitals_is_a_hint():
 def test_too_slow_because_of_the_sleeve_and_not_the_weight(how):
     answer = tune("choi2018-kapton", speed=0.1, travel=0.04, **how)
     assert not answer.feasible
-    assert "the sleeve alone" in answer.reason
+    assert "the enclosure alone" in answer.reason
     assert "weight" not in answer.reason
 
 
@@ -107,9 +107,9 @@ def test_tune_tells_numbers_apart_and_says_when_nothing_would_do():
 
 def test_too_few_samples_for_a_drop_are_a_warning():
     stopped = drop("choi2018-kapton", mass=1.0, speed=2.5, vacuum=94.5e3, rope_stiffness=16.8e3)
-    said = observed(stopped, sampling="100 Hz").warnings
+    said = observed(stopped, Sensing(sampling=100.0)).warnings
     assert any("the peak falls between them" in words for words in said)
-    assert not any("between them" in w for w in observed(stopped, sampling="20 kHz").warnings)
+    assert not any("between them" in w for w in observed(stopped, Sensing(sampling=20e3)).warnings)
 
 
 def test_a_record_that_ends_moving_is_not_called_stopped():

@@ -80,7 +80,7 @@ def test_stuck() -> None:
     [
         ({"vacuum": "200kPa"}, "atmosphere"),
         ({"speed": "1"}, "no unit"),
-        ({"speed": 0.0}, "crosshead speed"),
+        ({"speed": 0.0}, "speed of the crosshead"),
         ({"mass": "0 kg"}, "moving mass"),
         ({"damping": "-1 N s/m"}, "damping"),
         ({"damping": "5 N"}, "damping"),

@@ -67,7 +67,7 @@ def test_names_of_filters(text, cfc):
         ({"filter": ""}, "is not known"),
         ({"accelerometer": "adxl999"}, "adxl193"),
         ({"low_pass": "400"}, "has no unit"),
-        ({"low_pass": "-4 Hz"}, "low-pass: -4 Hz is not allowed"),
+        ({"low_pass": "-4 Hz"}, "low pass: -4 Hz is not allowed"),
         ({"sampling": "20 kg"}, "sampling: '20 kg' is not in units of Hz"),
         ({"sampling": "500 Hz", "filter": "cfc60"}, "too slow for CFC 60"),
     ],

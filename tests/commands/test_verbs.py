@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable
 from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
 from typing import Any
@@ -13,11 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 import layerjam
-from layerjam.cli import calibration as calibration_commands
-from layerjam.cli import friction as friction_commands
-from layerjam.cli import predict as predict_commands
-from layerjam.cli import validation as validation_commands
-from layerjam.commands import calibration, friction, predict, validation
+from layerjam.commands import calibration, friction, tensile, validation
 from layerjam.commands.answer import Answer, brake_at, si, slip_of, vacuum_of
 from layerjam.device.load import load
 from layerjam.errors import FileError, FitError, LayerjamError, ProcedureError, QuantityError
@@ -26,27 +20,6 @@ from layerjam.simulate.procedure import parse_procedure, simple_pull
 from strategies import one, points, random_brakes, seeds
 
 KAPTON = load("choi2018-kapton")
-
-
-@pytest.mark.parametrize(
-    ("module", "command"),
-    [
-        (predict, predict_commands.show), (predict, predict_commands.force),
-        (predict, predict_commands.vacuum), (predict, predict_commands.tensile),
-        (predict, predict_commands.new), (friction, friction_commands.friction),
-        (calibration, calibration_commands.calibrate), (validation, validation_commands.validate),
-    ],
-    ids=lambda x: getattr(x, "__name__", "").split(".")[-1],
-)  # fmt: skip
-def test_every_command_has_a_function_of_its_name(module: Any, command: Callable[..., Any]) -> None:
-    function = getattr(module, command.__name__)
-    assert getattr(layerjam, command.__name__) is function
-    theirs = set(inspect.signature(function).parameters)
-    options = set(inspect.signature(command).parameters)
-    # what no text can say: arrays, and who is told of progress
-    only_in_python = {"interfaces", "housing", "progress"}
-    assert theirs - options <= {"window", "force", "choices"} | only_in_python
-    assert function.__doc__
 
 
 def test_text_and_si_numbers_and_files_say_the_same() -> None:
@@ -61,7 +34,7 @@ def test_text_and_si_numbers_and_files_say_the_same() -> None:
 def test_an_answer_knows_its_keys() -> None:
     answer = layerjam.vacuum(KAPTON, slip=0.02, force=100)
     assert answer.feasible is True and answer.reason is None and answer.vacuum > 0
-    with pytest.raises(AttributeError, match="no 'vacum' here; there are vacuum, feasible"):
+    with pytest.raises(AttributeError, match="vacum"):
         _ = answer.vacum
     with pytest.raises(FrozenInstanceError):
         answer.warnings = ()
@@ -69,7 +42,7 @@ def test_an_answer_knows_its_keys() -> None:
 
 
 def test_cannot_is_an_answer() -> None:
-    for force, words in ((0.1, "sleeve alone"), (1e6, "at most")):
+    for force, words in ((0.1, "enclosure alone"), (1e6, "at most")):
         answer = layerjam.vacuum(KAPTON, slip=0.02, force=force)
         assert answer.feasible is False and answer.vacuum is None and words in answer.reason
     edge = layerjam.vacuum(KAPTON, slip=0.02, force=0.0)
@@ -136,7 +109,7 @@ def test_tensile_takes_steps_text_or_three_numbers() -> None:
             layerjam.tensile(KAPTON, **bad)
     with pytest.raises(ProcedureError, match="not both"):
         layerjam.tensile(KAPTON, vacuum=1e4, procedure=steps)
-    with pytest.raises(QuantityError, match="model: 'magic' is not known"):
+    with pytest.raises(LayerjamError, match="unknown model 'magic'"):
         layerjam.tensile(KAPTON, procedure=steps, model="magic")
 
 
@@ -234,9 +207,17 @@ def test_new_in_python(tmp_path: Path) -> None:
     assert layerjam.load(tmp_path / "mine.toml").name == "other"
 
 
-def test_arrays_come_from_the_laws_not_from_the_verbs() -> None:
-    with pytest.raises((TypeError, LayerjamError)):
-        layerjam.force(KAPTON, slip=np.array([0.01, 0.02]), vacuum=94.5e3)
+def test_arrays_broadcast() -> None:
+    slip, vacuum = np.array([0.01, 0.02]), np.array([[50e3], [94.5e3]])
+    found = layerjam.force(KAPTON, slip=slip, vacuum=vacuum)
+    assert found.force.shape == (2, 2)
+    for i, j in np.ndindex(2, 2):
+        alone = layerjam.force(KAPTON, slip=slip[j], vacuum=vacuum[i, 0])
+        assert found.force[i, j] == pytest.approx(alone.force, rel=1e-14)
+    back = layerjam.vacuum(KAPTON, slip=slip, force=found.force)
+    assert back.vacuum == pytest.approx(np.broadcast_to(vacuum, (2, 2)), rel=1e-12)
+    with pytest.raises(QuantityError, match="beyond the overlap"):
+        layerjam.force(KAPTON, slip=[0.01, 0.07], vacuum=94.5e3)
     assert parse_procedure("vent").text() == "vent"
 
 
@@ -269,7 +250,7 @@ def test_a_pull_far_beyond_the_overlap_has_the_wrong_unit(tmp_path: Path) -> Non
 
 def test_our_own_simulated_pull_brings_its_vacuum(tmp_path: Path) -> None:
     out = tmp_path / "pull.csv"
-    answer = predict.tensile(KAPTON, vacuum="40 kPa", speed="13 mm/s", travel="40 mm")
+    answer = tensile.tensile(KAPTON, vacuum="40 kPa", speed="13 mm/s", travel="40 mm")
     answer.record.save(out)
     fitted = calibration.calibrate(KAPTON, [out])
     assert fitted.scale_factor == pytest.approx(0.875, rel=1e-6)

@@ -12,7 +12,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.cli.ticker import Ticker
-from layerjam.commands import predict
+from layerjam.commands import tensile
 from layerjam.device.load import load
 from layerjam.errors import ProcedureError, QuantityError
 from layerjam.mechanics.pull import force_at_elongation, peak
@@ -188,7 +188,7 @@ def test_the_verb_tells_the_spread_and_what_was_stopped():
         if what == "scatter" and share >= 0.5:
             raise KeyboardInterrupt
 
-    answer = predict.tensile(
+    answer = tensile.tensile(
         "choi2018-kapton", vacuum="94.5kPa", speed="13mm/s", travel="3mm", model="stack",
         scatter="10%", samples=4000, progress=stop,
     )  # fmt: skip
@@ -202,10 +202,10 @@ def test_options_of_the_stack_are_refused_for_the_lumped_brake():
     more = {"vacuum": "9kPa", "speed": "1mm/s", "travel": "3mm"}
     for wrong in ({"static": True}, {"scatter": 0.1}, {"housing": Housing(friction=1.0)}):
         with pytest.raises(QuantityError, match="model 'stack'"):
-            predict.tensile("choi2018-kapton", **more, **wrong)
+            tensile.tensile("choi2018-kapton", **more, **wrong)
     for wrong in ({"scatter": "-1%"}, {"scatter": "0.1", "samples": 1}):
         with pytest.raises(QuantityError):
-            predict.tensile("choi2018-kapton", model="stack", **more, **wrong)
+            tensile.tensile("choi2018-kapton", model="stack", **more, **wrong)
 
 
 def test_the_command():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from layerjam.commands.predict import tensile
+from layerjam.commands.tensile import tensile
 from layerjam.workbench.takeaway import record_bytes
 
 pytestmark = pytest.mark.slow

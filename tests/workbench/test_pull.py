@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from layerjam.cli.main import main
-from layerjam.commands.predict import show, tensile
+from layerjam.commands.predict import show
 from layerjam.commands.stick_slip import judder
+from layerjam.commands.tensile import tensile
 from layerjam.device.load import load
 from layerjam.workbench import takeaway
 from layerjam.workbench.desk import Desk

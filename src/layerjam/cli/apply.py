@@ -33,7 +33,7 @@ def apply(
 ) -> int:
     """A machine of the paper's Fig. 13: seat belt, neck guard, ankle clutch, rehabilitation."""
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.cli.ticker import Ticker
     from layerjam.commands.answer import Answer
     from layerjam.studies.machines import apply as verb

@@ -33,7 +33,7 @@ def array(
 ) -> int:
     """Equal brakes side by side and in series: totals, and the force of one slow pull."""
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands.array import array as verb
 
     answer = verb(

@@ -52,7 +52,7 @@ def calibrate(
     opt.check_figure(figure, force)
     opt.check_target(out, force, (".toml",))
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.cli.ticker import Ticker
     from layerjam.commands import calibration
 

@@ -30,7 +30,7 @@ def compare(
     """Force over mass of brakes, beside what could be bought instead, each with its source."""
     opt.check_figure(figure, force)
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands import compare as verb
 
     answer = verb.compare(*(brakes or ()), vacuum=vacuum, atmosphere=atmosphere)

@@ -34,7 +34,7 @@ def design(
     """From a need to a brake: the best design, the front, and why the next one lost."""
     opt.check_figure(figure, force)
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.cli.ticker import Ticker
     from layerjam.commands import design as verb
 

@@ -53,7 +53,7 @@ def follow(
     """Make a sliding brake's force follow a profile, and say what it cannot follow."""
     opt.check_figure(figure, force)
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands import follow as verb
 
     answer = verb.follow(

@@ -52,7 +52,7 @@ def judder(
     opt.check_figure(figure, force)
     opt.check_target(out, force, (".csv", ".nc"))
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands import stick_slip as verb
 
     given = {"damping": damping, "stribeck_speed": stribeck_speed, "slip": slip}

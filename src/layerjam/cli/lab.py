@@ -54,7 +54,7 @@ def lab(
             "edit, and layerjam lab practice --out DIR needs none"
         )
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.cli.ticker import Ticker
 
     with Ticker() as ticker:

@@ -1,4 +1,4 @@
-"""Entry point: every command, and one plain sentence for every error."""
+"""Entry point: every declared command, and one plain sentence for every error."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import contextlib
 import os
 import sys
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
@@ -20,62 +21,134 @@ from layerjam.cli import (
     design,
     follow,
     friction,
-    impact,
     judder,
     lab,
     measurements,
     paper,
     parts,
     plan,
-    predict,
     pull,
     regulate,
     report,
     sweep,
     vacuum_line,
     validation,
-    workbench,
 )
-from layerjam.errors import LayerjamError
+from layerjam.commands.declare import GROUPS
+from layerjam.commands.index import Entry, commands, load
+from layerjam.errors import LayerjamError, UnknownNameError
+
+
+class Commands(TyperGroup):
+    """The declared commands: listed from their source, built when one is used."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Their names, by group and then most used first."""
+        return [*commands(), *self.commands]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """One command, under its name or a former one."""
+        known = commands()
+        if cmd_name in known:
+            return _built(cmd_name)
+        for entry in known.values():
+            if cmd_name in entry.old:
+                print(f"layerjam: {cmd_name} is now called {entry.name}", file=sys.stderr)
+                return _built(entry.name)
+        return super().get_command(ctx, cmd_name)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command typed; an unknown one is answered with the nearest names."""
+        if not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+            raise UnknownNameError("command", args[0], self.list_commands(ctx))
+        return super().resolve_command(ctx, args)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """The groups with their commands, and examples under each."""
+        self.format_usage(ctx, formatter)
+        self.format_help_text(ctx, formatter)
+        listed = commands().values()
+        wide = max(len(entry.name) for entry in listed) + 2
+        for group, title in GROUPS.items():
+            members = [entry for entry in listed if entry.group == group]
+            if members:
+                with formatter.section(title):
+                    _list(formatter, members, wide)
+        rows = [(n, c.get_short_help_str(60)) for n, c in self.commands.items()]
+        with formatter.section("More"):
+            formatter.write_dl(rows)
+        formatter.write_paragraph()
+        formatter.write_text(
+            "layerjam --help prints this list, layerjam COMMAND --help all of one command."
+        )
+
+
+def _list(formatter: Any, members: Sequence[Entry], wide: int) -> None:
+    rows = [(entry.name.ljust(wide), entry.summary.rstrip(".")) for entry in members]
+    formatter.write_dl(rows)
+    for entry in members[:2]:
+        for example in entry.examples[:1]:
+            formatter.write(f"{'':>{formatter.current_indent}}$ {example}\n")
+
+
+def _built(name: str) -> Any:
+    """The command as typer makes it."""
+    from layerjam.cli.generate import build
+
+    declared = load(name)
+    one = typer.Typer(add_completion=False, rich_markup_mode=None)
+    # the mark keeps each example on its own line
+    lines = "\b\n" + "\n".join(f"$ {example}" for example in declared.examples)
+    settings = {"help_option_names": ["-h", "--help"]}
+    more = getattr(declared, "typer_class", None)
+    one.command(
+        name,
+        epilog=lines if declared.examples else None,
+        context_settings=settings,
+        **({"cls": more} if more else {}),
+    )(build(declared))
+    return typer.main.get_command(one)
+
 
 app = typer.Typer(
     name="layerjam",
-    help="Soft layer-jamming brakes: design, predict, read tests, calibrate, invert.",
+    cls=Commands,
+    help="Soft layer-jamming brakes: predict, test, calibrate, drive, design and build them.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for group in (
-    predict,
-    impact,
-    judder,
-    lab,
-    pull,
-    friction,
-    calibration,
-    validation,
-    report,
-    measurements,
-    vacuum_line,
-    parts,
-    regulate,
-    follow,
-    plan,
-    compare,
-    array,
-    design,
-    sweep,
-    apply,
-    workbench,
-    paper,
-):
-    group.register(app)
 
 
 def _show_version(value: bool) -> None:
     if value:
         print(f"layerjam {__version__}")
         raise Exit(0)
+
+
+for old in (
+    apply,
+    array,
+    calibration,
+    compare,
+    design,
+    follow,
+    friction,
+    judder,
+    lab,
+    measurements,
+    paper,
+    parts,
+    plan,
+    pull,
+    regulate,
+    report,
+    sweep,
+    vacuum_line,
+    validation,
+):
+    old.register(app)
 
 
 @app.callback()

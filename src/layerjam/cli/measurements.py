@@ -76,7 +76,7 @@ def sleeve(
     opt.check_figure(figure, force)
     opt.check_target(out, force, (".toml",))
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands import sleeve as verb
 
     answer = verb.sleeve(
@@ -163,7 +163,7 @@ def leak(
     """Leak of a closed chamber from a pressure-hold log."""
     opt.check_figure(figure, force)
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands import pressure_log as verb
 
     answer = verb.leak(
@@ -246,7 +246,7 @@ def pump_down(
     """Volume and pump flow from pump-down logs, as far as they tell them."""
     opt.check_figure(figure, force)
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands import pressure_log as verb
 
     answer = verb.pump_down(
@@ -300,7 +300,7 @@ def crash(
     """Peak, filtered peak, velocity change and duration of an impact in an accelerometer's log."""
     opt.check_figure(figure, force)
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands import measurements as verb
 
     answer = verb.crash(

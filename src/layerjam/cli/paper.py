@@ -22,7 +22,7 @@ def reproduce(
 ) -> int:
     """Recompute the paper: report.html, results.json and figures, every claim beside ours."""
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands.answer import Answer
     from layerjam.studies.choi2018.reproduce import reproduce as run
 

@@ -24,7 +24,7 @@ def parts(
     as_json: opt.AsJson = False,
 ) -> int:
     """Pumps, valves and sensors of the catalogue, for a line's file."""
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands import parts as verb
 
     answer = verb.parts(name)

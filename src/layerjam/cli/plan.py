@@ -53,7 +53,7 @@ def plan(
     """Whether the vacuum is there when a collision comes, and what to build if not."""
     opt.check_figure(figure, replace, "--replace")
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands import plan as verb
 
     answer = verb.plan(

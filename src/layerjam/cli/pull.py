@@ -36,7 +36,7 @@ def pull(
 ) -> int:
     """What measured pulls show: slack, preload, onset, stiffness, peak, stick-slip, way back."""
     opt.check_figure(figure, force)
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.cli.ticker import Ticker
     from layerjam.commands import pull as verb
 

@@ -63,7 +63,7 @@ def regulate(
     """Bring a vacuum line to a target and hold it, in closed loop with a noisy sensor."""
     opt.check_figure(figure, force)
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.commands import regulate as verb
     from layerjam.commands.recorded_step import Recorded
     from layerjam.errors import QuantityError

@@ -107,7 +107,7 @@ def report(
 ) -> int:
     """Measurements of one brake as a page: friction, calibration, validation, HTML and PDF."""
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.cli.ticker import Ticker
     from layerjam.commands import report as verb
 

@@ -34,7 +34,7 @@ def sweep(
     """Every design of a specification in blocks on disk; can be stopped, and goes on."""
     opt.check_figure(figure, force)
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.cli.ticker import Ticker
     from layerjam.commands import sweep as verb
 

@@ -26,7 +26,7 @@ def rise(
 ) -> int:
     """How fast a line brings a vacuum, and lets go of it."""
     opt.check_figure(figure, force)
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.cli.ticker import Ticker
     from layerjam.commands import vacuum_line
 

@@ -42,7 +42,7 @@ def validate(
     """How far the brake's model lies from measured pulls."""
     opt.check_figure(figure, force)
     opt.engine()
-    from layerjam.cli.output import say
+    from layerjam.cli.old_output import say
     from layerjam.cli.ticker import Ticker
     from layerjam.commands import validation
 

@@ -4,24 +4,30 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
+from layerjam.commands.declare import Help, command
+from layerjam.commands.results import Result, fact, result
+from layerjam.units import QuantitySpec
+
+PORT = QuantitySpec("1", "port to listen on", lo=1, hi=65535, whole=True)
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command of this file."""
-    app.command("workbench")(workbench)
+@result
+class Served(Result):
+    """Where the page was."""
+
+    port: int = fact("port that it listened on", listed=False)
 
 
+@command("share", place=10, examples=("layerjam workbench",), computes=False)
 def workbench(
-    port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen on.")] = 8321,
-    host: Annotated[
-        str, typer.Option(help="Address; any but this machine's own gets a token.")
-    ] = "127.0.0.1",
-    show: Annotated[bool, typer.Option("--show/--no-show", help="Open a browser.")] = True,
-) -> int:
-    """Open the workbench: the whole of layerjam on a page of your browser."""
-    from layerjam.cli import options as opt
+    *,
+    port: Annotated[int | str, PORT] = 8321,
+    host: Annotated[str, Help("Address; any but this machine's own gets a token.")] = "127.0.0.1",
+    show: Annotated[bool, Help("Open a browser.", option="--show/--no-show")] = True,
+) -> Served:
+    """Open the workbench: all of layerjam on a page of your browser."""
+    from layerjam.cli.engine import engine
     from layerjam.workbench.server import serve
 
-    serve(host=host, port=port, show=show, engine=opt.engine)
-    return 0
+    serve(host=host, port=port, show=show, engine=engine)
+    return Served(port=port)

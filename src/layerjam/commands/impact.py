@@ -1,248 +1,407 @@
-"""`drop`: what the brake does to a moving mass, and what is seen and felt of it."""
+"""`drop`: what the brake does to a moving mass, and what is measured of it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
-from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at, si, vacuum_of
-from layerjam.commands.tuning import MASS, TRAVEL, arrival, rope_of, tune
+from layerjam.commands.declare import Help, Progress, command
+from layerjam.commands.quantities import (
+    ArrivalSpeed,
+    Atmosphere,
+    BrakeInput,
+    Height,
+    Horizontal,
+    Mass,
+    RopeDamping,
+    RopeStiffness,
+    StopTravel,
+    Tuned,
+    Vacuum,
+    vacuum_within,
+)
+from layerjam.commands.results import fact, number, result
+from layerjam.commands.sensor import Heating, Reading, Sensing, Warmth, heating, reading
+from layerjam.commands.tuning import arrival, tune
 from layerjam.device.file import BrakeFile
-from layerjam.device.mount import Rope
-from layerjam.errors import QuantityError
-from layerjam.measure.history import read_history
-from layerjam.measure.options import ReadingOptions
-from layerjam.mechanics.pull import least_stiffness
-from layerjam.simulate.drop import damped_rope_only, snap_reason, spring_of
-from layerjam.simulate.drop import drop as run_drop
-from layerjam.simulate.drop_in_time import drop_in_time
+from layerjam.errors import Notice, QuantityError
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.rope_alone import felt
+from layerjam.simulate.rope_alone import BareDrop
 from layerjam.simulate.vacuum_history import History
-from layerjam.units import QuantitySpec, show, spec_of
+from layerjam.units import QuantitySpec, show
 
-DURATION = QuantitySpec("s", "time to simulate", open_lo=True, hi=3600)
-DROP_UNITS = {
-    "slip": "m", "peak_force": "N", "peak_deceleration": "m/s^2", "peak_g": "1",
-    "stopping_time": "s", "dissipated_energy": "J", "end_speed": "m/s", "vacuum": "Pa",
-    "speed": "m/s", "least_stiffness": "N/m", "slip_at_end": "m",
-}  # fmt: skip
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DURATION = QuantitySpec("s", "time to follow the mass for", open_lo=True, hi=3600, example="2s")
+IDLE_SENSOR = (
+    "measured_peak",
+    "measured_peak_g",
+    "measured_peak_time",
+    "peak_loss",
+    "filter",
+    "accelerometer",
+)
+ASSUMED = ("least_stiffness", "allowed_rise", "film_coefficient", "saturated")
 
 
+@result
+class Stop(Reading, Heating):
+    """What happens to the mass until its first standstill or the end of travel.
+
+    `record` is the DropRecord, or a BareDrop without a brake.
+    """
+
+    slip: float | None = number("m", "slip of the brake", default=None)
+    peak_force: float | None = number("N", "greatest force on the mass", default=None)
+    peak_deceleration: float | None = number(
+        "m/s^2", "peak force over mass, less gravity along the pull", default=None
+    )
+    peak_g: float | None = number("1", "peak force over weight, as felt", default=None)
+    stopping_time: float | None = number("s", "time from the taut rope", default=None)
+    dissipated_energy: float | None = number("J", "heat until then", default=None)
+    end_speed: float | None = number("m/s", "speed at the end", default=None)
+    vacuum: float | None = number("Pa", "vacuum of the brake", default=None)
+    outcome: str | None = fact("how it ended", default=None)
+    speed: float | None = number("m/s", "speed at the taut rope", default=None)
+    feasible: bool = fact(
+        "whether it could be computed", default=True, shown=lambda yes: "" if yes else "no"
+    )
+    reason: str | None = fact("why not", default=None)
+    least_stiffness: float | None = number(
+        "N/m", "stiffness of rope and brake above which it cannot snap", default=None
+    )
+    slip_at_end: float | None = number("m", "slip when `duration` is over", default=None)
+    outcome_at_end: str | None = fact("how the time after it ended", default=None)
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Without what was only assumed, and without a sensor that shows the stop as it is."""
+        left_out: tuple[str, ...] = ASSUMED if self.feasible else ()
+        if (self.accelerometer, self.filter, self.measured_rate) == ("ideal", "none", None):
+            left_out += IDLE_SENSOR
+        names = {name.replace("_", " ") for name in left_out}
+        return [(name, text) for name, text in super().rows() if name not in names]
+
+    def draw(self) -> Figure:
+        """Force, speed and slip over time."""
+        from layerjam.report import impact_figures
+
+        if not isinstance(self.record, DropRecord):
+            raise QuantityError("a drop without a brake, or one that cannot be, has no curve")
+        return impact_figures.drop(self.record)
+
+
+@command(
+    "predict",
+    place=50,
+    examples=(
+        "layerjam drop choi2018-kapton --mass 1kg --speed 2.5m/s --vacuum 94.5kPa",
+        "layerjam drop choi2018-kapton --mass 1kg --speed 2.5m/s --vacuum tuned --travel 40mm",
+    ),
+    record=(".csv", ".nc"),
+)
 def drop(
-    brake: AnyBrake,
+    brake: BrakeInput,
     *,
-    mass: Quantity,
-    speed: Quantity | None = None,
-    height: Quantity | None = None,
-    vacuum: Quantity | None = None,
-    travel: Quantity | None = None,
-    rope_stiffness: Quantity | None = None,
-    rope_damping: Quantity | None = None,
-    vacuum_history: str | Path | History | None = None,
-    reading: str | None = None,
-    columns: str | None = None,
-    decimal: str | None = None,
-    duration: Quantity | None = None,
-    no_brake: bool = False,
-    horizontal: bool = False,
-    atmosphere: Quantity | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> Answer:
-    """Stop a falling mass with the brake, at a vacuum or at ``"tuned"`` for a travel (slip).
+    mass: Mass,
+    speed: ArrivalSpeed | None = None,
+    height: Height | None = None,
+    vacuum: Vacuum | Tuned | None = None,
+    travel: StopTravel | None = None,
+    rope_stiffness: RopeStiffness | None = None,
+    rope_damping: RopeDamping | None = None,
+    vacuum_history: Annotated[
+        str | Path | History | None,
+        Help("CSV of time and vacuum, instead of one vacuum.", metavar="FILE"),
+    ] = None,
+    reading: Annotated[
+        str | None, Help("Its pressure counts as: absolute, gauge or vacuum.", metavar="KIND")
+    ] = None,
+    columns: Annotated[
+        str | None, Help("Its columns: time:ms,skip,pressure:kPa.", metavar="ROLE:UNIT,...")
+    ] = None,
+    decimal: Annotated[str | None, Help("Decimal sign of the file.", metavar=". or ,")] = None,
+    duration: Annotated[
+        float | str | None, DURATION, Help("Follow the rebound for this long.")
+    ] = None,
+    sensing: Sensing = Sensing(),
+    warmth: Warmth = Warmth(),
+    no_brake: Annotated[bool, Help("The rope alone.")] = False,
+    horizontal: Horizontal = False,
+    atmosphere: Atmosphere = None,
+    progress: Progress | None = None,
+) -> Stop:
+    """Stop a falling mass with the brake, at a vacuum or at "tuned" for a travel (slip).
 
     Without `rope_stiffness` the mass hangs on the brake alone; with `no_brake` on the rope alone.
     Slip, peak and time refer to the first standstill or the end of travel. Exact at constant
     vacuum; with `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a History) or a
     `duration` (to follow the rebound) it is marched in time. `reading` says what a file's pressure
     counts from (absolute, gauge or vacuum) where its column does not; `columns` and `decimal` are
-    as for every log. A mass that has not stopped
-    when `duration` is over has the outcome FINISHED and no `stopping_time`; one that creeps to rest
-    on an overdamped rope has neither. `record` is the DropRecord (BareDrop without a brake);
-    `observed` says what is measured and felt of it.
+    as for every log. A mass that has not stopped when `duration` is over has the outcome FINISHED
+    and no `stopping_time`; one that creeps to rest on an overdamped rope has neither.
     """
-    file = brake_at(brake, atmosphere)
-    weighs, rope = si(mass, MASS, "mass"), rope_of(rope_stiffness)
-    damping = _damping(rope_damping, rope)
-    g = file.brake.site.gravity
-    arrives = arrival(speed, height, horizontal, g)
-    along = 0.0 if horizontal else g
-    until = None if duration is None else si(duration, DURATION, "duration")
+    site = brake.brake.site
+    arrives = arrival(speed, height, horizontal, site.gravity)
+    case = {
+        "mass": mass,
+        "speed": arrives,
+        "rope_stiffness": rope_stiffness,
+        "gravity": 0.0 if horizontal else site.gravity,
+    }
+    damping = rope_damping or 0.0
+    if rope_damping is not None and rope_stiffness is None:
+        raise QuantityError("rope damping: there is no rope; give its stiffness too")
+    how = (reading, columns, decimal)
+    _check(vacuum, travel, vacuum_history, how, no_brake, duration)
     if no_brake:
-        if vacuum_history is not None or until is not None:
-            raise QuantityError("vacuum: without a brake there is none, and no time to follow it")
-        return _without_brake(weighs, arrives, rope, damping, along, g, vacuum, travel)
+        return _without_brake(case, damping, site.gravity, sensing)
     if vacuum_history is not None:
+        history = _history(vacuum_history, site.atmosphere, how)
+        made = _in_time(brake, case, history, damping, duration, progress)
+        return _observed(made, sensing, warmth)
+    notices: list[Notice] = []
+    pressure = vacuum
+    if vacuum == "tuned":
+        found = tune(
+            brake,
+            mass=mass,
+            speed=arrives,
+            travel=travel,
+            rope_stiffness=rope_stiffness,
+            horizontal=horizontal,
+        )
+        if not found.feasible:
+            return Stop(speed=arrives, feasible=False, reason=found.reason, warnings=found.warnings)
+        pressure = found.vacuum
+    else:
+        vacuum_within(vacuum, brake.brake)
+    if damping or duration is not None:
+        made = _in_time(brake, case, pressure, damping, duration, progress)
+        if damping and vacuum == "tuned" and made.slip is not None:
+            notices.append(
+                Notice(
+                    "the vacuum is tuned for a rope without damping; with it the brake slips "
+                    f"{show(made.slip, 'm')}, not {show(travel, 'm')}",
+                    "tuned-without-damping",
+                )
+            )
+    else:
+        made = _exact(brake, case, pressure)
+    return _observed(made, sensing, warmth).noting(*notices)
+
+
+def _check(
+    vacuum: Any,
+    travel: Any,
+    history: Any,
+    how: tuple[str | None, ...],
+    no_brake: bool,
+    duration: float | None,
+) -> None:
+    """That what is given goes together."""
+    if no_brake:
+        if history is not None or duration is not None:
+            raise QuantityError("vacuum: without a brake there is none, and no time to follow it")
         if vacuum is not None or travel is not None:
-            raise QuantityError("vacuum: a history is given; leave vacuum and travel out")
-        how = (reading, columns, decimal)
-        history = _history(vacuum_history, file.brake.site.atmosphere, how)
-        return _in_time(file, weighs, arrives, history, rope, damping, along, until, progress)
-    if (reading, columns, decimal) != (None, None, None):
+            raise QuantityError("vacuum: without a brake there is none to give, nor a travel")
+        return
+    if history is None and how != (None, None, None):
         raise QuantityError(
             "reading, columns and decimal: they go only with the file of a vacuum history"
         )
-    if vacuum is None:
+    if history is not None:
+        if vacuum is not None or travel is not None:
+            raise QuantityError("vacuum: a history is given; leave vacuum and travel out")
+    elif vacuum is None:
         raise QuantityError("vacuum: missing; give one, or 'tuned' together with travel")
-    if isinstance(vacuum, str) and vacuum != "tuned" and vacuum.strip().lower() == "tuned":
-        raise QuantityError(f"vacuum: '{vacuum}' is not known; did you mean 'tuned'?")
-    pressure = 0.0 if vacuum == "tuned" else vacuum_of(vacuum, file.brake)
-    if vacuum == "tuned":
-        if travel is None:
-            raise QuantityError("travel: missing; a tuned vacuum needs the slip to stop within")
-        found = tune(
-            file, mass=weighs, speed=arrives, travel=travel, rope_stiffness=rope,
-            horizontal=horizontal,
-        )  # fmt: skip
-        if not found.feasible:
-            return _cannot(arrives, found.reason, found.warnings)
-        pressure = float(found.vacuum)
-    else:
-        if travel is not None:
-            raise QuantityError("travel: goes only with a tuned vacuum")
-    if damping or until is not None:
-        answer = _in_time(file, weighs, arrives, pressure, rope, damping, along, until, progress)
-        if damping and vacuum == "tuned" and answer.slip is not None:
-            wanted = si(travel or 0.0, TRAVEL, "travel")
-            said = (
-                "the vacuum is tuned for a rope without damping; with it the brake slips "
-                f"{show(answer.slip, 'm')}, not {show(wanted, 'm')}"
-            )
-            answer = replace(answer, warnings=[*answer.warnings, said])
-        return answer
-    result, record = run_drop(
-        file, mass=weighs, speed=arrives, vacuum=pressure, rope_stiffness=rope, gravity=along
-    )
+    elif vacuum == "tuned" and travel is None:
+        raise QuantityError("travel: missing; a tuned vacuum needs the slip to stop within")
+    elif vacuum != "tuned" and travel is not None:
+        raise QuantityError("travel: goes only with a tuned vacuum")
+
+
+def _exact(brake: BrakeFile, case: dict[str, Any], vacuum: Any) -> Stop:
+    """The closed form at constant vacuum."""
+    from layerjam.mechanics.pull import least_stiffness
+    from layerjam.simulate.drop import drop as run_drop
+    from layerjam.simulate.drop import snap_reason, spring_of
+
+    found, record = run_drop(brake, vacuum=vacuum, **case)
     if record.outcome is Outcome.SNAPS:
-        least = float(least_stiffness(pressure, file.brake))
-        why = snap_reason(spring_of(file.brake, rope), result.slip, pressure, file.brake)
-        return _cannot(arrives, why, record.warnings, pressure, least, record)
-    numbers: dict[str, float | None] = {
-        "slip": result.slip, "peak_force": result.peak_force, "end_speed": result.end_speed,
-        "dissipated_energy": result.heat, "stopping_time": float(record.time[-1]),
-    }  # fmt: skip
-    return _stopped(numbers, record, pressure, arrives, along, g)
-
-
-def _stopped(
-    numbers: dict[str, float | None], record: DropRecord, vacuum: float | None, speed: float,
-    along: float, g: float, at_end: tuple[float, str] | tuple[None, None] = (None, None),
-) -> Answer:  # fmt: skip
-    force, file = float(numbers["peak_force"] or 0.0), record.brake
-    values: dict[str, object] = {
-        **numbers,
-        "peak_deceleration": force / record.mass - along,
-        "peak_g": force / (record.mass * g) if g else None,
-        "vacuum": vacuum,
-        "outcome": str(record.outcome),
-        "speed": speed,
-        "feasible": True,
-        "reason": None,
-        "least_stiffness": float(least_stiffness(record.vacuum, file.brake)),
-        "slip_at_end": at_end[0],
-        "outcome_at_end": at_end[1],
-    }
-    return Answer(values=values, units=DROP_UNITS, warnings=record.warnings, record=record)
+        spring = spring_of(brake.brake, case["rope_stiffness"])
+        why = snap_reason(spring, found.slip, vacuum, brake.brake)
+        least = float(least_stiffness(vacuum, brake.brake))
+        return _snaps(case, why, record, vacuum, least)
+    return _stopped(
+        record,
+        case,
+        vacuum,
+        slip=found.slip,
+        peak_force=found.peak_force,
+        end_speed=found.end_speed,
+        dissipated_energy=found.heat,
+        stopping_time=float(record.time[-1]),
+    )
 
 
 def _in_time(
-    file: BrakeFile, mass: float, speed: float, vacuum: float | History, rope: float | None,
-    damping: float, along: float, until: float | None, progress: Callable[[float], None] | None,
-) -> Answer:  # fmt: skip
-    """The answer of the solver in time."""
+    brake: BrakeFile,
+    case: dict[str, Any],
+    vacuum: Any,
+    damping: float,
+    until: float | None,
+    progress: Progress | None,
+) -> Stop:
+    """The result of the solver in time."""
+    from layerjam.simulate.drop_in_time import drop_in_time
+
+    def tell(now: float) -> None:
+        if progress is not None and until is not None:
+            progress("the drop in time", now / until)
+
     timed, record = drop_in_time(
-        file, mass=mass, speed=speed, vacuum=vacuum, rope_stiffness=rope, rope_damping=damping,
-        gravity=along, duration=until, progress=progress,
-    )  # fmt: skip
+        brake,
+        vacuum=vacuum,
+        rope_damping=damping,
+        duration=until,
+        progress=tell if progress is not None and until is not None else None,
+        **case,
+    )
     pressure = None if isinstance(vacuum, History) else vacuum
     if record.outcome is Outcome.SNAPS:
-        least, why = timed.least_stiffness, timed.reason or ""
-        return _cannot(speed, why, record.warnings, pressure, least, record)
+        return _snaps(case, timed.reason or "", record, pressure, timed.least_stiffness)
     moves = timed.outcome is Outcome.FINISHED
-    numbers = {
-        "slip": timed.slip, "peak_force": timed.peak_force, "end_speed": timed.end_speed,
-        "dissipated_energy": timed.heat, "stopping_time": None if moves else timed.time,
-    }  # fmt: skip
-    end = (timed.slip_at_end, str(timed.outcome_at_end)) if until is not None else (None, None)
-    return _stopped(numbers, record, pressure, speed, along, file.brake.site.gravity, end)
+    end: dict[str, Any] = {}
+    if until is not None:
+        end = {"slip_at_end": timed.slip_at_end, "outcome_at_end": str(timed.outcome_at_end)}
+    return _stopped(
+        record,
+        case,
+        pressure,
+        slip=timed.slip,
+        peak_force=timed.peak_force,
+        end_speed=timed.end_speed,
+        dissipated_energy=timed.heat,
+        stopping_time=None if moves else timed.time,
+        **end,
+    )
 
 
-def _damping(damping: Quantity | None, rope: float | None) -> float:
-    if damping is None:
-        return 0.0
-    if rope is None:
-        raise QuantityError("rope damping: there is no rope; give its stiffness too")
-    return si(damping, spec_of(Rope, "damping"), "rope damping")
+def _stopped(
+    record: DropRecord, case: dict[str, Any], vacuum: float | None, **numbers: Any
+) -> Stop:
+    from layerjam.mechanics.pull import least_stiffness
+
+    force, g = float(numbers["peak_force"] or 0.0), record.brake.brake.site.gravity
+    return Stop(
+        **numbers,
+        peak_deceleration=force / record.mass - case["gravity"],
+        peak_g=force / (record.mass * g) if g else None,
+        vacuum=vacuum,
+        outcome=str(record.outcome),
+        speed=case["speed"],
+        least_stiffness=float(least_stiffness(record.vacuum, record.brake.brake)),
+        warnings=record.warnings,
+        record=record,
+    )
 
 
-def _options(reading: str | None, columns: str | None, decimal: str | None) -> ReadingOptions:
-    return ReadingOptions(reading=reading, columns=columns, decimal=decimal)
+def _snaps(
+    case: dict[str, Any],
+    reason: str,
+    record: DropRecord,
+    vacuum: float | None,
+    least: float | None,
+) -> Stop:
+    """No numbers for what does not happen."""
+    return Stop(
+        speed=case["speed"],
+        vacuum=vacuum,
+        outcome=str(Outcome.SNAPS),
+        feasible=False,
+        reason=reason,
+        least_stiffness=least,
+        record=record,
+        warnings=[said for said in record.warnings if said != reason],
+    )
 
 
-def _history(
-    source: str | Path | History, atmosphere: float, how: tuple[str | None, str | None, str | None]
-) -> History:
-    if not isinstance(source, History):
-        return read_history(source, atmosphere, _options(*how))
-    if how != (None, None, None):
-        raise QuantityError("reading: goes only with a file; a History holds the vacuum itself")
-    return source
+def _without_brake(case: dict[str, Any], damping: float, g: float, sensing: Sensing) -> Stop:
+    from layerjam.simulate.drop import damped_rope_only
+    from layerjam.simulate.rope_alone import felt
 
-
-def _cannot(
-    speed: float, reason: str, warnings: Sequence[str], vacuum: float | None = None,
-    least: float | None = None, record: object = None,
-) -> Answer:  # fmt: skip
-    """The answer "cannot": no numbers for what does not happen."""
-    nothing = dict.fromkeys(("slip", "peak_force", "peak_deceleration", "peak_g", "stopping_time"))
-    values = {
-        **nothing, "dissipated_energy": None, "end_speed": None, "vacuum": vacuum,
-        "outcome": str(Outcome.SNAPS) if record is not None else None, "speed": speed,
-        "feasible": False, "reason": reason, "least_stiffness": least,
-        "slip_at_end": None, "outcome_at_end": None,
-    }  # fmt: skip
-    others = [said for said in warnings if said != reason]
-    return Answer(values=values, units=DROP_UNITS, warnings=others, record=record)
-
-
-def _without_brake(
-    mass: float, speed: float, rope: float | None, damping: float, along: float, g: float,
-    vacuum: Quantity | None, travel: Quantity | None,
-) -> Answer:  # fmt: skip
+    mass, speed, rope, along = (case[k] for k in ("mass", "speed", "rope_stiffness", "gravity"))
     if rope is None:
         raise QuantityError(
             "rope stiffness: missing; without a brake the mass hangs on the rope, and the command "
             "takes its stiffness (--rope-stiffness), not the brake's file"
         )
-    if vacuum is not None or travel is not None:
-        raise QuantityError("vacuum: without a brake there is none to give, nor a travel")
     force, time, heat = damped_rope_only(mass, speed, rope, damping, along)
     stands = math.isfinite(time)
-    reason = None if stands else (
-        f"on a rope damped by {show(damping, 'N s/m')} the mass never stands still: it creeps to "
-        f"{show(mass * along / rope, 'm')}, where its weight hangs; peak and heat are those of all "
-        "the time to come"
-    )  # fmt: skip
-    return Answer(
-        values={
-            "slip": None,
-            "peak_force": force,
-            "peak_deceleration": force / mass - along,
-            "peak_g": force / (mass * g) if g else None,
-            "stopping_time": time if stands else None,
-            "dissipated_energy": heat,
-            "end_speed": 0.0 if stands else None,
-            "vacuum": None,
-            "outcome": str(Outcome.STOPPED) if stands else None,
-            "speed": speed,
-            "feasible": True,
-            "reason": reason,
-            "least_stiffness": None,
-            "slip_at_end": None,
-            "outcome_at_end": None,
-        },
-        units=DROP_UNITS,
+    reason = None
+    if not stands:
+        reason = (
+            f"on a rope damped by {show(damping, 'N s/m')} the mass never stands still: it creeps "
+            f"to {show(mass * along / rope, 'm')}, where its weight hangs; peak and heat are those "
+            "of all the time to come"
+        )
+    made = Stop(
+        peak_force=force,
+        peak_deceleration=force / mass - along,
+        peak_g=force / (mass * g) if g else None,
+        stopping_time=time if stands else None,
+        dissipated_energy=heat,
+        end_speed=0.0 if stands else None,
+        outcome=str(Outcome.STOPPED) if stands else None,
+        speed=speed,
+        reason=reason,
         record=felt(mass, speed, rope, damping, along, g),
+    )
+    return _observed(made, sensing, Warmth())
+
+
+def _history(
+    source: str | Path | History, atmosphere: float, how: tuple[str | None, str | None, str | None]
+) -> History:
+    from layerjam.measure.history import read_history
+    from layerjam.measure.options import ReadingOptions
+
+    if not isinstance(source, History):
+        reading, columns, decimal = how
+        options = ReadingOptions(reading=reading, columns=columns, decimal=decimal)
+        return read_history(source, atmosphere, options)
+    if how != (None, None, None):
+        raise QuantityError("reading: goes only with a file; a History holds the vacuum itself")
+    return source
+
+
+def observed(stop: Stop, sensing: Sensing | None = None, warmth: Warmth | None = None) -> Stop:
+    """The same stop with what another accelerometer shows of it, and another limit of warmth."""
+    return _observed(stop, sensing or Sensing(), warmth or Warmth())
+
+
+def _observed(stop: Stop, sensing: Sensing, warmth: Warmth) -> Stop:
+    """The stop with what is measured of it, and how warm it makes the sheets."""
+    if not stop.feasible or stop.record is None:
+        return stop
+    if isinstance(stop.record, BareDrop):
+        bare = stop.record
+        shown = reading((bare.time, bare.acceleration), sensing, gravity=bare.gravity)
+        bounces = "the reading holds the first pull of the rope; bounces after it are left out"
+        said = [] if sensing.plain() else [Notice(bounces, "first-pull")]
+        return replace(stop, **shown.values, warnings=[*stop.warnings, *shown.warnings, *said])
+    record = stop.record
+    if stop.outcome_at_end:
+        # what is held behind the end is how the record ended, not how the stop did
+        record = replace(record, outcome=Outcome(stop.outcome_at_end))
+    shown = reading(record, sensing)
+    warm = heating(float(stop.dissipated_energy or 0.0), stop.record.brake, warmth)
+    return replace(
+        stop,
+        **shown.values,
+        **warm.values,
+        warnings=[*stop.warnings, *shown.warnings, *warm.warnings],
     )

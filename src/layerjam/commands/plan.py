@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 
 from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at, si
-from layerjam.commands.tuning import MASS, SPEED, TRAVEL, apart, rope_of, tune
+from layerjam.commands.quantities import ARRIVAL_SPEED as SPEED
+from layerjam.commands.quantities import MASS, ROPE_STIFFNESS
+from layerjam.commands.quantities import STOP_TRAVEL as TRAVEL
+from layerjam.commands.tuning import apart, tune
 from layerjam.commands.vacuum_line import FLUIDS, AnyLine, line_at
 from layerjam.control.plan import Arrival, Plan
 from layerjam.control.plan import plan as make_plan
@@ -139,7 +142,8 @@ def _case(
     return Arrival(
         mass=weighs, speed=arrives, warning=si(warning, WARNING, "warning"), travel=way,
         mass_sd=_sd(mass_sd, weighs, MASS, "mass"), speed_sd=_sd(speed_sd, arrives, SPEED, "speed"),
-        standing=held, rope_stiffness=rope_of(rope),
+        standing=held,
+        rope_stiffness=None if rope is None else si(rope, ROPE_STIFFNESS, "rope stiffness"),
         gravity=0.0 if horizontal else file.brake.site.gravity,
     )  # fmt: skip
 

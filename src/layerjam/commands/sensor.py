@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Annotated, Any
 
 import numpy as np
 
-from layerjam.commands.answer import Answer, Quantity, si
+from layerjam.commands.declare import Help, Input, options, taken
+from layerjam.commands.quantities import si
+from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
-from layerjam.errors import QuantityError
-from layerjam.mechanics.heat import stops_per_minute, temperature_rise, temperature_rise_of_sheets
+from layerjam.errors import Notice, QuantityError
 from layerjam.simulate.accelerometer import (
     CLASSES,
     Accelerometer,
@@ -19,31 +22,107 @@ from layerjam.simulate.accelerometer import (
     seen,
     specific_force,
 )
-from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.rope_alone import BareDrop
+from layerjam.simulate.record import DropRecord
 from layerjam.units import QuantitySpec, show, spec_of
 
 LEAST_SAMPLES = 10
 """Samples in a pull below which its peak may fall between them."""
 ALLOWED_RISE = QuantitySpec(
-    "K", "warmth the sheets may reach over the air around the brake", lo=0.01, hi=1000
+    "K",
+    "temperature rise that the sheets may reach over the air around the brake",
+    lo=0.01,
+    hi=1000,
+    example="20K",
 )
 FILM_COEFFICIENT = QuantitySpec(
-    "W/(m^2 K)", "heat given off by the sleeve's outer surface", lo=0.01, hi=1e5
+    "W/(m^2 K)",
+    "heat given off by the enclosure's outer surface",
+    lo=0.01,
+    hi=1e5,
+    example="'10 W/(m^2 K)'",
 )
 DEFAULT_RISE = 20.0
 """Air of 23 °C to 43 °C, the burn threshold for contact of 8 h and longer (ISO 13732-1)."""
 DEFAULT_FILM_COEFFICIENT = 10.0
 """Still air, assumed: free convection, 2 to 25 W/(m^2 K) in gases (Incropera, table 1.1), and
 radiation, 4 ε σ T³ = 5.8 at 300 K and ε = 0.95."""
-READING_UNITS = {
-    "measured_peak": "m/s^2", "measured_peak_g": "1", "measured_peak_time": "s",
-    "peak_loss": "1", "measured_rate": "Hz",
-}  # fmt: skip
-HEAT_UNITS = {
-    "temperature_rise": "K", "temperature_rise_of_sheets": "K", "stops_per_minute": "1/min",
-    "allowed_rise": "K", "film_coefficient": "W/(m^2 K)",
-}  # fmt: skip
+LOW_PASS = replace(spec_of(Accelerometer, "bandwidth"), example="400Hz")
+SAMPLING = replace(spec_of(Accelerometer, "sampling"), example="10kHz")
+
+
+def _rise(value: Any, given: Mapping[str, Any]) -> float:
+    if isinstance(value, str) and re.search(r"°|deg|[CF]\s*$", value):
+        raise QuantityError(
+            f"allowed rise: '{value[:40]}' is a temperature; a temperature rise is given in K"
+        )
+    return si(value, ALLOWED_RISE, "allowed rise")
+
+
+@options
+class Sensing:
+    """What measures the stop: an accelerometer, its low-pass and rate, and a filter after it."""
+
+    accelerometer: Annotated[
+        str | Accelerometer, Help("What measures the stop: ideal or adxl193.", metavar="NAME")
+    ] = "ideal"
+    filter_class: Annotated[
+        str | None,
+        Help("SAE J211: cfc60, 180, 600, 1000 or none.", metavar="CLASS", option="--filter"),
+    ] = None
+    low_pass: Annotated[float | str | None, LOW_PASS, Help("Low-pass of the accelerometer.")] = None
+    sampling: Annotated[
+        float | str | None, SAMPLING, Help("Sampling rate of the accelerometer.")
+    ] = None
+
+    def plain(self) -> bool:
+        """Whether it shows the stop as it is."""
+        return self == Sensing()
+
+
+@options
+class Warmth:
+    """What the temperature rise of the sheets is judged by."""
+
+    allowed_rise: Annotated[
+        float | str | None,
+        Input("Temperature rise that the sheets may reach, e.g. 20K.", metavar="Q", convert=_rise),
+    ] = None
+    film_coefficient: Annotated[
+        float | str | None, FILM_COEFFICIENT, Help("Heat transfer to the air.")
+    ] = None
+
+
+@result
+class Reading(Result):
+    """What an accelerometer shows of a stop; `record` holds the signal after sensor and filter."""
+
+    measured_peak: float | None = number("m/s^2", "peak that the sensor shows", default=None)
+    measured_peak_g: float | None = number("1", "the same in g of the site", default=None)
+    measured_peak_time: float | None = number("s", "time of the measured peak", default=None)
+    peak_loss: float | None = number("1", "share of the true peak that is lost", default=None)
+    measured_rate: float | None = number("Hz", "sampling rate", default=None)
+    accelerometer: str | None = fact("the sensor", default=None)
+    filter: str | None = fact("the filter after it", default=None)
+    saturated: bool | None = fact("whether the sensor's range was left", default=None)
+
+
+@result
+class Heating(Result):
+    """How warm a stop makes the sheets."""
+
+    temperature_rise: float | None = number(
+        "K", "temperature rise of the rubbing part, its mean", default=None
+    )
+    temperature_rise_of_sheets: float | None = number(
+        "K", "temperature rise of the whole sheets, their mean", default=None
+    )
+    stops_per_minute: float | None = number(
+        "1/min", "such stops a minute that keep below the allowed rise", default=None
+    )
+    allowed_rise: float | None = number("K", "temperature rise that is allowed", default=None)
+    film_coefficient: float | None = number(
+        "W/(m^2 K)", "heat transfer from the enclosure to the air", default=None
+    )
 
 
 def channel_class(text: str | None) -> int | None:
@@ -58,7 +137,7 @@ def channel_class(text: str | None) -> int | None:
 
 
 def sensor_of(
-    accelerometer: str | Accelerometer, low_pass: Quantity | None, sampling: Quantity | None
+    accelerometer: str | Accelerometer, low_pass: float | None, sampling: float | None
 ) -> Accelerometer:
     """A named sensor with another low-pass or rate where they are given.
 
@@ -67,54 +146,43 @@ def sensor_of(
     sensor = named(accelerometer) if isinstance(accelerometer, str) else accelerometer
     if low_pass is not None:
         kind = "butterworth" if sensor.bandwidth is None else sensor.kind
-        cutoff = si(low_pass, spec_of(Accelerometer, "bandwidth"), "low-pass")
-        sensor = replace(sensor, bandwidth=cutoff, kind=kind)
+        sensor = replace(sensor, bandwidth=low_pass, kind=kind)
     if sampling is not None:
-        rate = si(sampling, spec_of(Accelerometer, "sampling"), "sampling")
-        sensor = replace(sensor, sampling=rate)
+        sensor = replace(sensor, sampling=sampling)
     return sensor
 
 
 def reading(
-    signal: Signal,
-    *,
-    accelerometer: str | Accelerometer = "ideal",
-    filter: str | None = None,
-    low_pass: Quantity | None = None,
-    sampling: Quantity | None = None,
-    gravity: float | None = None,
-) -> Answer:
+    signal: Signal, sensing: Sensing | None = None, *, gravity: float | None = None, **asked: Any
+) -> Reading:
     """What an accelerometer shows of a stop: ideal, adxl193 or a sensor of your own.
 
-    `signal` is the record of a drop or (time [s], specific force [m/s^2]). `filter` is none,
-    cfc60, cfc180, cfc600 or cfc1000 (SAE J211-1); `low_pass` and `sampling` replace the sensor's.
-    `gravity` [m/s^2] is what `measured_peak_g` counts in, by default the site's (9.80665 without a
-    record), as `peak_g` of `drop`. `record` is the Reading. Raises QuantityError and
+    `signal` is the record of a drop or (time [s], specific force [m/s^2]); `sensing` or its fields
+    by name say what measures. `gravity` [m/s^2] is what `measured_peak_g` counts in, by default
+    the site's (9.80665 without a record), as `peak_g` of `drop`. Raises QuantityError and
     UnknownNameError for what is not known, out of bounds or sampled too slowly for the class.
     """
-    sensor = sensor_of(accelerometer, low_pass, sampling)
-    made = seen(signal, sensor, channel_class(filter))
-    sparse = _sparse(signal, sensor)
+    asked = {"filter_class" if k == "filter" else k: v for k, v in asked.items()}
+    how = taken(Sensing, asked) if sensing is None else sensing
+    sensor = sensor_of(how.accelerometer, how.low_pass, how.sampling)
+    made = seen(signal, sensor, channel_class(how.filter_class))
     if gravity is None:
         gravity = signal.brake.brake.site.gravity if isinstance(signal, DropRecord) else 9.80665
-    return Answer(
-        values={
-            "measured_peak": made.peak,
-            "measured_peak_g": made.peak / gravity if gravity else None,
-            "measured_peak_time": made.time_of_peak,
-            "peak_loss": made.loss,
-            "measured_rate": made.rate if made.rate != float("inf") else None,
-            "accelerometer": sensor.name,
-            "filter": "none" if made.cfc is None else f"cfc{made.cfc}",
-            "saturated": made.saturated,
-        },
-        units=READING_UNITS,
-        warnings=[*made.warnings, *sparse],
+    return Reading(
+        measured_peak=made.peak,
+        measured_peak_g=made.peak / gravity if gravity else None,
+        measured_peak_time=made.time_of_peak,
+        peak_loss=made.loss,
+        measured_rate=made.rate if made.rate != float("inf") else None,
+        accelerometer=sensor.name,
+        filter="none" if made.cfc is None else f"cfc{made.cfc}",
+        saturated=made.saturated,
+        warnings=[*made.warnings, *_sparse(signal, sensor)],
         record=made,
     )
 
 
-def _sparse(signal: Signal, sensor: Accelerometer) -> list[str]:
+def _sparse(signal: Signal, sensor: Accelerometer) -> list[Notice]:
     """What to say of a rate that takes fewer than ten samples while the brake or rope pulls."""
     if sensor.sampling is None:
         return []
@@ -126,104 +194,45 @@ def _sparse(signal: Signal, sensor: Accelerometer) -> list[str]:
     if span * sensor.sampling >= LEAST_SAMPLES:
         return []
     return [
-        f"sampled at {show(sensor.sampling, 'Hz')} the pull of {show(span, 's')} has "
-        f"{span * sensor.sampling:.2g} samples: the peak falls between them"
+        Notice(
+            f"sampled at {show(sensor.sampling, 'Hz')} the pull of {show(span, 's')} has "
+            f"{span * sensor.sampling:.2g} samples: the peak falls between them",
+            "sparse-sampling",
+        )
     ]
 
 
 def heating(
-    heat: Quantity,
-    file: BrakeFile,
-    *,
-    allowed_rise: Quantity | None = None,
-    film_coefficient: Quantity | None = None,
-) -> Answer:
+    heat: float | str, file: BrakeFile, warmth: Warmth | None = None, **asked: Any
+) -> Heating:
     """How warm a stop's heat makes the sheets, and how many such stops a minute they bear.
 
     `temperature_rise` is the mean over the rubbing part, `temperature_rise_of_sheets` over the
     whole sheets. Defaults, both assumed and to be replaced by your own: a rise of 20 K, and
-    10 W/(m^2 K) from the sleeve to still air. Wear is not modelled. Null where the film's specific
-    heat is not known or there was no heat.
+    10 W/(m^2 K) from the enclosure to still air. Wear is not modelled. None where the film's
+    specific heat is not known or there was no heat.
     """
-    if isinstance(allowed_rise, str) and re.search(r"°|deg|[CF]\s*$", allowed_rise):
-        raise QuantityError(
-            f"allowed rise: '{allowed_rise[:40]}' is a temperature; a rise is given in K"
-        )
-    rise = DEFAULT_RISE if allowed_rise is None else si(allowed_rise, ALLOWED_RISE, "allowed rise")
-    film = DEFAULT_FILM_COEFFICIENT
-    if film_coefficient is not None:
-        film = si(film_coefficient, FILM_COEFFICIENT, "film coefficient")
-    joule = si(heat, QuantitySpec("J", "heat of a stop"), "heat")
-    brake, warnings = file.brake, []
-    known = brake.film.specific_heat is not None
-    if not known:
-        warnings.append(f"{file.name} does not say the film's specific heat: no temperature rise")
-    return Answer(
-        values={
-            "temperature_rise": float(temperature_rise(joule, brake)) if known else None,
-            "temperature_rise_of_sheets": (
-                float(temperature_rise_of_sheets(joule, brake)) if known else None
-            ),
-            "stops_per_minute": (
-                float(stops_per_minute(joule, rise, film, brake)) if known and joule > 0 else None
-            ),
-            "allowed_rise": rise,
-            "film_coefficient": film,
-        },
-        units=HEAT_UNITS,
-        warnings=warnings,
+    from layerjam.mechanics.heat import (
+        stops_per_minute,
+        temperature_rise,
+        temperature_rise_of_sheets,
     )
 
-
-def observed(
-    stop: Answer,
-    *,
-    accelerometer: str | Accelerometer = "ideal",
-    filter: str | None = None,
-    low_pass: Quantity | None = None,
-    sampling: Quantity | None = None,
-    allowed_rise: Quantity | None = None,
-    film_coefficient: Quantity | None = None,
-) -> Answer:
-    """The answer of `drop` with what is measured and felt of it: `reading` and `heating`.
-
-    The readings are None where there is no stop, the warmth also where there is no brake.
-    """
-    sensor_of(accelerometer, low_pass, sampling), channel_class(filter)
-    asked = (accelerometer, filter, low_pass, sampling)
-    if isinstance(stop.record, BareDrop):
-        shown = reading(
-            (stop.record.time, stop.record.acceleration), accelerometer=accelerometer,
-            filter=filter, low_pass=low_pass, sampling=sampling, gravity=stop.record.gravity,
-        )  # fmt: skip
-        bounces = "the reading holds the first pull of the rope; bounces after it are left out"
-        said = [bounces] if asked != ("ideal", None, None, None) else []
-        return replace(
-            stop,
-            values={**stop.values, **shown.values, **dict.fromkeys(HEAT_UNITS)},
-            units={**stop.units, **shown.units, **HEAT_UNITS},
-            warnings=[*stop.warnings, *shown.warnings, *said],
+    how = taken(Warmth, asked) if warmth is None else warmth
+    rise = DEFAULT_RISE if how.allowed_rise is None else how.allowed_rise
+    film = DEFAULT_FILM_COEFFICIENT if how.film_coefficient is None else how.film_coefficient
+    joule, brake = si(heat, QuantitySpec("J", "heat of a stop"), "heat"), file.brake
+    if brake.film.specific_heat is None:
+        unknown = f"{file.name} does not say the film's specific heat: no temperature rise"
+        return Heating(
+            allowed_rise=rise,
+            film_coefficient=film,
+            warnings=[Notice(unknown, "no-specific-heat")],
         )
-    if stop.record is None or not stop.values["feasible"]:
-        nothing = dict.fromkeys(
-            (*READING_UNITS, "accelerometer", "filter", "saturated", *HEAT_UNITS)
-        )
-        return replace(stop, values={**stop.values, **nothing})
-    record = stop.record
-    if stop.values.get("outcome_at_end"):
-        # what is held behind the end is how the record ended, not how the stop did
-        record = replace(record, outcome=Outcome(stop.values["outcome_at_end"]))
-    shown = reading(
-        record, accelerometer=accelerometer, filter=filter, low_pass=low_pass,
-        sampling=sampling,
-    )  # fmt: skip
-    felt = heating(
-        float(stop.values["dissipated_energy"]), stop.record.brake, allowed_rise=allowed_rise,
-        film_coefficient=film_coefficient,
-    )  # fmt: skip
-    return replace(
-        stop,
-        values={**stop.values, **shown.values, **felt.values},
-        units={**stop.units, **shown.units, **felt.units},
-        warnings=[*stop.warnings, *shown.warnings, *felt.warnings],
+    return Heating(
+        temperature_rise=float(temperature_rise(joule, brake)),
+        temperature_rise_of_sheets=float(temperature_rise_of_sheets(joule, brake)),
+        stops_per_minute=float(stops_per_minute(joule, rise, film, brake)) if joule > 0 else None,
+        allowed_rise=rise,
+        film_coefficient=film,
     )

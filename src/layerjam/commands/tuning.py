@@ -4,201 +4,215 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at, si
-from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile
+from layerjam.commands.declare import command
+from layerjam.commands.quantities import (
+    ArrivalSpeed,
+    Atmosphere,
+    BrakeInput,
+    Height,
+    Horizontal,
+    Mass,
+    RopeStiffness,
+    StopTravel,
+)
+from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import QuantityError
-from layerjam.mechanics.energy import slip_work
-from layerjam.mechanics.pull import brake_force, least_stiffness, peak, vacuum_for_force
-from layerjam.mechanics.stop.exact import STOPPED, stop
-from layerjam.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
-from layerjam.simulate.drop import spring_of
-from layerjam.units import QuantitySpec, show
+from layerjam.units import show
 
-MASS = QuantitySpec("kg", "mass", lo=1e-6, hi=1e6)
-SPEED = QuantitySpec("m/s", "speed on arrival", lo=1e-6, hi=1e4)
-HEIGHT = QuantitySpec("m", "height of the fall", open_lo=True, hi=1e5)
-ROPE = QuantitySpec("N/m", "stiffness of the rope", lo=1, hi=1e9)
-TRAVEL = QuantitySpec("m", "slip of the brake", lo=1e-6, hi=10)
+if TYPE_CHECKING:
+    from layerjam.device.brake import Brake
+
 MOST_SHEETS, MOST_BRAKES = 500, 1000
 
 
-def rope_of(stiffness: Quantity | None) -> float | None:
-    """Stiffness of the rope [N/m], None without one."""
-    if stiffness is None:
-        return None
-    return si(stiffness, ROPE, "rope stiffness")
+@result
+class TunedVacuum(Result):
+    """The vacuum that stops the mass within the travel; or the reason, and what would be enough."""
+
+    vacuum: float | None = number("Pa", "vacuum that stops the mass after exactly the travel")
+    vacuum_eq10: float | None = number("Pa", "the paper's: eq. 10, no gravity, no elastic part")
+    feasible: bool = fact("whether there is such a vacuum", shown=lambda yes: "" if yes else "no")
+    reason: str | None = fact("why there is none, and what would do", default=None)
+    floor_g: float | None = number("1", "least peak in g of any stop within the travel")
+    least_speed: float | None = number("m/s", "slowest arrival that can be stopped so")
+    greatest_speed: float | None = number("m/s", "fastest arrival that can be stopped so")
+    travel_needed: float | None = number("m", "travel that would be enough", default=None)
+    sheets_needed: int | None = number("1", "sheets that would be enough", default=None)
+    brakes_needed: int | None = number("1", "brakes side by side that would do", default=None)
 
 
-def arrival(
-    speed: Quantity | None, height: Quantity | None, horizontal: bool, gravity: float
-) -> float:
+def arrival(speed: float | None, height: float | None, horizontal: bool, gravity: float) -> float:
     """Speed [m/s] at the taut rope, from one of the two; QuantityError for both or neither."""
     if (speed is None) == (height is None):
         both = "both" if speed is not None else "neither"
         raise QuantityError(f"speed and height: {both} given; give one of them")
-    if speed is not None:
-        return si(speed, SPEED, "speed")
+    if height is None:
+        return float(speed or 0.0)
     if horizontal:
-        raise QuantityError("height: a horizontal stop falls from none; give the speed")
+        raise QuantityError("height: nothing falls in a horizontal stop; give the speed")
     if not gravity:
         raise QuantityError("height: nothing falls where gravity is 0 m/s^2; give the speed")
-    return math.sqrt(2 * gravity * si(height, HEIGHT, "height"))  # type: ignore[arg-type]
+    return math.sqrt(2 * gravity * height)
 
 
+@command(
+    "predict",
+    place=60,
+    examples=("layerjam tune choi2018-kapton --mass 1kg --speed 2.5m/s --travel 40mm",),
+)
 def tune(
-    brake: AnyBrake,
+    brake: BrakeInput,
     *,
-    mass: Quantity,
-    speed: Quantity | None = None,
-    height: Quantity | None = None,
-    travel: Quantity,
-    rope_stiffness: Quantity | None = None,
-    horizontal: bool = False,
-    atmosphere: Quantity | None = None,
-) -> Answer:
+    mass: Mass,
+    travel: StopTravel,
+    speed: ArrivalSpeed | None = None,
+    height: Height | None = None,
+    rope_stiffness: RopeStiffness | None = None,
+    horizontal: Horizontal = False,
+    atmosphere: Atmosphere = None,
+) -> TunedVacuum:
     """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
     The mass arrives with `speed` or falls from `height`. Where there is no such vacuum, `reason`
     says why and what would do: the speeds that can be stopped so, a longer travel, more sheets,
     more brakes side by side.
     """
-    file = brake_at(brake, atmosphere)
-    device = file.brake
-    weighs = si(mass, MASS, "mass")
-    arrives = arrival(speed, height, horizontal, device.site.gravity)
-    way, rope = si(travel, TRAVEL, "travel"), rope_of(rope_stiffness)
-    if way > device.sheets.usable_travel:
+    from layerjam.mechanics.pull import peak
+    from layerjam.mechanics.stop.tune import vacuum_eq10
+    from layerjam.simulate.drop import spring_of
+
+    device, g = brake.brake, brake.brake.site.gravity
+    arrives = arrival(speed, height, horizontal, g)
+    usable = device.sheets.usable_travel
+    if travel > usable:
         raise QuantityError(
-            f"travel: {apart(way, device.sheets.usable_travel, 'm')} is beyond the usable travel "
-            f"of {show(device.sheets.usable_travel, 'm')}"
+            f"travel: {apart(travel, usable, 'm')} is beyond the usable travel of "
+            f"{show(usable, 'm')}"
         )
-    along = 0.0 if horizontal else device.site.gravity
-    pressure = _tuned(device, weighs, arrives, way, rope, along)
-    eq10 = float(vacuum_eq10(weighs, arrives, way, device))
-    spring = spring_of(device, rope)
-    full = device.site.atmosphere
-    top = float(peak(pressure or full, device.sheets.usable_travel, device).force)
-    stretch = way + top / spring
-    g = device.site.gravity
-    floor = arrives**2 / (2 * g * stretch) + (0.0 if horizontal else 1.0) if g else None
-    values: dict[str, object] = {
-        "vacuum": pressure,
-        "vacuum_eq10": eq10 if math.isfinite(eq10) else None,
-        "feasible": pressure is not None,
-        "reason": None,
-        "floor_g": floor,
-        "least_speed": None,
-        "greatest_speed": None,
-        "travel_needed": None,
-        "sheets_needed": None,
-        "brakes_needed": None,
-    }
-    low, high = speed_range(device, weighs, way, rope, along)
-    values |= {"least_speed": low, "greatest_speed": high}
+    along = 0.0 if horizontal else g
+    pressure = _tuned(device, mass, arrives, travel, rope_stiffness, along)
+    eq10 = float(vacuum_eq10(mass, arrives, travel, device))
+    top = float(peak(pressure or device.site.atmosphere, usable, device).force)
+    distance = travel + top / spring_of(device, rope_stiffness)
+    low, high = speed_range(device, mass, travel, rope_stiffness, along)
+    more: dict[str, Any] = {"least_speed": low, "greatest_speed": high}
     if pressure is None:
-        values |= _ways_out(file, weighs, arrives, way, rope, along, low, high)
-    units = {
-        "vacuum": "Pa", "vacuum_eq10": "Pa", "floor_g": "1", "least_speed": "m/s",
-        "greatest_speed": "m/s", "travel_needed": "m", "sheets_needed": "1", "brakes_needed": "1",
-    }  # fmt: skip
-    return Answer(values=values, units=units, warnings=file.warnings())
+        more |= _ways_out(device, mass, arrives, travel, rope_stiffness, along, low, high)
+    return TunedVacuum(
+        vacuum=pressure,
+        vacuum_eq10=eq10 if math.isfinite(eq10) else None,
+        feasible=pressure is not None,
+        floor_g=arrives**2 / (2 * g * distance) + (0.0 if horizontal else 1.0) if g else None,
+        warnings=brake.warnings(),
+        **more,
+    )
 
 
 def _tuned(
-    brake: Brake, mass: float, speed: float, way: float, rope: float | None, gravity: float
+    brake: Brake, mass: float, speed: float, travel: float, rope: float | None, gravity: float
 ) -> float | None:
+    from layerjam.mechanics.stop.exact import STOPPED, stop
+    from layerjam.mechanics.stop.tune import tuned_vacuum
+    from layerjam.simulate.drop import spring_of
+
     spring = spring_of(brake, rope)
-    vacuum = float(tuned_vacuum(mass, speed, way, spring, gravity, brake))
+    vacuum = float(tuned_vacuum(mass, speed, travel, spring, gravity, brake))
     if not math.isfinite(vacuum):
         return None
-    # the balance holds at the end of the way; on a soft rope the mass may stop or snap before it
+    # the balance holds at the end of the travel; on a soft rope the mass may stop or snap before it
     result = stop(mass, speed, vacuum, spring, gravity, brake)
-    there = int(result.outcome) == STOPPED and abs(float(result.slip) - way) <= 1e-6 * way
+    there = int(result.outcome) == STOPPED and abs(float(result.slip) - travel) <= 1e-6 * travel
     return vacuum if there else None
 
 
 def speed_range(
-    brake: Brake, mass: float, way: float, rope: float | None, gravity: float
+    brake: Brake, mass: float, travel: float, rope: float | None, gravity: float
 ) -> tuple[float | None, float | None]:
-    """Speeds [m/s] that some vacuum of the site stops after exactly `way` [m] of slip.
+    """Speeds [m/s] that some vacuum of the site stops after exactly `travel` [m] of slip.
 
     The slowest is stopped by the vacuum that just holds the weight there. (None, None) where not
     even full vacuum holds it.
     """
+    from layerjam.mechanics.energy import slip_work
+    from layerjam.mechanics.pull import brake_force, vacuum_for_force
+    from layerjam.simulate.drop import spring_of
+
     full, spring = brake.site.atmosphere, spring_of(brake, rope)
     weight = mass * gravity
-    if float(brake_force(way, full, brake)) < weight:
+    if float(brake_force(travel, full, brake)) < weight:
         return None, None
-    alone = float(brake_force(way, 0.0, brake))
-    held = float(vacuum_for_force(max(weight, alone), way, brake))
+    alone = float(brake_force(travel, 0.0, brake))
+    held = float(vacuum_for_force(max(weight, alone), travel, brake))
 
     def speed(vacuum: float) -> float:
-        force = float(brake_force(way, vacuum, brake))
-        taken = float(slip_work(way, vacuum, brake)) + force**2 / (2 * spring)
-        return math.sqrt(max(taken - weight * (way + force / spring), 0.0) * 2 / mass)
+        force = float(brake_force(travel, vacuum, brake))
+        taken = float(slip_work(travel, vacuum, brake)) + force**2 / (2 * spring)
+        return math.sqrt(max(taken - weight * (travel + force / spring), 0.0) * 2 / mass)
 
     return speed(held), speed(full)
 
 
 def _ways_out(
-    file: BrakeFile, mass: float, speed: float, way: float, rope: float | None, gravity: float,
+    brake: Brake, mass: float, speed: float, travel: float, rope: float | None, gravity: float,
     low: float | None, high: float | None,
 ) -> dict[str, object]:  # fmt: skip
     """Why no vacuum does it, and what would."""
-    brake = file.brake
+    import numpy as np
+
+    from layerjam.mechanics.pull import brake_force, least_stiffness
+    from layerjam.simulate.drop import spring_of
+
     if low is not None and speed < low:
-        alone = float(brake_force(way, 0.0, brake))
+        alone = float(brake_force(travel, 0.0, brake))
         why = (
             f"a vacuum low enough to let the mass run that far could not hold its weight there; "
             f"from {show(low, 'm/s')} on there is one"
         )
         if alone >= mass * gravity:
-            # the sleeve pulls harder than the weight: no vacuum at all stops it sooner already
+            # the enclosure pulls harder than the weight: no vacuum at all stops it sooner already
             why = (
-                f"the sleeve alone, without vacuum, stops the mass before that; from "
+                f"the enclosure alone, without vacuum, stops the mass before that; from "
                 f"{show(low, 'm/s')} on it runs that far"
             )
-        reason = f"{apart(speed, low, 'm/s')} is too slow for {show(way, 'm')}: {why}"
+        reason = f"{apart(speed, low, 'm/s')} is too slow for {show(travel, 'm')}: {why}"
         return {"reason": f"{reason}, or choose a shorter travel"}
     if high is not None and low is not None and low <= speed <= high:
         least = float(least_stiffness(brake.site.atmosphere, brake))
         reason = (
             f"rope and brake together give {show(spring_of(brake, rope), 'N/m')}: on a spring so "
-            f"soft the mass stops or the brake snaps before {show(way, 'm')}; above "
+            f"soft the mass stops or the brake snaps before {show(travel, 'm')}; above "
             f"{show(least, 'N/m')} it cannot snap"
         )
         # the two speeds count on a mass that gets there
         return {"reason": reason, "least_speed": None, "greatest_speed": None}
     if high is not None and low is not None and high < low:
         # what full vacuum leaves over the weight cannot even take the drop into the rope
-        return {"reason": _no_speed(mass, way, gravity), "least_speed": None,
+        return {"reason": _no_speed(mass, travel, gravity), "least_speed": None,
                 "greatest_speed": None}  # fmt: skip
     out: dict[str, object] = {}
-    for far in np.linspace(way, brake.sheets.usable_travel, 200)[1:]:
+    for far in np.linspace(travel, brake.sheets.usable_travel, 200)[1:]:
         if _tuned(brake, mass, speed, float(far), rope, gravity) is not None:
             out["travel_needed"] = float(far)
             break
     for count in range(brake.sheets.count + 1, MOST_SHEETS):
         more = replace(brake, sheets=replace(brake.sheets, count=count))
-        _, fastest = speed_range(more, mass, way, rope, gravity)
+        _, fastest = speed_range(more, mass, travel, rope, gravity)
         if fastest is not None and fastest >= speed:
             out["sheets_needed"] = count
             break
     for count in range(2, MOST_BRAKES):
         shared = None if rope is None else rope / count
-        _, fastest = speed_range(brake, mass / count, way, shared, gravity)
+        _, fastest = speed_range(brake, mass / count, travel, shared, gravity)
         if fastest is not None and fastest >= speed:
             out["brakes_needed"] = count
             break
     head = (
-        f"the brake cannot hold {show(mass * gravity, 'N')} at {show(way, 'm')} of slip"
+        f"the brake cannot hold {show(mass * gravity, 'N')} at {show(travel, 'm')} of slip"
         if high is None
-        else f"{apart(speed, high, 'm/s')} is too fast for {show(way, 'm')}: full vacuum stops up "
-        f"to {show(high, 'm/s')}"
+        else f"{apart(speed, high, 'm/s')} is too fast for {show(travel, 'm')}: full vacuum stops "
+        f"up to {show(high, 'm/s')}"
     )
     ways = []
     if "travel_needed" in out:
@@ -214,10 +228,11 @@ def _ways_out(
     return {**out, "reason": f"{head}; {' or '.join(ways) or none} would do"}
 
 
-def _no_speed(mass: float, way: float, gravity: float) -> str:
+def _no_speed(mass: float, travel: float, gravity: float) -> str:
     return (
-        f"no vacuum stops {show(mass, 'kg')} after just {show(way, 'm')} at any speed: what holds "
-        f"its weight of {show(mass * gravity, 'N')} there stops it sooner; choose a shorter travel"
+        f"no vacuum stops {show(mass, 'kg')} after just {show(travel, 'm')} at any speed: what "
+        f"holds its weight of {show(mass * gravity, 'N')} there stops it sooner; choose a "
+        "shorter travel"
     )
 
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from layerjam.design.wishes import Spec
 
 VERBS = {
-    "show": "predict", "force": "predict", "vacuum": "predict", "tensile": "predict",
-    "drop": "impact", "tune": "tuning", "judder": "judder", "rise": "vacuum_line",
+    "show": "predict", "force": "predict", "vacuum": "predict", "tensile": "tensile",
+    "drop": "impact", "tune": "tuning", "judder": "stick_slip", "rise": "vacuum_line",
     "regulate": "regulate", "follow": "follow", "plan": "plan", "friction": "friction",
     "calibrate": "calibration", "validate": "validation", "pull": "pull", "design": "design",
     "compare": "compare", "array": "array", "apply": "apply",
@@ -60,7 +60,9 @@ class Call:
 
     def run(self, **more: Any) -> Answer:
         """The answer; raises LayerjamError as the verb does."""
-        module = importlib.import_module(f"layerjam.commands.{VERBS[self.verb]}")
+        where = VERBS[self.verb]
+        home = "layerjam.studies.machines" if where == "apply" else "layerjam.commands"
+        module = importlib.import_module(f"{home}.{where}")
         things: list[Any] = [s.name if s.file is None else s.file for s in self.subjects]
         if self.files:
             things.append([file.path for file in self.files])

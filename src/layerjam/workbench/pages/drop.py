@@ -8,8 +8,11 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.commands.answer import VACUUM, Answer
-from layerjam.commands.tuning import HEIGHT, MASS, ROPE, SPEED, TRAVEL
+from layerjam.commands.answer import Answer
+from layerjam.commands.quantities import ARRIVAL_SPEED as SPEED
+from layerjam.commands.quantities import HEIGHT, MASS, VACUUM
+from layerjam.commands.quantities import ROPE_STIFFNESS as ROPE
+from layerjam.commands.quantities import STOP_TRAVEL as TRAVEL
 from layerjam.units import QuantitySpec, show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call

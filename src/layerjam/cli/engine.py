@@ -1,0 +1,72 @@
+"""JAX for the command line: double precision, compiled code kept, interrupts heard."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from types import FrameType
+
+
+def engine() -> None:
+    """Switch JAX to double precision, with compiled code kept in the user's cache folder.
+
+    Called by every command that computes, and only then: importing JAX takes half a second.
+    """
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+    with _uninterrupted():
+        import jax
+        import platformdirs
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler and _is_main():
+        signal.signal(signal.SIGINT, _interrupted)
+    jax.config.update("jax_enable_x64", True)
+    cache = Path(platformdirs.user_cache_dir("layerjam")) / "compiled"
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+        writable = os.access(cache, os.W_OK)
+    except OSError:
+        writable = False
+    if writable:
+        jax.config.update("jax_compilation_cache_dir", str(cache))
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+        jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def _is_main() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+def _interrupted(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt, but not in JAX's callback of the garbage collector.
+
+    Python prints and drops what is raised there, and the program would go on: asked again later.
+    """
+    at = frame
+    while at is not None:
+        if at.f_code.co_name == "_xla_gc_callback":
+            again = threading.Timer(0.02, signal.raise_signal, (number,))
+            again.daemon = True
+            again.start()
+            return
+        at = at.f_back
+    signal.default_int_handler(number, frame)
+
+
+@contextlib.contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Keep an interrupt until the end: amid the loading of compiled modules it crashes Python."""
+    before = signal.getsignal(signal.SIGINT)
+    if before is None or not _is_main():
+        yield
+        return
+    caught: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, _: caught.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if caught:
+        signal.raise_signal(signal.SIGINT)

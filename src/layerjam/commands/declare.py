@@ -1,0 +1,424 @@
+"""A command is one annotated function: its signature is the declaration.
+
+    @command("predict", place=10, examples=("layerjam force BRAKE --slip 20mm --vacuum 94.5kPa",))
+    def force(brake: BrakeInput, *, slip: Slip, vacuum: Vacuum) -> Force: ...
+
+A parameter is annotated with a quantity's specification (`Annotated[float | str, QuantitySpec]`), a
+`Help`, an `Input` that is converted, or a record made by `options` that flattens into options. From
+that come the checks of every call, the command line, the page's controls, the copied code, the
+reference and the JSON Schema (`commands/schema.py`).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import inspect
+import sys
+import types
+import typing
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
+
+from layerjam.commands.results import Result
+from layerjam.errors import Notice, QuantityError, UnknownNameError
+from layerjam.units import QuantitySpec, show
+
+P = ParamSpec("P")
+R = TypeVar("R", bound=Result)
+T = TypeVar("T")
+
+GROUPS = {
+    "predict": "Predict what a brake does",
+    "test": "Read tests and calibrate",
+    "vacuum": "Make and hold the vacuum",
+    "design": "Design a brake",
+    "build": "Build it",
+    "bench": "Run the bench",
+    "share": "Report and share",
+}
+"""What one wants, in the order of `layerjam --help`."""
+
+
+@dataclass(frozen=True)
+class Help:
+    """A parameter that is no quantity: what it means, and how it is typed.
+
+    `option` is the name on the command line where it differs from the parameter's; `old` are former
+    names, which stay hidden and say what they are called now.
+    """
+
+    text: str = ""
+    metavar: str = ""
+    option: str = ""
+    old: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Input(Help):
+    """A parameter that `convert(value, given)` turns into what the function takes.
+
+    `given` holds the other arguments of the call as they were given.
+    """
+
+    convert: Callable[[Any, Mapping[str, Any]], Any] | None = None
+
+
+@dataclass(frozen=True)
+class OutFile(Help):
+    """A file that the command writes; its ending is checked before anything is computed."""
+
+    endings: tuple[str, ...] = ()
+
+
+Progress = Callable[[str, float], None]
+"""Told what is being done, and which share of it is."""
+FLATTENED = "__layerjam_options__"
+
+
+@typing.dataclass_transform(kw_only_default=True, frozen_default=True)
+def options(cls: type[T]) -> type[T]:
+    """A frozen record of parameters that belong together; each becomes an option of a command."""
+    made = dataclass(frozen=True, kw_only=True)(cls)
+    setattr(made, FLATTENED, True)
+    return made
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter as it was declared."""
+
+    name: str
+    default: Any = None
+    required: bool = False
+    spec: QuantitySpec | None = None
+    help: Help = field(default_factory=Help)
+    words: tuple[str, ...] = ()
+    type: Any = Any
+    optional: bool = False
+    array: bool = False
+    record: str = ""
+    positional: bool = False
+
+    @property
+    def option(self) -> str:
+        """Its name on the command line."""
+        return self.help.option or "--" + self.name.replace("_", "-")
+
+    @property
+    def label(self) -> str:
+        """What an error calls it."""
+        return self.option.lstrip("-").replace("-", " ")
+
+    @property
+    def sentence(self) -> str:
+        """Its meaning, what is allowed and an example, for the help."""
+        if self.spec is None:
+            return self.help.text
+        text = self.help.text or self.spec.text
+        text = text[0].upper() + text[1:].rstrip(" .,")
+        example = f", e.g. {self.spec.example}" if self.spec.example else ""
+        return f"{text}{example}."
+
+    @property
+    def metavar(self) -> str:
+        """What stands for its value in the help."""
+        if self.help.metavar:
+            return self.help.metavar
+        if self.words:
+            return "|".join((*self.words, *(("Q",) if self.spec else ())))
+        if self.spec is None:
+            return ""
+        return "N" if self.spec.whole else "NUMBER" if self.spec.unit == "1" else "Q"
+
+    def read(self, value: Any, given: Mapping[str, Any], notices: list[Notice]) -> Any:
+        """The value as the function takes it: SI floats, checked."""
+        if isinstance(self.help, Input) and self.help.convert is not None:
+            return self.help.convert(value, given) if value is not None or self.required else None
+        if value is None:
+            if self.required or not (self.optional or self.default is None):
+                raise QuantityError.of(self.label, f"missing; {self.sentence}")
+            return None
+        if isinstance(value, str) and value in self.words:
+            return value
+        if self.spec is not None:
+            if isinstance(value, str) and value.strip().lower() in self.words:
+                raise QuantityError(
+                    f"{self.label}: '{value}' is not known; did you mean '{value.strip().lower()}'?"
+                )
+            return self._quantity(value, notices)
+        if self.words:
+            raise UnknownNameError(self.label, str(value), self.words)
+        return value
+
+    def _quantity(self, value: Any, notices: list[Notice]) -> Any:
+        spec = self.spec
+        assert_spec(spec)
+        if isinstance(value, str):
+            return spec.read(value, self.label)
+        if self.array and not isinstance(value, int | float):
+            import numpy as np
+
+            values = np.asarray(value, dtype=float)
+            for edge in (values.min(), values.max()) if values.size else ():
+                spec.check(float(edge), self.label)
+            if values.shape:
+                return values
+            value = values.item()
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise QuantityError(
+                f"{self.label}: {type(value).__name__} is no quantity; give text with a unit or an "
+                f"SI number in {spec.unit}"
+            ) from None
+        spec.check(number, self.label)
+        if 0 < number < spec.unlikely_below:
+            notices.append(
+                Notice(
+                    f"{self.label}: {number:g} was taken as {show(number, spec.unit)}; if another "
+                    f"unit is meant, write it, such as '{number:g} kPa'",
+                    "unlikely-unit",
+                )
+            )
+        return int(number) if spec.whole else number
+
+
+def assert_spec(spec: QuantitySpec | None) -> typing.TypeGuard[QuantitySpec]:
+    """That there is a specification; for the type checker."""
+    return spec is not None
+
+
+def _union(kind: Any) -> Iterator[Any]:
+    """The members of an annotation: those of a union, or itself."""
+    if get_origin(kind) in (typing.Union, types.UnionType):
+        for inner in get_args(kind):
+            yield from _union(inner)
+    else:
+        yield kind
+
+
+def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
+    """The declaration behind one annotation."""
+    spec: QuantitySpec | None = None
+    about, optional, array = Help(), False, False
+    words: list[str] = []
+    plain: Any = None
+    for member in _union(kind):
+        if member is type(None):
+            optional = True
+        elif get_origin(member) is Literal:
+            words += get_args(member)
+        elif get_origin(member) is Annotated:
+            inner, *notes = get_args(member)
+            for note in notes:
+                if isinstance(note, QuantitySpec):
+                    spec = note
+                elif isinstance(note, Help):
+                    about = note
+                elif note is ARRAY:
+                    array = True
+            for base in _union(inner):
+                if get_origin(base) is Literal:
+                    words += get_args(base)
+                elif base is type(None):
+                    optional = True
+            plain = plain or inner
+        else:
+            plain = plain or member
+    required = default is inspect.Parameter.empty
+    return Parameter(
+        name=name,
+        default=None if required else default,
+        required=required,
+        spec=spec,
+        help=about,
+        words=tuple(words),
+        type=plain,
+        optional=optional,
+        array=array,
+        **more,
+    )
+
+
+PYTHON_ONLY = object()
+"""The type of a parameter that is named to type checkers alone: no option, no control."""
+
+
+def taken(cls: type[T], given: Mapping[str, Any]) -> T:
+    """A record of `options` from text or SI numbers, checked; for functions that are no command."""
+    hints = typing.get_type_hints(cls, include_extras=True)
+    unknown = [name for name in given if name not in hints]
+    if unknown:
+        raise UnknownNameError(f"field of {cls.__name__}", unknown[0], hints)
+    notices: list[Notice] = []
+    made = {
+        f.name: parameter(f.name, hints[f.name], f.default).read(
+            given.get(f.name, f.default), given, notices
+        )
+        for f in fields(cls)  # type: ignore[arg-type]
+    }
+    return cls(**made)
+
+
+ARRAY = object()
+"""Beside a specification: arrays are taken too, and broadcast."""
+
+
+class Command:
+    """A declared command: its parameters, its result, and how it is called."""
+
+    def __init__(
+        self,
+        function: Callable[..., Result],
+        group: str,
+        place: int,
+        examples: Sequence[str],
+        old: Sequence[str],
+        computes: bool,
+        record_endings: tuple[str, ...],
+    ) -> None:
+        self.function, self.group, self.place = function, group, place
+        self.examples, self.old, self.computes = tuple(examples), tuple(old), computes
+        self.record_endings = record_endings
+        self.python_name = function.__name__
+        self.name = function.__name__.replace("_", "-")
+        self.module = function.__module__
+
+    @property
+    def doc(self) -> str:
+        """The docstring."""
+        return inspect.getdoc(self.function) or ""
+
+    @property
+    def summary(self) -> str:
+        """Its first sentence."""
+        return self.doc.split("\n\n")[0].replace("\n", " ")
+
+    @functools.cached_property
+    def signature(self) -> inspect.Signature:
+        """That of the function."""
+        return inspect.signature(self.function)
+
+    def _annotation(self, text: Any) -> Any:
+        """What an annotation's text means; what is known to type checkers only is Any."""
+        if not isinstance(text, str):
+            return text
+        space = vars(sys.modules[self.module])
+        try:
+            return eval(text, space)  # our own source, never a user's text
+        except (NameError, TypeError):
+            return PYTHON_ONLY
+
+    @functools.cached_property
+    def result(self) -> type[Result]:
+        """The class of its result."""
+        found = self._annotation(self.signature.return_annotation)
+        if not (isinstance(found, type) and issubclass(found, Result)):
+            raise TypeError(f"{self.python_name} does not say which Result it returns")
+        return found
+
+    @functools.cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """All of them, those of flattened records among them."""
+        made: list[Parameter] = []
+        for name, at in self.signature.parameters.items():
+            kind = self._annotation(at.annotation)
+            group = next((k for k in _union(kind) if hasattr(k, FLATTENED)), None)
+            if group is None:
+                positional = at.kind is not inspect.Parameter.KEYWORD_ONLY
+                made.append(parameter(name, kind, at.default, positional=positional))
+                continue
+            hints = typing.get_type_hints(group, include_extras=True)
+            made += [
+                parameter(f.name, hints[f.name], f.default, record=name) for f in fields(group)
+            ]
+        return tuple(made)
+
+    @functools.cached_property
+    def records(self) -> dict[str, type]:
+        """{parameter: class} of the records that flatten into options."""
+        kinds = {n: self._annotation(p.annotation) for n, p in self.signature.parameters.items()}
+        found = {}
+        for name, kind in kinds.items():
+            for member in _union(kind):
+                if hasattr(member, FLATTENED):
+                    found[name] = member
+        return found
+
+    def arguments(
+        self, args: Sequence[Any], named: Mapping[str, Any], notices: list[Notice]
+    ) -> dict[str, Any]:
+        """The arguments as the function takes them; raises as a call does."""
+        flat = {p.name: p.record for p in self.parameters if p.record}
+        loose = {k: v for k, v in named.items() if k in flat and k not in self.signature.parameters}
+        rest = {k: v for k, v in named.items() if k not in loose}
+        given = dict(self.signature.bind(*args, **rest).arguments)
+        for name, cls in self.records.items():
+            own = given.get(name)
+            mine = {k: v for k, v in loose.items() if flat[k] == name}
+            if isinstance(own, Mapping):
+                mine, own = {**own, **mine}, None
+            if own is not None and mine:
+                raise TypeError(f"{self.python_name}: give {name} or {', '.join(mine)}, not both")
+            if own is None:
+                own = cls(**mine)
+            inner = [p for p in self.parameters if p.record == name]
+            given[name] = cls(
+                **{p.name: p.read(getattr(own, p.name), given, notices) for p in inner}
+            )
+        made = dict(given)
+        for p in self.parameters:
+            if not p.record and (p.name in given or p.default is not None):
+                made[p.name] = p.read(given.get(p.name, p.default), given, notices)
+        return made
+
+    def __call__(self, *args: Any, **named: Any) -> Result:
+        """Check, compute in double precision, and add what there is to say of the input."""
+        notices: list[Notice] = []
+        with precision() if self.computes else contextlib.nullcontext():
+            made = self.arguments(args, named, notices)
+            return self.function(**made).noting(*notices)
+
+
+def precision() -> contextlib.AbstractContextManager[None]:
+    """Double precision for what is computed inside, and for nothing else in the process."""
+    from layerjam.mechanics.law import double_precision
+
+    return double_precision()
+
+
+REGISTRY: dict[str, Command] = {}
+"""{name on the command line: Command} of every command declared so far."""
+
+
+def command(
+    group: str,
+    *,
+    place: int = 50,
+    examples: Sequence[str] = (),
+    old: Sequence[str] = (),
+    computes: bool = True,
+    record: tuple[str, ...] = (),
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Declare a command of a group of GROUPS; the most used come first, by `place`.
+
+    `old` are former names; a command that does not compute (`computes=False`) loads no JAX;
+    `record` are the endings of the file that `--out` writes the result's record to.
+    """
+    if group not in GROUPS:
+        raise UnknownNameError("group of commands", group, GROUPS)
+
+    def declare(function: Callable[P, R]) -> Callable[P, R]:
+        declared = Command(function, group, place, examples, old, computes, record)
+
+        @functools.wraps(function)
+        def call(*args: P.args, **named: P.kwargs) -> R:
+            return declared(*args, **named)  # type: ignore[return-value]
+
+        call.declaration = declared  # type: ignore[attr-defined]
+        REGISTRY[declared.name] = declared
+        return call
+
+    return declare

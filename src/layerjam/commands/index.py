@@ -1,0 +1,102 @@
+"""Which commands there are: found by their declarations, without importing what they compute with.
+
+A file below `commands/` or `studies/` that holds `@command(` is a place of commands. `--help`
+reads their decorator, name and first sentence from the source, in milliseconds; a command's module
+is imported when the command is used.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import importlib
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from layerjam.commands.declare import GROUPS, REGISTRY, Command
+from layerjam.errors import UnknownNameError
+
+HOME = Path(__file__).parent.parent
+HEAD = re.compile(
+    r'^@command\(.*?^def \w+\(.*?\) -> \w+:\n    """.*?"""\n', re.DOTALL | re.MULTILINE
+)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What the list of commands says of one."""
+
+    name: str
+    python_name: str
+    module: str
+    group: str
+    place: int
+    summary: str
+    examples: tuple[str, ...]
+    old: tuple[str, ...]
+
+    def load(self) -> Command:
+        """The declaration; imports its module."""
+        if self.module:
+            importlib.import_module(self.module)
+        return REGISTRY[self.name]
+
+
+def _in_source(path: Path) -> Iterator[Entry]:
+    text = path.read_text(encoding="utf-8")
+    if "\n@command(" not in text:
+        return
+    module = ".".join(("layerjam", *path.relative_to(HOME).with_suffix("").parts))
+    for head in HEAD.findall(text):
+        function = ast.parse(head).body[0]
+        if not isinstance(function, ast.FunctionDef):
+            continue
+        call = function.decorator_list[0]
+        if not isinstance(call, ast.Call):
+            continue
+        more = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}
+        doc = (ast.get_docstring(function) or "").split("\n\n")[0].replace("\n", " ")
+        yield Entry(
+            name=function.name.replace("_", "-"),
+            python_name=function.name,
+            module=module,
+            group=ast.literal_eval(call.args[0]),
+            place=more.get("place", 50),
+            summary=doc,
+            examples=tuple(more.get("examples", ())),
+            old=tuple(more.get("old", ())),
+        )
+
+
+@functools.cache
+def _written() -> tuple[Entry, ...]:
+    folders = (HOME / "commands", HOME / "studies", HOME / "cli")
+    files = sorted(path for folder in folders for path in folder.rglob("*.py"))
+    return tuple(entry for path in files for entry in _in_source(path))
+
+
+def commands() -> dict[str, Entry]:
+    """{name: Entry} of every command, by group and then by place."""
+    found = {entry.name: entry for entry in _written()}
+    for name, c in REGISTRY.items():
+        if name not in found:
+            found[name] = Entry(
+                name, c.python_name, "", c.group, c.place, c.summary, c.examples, c.old
+            )
+    order = list(GROUPS)
+    ranked = sorted(found.values(), key=lambda e: (order.index(e.group), e.place, e.name))
+    return {entry.name: entry for entry in ranked}
+
+
+def load(name: str) -> Command:
+    """The declared command of a name as typed or as in Python; a former name will do.
+
+    Raises UnknownNameError.
+    """
+    known, wanted = commands(), name.replace("_", "-")
+    for entry in known.values():
+        if wanted == entry.name or wanted in entry.old:
+            return entry.load()
+    raise UnknownNameError("command", name, known)

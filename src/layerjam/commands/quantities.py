@@ -1,0 +1,155 @@
+"""The quantities and arguments that commands share: one definition each, and their checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from numpy.typing import ArrayLike
+
+from layerjam.commands.declare import ARRAY, Help, Input, OutFile
+from layerjam.device.brake import Brake, validate
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import load
+from layerjam.device.mount import Rope, Site
+from layerjam.errors import Notice, QuantityError
+from layerjam.records.source import Source
+from layerjam.units import QuantitySpec, show, spec_of
+
+AnyBrake = str | Path | BrakeFile | Brake
+
+ATMOSPHERE = replace(spec_of(Site, "atmosphere"), example="95kPa")
+VACUUM = QuantitySpec(
+    "Pa",
+    "vacuum, the atmosphere less the pressure inside,",
+    example="94.5kPa",
+    symbol="P",
+    unlikely_below=200.0,
+)
+SLIP = QuantitySpec("m", "slip of the sheets", example="20mm", symbol="x")
+FORCE = QuantitySpec("N", "force", example="100N", symbol="F")
+MASS = QuantitySpec("kg", "moving mass", lo=1e-6, hi=1e6, example="1kg", symbol="M")
+ARRIVAL_SPEED = QuantitySpec(
+    "m/s", "speed at the taut rope", lo=1e-6, hi=1e4, example="2.5m/s", symbol="v"
+)
+HEIGHT = QuantitySpec("m", "height of the fall", open_lo=True, hi=1e5, example="30cm")
+STOP_TRAVEL = QuantitySpec(
+    "m", "slip of the brake to stop within", lo=1e-6, hi=10, example="40mm", symbol="d"
+)
+CROSSHEAD_SPEED = QuantitySpec("m/s", "speed of the crosshead", lo=1e-6, hi=100, example="13mm/s")
+ELONGATION = QuantitySpec("m", "elongation to pull to", lo=1e-6, hi=10, example="40mm", symbol="u")
+ROPE_STIFFNESS = replace(
+    spec_of(Rope, "stiffness"), text="stiffness of the rope", example="16.8kN/m"
+)
+ROPE_DAMPING = replace(spec_of(Rope, "damping"), example="'20 N s/m'")
+SEED = QuantitySpec("1", "seed of the random numbers", hi=2**63 - 1, whole=True)
+
+Atmosphere = Annotated[float | str | None, ATMOSPHERE, Help("Atmosphere of the site.")]
+Vacuum = Annotated[float | str, VACUUM]
+Vacuums = Annotated[float | str | ArrayLike, VACUUM, ARRAY]
+Slips = Annotated[float | str | ArrayLike, SLIP, ARRAY]
+Slip = Annotated[float | str, SLIP]
+Force = Annotated[float | str, FORCE]
+Forces = Annotated[float | str | ArrayLike, FORCE, ARRAY]
+Mass = Annotated[float | str, MASS]
+ArrivalSpeed = Annotated[float | str, ARRIVAL_SPEED]
+Height = Annotated[float | str, HEIGHT]
+StopTravel = Annotated[float | str, STOP_TRAVEL]
+CrossheadSpeed = Annotated[float | str, CROSSHEAD_SPEED]
+Elongation = Annotated[float | str, ELONGATION]
+RopeStiffness = Annotated[float | str, ROPE_STIFFNESS]
+RopeDamping = Annotated[float | str, ROPE_DAMPING]
+Seed = Annotated[int | str, SEED]
+Tuned = Literal["tuned"]
+Horizontal = Annotated[bool, Help("No gravity along the pull.")]
+Overwrite = Annotated[bool, Help("Replace files that exist.")]
+OutBrake = Annotated[
+    str | Path, OutFile("Brake file to write.", metavar="FILE.toml", endings=(".toml",))
+]
+
+
+def brake_file(brake: AnyBrake, atmosphere: float | str | None = None) -> BrakeFile:
+    """The brake with its name and sources, at the site's atmosphere if one is given.
+
+    A record made in Python is checked like a file. Raises UnknownNameError, FileError or
+    QuantityError.
+    """
+    if isinstance(brake, str | Path):
+        file = load(brake)
+    elif isinstance(brake, BrakeFile | Brake):
+        file = checked(brake)
+    else:
+        raise QuantityError(
+            f"brake: {type(brake).__name__} is no brake; give a name of the catalogue, the path of "
+            "a brake's file, or what layerjam.load returns"
+        )
+    if atmosphere is None:
+        return file
+    pressure = si(atmosphere, ATMOSPHERE, "atmosphere")
+    site = replace(file.brake.site, atmosphere=pressure)
+    stated = {"site.atmosphere": Source(kind="unstated", text="given with the command")}
+    return replace(file, brake=replace(file.brake, site=site), sources={**file.sources, **stated})
+
+
+def checked(brake: BrakeFile | Brake) -> BrakeFile:
+    """A brake made in Python, its bounds checked, as a BrakeFile."""
+    if isinstance(brake, BrakeFile):
+        validate(brake.brake)
+        return brake
+    return BrakeFile.of(brake)
+
+
+def _brake(value: Any, given: Mapping[str, Any]) -> BrakeFile:
+    return brake_file(value, given.get("atmosphere"))
+
+
+BrakeInput = Annotated[
+    AnyBrake,
+    Input("Catalogue name or path of a brake's TOML file.", metavar="BRAKE", convert=_brake),
+]
+
+
+def si(value: float | str, spec: QuantitySpec, name: str) -> float:
+    """The SI value of text, or of a number that is SI already, checked against its bounds."""
+    if isinstance(value, str):
+        return float(spec.read(value, name))
+    return float(spec.check(float(value), name))
+
+
+def vacuum_within(value: Any, brake: Brake, name: str = "vacuum") -> Any:
+    """A vacuum [Pa], number or array, that the site's atmosphere allows; else QuantityError."""
+    import numpy as np
+
+    most = float(np.max(value)) if np.size(value) else 0.0
+    if most > brake.site.atmosphere:
+        raise QuantityError(
+            f"{name}: {show(most, 'Pa', 6)} is more than the atmosphere, "
+            f"{show(brake.site.atmosphere, 'Pa', 6)}; a vacuum is at most that"
+        )
+    return value
+
+
+def slip_within(value: Any, brake: Brake) -> list[Notice]:
+    """What to say of a slip [m], number or array, beyond the usable travel.
+
+    Raises QuantityError for one beyond the overlap.
+    """
+    import numpy as np
+
+    most, sheets = float(np.max(value)) if np.size(value) else 0.0, brake.sheets
+    if most > sheets.overlap:
+        raise QuantityError(
+            f"slip: {show(most, 'm')} is beyond the overlap of {show(sheets.overlap, 'm')}; "
+            "the sheets would have separated"
+        )
+    if most > sheets.usable_travel:
+        return [
+            Notice(
+                f"slip {show(most, 'm')} is beyond the usable travel of "
+                f"{show(sheets.usable_travel, 'm')}",
+                "beyond-usable-travel",
+            )
+        ]
+    return []

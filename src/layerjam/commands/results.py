@@ -1,0 +1,287 @@
+"""What a command returns: a frozen record whose fields are the keys of its contract."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
+
+from layerjam.device.load import write_whole
+from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice
+from layerjam.units import QuantitySpec, show
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
+T = TypeVar("T")
+Shown = Callable[[Any], str]
+PICTURES = (".svg", ".png", ".pdf")
+
+
+def number(
+    unit: str, text: str, *, default: Any = MISSING, shown: Shown | None = None, listed: bool = True
+) -> Any:
+    """A field that holds a quantity in SI, an array or a list of them; None is not known.
+
+    `shown` writes it for people where the usual text will not do; a field that is not `listed`
+    stands in the JSON and not in the table.
+    """
+    spec = QuantitySpec(unit, text, lo=-math.inf)
+    return _key(spec, text, default, shown, listed)
+
+
+def fact(
+    text: str, *, default: Any = MISSING, shown: Shown | None = None, listed: bool = True
+) -> Any:
+    """A field without a unit: a word, a flag, a table, a file's name."""
+    return _key(None, text, default, shown, listed)
+
+
+def _key(
+    spec: QuantitySpec | None, text: str, default: Any, shown: Shown | None, listed: bool
+) -> Any:
+    about = {"result": text, "quantity": spec, "shown": shown, "listed": listed}
+    return field(default=default, metadata=about)
+
+
+@dataclass_transform(
+    kw_only_default=True, frozen_default=True, field_specifiers=(number, fact, field)
+)
+def result(cls: type[T]) -> type[T]:
+    """A frozen, keyword-only record; its fields made by `number` and `fact` are the JSON's keys."""
+    return dataclass(frozen=True, kw_only=True, repr=False, eq=False)(cls)
+
+
+@result
+class Result:
+    """What every result can do.
+
+    `warnings` are sentences with a key each (`Notice`); `record` holds the arrays or the fit behind
+    the numbers, where there are any.
+    """
+
+    command: ClassVar[str] = ""
+    warnings: Sequence[str] = ()
+    record: Any = None
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """{key of the contract: value in SI}."""
+        return {f.name: getattr(self, f.name) for f in self.keys()}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """{key: SI unit} of every quantity."""
+        return {f.name: f.metadata["quantity"].unit for f in self.keys() if f.metadata["quantity"]}
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line ends with: 1 where the result is "cannot", 3 for refused files."""
+        if getattr(self, "feasible", None) is False:
+            return 1
+        return 3 if getattr(self, "refused", None) else 0
+
+    @classmethod
+    def keys(cls) -> tuple[Field[Any], ...]:
+        """The fields that are keys of the contract; those of the class before inherited ones."""
+        found = {f.name: f for f in fields(cls) if "result" in f.metadata}
+        order = [name for base in cls.__mro__ for name in vars(base).get("__annotations__", ())]
+        return tuple(found[name] for name in dict.fromkeys(order) if name in found)
+
+    def lines(self) -> Iterable[str]:
+        """What stands under the table, for people."""
+        return ()
+
+    def draw(self) -> Figure:
+        """The figure of this result; a class that has a curve says how."""
+        raise LayerjamError(f"{self.command or type(self).__name__} has no curve to draw")
+
+    @classmethod
+    def drawable(cls) -> bool:
+        """Whether there is a figure."""
+        return cls.draw is not Result.draw
+
+    def plot(self, path: str | Path | None = None, *, force: bool = False) -> Figure:
+        """The figure; written to `path` (.svg, .png or .pdf) if one is given.
+
+        Raises FileError where the file exists and `force` is not set.
+        """
+        from layerjam.report.style import save
+
+        figure = self.draw()
+        if path is not None:
+            save(figure, Path(path), force)
+        return figure
+
+    def to_frame(self) -> pandas.DataFrame:
+        """The record's columns as a data frame in SI, or one row with the numbers."""
+        if hasattr(self.record, "to_frame"):
+            made: pandas.DataFrame = self.record.to_frame()
+            return made
+        import numpy as np
+        import pandas
+
+        columns = {f.name: getattr(self, f.name) for f in self.keys() if f.metadata["quantity"]}
+        plain = {k: v for k, v in columns.items() if not isinstance(v, Mapping | list | tuple)}
+        arrays = np.broadcast_arrays(
+            *(np.asarray(np.nan if v is None else v) for v in plain.values())
+        )
+        frame = pandas.DataFrame(dict(zip(plain, (a.ravel() for a in arrays), strict=True)))
+        frame.attrs["units"] = self.units
+        return frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The record with its units as a Dataset, or the numbers of the result."""
+        if hasattr(self.record, "to_xarray"):
+            made: xarray.Dataset = self.record.to_xarray()
+            return made
+        try:
+            import xarray
+        except ImportError:
+            raise MissingExtraError("a labelled result (xarray)", "labelled") from None
+        data = xarray.Dataset.from_dataframe(self.to_frame())
+        for name in data.data_vars:
+            data[name].attrs["units"] = self.units[str(name)]
+        return data
+
+    def save(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write it: .json, a figure (.svg, .png, .pdf), or the record (.csv, .nc).
+
+        Raises FileError where the file exists and `force` is not set, or the ending is not known.
+        """
+        path = Path(path)
+        ending = path.suffix.lower()
+        if ending == ".json":
+            text = self.json()
+            return write_whole(path, lambda p: _fill(p, text), force)
+        if ending in PICTURES and self.drawable():
+            self.plot(path, force=force)
+            return path
+        if hasattr(self.record, "save"):
+            made: Path = self.record.save(path, force=force)
+            return made
+        known = [".json", *(PICTURES if self.drawable() else ())]
+        raise FileError(path, f"the ending '{path.suffix}' is not known; use {', '.join(known)}")
+
+    def json(self) -> str:
+        """The JSON of the command line's contract."""
+        whole = {
+            **self.values,
+            "units": self.units,
+            "warnings": list(dict.fromkeys(map(str, self.warnings))),
+        }
+        return json.dumps(plain(whole), indent=2, allow_nan=False)
+
+    def noting(self, *notices: Notice) -> Self:
+        """The same with more warnings."""
+        return replace(self, warnings=[*self.warnings, *notices]) if notices else self
+
+    def rows(self) -> list[tuple[str, str]]:
+        """(name, text) of what is worth a line: what is not known has none."""
+        made = []
+        for f in self.keys():
+            value, shown = getattr(self, f.name), f.metadata["shown"]
+            if value is None or not f.metadata["listed"]:
+                continue
+            spec = f.metadata["quantity"]
+            text = shown(value) if shown else in_words(value, spec.unit if spec else "")
+            if text:
+                made.append((f.name.replace("_", " "), text))
+        return made
+
+    def table(self, width: int = 80) -> str:
+        """What the command line prints: a table, further lines, refused files, notes."""
+        rows = self.rows()
+        wide = max((len(name) for name, _ in rows), default=0)
+        out: list[str] = []
+        for name, text in rows:
+            out += _wrapped(text, f"{name:<{wide}}  ", width)
+        for line in self.lines():
+            out += _wrapped(line, "", width) if line else [""]
+        refused: Mapping[str, str] = getattr(self, "refused", None) or {}
+        if refused:
+            out += ["", "refused:"]
+            for path, why in refused.items():
+                out += _wrapped(f"  {path}: {why}", "", width)
+        for warning in dict.fromkeys(map(str, self.warnings)):
+            out += _wrapped(warning, "note: ", width)
+        return "\n".join(printable(line) for line in out)
+
+    def __str__(self) -> str:
+        return self.table(min(shutil.get_terminal_size((80, 24)).columns, 100))
+
+    def __repr__(self) -> str:
+        return self.table(100)
+
+    def _repr_html_(self) -> str:
+        cell = 'style="text-align:left"'
+        rows = "".join(
+            f"<tr><th {cell}>{escape(name)}</th><td {cell}>{escape(text)}</td></tr>"
+            for name, text in self.rows()
+        )
+        notes = "".join(f"<p>note: {escape(w)}</p>" for w in dict.fromkeys(map(str, self.warnings)))
+        return f"<table>{rows}</table>{notes}"
+
+
+def _fill(path: Path, text: str) -> None:
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def in_words(value: Any, unit: str) -> str:
+    """A value as people read it: arrays as their shape and range, never their elements."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return show(float(value), unit or "1")
+    if hasattr(value, "shape") and hasattr(value, "dtype"):
+        if not value.shape:
+            return in_words(value.item(), unit)
+        low, high = (show(float(edge), unit or "1") for edge in (value.min(), value.max()))
+        return f"{' × '.join(map(str, value.shape))} values, {low} to {high}"
+    if isinstance(value, list | tuple):
+        return ", ".join(in_words(v, unit) for v in value)
+    return str(value)
+
+
+def printable(line: str) -> str:
+    """Without characters that a terminal would take as commands."""
+    return "".join(c if c.isprintable() else "?" for c in line)
+
+
+def _wrapped(text: str, head: str, width: int) -> list[str]:
+    body = text.lstrip(" ")
+    indent = " " * (len(text) - len(body))
+    hang = " " * len(head) if head else indent + "    "
+    lines = textwrap.wrap(
+        body,
+        width,
+        initial_indent=head + indent,
+        subsequent_indent=hang,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return lines or [head.rstrip()]
+
+
+def plain(value: Any) -> Any:
+    """As JSON takes it; JSON has no NaN: what is not finite is not known."""
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, bool | int | str) or value is None:
+        return value
+    found = float(value)
+    return found if math.isfinite(found) else None

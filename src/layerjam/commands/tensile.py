@@ -1,0 +1,222 @@
+"""`tensile`: the brake in a simulated test machine."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from layerjam.commands.declare import Help, Progress, command
+from layerjam.commands.quantities import (
+    SEED,
+    Atmosphere,
+    BrakeInput,
+    CrossheadSpeed,
+    Elongation,
+    Vacuum,
+    vacuum_within,
+)
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.device.file import BrakeFile
+from layerjam.errors import Notice, ProcedureError, QuantityError
+from layerjam.simulate.procedure import Procedure, parse_procedure, simple_pull
+from layerjam.units import QuantitySpec
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from layerjam.simulate.stack_layout import Housing, Interfaces
+
+SCATTER = QuantitySpec(
+    "1", "scatter of the interfaces' friction, its relative SD", hi=2, example="10%"
+)
+SAMPLES = QuantitySpec(
+    "1", "stacks pulled to estimate the scatter", lo=2, hi=10_000_000, whole=True
+)
+STACK = "belongs to the model 'stack'; the lumped brake has one friction"
+
+
+@result
+class Tensile(Result):
+    """What the pull shows; `record` is the TensileRecord."""
+
+    peak_force: float = number("N", "greatest force of the pull")
+    peak_elongation: float = number("m", "elongation at the greatest force")
+    force_at_end: float = number("N", "force at the end of the pull")
+    work: float = number("J", "work of the test machine")
+    dissipated_energy: float = number("J", "work less what is stored at the end")
+    outcome: str = fact("how the pull ended")
+    procedure: str = fact("the steps that were run")
+    samples: int | None = number("1", "stacks that were pulled", default=None)
+    seed: int | None = number("1", "seed of the scatter", default=None)
+    scatter: float | None = number("1", "relative SD of the interfaces' friction", default=None)
+    peak_mean: float | None = number("N", "mean of the stacks' peaks", default=None)
+    peak_sd: float | None = number("N", "SD of the stacks' peaks", default=None)
+    stiffness_mean: float | None = number("N/m", "mean of the stacks' stiffness", default=None)
+    stiffness_sd: float | None = number("N/m", "SD of the stacks' stiffness", default=None)
+    onset_mean: float | None = number("N", "mean force at the first slip", default=None)
+    onset_sd: float | None = number("N", "SD of the force at the first slip", default=None)
+
+    def draw(self) -> Figure:
+        """Force over elongation."""
+        from layerjam.report import figures
+
+        return figures.tensile(self.record)
+
+
+@command(
+    "predict",
+    place=30,
+    examples=(
+        "layerjam tensile choi2018-kapton --vacuum 94.5kPa --speed 13mm/s --travel 40mm",
+        'layerjam tensile choi2018-kapton --procedure "evacuate to 50 kPa; pull at 1 mm/s until '
+        '20 mm"',
+    ),
+    record=(".csv", ".nc"),
+)
+def tensile(
+    brake: BrakeInput,
+    *,
+    vacuum: Vacuum | None = None,
+    speed: CrossheadSpeed | None = None,
+    travel: Elongation | None = None,
+    procedure: Annotated[
+        str | Procedure | None,
+        Help(
+            "Steps instead, e.g. 'evacuate to 50 kPa; pull at 1 mm/s until 20 mm; return at 1 mm/s "
+            "to 0 mm'.",
+            metavar="TEXT",
+        ),
+    ] = None,
+    model: Annotated[
+        Literal["lumped", "stack"], Help("One friction, or the stack sheet by sheet.")
+    ] = "lumped",
+    static: Annotated[
+        bool, Help("Stack: static friction holds an interface until it slides.")
+    ] = False,
+    interfaces: Interfaces | None = None,
+    housing: Housing | None = None,
+    scatter: Annotated[float | str | None, SCATTER, Help("Stack: relative SD of friction.")] = None,
+    samples: Annotated[int | str | None, SAMPLES, Help("Stack: stacks pulled (1000).")] = None,
+    seed: Annotated[int | str | None, SEED, Help("Stack: seed of the scatter (1).")] = None,
+    progress: Progress | None = None,
+    atmosphere: Atmosphere = None,
+) -> Tensile:
+    """Pull a brake in a simulated test machine.
+
+    Either vacuum, speed and travel (elongation of the crosshead), or a procedure. Only for the
+    model "stack": `static` friction before an interface slides, `interfaces` that differ, a
+    `housing` that rubs, and `scatter`, the relative SD of the interfaces' friction: then `samples`
+    (1000) stacks, drawn from `seed` (1), give mean and SD of peak, stiffness and onset; interrupted
+    from the keyboard, of those that are done. Raises ProcedureError or QuantityError for what
+    contradicts itself.
+    """
+    steps = _steps(brake, vacuum, speed, travel, procedure)
+    if model == "lumped":
+        from layerjam.simulate.tensile import tensile as pull_lumped
+
+        given = {
+            "static": static or None,
+            "interfaces": interfaces,
+            "housing": housing,
+            "scatter": scatter,
+            "samples": samples,
+            "seed": seed,
+        }
+        for name, value in given.items():
+            if value is not None:
+                raise QuantityError(f"{name}: {STACK}")
+        return _shown(pull_lumped(brake, steps))
+    return _stack(
+        brake,
+        steps,
+        {"static": static, "interfaces": interfaces, "housing": housing},
+        (scatter, samples, seed),
+        progress or (lambda _what, _share: None),
+    )
+
+
+def _shown(record: Any, notices: tuple[Notice, ...] = (), **scatter: Any) -> Tensile:
+    import numpy as np
+
+    top = int(np.argmax(record.force))
+    return Tensile(
+        peak_force=float(record.force[top]),
+        peak_elongation=float(record.elongation[top]),
+        force_at_end=float(record.force[-1]),
+        work=float(record.work[-1]),
+        dissipated_energy=float(record.dissipated_energy[-1]),
+        outcome=str(record.outcome),
+        procedure=record.procedure,
+        warnings=[*record.warnings, *notices],
+        record=record,
+        **scatter,
+    )
+
+
+def _stack(
+    brake: BrakeFile,
+    steps: Procedure,
+    layout: dict[str, Any],
+    scattered: tuple[Any, Any, Any],
+    progress: Progress,
+) -> Tensile:
+    """The pull sheet by sheet, and its spread over stacks whose interfaces scatter."""
+    import numpy as np
+
+    from layerjam.simulate.stack import tensile_stack  # compiled loops, only where asked for
+    from layerjam.simulate.stack_spread import peak_spread
+
+    scatter, samples, seed = scattered
+    if scatter is None and (samples is not None or seed is not None):
+        raise QuantityError("samples and seed belong to scatter; give it too")
+    highest = vacuum_within(steps.highest_vacuum(), brake.brake)
+    progress("pull", 0.0)
+    record, _ = tensile_stack(brake, steps, **layout, progress=lambda p: progress("pull", p))
+    if scatter is None:
+        return _shown(record)
+    count, start = 1000 if samples is None else samples, 1 if seed is None else seed
+    progress("scatter", 0.0)
+    spread = peak_spread(
+        brake,
+        highest,
+        scatter,
+        count,
+        start,
+        **layout,
+        progress=lambda done, asked: progress("scatter", done / asked),
+    )
+    notices = []
+    if spread.done < count:
+        notices.append(
+            Notice(
+                f"stopped: {spread.done} of {count} stacks were pulled, and those count", "stopped"
+            )
+        )
+    lost = int((~np.isfinite(spread.peak)).sum())
+    if lost:
+        notices.append(
+            Notice(
+                f"{lost} of {spread.done} stacks could not be followed to their peak", "lost-stacks"
+            )
+        )
+    more: dict[str, Any] = {"samples": spread.done, "seed": start, "scatter": scatter}
+    for name in ("peak", "stiffness", "onset"):
+        found = getattr(spread, name)
+        found = found[np.isfinite(found)]
+        more[f"{name}_mean"] = float(found.mean()) if len(found) else None
+        more[f"{name}_sd"] = float(found.std(ddof=1)) if len(found) > 1 else None
+    return _shown(record, tuple(notices), **more)
+
+
+def _steps(
+    brake: BrakeFile, vacuum: Any, speed: Any, travel: Any, procedure: str | Procedure | None
+) -> Procedure:
+    given = {"vacuum": vacuum, "speed": speed, "travel": travel}
+    if procedure is not None:
+        both = [name for name, value in given.items() if value is not None]
+        if both:
+            raise ProcedureError(f"give a procedure or {', '.join(both)}, not both")
+        return procedure if isinstance(procedure, Procedure) else parse_procedure(procedure)
+    missing = [name for name, value in given.items() if value is None]
+    if missing:
+        raise ProcedureError(f"{', '.join(missing)} missing (or give a procedure)")
+    return simple_pull(vacuum_within(vacuum, brake.brake), speed, travel)
