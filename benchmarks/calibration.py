@@ -8,18 +8,33 @@ import numpy as np
 
 from benchmarks.timing import Row, median
 from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.pull.features import pull_features
-from layerjam.lab import machine as virtual
+from layerjam.lab import campaign as lab
+from layerjam.lab.faults import Faults
+from layerjam.lab.spec import Pulls, Spec, Truth
+from layerjam.measure.trace import Trace
 from layerjam.mechanics.pull import force_at_elongation
 
 SAMPLES = 40_000
 VACUUMS = (30e3, 60e3, 94.5e3)
 SPEEDS = (5e-3, 13e-3)
 REPEATS = 6
+
+
+def pulled(brake: Brake, vacuum: float, speed: float, seed: int) -> Trace:
+    """One pull to 40 mm on an ordinary machine, with `SAMPLES` samples."""
+    spec = Spec(
+        brakes=(Truth(brake=BrakeFile(name="bench", sources={}, text="", brake=brake)),),
+        seed=seed,
+        pulls=Pulls(vacuums=(vacuum,), speeds=(speed,), repeats=1, travel=0.04),
+        machine=Faults(sampling_rate=speed / 0.04 * SAMPLES, force_noise=0.15, force_step=1e-3),
+    )
+    return lab.campaign(spec).traces()[0]
 
 
 def campaign(brake: Brake) -> tuple[Curve, ...]:
@@ -31,8 +46,7 @@ def campaign(brake: Brake) -> tuple[Curve, ...]:
             for repeat in range(REPEATS):
                 factor, spring, sleeve = 1 + 0.03 * random.standard_normal(3)
                 real = with_shape(brake, 0.875 * factor, 131e3 * spring, 1.2 * sleeve)
-                machine = virtual.Machine(sampling_rate=speed / 0.04 * SAMPLES)
-                trace = virtual.pull(real, vacuum, speed, 0.04, machine, repeat=repeat)
+                trace = pulled(real, vacuum, speed, repeat)
                 pulls.append((trace, pull_features(trace), vacuum))
     return curves_of(pulls)
 

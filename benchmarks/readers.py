@@ -8,16 +8,17 @@ from pathlib import Path
 import numpy as np
 import pandas
 
+from benchmarks.calibration import pulled
 from benchmarks.timing import Row, median
 from layerjam.device.brake import Brake
 from layerjam.device.load import load
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.pull.features import PullFeatures, pull_features
-from layerjam.lab import machine as virtual
+from layerjam.lab.exports import LAYOUTS, write_trace
 from layerjam.measure.readers.read import read_trace
 from layerjam.mechanics.pull import force_at_elongation
 
-ROWS = 40_000
+MACHINES = {"our CSV": "own", "Instron Bluehill": "bluehill", "Zwick testXpert": "testxpert"}
 
 
 def _with_curve_fit(pull: PullFeatures, vacuum: float, brake: Brake) -> object:
@@ -49,16 +50,11 @@ def _bare(path: Path, head: int) -> pandas.DataFrame:
 def rows() -> list[Row]:
     """Seconds a file and a calibration."""
     file = load("choi2018-kapton")
-    machine = virtual.Machine(sampling_rate=13e-3 / 0.040 * ROWS)
-    trace = virtual.pull(file.brake, 94.5e3, 13e-3, 0.040, machine)
+    trace = pulled(file.brake, 94.5e3, 13e-3, seed=1)
     out = []
     with tempfile.TemporaryDirectory() as folder:
-        for name, write, ending in (
-            ("our CSV", virtual.write_own, "csv"),
-            ("Instron Bluehill", virtual.write_bluehill, "csv"),
-            ("Zwick testXpert", virtual.write_testxpert, "TRA"),
-        ):
-            path = write(trace, Path(folder) / f"{name.split()[0]}.{ending}")
+        for name, layout in MACHINES.items():
+            path = write_trace(trace, Path(folder) / f"{layout}{LAYOUTS[layout].ending}", layout)
             bare = median(lambda p=path, s=_head(path): _bare(p, s))
             read = median(lambda p=path: read_trace(p))
             out.append(Row(f"{name}, {len(trace)} rows", read, 0.05, bare, "bare pandas.read_csv"))

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
+from lab import bench as virtual
 from layerjam.cli.main import main
 from layerjam.device.load import load
-from layerjam.lab import machine as virtual
 
 
 @dataclass(frozen=True)

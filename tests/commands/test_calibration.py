@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import layerjam
+from lab import bench as virtual
 from layerjam.cli import calibration as command
 from layerjam.commands.calibration import DEEPER, UNITS
 from layerjam.device.load import load
 from layerjam.errors import FitError, UnknownNameError
 from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.provenance import calibrated_on, sha256
-from layerjam.lab import machine as virtual
 from strategies import KAPTON
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lab import bench as virtual
 from layerjam.commands.calibration import calibrate
 from layerjam.commands.files import CURVE, PICTURE, each, pulls
 from layerjam.commands.friction import friction
 from layerjam.device.load import load
-from layerjam.lab import machine as virtual
 from layerjam.measure.trace import Trace
 from strategies import KAPTON
 

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from identify.saw import sled
+from lab import bench as virtual
 from lab.bench import FULL, curve
 from layerjam.cli import friction as friction_command
 from layerjam.commands.friction import friction
 from layerjam.commands.pull import UNITS_OF_A_PULL, pull
 from layerjam.commands.results import plain as _plain
 from layerjam.errors import FitError, QuantityError, UnknownNameError
-from layerjam.lab import machine as virtual
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
 from strategies import KAPTON

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given, settings
 
 import layerjam
+from lab import bench as virtual
 from layerjam.commands import calibration, friction, tensile, validation
 from layerjam.commands.answer import Answer, brake_at, si, slip_of, vacuum_of
 from layerjam.device.load import load
 from layerjam.errors import FileError, FitError, LayerjamError, ProcedureError, QuantityError
-from layerjam.lab import machine as virtual
 from layerjam.simulate.procedure import parse_procedure, simple_pull
 from strategies import one, points, random_brakes, seeds
 

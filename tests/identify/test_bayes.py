@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from lab import bench as virtual
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError, MissingExtraError
 from layerjam.identify.bayes.checks import bayes_checks
@@ -42,7 +43,6 @@ from layerjam.identify.bayes.sampler import WARMUP, values_at
 from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.pull.features import pull_features
-from layerjam.lab import machine as virtual
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.pull import force_at_elongation, peak, slip_at_elongation
 from layerjam.report import bayes_figures
@@ -159,7 +159,7 @@ def test_verdicts(fit: BayesFit) -> None:
         return {c.name for c in bayes_checks(changed, CURVES, data) if not c.passed}
 
     assert "divergences" in found(divergences=1)
-    apart = fit.scale_factor * np.array([[1.0], [1.01]])
+    apart = fit.scale_factor * np.array([[1.0], [1.05]])
     assert "chains agree" in found(scale_factor=apart)
     assert "plausible" in found(scale_factor=3 * fit.scale_factor)
     assert "prior" in found(scale_factor=8 * fit.scale_factor)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import t as student
 
 from identify.saw import GRAVITY, sled
+from lab import bench as virtual
 from layerjam.device.file import read_brake
 from layerjam.device.load import load, materials
 from layerjam.errors import FileError, FitError, UnknownNameError
@@ -18,7 +19,6 @@ from layerjam.identify.friction.breakaway import find_breakaway, inertia_of
 from layerjam.identify.friction.reduction import reduce_friction, reduce_repeat, with_friction
 from layerjam.identify.friction.standards import D1894, ISO8295, PAPER, STANDARDS, standard_named
 from layerjam.identify.repeats import over_repeats
-from layerjam.lab import machine as virtual
 from layerjam.measure.trace import Trace
 
 NORMAL = 2.45

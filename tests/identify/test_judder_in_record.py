@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from identify.saw import teeth
+from lab import bench as virtual
 from layerjam.identify.stick_slip import (
     find_saw_teeth,
     noise_of,
     running_mean,
     turning_points,
 )
-from layerjam.lab import machine as virtual
 
 seeds = st.integers(0, 2**32 - 1)
 FAR = 0.06

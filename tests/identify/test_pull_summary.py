@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 
+from lab import bench as virtual
 from lab.bench import FULL, curve
 from layerjam.device.load import load
 from layerjam.errors import FileError
 from layerjam.identify.pull.features import pull_features
 from layerjam.identify.pull.summary import STEADY, pull_summary
-from layerjam.lab import machine as virtual
 from layerjam.measure.trace import Trace
 from layerjam.mechanics.enclosure import saturation_slip
 from layerjam.mechanics.hysteresis import brake_cycle

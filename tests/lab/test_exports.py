@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lab import bench as virtual
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.pull.features import pull_features
-from layerjam.lab import machine as virtual
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.trace import Trace
 from layerjam.mechanics.pull import peak

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from lab import bench as virtual
 from lab.bench import QUIET
 from layerjam.device.file import read_brake
 from layerjam.device.load import load, materials
@@ -17,7 +18,6 @@ from layerjam.identify.friction.reduction import (
     reduce_repeat,
     with_friction,
 )
-from layerjam.lab import machine as virtual
 from layerjam.measure.trace import Trace
 
 NORMAL = 0.250 * 9.80665

@@ -88,7 +88,7 @@ def test_without_a_straight_rise_the_whole_record_counts(brake, vacuum) -> None:
 
 
 def test_a_low_peak_starts_the_window_and_the_record_the_origin() -> None:
-    pull = pull_features(noisy(PTFE, 1, vacuum=5e3))
+    pull = pull_features(noisy(PTFE, 4, vacuum=5e3))
     assert pull.has_peak and not pull.straight and pull.origin == 0.0
     found = compare(pull, 5e3, PTFE)
     top = peak(5e3, 0.06, PTFE)

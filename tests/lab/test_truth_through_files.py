@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lab import bench as virtual
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.friction.reduction import reduce_friction
 from layerjam.identify.provenance import calibrated_on, sha256
 from layerjam.identify.pull.features import pull_features
-from layerjam.lab import machine as virtual
 from layerjam.measure.readers.read import read_trace
 from layerjam.mechanics.pull import peak
 from strategies import KAPTON, PTFE, change

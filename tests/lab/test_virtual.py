@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lab import bench as virtual
 from layerjam.errors import FileError, QuantityError
-from layerjam.lab import machine as virtual
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.sidecar import read_facts
 from layerjam.mechanics.pull import peak

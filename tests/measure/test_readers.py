@@ -243,7 +243,7 @@ def test_small_parts() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", ["measure.options", "measure.sidecar", "measure.readers.read", "lab.machine"]
+    "module", ["measure.options", "measure.sidecar", "measure.readers.read", "lab.campaign"]
 )
 def test_imports_stay_light(module: str) -> None:
     heavy = {"jax", "pandas", "pint"}

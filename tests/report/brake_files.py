@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from lab import bench as virtual
 from layerjam.device.load import load
-from layerjam.lab import machine as virtual
 
 NORMAL_FORCE = "2.45 N"
 BRAKE = "choi2018-kapton"

@@ -12,6 +12,7 @@ import shlex
 import shutil
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -44,14 +45,13 @@ def _files(folder: Path) -> tuple[list[Path], list[Path], list[Path]]:
     """Friction tests, the calibration pull and the validation pulls, synthetic."""
     from layerjam.device.load import load
     from layerjam.studies.choi2018 import lab
-    from layerjam.studies.choi2018.figures import FIG7, FULL
 
-    file = load(BRAKE)
+    file, once = load(BRAKE), replace(lab.VALIDATED_ON, repeats=1)
     folder.mkdir(parents=True)
     return (
         lab.friction_files(file, folder),
-        lab.pull_files(file, folder, (FULL,), (13e-3,), 1, "TRA", "calibration"),
-        lab.pull_files(file, folder, FIG7, lab.SPEEDS, 1, "csv", "validation"),
+        lab.pull_files(file, folder, lab.CALIBRATED_ON, "testxpert", "calibration"),
+        lab.pull_files(file, folder, once, "bluehill", "validation"),
     )
 
 

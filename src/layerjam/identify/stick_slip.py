@@ -192,9 +192,15 @@ def _unlike(values: Array) -> float:
 
 
 def _judged(
-    position: Array, force: Array, smooth: Array, time: Array | None, peaks: Indices,
-    troughs: Indices, samples: int, noise: float,
-) -> Search:  # fmt: skip
+    position: Array,
+    force: Array,
+    smooth: Array,
+    time: Array | None,
+    peaks: Indices,
+    troughs: Indices,
+    samples: int,
+    noise: float,
+) -> Search:
     """Whether turning points are saw teeth, and their measures."""
     # whole teeth only, trough, peak and next trough; the first turn may be cut off by the window
     if len(troughs) and len(peaks):
@@ -242,9 +248,15 @@ def _judged(
 
 
 def _measured(
-    position: Array, force: Array, time: Array | None, peaks: Indices, starts: Indices,
-    ends: Indices, samples: int, noise: float,
-) -> SawTeeth:  # fmt: skip
+    position: Array,
+    force: Array,
+    time: Array | None,
+    peaks: Indices,
+    starts: Indices,
+    ends: Indices,
+    samples: int,
+    noise: float,
+) -> SawTeeth:
     """Envelope, spacing and period of teeth found at one smoothing."""
     tops, feet = _ends_of_falls(force, peaks, starts, ends, samples)
     high, low = force[tops].astype(float), force[feet].astype(float)
@@ -271,15 +283,16 @@ def _measured(
         spacing=float(np.median(apart)),
         period=None if time is None else float(np.median(np.diff(time[peaks]))),
         teeth=count,
-        rising_share=float(((position[peaks] - position[starts])
-                            / (position[ends] - position[starts])).mean()),
+        rising_share=float(
+            ((position[peaks] - position[starts]) / (position[ends] - position[starts])).mean()
+        ),
         irregularity=_unlike(apart),
         start=float(position[starts[0]]),
         end=float(position[ends[-1]]),
         samples_per_tooth=between,
         peaks=tops,
         troughs=feet,
-    )  # fmt: skip
+    )
 
 
 def _ends_of_falls(

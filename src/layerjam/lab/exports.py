@@ -263,6 +263,11 @@ def _cut_off(text: str, form: Form, style: Style, rows: int, part: float) -> str
     return "".join(lines[:row]) + last[: last.index(mark) + 3]
 
 
+def write_trace(trace: Trace, path: str | Path, layout: str = "own", force: bool = False) -> Path:
+    """Write a trace in a layout, with its sidecar; FileError where one of them exists already."""
+    return write_pair(trace, path, file_bytes(trace, Form(layout=layout)), force)
+
+
 def write_pair(
     trace: Trace, path: str | Path, data: bytes, force: bool, sidecar: bool = True
 ) -> Path:

@@ -127,9 +127,13 @@ def _subject(truth: Truth) -> Subject:
     label = re.sub(r"[^\w.+-]+|_", "-", truth.label or file.name)
     known_name = isinstance(truth.brake, str) and truth.brake in catalogue()
     return Subject(
-        label=label, name=file.name, copied="" if known_name else file.text, known=known, true=true,
+        label=label,
+        name=file.name,
+        copied="" if known_name else file.text,
+        known=known,
+        true=true,
         truth=truth,
-    )  # fmt: skip
+    )
 
 
 def _vacuum_allowed(subject: Subject, vacuum: float, machine: Faults) -> None:
@@ -196,15 +200,30 @@ def _numbers(repeats: int) -> list[str]:
 
 
 def _test(
-    kind: str, at: str, number: str, subject: Subject, speed: float,
-    vacuum: float | None = None, true_vacuum: float | None = None,
-) -> Trial:  # fmt: skip
+    kind: str,
+    at: str,
+    number: str,
+    subject: Subject,
+    speed: float,
+    vacuum: float | None = None,
+    true_vacuum: float | None = None,
+) -> Trial:
     """A test without scatter."""
     return Trial(
-        number=0, kind=kind, name=f"{kind}_{at}_{number}", subject=subject,
-        repeat=int(number), speed=speed, vacuum=vacuum, true_vacuum=true_vacuum, friction=1.0,
-        static=1.0, stiffness=1.0, enclosure=1.0, warmer=0.0,
-    )  # fmt: skip
+        number=0,
+        kind=kind,
+        name=f"{kind}_{at}_{number}",
+        subject=subject,
+        repeat=int(number),
+        speed=speed,
+        vacuum=vacuum,
+        true_vacuum=true_vacuum,
+        friction=1.0,
+        static=1.0,
+        stiffness=1.0,
+        enclosure=1.0,
+        warmer=0.0,
+    )
 
 
 def _scattered(spec: Spec, test: Trial) -> Trial:

@@ -13,12 +13,13 @@ from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.lab import faults
 from layerjam.lab.faults import Array, Faults
-from layerjam.lab.machine import FORMAT, rough, sled_force
 from layerjam.lab.plan import Subject, Trial, samples, sled_machine
 from layerjam.lab.spec import Spec
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
 from layerjam.units import show
+
+FORMAT = "virtual test machine"
 
 
 def _column(values: Sequence[float]) -> Array:
@@ -118,11 +119,13 @@ def friction_trace(spec: Spec, test: Trial) -> Trace:
     numbers = np.array([test.number])
     time = faults.moments(machine, spec.seed, numbers, samples(own.travel / own.speed, machine))
     drawn = own.speed * np.maximum(time[0] - machine.lag, 0.0)
-    film_texture = rough(drawn, faults.generator(spec.seed, "texture", test.number))
+    profile = _rough(drawn, faults.generator(spec.seed, "texture", test.number))
     kinetic = film.kinetic * test.friction * own.normal_force
     static = max(film.static * test.static * own.normal_force, kinetic)
-    force = sled_force(drawn, static, kinetic * (1 + own.texture * film_texture),
-                       own.string_stiffness)  # fmt: skip
+    # along the string's stiffness up to the static friction, then the film's own profile
+    rising = own.string_stiffness * drawn
+    sliding = np.maximum.accumulate(rising >= static)
+    force = np.where(sliding, kinetic * (1 + own.texture * profile), rising)
     slid = np.maximum(drawn - static / own.string_stiffness, 0.0)
     force = force + faults.saw(slid, own.stick_slip, _column([own.string_stiffness])[0])
     shown = faults.shown_force(
@@ -130,6 +133,12 @@ def friction_trace(spec: Spec, test: Trial) -> Trace:
     )
     travel = faults.shown_travel(own.speed * time, machine)
     return _traces(spec, machine, [test], time, travel, shown)[0]
+
+
+def _rough(travel: Array, random: np.random.Generator) -> Array:
+    """A random profile of standard deviation one that changes over about 1 mm, shape (N,)."""
+    knots = np.arange(0.0, travel[-1] + 2e-3, 1e-3)
+    return np.interp(travel, knots, random.standard_normal(len(knots)))
 
 
 def _traces(

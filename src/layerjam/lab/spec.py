@@ -62,9 +62,12 @@ class Truth:
         "Pa", "pressure at which that exponent changes nothing", lo=1, hi=1e7, default=3.9e3
     )
     speed_slope: float = quantity(
-        "1", "true change of the friction's logarithm for ten times the speed", lo=-0.5, hi=0.5,
+        "1",
+        "true change of the friction's logarithm for ten times the speed",
+        lo=-0.5,
+        hi=0.5,
         default=0.0,
-    )  # fmt: skip
+    )
     speed_reference: float = quantity(
         "m/s", "speed at which that slope changes nothing", lo=1e-6, hi=10, default=0.01
     )
@@ -159,16 +162,22 @@ class Practice:
         "1", "files that hold a header and no numbers", hi=1000, whole=True, default=0
     )
     wrong_unit: int = quantity(
-        "1", "files whose header says kN where the numbers are in N", hi=1000, whole=True,
+        "1",
+        "files whose header says kN where the numbers are in N",
+        hi=1000,
+        whole=True,
         default=0,
-    )  # fmt: skip
+    )
     negative_force: int = quantity(
         "1", "files of a machine that counts tension as negative", hi=1000, whole=True, default=0
     )
     saturated: int = quantity(
-        "1", "files whose load cell ends at four fifths of the peak", hi=1000, whole=True,
+        "1",
+        "files whose load cell ends at four fifths of the peak",
+        hi=1000,
+        whole=True,
         default=0,
-    )  # fmt: skip
+    )
     no_sidecar: int = quantity(
         "1", "files without the sidecar that states the vacuum", hi=1000, whole=True, default=0
     )

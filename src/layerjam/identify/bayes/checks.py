@@ -167,10 +167,17 @@ def _over_slip(fit: BayesFit, data: Data) -> Check:
         for n in ("curve_scale_factor", "curve_stiffness", "slack", "residual")
     }
     sites = Sites(
-        0.0, 0.0, np.log(np.median(fit.enclosure_factor)), 0.0, 0.0, 0.0,
-        np.log(middle["curve_scale_factor"]), np.log(middle["curve_stiffness"]), middle["slack"],
         0.0,
-    )  # fmt: skip
+        0.0,
+        np.log(np.median(fit.enclosure_factor)),
+        0.0,
+        0.0,
+        0.0,
+        np.log(middle["curve_scale_factor"]),
+        np.log(middle["curve_stiffness"]),
+        middle["slack"],
+        0.0,
+    )
     law = np.asarray(forces(sites, 1.0, data, fit.brake))
     rest = np.where(data.real, (data.force - law) / data.height[:, None], np.nan)
     slip = data.elongation - data.force / middle["curve_stiffness"][:, None]

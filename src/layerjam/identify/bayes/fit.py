@@ -68,9 +68,15 @@ def fit_bayes(
             raise FitError(f"{name}: {value} is not allowed; it is at least {least}")
     data, known = reduced(curves), known_of(brake)
     drawn = sample(
-        start(data, curves, brake), data, brake, known,
-        draws=draws, chains=chains, seed=seed, progress=progress,
-    )  # fmt: skip
+        start(data, curves, brake),
+        data,
+        brake,
+        known,
+        draws=draws,
+        chains=chains,
+        seed=seed,
+        progress=progress,
+    )
     fit = _fit(drawn.sites, curves, brake, drawn.divergent, seed, draws)
     return replace(fit, checks=bayes_checks(fit, curves, data))
 

@@ -75,30 +75,42 @@ def priors(brake: Brake) -> dict[str, Prior]:
         spring = Prior(stiffness, 0.7, "N/m", True, "the brake file's, perhaps in another rig")
     return {
         "scale_factor": Prior(
-            float(brake.scale_factor), 0.5, "1", True,
+            float(brake.scale_factor),
+            0.5,
+            "1",
+            True,
             "the brake file's; the paper's two films differ 1.4 times",
         ),
         "stiffness": spring,
         "enclosure_factor": Prior(
-            1.0, 0.4, "1", True,
+            1.0,
+            0.4,
+            "1",
+            True,
             "moduli published for one silicone differ 1.6 and 2.3 times (catalogue: Ecoflex 00-50, "
             "00-30), its friction is taken as known within 1.5; the force goes with the root",
         ),
         "scale_factor_sd": Prior(
-            0.05, 2.0, "1", True,
+            0.05,
+            2.0,
+            "1",
+            True,
             "films repeat within 3 to 8 % (paper, table I); so wide that three repeats give about "
             "Student's interval",
         ),
         "stiffness_sd": Prior(0.05, 2.0, "1", True, "as for the scale factor"),
         "slack": Prior(0.0, 1e-4, "m", False, "a curve's zero is already where its rise begins"),
         "residual": Prior(
-            0.005, 1.5, "1", True,
+            0.005,
+            1.5,
+            "1",
+            True,
             "part of the greatest force: from a good load cell to a law that is 10 % off",
         ),
         "correlation": Prior(
             0.0, 1.5, "1", False, "the logit of the correlation of neighbouring means: 0.05 to 0.95"
         ),
-    }  # fmt: skip
+    }
 
 
 class Data(NamedTuple):
@@ -242,8 +254,9 @@ def _way(told: Told, log_scatter: Any, prior: tuple[Any, Any]) -> _Way:
 
 def _ways(log_sd_a: Any, log_sd_k: Any, guess: Guess, known: Known) -> tuple[_Way, _Way]:
     return (
-        _way(guess.a, log_sd_a, known["scale_factor"]), _way(guess.k, log_sd_k, known["stiffness"])
-    )  # fmt: skip
+        _way(guess.a, log_sd_a, known["scale_factor"]),
+        _way(guess.k, log_sd_k, known["stiffness"]),
+    )
 
 
 def unpacked(flat: Any, guess: Guess, known: Known) -> Sites:

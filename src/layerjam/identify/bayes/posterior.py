@@ -43,9 +43,11 @@ class Population:
     def brakes(self) -> Brake:
         """All brakes as one, leaves of shape (draws, 1): laws broadcast them against (n,)."""
         return with_shape(
-            self.brake, self.scale_factor[:, None], self.stiffness[:, None],
+            self.brake,
+            self.scale_factor[:, None],
+            self.stiffness[:, None],
             self.enclosure_factor[:, None],
-        )  # fmt: skip
+        )
 
 
 class Posterior(NamedTuple):
@@ -212,9 +214,17 @@ def _posterior(
 ) -> Posterior:
     low, median, high = np.quantile(draws, [0.5 - LEVEL / 2, 0.5, 0.5 + LEVEL / 2])
     return Posterior(
-        float(draws.mean()), float(draws.std(ddof=1)), float(low), float(high), float(median),
-        r_hat, ess, spec.unit, spec.text, prior,
-    )  # fmt: skip
+        float(draws.mean()),
+        float(draws.std(ddof=1)),
+        float(low),
+        float(high),
+        float(median),
+        r_hat,
+        ess,
+        spec.unit,
+        spec.text,
+        prior,
+    )
 
 
 def agreement_of(draws: Array) -> tuple[float, float]:

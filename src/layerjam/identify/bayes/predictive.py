@@ -203,6 +203,7 @@ def drop_band(
     peak = np.where(lost, np.inf, np.asarray(found.peak_force))
     missed = {w: chances[w] for w in ("bottomed out", "snaps")}
     return DropBand(
-        _band("slip", "m", slip, levels, missed), _band("peak force", "N", peak, levels, missed),
+        _band("slip", "m", slip, levels, missed),
+        _band("peak force", "N", peak, levels, missed),
         chances,
-    )  # fmt: skip
+    )

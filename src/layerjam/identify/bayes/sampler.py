@@ -68,9 +68,14 @@ def _engine(warmup: int) -> tuple[Any, ...]:
     def started(places: Any, keys: Any, *case: Any) -> Any:
         def one(place: Any, key: Any) -> Any:
             return begin(
-                place, warmup, dense_mass=False, target_accept_prob=ACCEPT,
-                max_tree_depth=_DEPTH, model_args=case, rng_key=key,
-            )  # fmt: skip
+                place,
+                warmup,
+                dense_mass=False,
+                target_accept_prob=ACCEPT,
+                max_tree_depth=_DEPTH,
+                model_args=case,
+                rng_key=key,
+            )
 
         return jax.vmap(one)(places, keys)
 
@@ -150,9 +155,11 @@ def begun(first: Sites, data: Data, brake: Brake, known: Known) -> tuple[Array, 
     guess = Guess(told["own_a"], told["own_k"])
     scatter = [np.log(_scatter(t)) for t in guess]
     together = alone._replace(
-        log_a=guess.a.place.mean(), log_k=guess.k.place.mean(),
-        log_sd_a=scatter[0], log_sd_k=scatter[1],
-    )  # fmt: skip
+        log_a=guess.a.place.mean(),
+        log_k=guess.k.place.mean(),
+        log_sd_a=scatter[0],
+        log_sd_k=scatter[1],
+    )
     return *mode(packed(together, guess, known), guess, data, brake, known), guess
 
 

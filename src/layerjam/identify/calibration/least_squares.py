@@ -229,8 +229,17 @@ def fit_own(
     count = len(reduced)
     padded = max(4, 1 << (count - 1).bit_length())  # few shapes, so that few are compiled
     fill = np.r_[np.arange(count), np.zeros(padded - count, dtype=int)]
-    arrays = (start, expected, reduced.elongation, reduced.force, reduced.weight, reduced.vacuum,
-              reduced.height, reduced.onset, noise)  # fmt: skip
+    arrays = (
+        start,
+        expected,
+        reduced.elongation,
+        reduced.force,
+        reduced.weight,
+        reduced.vacuum,
+        reduced.height,
+        reduced.onset,
+        noise,
+    )
     looseness = 1.0 if offset else 1e-9
     own, information, residual = (
         np.asarray(a)[:count]
@@ -262,8 +271,19 @@ def _correlation(residual: np.ndarray) -> float:
 def _solver() -> Any:
     """Levenberg and Marquardt for one curve, over all of them, compiled once a shape."""
 
-    def one(start: Any, expected: Any, u: Any, force: Any, weight: Any, vacuum: Any, height: Any,
-            onset: Any, noise: Any, looseness: Any, brake: Any) -> Any:  # fmt: skip
+    def one(
+        start: Any,
+        expected: Any,
+        u: Any,
+        force: Any,
+        weight: Any,
+        vacuum: Any,
+        height: Any,
+        onset: Any,
+        noise: Any,
+        looseness: Any,
+        brake: Any,
+    ) -> Any:
         root = jnp.sqrt(weight) / noise
         centre = jnp.concatenate([expected, jnp.zeros(2)])
         pull = jnp.concatenate([1 / WORKING**2, jnp.array([1e-6, 1.0])])
@@ -286,8 +306,10 @@ def _solver() -> Any:
             new = normal(trial)
             fine = new[0] <= cost
             small = jnp.max(jnp.abs(step)) < 1e-10
-            kept = [jnp.where(fine, a, b) for a, b in zip(
-                (trial, *new), (own, cost, descent, square), strict=True)]  # fmt: skip
+            kept = [
+                jnp.where(fine, a, b)
+                for a, b in zip((trial, *new), (own, cost, descent, square), strict=True)
+            ]
             damping = jnp.where(fine, damping / 10, damping * 8)
             return kept[0], jnp.maximum(damping, 1e-12), *kept[1:], count + 1, small
 

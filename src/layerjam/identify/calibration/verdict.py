@@ -29,8 +29,13 @@ WORDS = {
     "pressure_exponent": "pressure exponent",
     "speed_slope": "speed slope",
 }
-TOLD = {"scale_factor": 0.05, "stiffness": 0.05, "enclosure_factor": 0.2,
-        "pressure_exponent": 0.1, "speed_slope": 0.1}  # fmt: skip
+TOLD = {
+    "scale_factor": 0.05,
+    "stiffness": 0.05,
+    "enclosure_factor": 0.2,
+    "pressure_exponent": 0.1,
+    "speed_slope": 0.1,
+}
 """Standard error from noise alone up to which a parameter counts as told by the curves."""
 SLEEVE = (0.3, 3.0)
 """The sleeve's factor beyond this is suspect: modulus and friction of a silicone vary by less."""
@@ -128,9 +133,8 @@ def off_bounds(values: Mapping[str, float]) -> Check:
     at = [
         WORDS[n]
         for n, v in values.items()
-        if n in bounds
-        and not ((bounds[n][0] or -np.inf) < v < (bounds[n][1] or np.inf))
-    ]  # fmt: skip
+        if n in bounds and not ((bounds[n][0] or -np.inf) < v < (bounds[n][1] or np.inf))
+    ]
     sentence = f"{', '.join(at)} ended at a bound" if at else "no parameter ended at a bound"
     return Check(name="bounds", passed=not at, sentence=sentence)
 
@@ -261,9 +265,9 @@ def drift(
     )
 
 
-def one_file(moves: Mapping[str, tuple[str, float]], intervals: Mapping[str, Interval | None]) -> (
-    Check | None
-):  # fmt: skip
+def one_file(
+    moves: Mapping[str, tuple[str, float]], intervals: Mapping[str, Interval | None]
+) -> Check | None:
     """No single file moves an answer by more than its interval; `moves`: {name: (file, by)}."""
     parts = {
         n: abs(by) / ((i.high - i.low) / 2)
@@ -311,7 +315,13 @@ def curve_checks(
     if all(s is not None for s in speeds):
         known = np.array([s for s in speeds if s is not None])
         checks.append(
-            drift(own[:, 0] - expected[:, 0], known, "scale factor", "speed", "m/s",
-                  int("speed" in fit.free))
-        )  # fmt: skip
+            drift(
+                own[:, 0] - expected[:, 0],
+                known,
+                "scale factor",
+                "speed",
+                "m/s",
+                int("speed" in fit.free),
+            )
+        )
     return tuple(c for c in checks if c is not None)

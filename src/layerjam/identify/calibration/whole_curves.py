@@ -168,9 +168,10 @@ def calibrate_curves(
         checks=tuple([*checks, single] if single is not None else checks),
         curves=tuple(curves),
         fit=fit,
-        errors_rest_on=f"the scatter between {count} pulls" if count > 1 else
-        "nothing: one pull says nothing about repeatability",
-    )  # fmt: skip
+        errors_rest_on=f"the scatter between {count} pulls"
+        if count > 1
+        else "nothing: one pull says nothing about repeatability",
+    )
 
 
 def _contrasts(fit: JointFit, brake: Brake) -> dict[str, np.ndarray]:

@@ -205,9 +205,12 @@ def _part(values: Array | None, inside: np.ndarray) -> Array | None:
 
 
 def _window(
-    trace: Trace, travel: Array, given: tuple[float, float] | None, standard: Standard,
+    trace: Trace,
+    travel: Array,
+    given: tuple[float, float] | None,
+    standard: Standard,
     found: Breakaway | None,
-) -> tuple[tuple[float, float], list[str]]:  # fmt: skip
+) -> tuple[tuple[float, float], list[str]]:
     """The travel of the kinetic mean [m], and what is odd about it."""
     far = float(travel.max())
     start, end = given or standard.window

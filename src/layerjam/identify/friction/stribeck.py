@@ -67,10 +67,13 @@ class SpeedFit:
 
 
 def speed_points(
-    speed: Sequence[float] | Array, force: Sequence[float] | Array, *,
-    vacuum: float | Sequence[float] | Array, slip: float | Sequence[float] | Array = 0.0,
+    speed: Sequence[float] | Array,
+    force: Sequence[float] | Array,
+    *,
+    vacuum: float | Sequence[float] | Array,
+    slip: float | Sequence[float] | Array = 0.0,
     brake: Brake,
-) -> SpeedPoints:  # fmt: skip
+) -> SpeedPoints:
     """Points of speed [m/s], force [N], slip [m] and vacuum [Pa]; the last two may be one number.
 
     Raises FitError for arrays that do not fit together, numbers that are not finite or negative,
@@ -120,9 +123,12 @@ def fit_dry(
     best = _Search(columns, points.force - other, names, points).run()
     kinetic, drop = best.values[:2]
     law = Stribeck(
-        static=kinetic + drop, kinetic=kinetic, speed=best.speed, exponent=exponent,
+        static=kinetic + drop,
+        kinetic=kinetic,
+        speed=best.speed,
+        exponent=exponent,
         viscous=best.values[2] if viscous else 0.0,
-    )  # fmt: skip
+    )
     return best.result(law)
 
 
@@ -144,9 +150,13 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
     best = _Search(columns, points.force - other, names, points).run()
     kinetic, drop, adhesion, viscosity = best.values
     law = WetFilm(
-        static=kinetic + drop, kinetic=kinetic, speed=best.speed, exponent=exponent,
-        adhesion=adhesion, viscosity=viscosity,
-    )  # fmt: skip
+        static=kinetic + drop,
+        kinetic=kinetic,
+        speed=best.speed,
+        exponent=exponent,
+        adhesion=adhesion,
+        viscosity=viscosity,
+    )
     return best.result(law)
 
 
@@ -165,9 +175,12 @@ class _Search:
     """The best v_s and what belongs to it."""
 
     def __init__(
-        self, columns: Callable[[float], Array], target: Array, names: Sequence[str],
+        self,
+        columns: Callable[[float], Array],
+        target: Array,
+        names: Sequence[str],
         points: SpeedPoints,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.columns, self.target, self.names, self.points = columns, target, names, points
         self.values: list[float] = []
         self.speed = 0.0
@@ -247,9 +260,12 @@ class _Search:
         errors["speed"] = float(np.sqrt(cov[-1, -1])) if free[-1] and noisy else None
         known = float(np.sqrt(cov[-1, -1])) if free[-1] else PRIOR[1]
         checks = (
-            self._identifiable(known, condition), self._inside(), self._trend(rest, noise),
-            self._spans(), _plausible(float(law.kinetic)),
-        )  # fmt: skip
+            self._identifiable(known, condition),
+            self._inside(),
+            self._trend(rest, noise),
+            self._spans(),
+            _plausible(float(law.kinetic)),
+        )
         return SpeedFit(law=law, standard_errors=errors, noise=noise, residuals=rest, checks=checks)
 
     def _identifiable(self, known: float, condition: float) -> Check:

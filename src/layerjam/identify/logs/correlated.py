@@ -119,9 +119,13 @@ def fit_series(
 
 
 def _solve(
-    model: Callable[[Array], Array], seen: Array, start: Array, scale: Sequence[float],
-    bounds: tuple[Sequence[float], Sequence[float]] | None, size: float,
-) -> tuple[Array, Array]:  # fmt: skip
+    model: Callable[[Array], Array],
+    seen: Array,
+    start: Array,
+    scale: Sequence[float],
+    bounds: tuple[Sequence[float], Sequence[float]] | None,
+    size: float,
+) -> tuple[Array, Array]:
     """(values, Jacobian of the bins) of the least sum of squares."""
     from scipy.optimize import least_squares
 
@@ -133,9 +137,16 @@ def _solve(
 
     limits = bounds if bounds is not None else (-np.inf, np.inf)
     found = least_squares(
-        residual, start, x_scale=np.array(scale, float), bounds=limits, xtol=1e-11, ftol=1e-12,
-        gtol=1e-14, jac="3-point", max_nfev=100,
-    )  # fmt: skip
+        residual,
+        start,
+        x_scale=np.array(scale, float),
+        bounds=limits,
+        xtol=1e-11,
+        ftol=1e-12,
+        gtol=1e-14,
+        jac="3-point",
+        max_nfev=100,
+    )
     if not np.isfinite(averaged(model(found.x))).all():
         raise FitError("the model gives no finite values near this log")
     return found.x, found.jac * size

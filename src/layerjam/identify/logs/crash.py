@@ -149,15 +149,27 @@ def crash(
     warnings += drift
     value, span = (None, None) if hic is None else head_injury(filtered, rate, hic)
     return Crash(
-        time=time, acceleration=signal, filtered=filtered, rate=rate, cfc=cfc, offset=offset,
-        offset_se=offset_se, quiet=(float(time[0]), float(time[quiet - 1])),
-        peak=float(signal[top]), peak_time=float(time[top]), filtered_peak=float(filtered[high]),
-        filtered_peak_time=float(time[high]), pulse=(float(time[first]), float(time[last])),
-        velocity_change=change, velocity_change_se=float(np.hypot(offset_se * length, noise)),
-        saturated=full, saturation=reach if full else None, hic=value,
+        time=time,
+        acceleration=signal,
+        filtered=filtered,
+        rate=rate,
+        cfc=cfc,
+        offset=offset,
+        offset_se=offset_se,
+        quiet=(float(time[0]), float(time[quiet - 1])),
+        peak=float(signal[top]),
+        peak_time=float(time[top]),
+        filtered_peak=float(filtered[high]),
+        filtered_peak_time=float(time[high]),
+        pulse=(float(time[first]), float(time[last])),
+        velocity_change=change,
+        velocity_change_se=float(np.hypot(offset_se * length, noise)),
+        saturated=full,
+        saturation=reach if full else None,
+        hic=value,
         hic_window=None if span is None else (float(time[span[0]]), float(time[span[1]])),
         warnings=tuple(warnings),
-    )  # fmt: skip
+    )
 
 
 def _quiet(

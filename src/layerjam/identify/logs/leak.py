@@ -208,10 +208,17 @@ def fit_leak(
             "happens too (a valve, cooling, a wall that gives); a part of it may do: --from, --to"
         )
     return Leak(
-        fits=fits, best=order[0], distinct=distinct, time=t, pressure=p, atmosphere=atmosphere,
-        window=(first, last), mean=float(p.mean()),
-        heat=middle * (ends[1] / ends[0] - 1), warnings=tuple(warnings),
-    )  # fmt: skip
+        fits=fits,
+        best=order[0],
+        distinct=distinct,
+        time=t,
+        pressure=p,
+        atmosphere=atmosphere,
+        window=(first, last),
+        mean=float(p.mean()),
+        heat=middle * (ends[1] / ends[0] - 1),
+        warnings=tuple(warnings),
+    )
 
 
 def _end(values: Array, count: int) -> float:
@@ -243,9 +250,12 @@ def _fit(
     found = fit_series(curve, p, start, scale, bounds)
     zero = float(found.values[2]) if settled else None
     return LeakFit(
-        model=model, start=float(found.values[0]), rate=float(found.values[1]), zero=zero,
+        model=model,
+        start=float(found.values[0]),
+        rate=float(found.values[1]),
+        zero=zero,
         series=found,
-    )  # fmt: skip
+    )
 
 
 def sccm(throughput: float, temperature: float) -> float:

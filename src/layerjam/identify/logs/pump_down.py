@@ -31,9 +31,13 @@ LEVEL = 0.95
 
 
 def pressure(
-    time: Array, start: float, ultimate: float, rate: float, shrink: float = 0.0,
+    time: Array,
+    start: float,
+    ultimate: float,
+    rate: float,
+    shrink: float = 0.0,
     atmosphere: float = 101325.0,
-) -> Array:  # fmt: skip
+) -> Array:
     """Absolute pressure [Pa] at times [s]; `rate` = S/V0 [1/s], `shrink` = c/V0 [1/Pa].
 
     V0 is the volume at the atmosphere. NaN where the chamber would have closed (V ≤ 0) on the way.
@@ -159,8 +163,11 @@ def fit_pump_down(
     low = float(p.min())
     third = float(t[int(np.argmax(p <= low + (p[0] - low) / np.e))]) or float(t[1])
     begin = [float(p[0]), max(low - 0.02 * fall, 1e-3 * low), 1 / third]
-    scale, bottom, top = [fall, 0.1 * fall, 1 / third], [0.5 * begin[0], 0.0, 0.0], [
-        1.5 * begin[0], max(float(p[-1]) * 1.5, 2 * low), np.inf]  # fmt: skip
+    scale, bottom, top = (
+        [fall, 0.1 * fall, 1 / third],
+        [0.5 * begin[0], 0.0, 0.0],
+        [1.5 * begin[0], max(float(p[-1]) * 1.5, 2 * low), np.inf],
+    )
     if shrink is None:
         begin, scale = [*begin, 0.1 / atmosphere], [*scale, 1 / atmosphere]
         bottom, top = [*bottom, -0.9 / atmosphere], [*top, 0.999 / atmosphere]
@@ -188,10 +195,18 @@ def fit_pump_down(
         )
     begun = time[inside]
     return PumpDown(
-        start=start, ultimate=ultimate, rate=rate, shrink=made, shrink_fitted=shrink is None,
-        series=found, time=t, pressure=p, atmosphere=atmosphere,
-        window=(float(begun[0]), float(begun[-1])), warnings=tuple(warnings),
-    )  # fmt: skip
+        start=start,
+        ultimate=ultimate,
+        rate=rate,
+        shrink=made,
+        shrink_fitted=shrink is None,
+        series=found,
+        time=t,
+        pressure=p,
+        atmosphere=atmosphere,
+        window=(float(begun[0]), float(begun[-1])),
+        warnings=tuple(warnings),
+    )
 
 
 def with_compliance(volume: float | None, flow: float | None, loss: float, fit: PumpDown) -> float:

@@ -119,8 +119,10 @@ def pull_features(trace: Trace) -> PullFeatures:
     rise = slice(0, top + 1)
     # the last passage through each level, so that slack and wiggles before the rise do not count
     steps = _calmed(force[rise], height)
-    low, high = (int(np.flatnonzero(steps <= part * height)[-1])
-                 if (steps <= part * height).any() else 0 for part in LINEAR)  # fmt: skip
+    low, high = (
+        int(np.flatnonzero(steps <= part * height)[-1]) if (steps <= part * height).any() else 0
+        for part in LINEAR
+    )
     if high - low < 5:
         raise FileError(
             trace.path,

@@ -264,9 +264,12 @@ def _steady(features: PullFeatures) -> Steady | None:
     if len(x) < 3 * BLOCKS or not np.ptp(x) > 0:
         return None
     # means over blocks: what is alike within a block (a tooth, a patch of film) counts once
-    means = np.array([(a.mean(), b.mean()) for a, b in zip(np.array_split(x, BLOCKS),
-                                                           np.array_split(y, BLOCKS),
-                                                           strict=True)])  # fmt: skip
+    means = np.array(
+        [
+            (a.mean(), b.mean())
+            for a, b in zip(np.array_split(x, BLOCKS), np.array_split(y, BLOCKS), strict=True)
+        ]
+    )
     run = means[:, 0] - means[:, 0].mean()
     spread = float(run @ run)
     slope = float(run @ means[:, 1]) / spread

@@ -195,13 +195,19 @@ def least_squares(
     best = min(
         (
             refine(
-                residual, start, bounds=_LIMITS, x_scale=1.0, xtol=1e-10, ftol=1e-12, gtol=1e-14,
+                residual,
+                start,
+                bounds=_LIMITS,
+                x_scale=1.0,
+                xtol=1e-10,
+                ftol=1e-12,
+                gtol=1e-14,
                 max_nfev=60,
             )
             for start in starts
         ),
         key=lambda found: float(found.cost),
-    )  # fmt: skip
+    )
     order = np.argsort(best.x)
     exponents = best.x[order]
     linear = _solve_positive(exponents, stretch, stress)

@@ -131,8 +131,9 @@ def read_rubber(
     if "time" in log and (np.diff(log["time"]) <= 0).any():
         notes.append(f"{log.name}: its time does not rise throughout; it is not used")
     start, end, said = first_loading(strain, stress)
-    rising = np.concatenate([[True], strain[start + 1 : end] > np.maximum.accumulate(
-        strain[start:end])[:-1]])  # fmt: skip
+    rising = np.concatenate(
+        [[True], strain[start + 1 : end] > np.maximum.accumulate(strain[start:end])[:-1]]
+    )
     kept = np.flatnonzero(rising) + start
     if len(kept) < 20 or stress[kept].max() <= 0:
         why = f"its first loading has {len(kept)} samples, 20 are needed"

@@ -246,9 +246,13 @@ def _split(curves: Sequence[CurveError], brake: Brake) -> Split | None:
     )
     mse, model, scatter = split_error(residuals)
     return Split(
-        mse=mse, model=model, scatter=scatter, repeats=len(curves), points=POINTS,
+        mse=mse,
+        model=model,
+        scatter=scatter,
+        repeats=len(curves),
+        points=POINTS,
         window=(start, end),
-    )  # fmt: skip
+    )
 
 
 def _pooled(curves: Sequence[CurveError]) -> tuple[float, float, float | None]:
@@ -270,9 +274,14 @@ def _condition(curves: Sequence[CurveError], brake: Brake) -> ConditionError:
     return ConditionError(
         vacuum=float(np.mean([c.vacuum for c in curves])),
         speed=float(np.mean(speeds)) if speeds else None,
-        mape=mape, mape_sd=mape_sd, rmse=rmse, bias=bias, r_squared=r_squared,
-        split=_split(curves, brake), curves=tuple(curves),
-    )  # fmt: skip
+        mape=mape,
+        mape_sd=mape_sd,
+        rmse=rmse,
+        bias=bias,
+        r_squared=r_squared,
+        split=_split(curves, brake),
+        curves=tuple(curves),
+    )
 
 
 def assemble(found: Sequence[ConditionError], curves: Sequence[CurveError]) -> Validation:
@@ -292,10 +301,17 @@ def assemble(found: Sequence[ConditionError], curves: Sequence[CurveError]) -> V
             window=(min(s.window[0] for s in splits), max(s.window[1] for s in splits)),
         )
     return Validation(
-        mape=mape, mape_sd=mape_sd, mape_conditions=over, mape_conditions_sd=over_sd, rmse=rmse,
-        bias=bias, r_squared=r_squared, split=split, conditions=tuple(found),
+        mape=mape,
+        mape_sd=mape_sd,
+        mape_conditions=over,
+        mape_conditions_sd=over_sd,
+        rmse=rmse,
+        bias=bias,
+        r_squared=r_squared,
+        split=split,
+        conditions=tuple(found),
         curves=tuple(curves),
-    )  # fmt: skip
+    )
 
 
 def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
@@ -317,10 +333,15 @@ def validate_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) ->
     return validate_curves(
         [
             Curve(
-                elongation=pull.elongation, force=pull.force, vacuum=vacuum, speed=None,
-                repeat=None, path=pull.path, pull=pull,
+                elongation=pull.elongation,
+                force=pull.force,
+                vacuum=vacuum,
+                speed=None,
+                repeat=None,
+                path=pull.path,
+                pull=pull,
             )
             for pull, vacuum in pulls
         ],
         brake,
-    )  # fmt: skip
+    )

@@ -17,9 +17,18 @@ _MARKS = (
 )
 # In all of these digits, separators, quotes and line ends are the bytes they are in ASCII.
 _PAGES = (
-    "cp1252", "cp1250", "cp1251", "cp932", "gb18030", "big5", "cp949", "euc-jp", "koi8-r", "cp1253",
+    "cp1252",
+    "cp1250",
+    "cp1251",
+    "cp932",
+    "gb18030",
+    "big5",
+    "cp949",
+    "euc-jp",
+    "koi8-r",
+    "cp1253",
     "cp1254",
-)  # fmt: skip
+)
 _TWO_BYTES = ("cp932", "gb18030", "big5", "cp949", "euc-jp")
 _HEAD = 16_384
 _TYPOGRAPHY = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'"}

@@ -105,7 +105,7 @@ def _two_rows(
         "bracket row" if bracketed else "plain row",
         number,
         _label(above),
-    )  # fmt: skip
+    )
 
 
 def _agreed(in_name: str | None, in_row: str | None) -> str | None:

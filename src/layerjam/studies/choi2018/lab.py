@@ -18,7 +18,10 @@ from layerjam.identify.calibration.peaks import Calibration, calibrate
 from layerjam.identify.friction.reduction import FrictionResult, reduce_friction
 from layerjam.identify.pull.features import PullFeatures, pull_features
 from layerjam.identify.validation.metrics import Validation, validate_pulls
-from layerjam.lab import machine as virtual
+from layerjam.lab.campaign import campaign
+from layerjam.lab.exports import LAYOUTS, write_trace
+from layerjam.lab.faults import Faults
+from layerjam.lab.spec import FrictionTests, Pulls, Spec, Truth
 from layerjam.measure.readers.read import read_trace
 from layerjam.studies.choi2018.claims import Claim, beyond, number, statement
 from layerjam.studies.choi2018.figures import CALIBRATED, FIG7, FULL, NAMES, TESTED
@@ -26,12 +29,10 @@ from layerjam.studies.choi2018.figures import CALIBRATED, FIG7, FULL, NAMES, TES
 NORMAL_FORCE = 0.250 * 9.80665
 CONTACT_AREA = 0.025 * 0.025
 TABLE_SD = {"choi2018-kapton": (0.0818, 0.0277), "choi2018-ptfe": (0.0871, 0.0317)}
-SPEEDS = (7e-3, 19e-3)
+CALIBRATED_ON = Pulls(vacuums=(FULL,), speeds=(13e-3,), repeats=1, travel=TESTED)
+VALIDATED_ON = Pulls(vacuums=tuple(FIG7), speeds=(7e-3, 19e-3), repeats=2, travel=TESTED)
 REPEATS = 3
-FRICTION_MACHINE = virtual.Machine(
-    sampling_rate=100.0, load_cell_noise=0.002, load_cell_range=10.0, seed=11
-)
-PULL_MACHINE = virtual.Machine(load_cell_noise=0.15, seed=7)
+PULL_MACHINE = Faults(force_noise=0.15, load_cell_range=500.0, force_step=1e-3, travel_step=1e-7)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,38 +49,35 @@ class FilmRun:
 
 def friction_files(file: BrakeFile, folder: Path, repeats: int = REPEATS) -> list[Path]:
     """Friction tests of a film, in Bluehill's layout; between repeats the scatter of table I."""
-    film = file.brake.film
-    sds = TABLE_SD[file.name]
+    static, kinetic = TABLE_SD[file.name]
+    tests = FrictionTests(
+        repeats=repeats,
+        normal_force=NORMAL_FORCE,
+        travel=0.1,
+        static_scatter=static,
+        kinetic_scatter=kinetic,
+        force_noise=0.002,
+        load_cell_range=10.0,
+        force_step=1e-3,
+    )
+    made = campaign(Spec(brakes=(Truth(brake=file),), seed=11, friction=tests)).traces()
+    film = NAMES[file.name].lower()
+    return [
+        write_trace(t, folder / f"friction-{film}-{n}.csv", "bluehill", force=True)
+        for n, t in enumerate(made, 1)
+    ]
+
+
+def pull_files(file: BrakeFile, folder: Path, pulls: Pulls, layout: str, what: str) -> list[Path]:
+    """Pulls of a brake as files of one layout; the names begin with `what`."""
+    spec = Spec(brakes=(Truth(brake=file),), seed=7, pulls=pulls, machine=PULL_MACHINE)
+    film, ending = NAMES[file.name].lower(), LAYOUTS[layout].ending
     paths = []
-    for repeat in range(1, repeats + 1):
-        trace = virtual.friction(
-            film.static, film.kinetic, NORMAL_FORCE, machine=FRICTION_MACHINE, repeat=repeat,
-            static_sd=sds[0] * film.static, kinetic_sd=sds[1] * film.kinetic,
-            string_stiffness=300.0,
-        )  # fmt: skip
-        path = folder / f"friction-{NAMES[file.name].lower()}-{repeat}.csv"
-        paths.append(virtual.write_bluehill(trace, path, force=True))
-    return paths
-
-
-def pull_files(
-    file: BrakeFile, folder: Path, vacuums: tuple[float, ...], speeds: tuple[float, ...],
-    repeats: int, kind: str, what: str,
-) -> list[Path]:  # fmt: skip
-    """Pulls of a brake to 40 mm, as Bluehill or testXpert files."""
-    write = {"csv": virtual.write_bluehill, "TRA": virtual.write_testxpert}[kind]
-    paths, count = [], 0
-    for vacuum in vacuums:
-        for speed in speeds:
-            for repeat in range(1, repeats + 1):
-                count += 1
-                trace = virtual.pull(
-                    file.brake, vacuum, speed, TESTED, PULL_MACHINE,
-                    repeat=1000 * len(what) + count, name=file.name,
-                )  # fmt: skip
-                name = f"{what}-{NAMES[file.name].lower()}-{vacuum / 1e3:.1f}kPa-{speed * 1e3:g}mms"
-                path = folder / f"{name}-{repeat}.{kind}"
-                paths.append(write(trace, path, force=True))
+    for trace in campaign(replace(spec, seed=spec.seed + len(what))).traces():
+        facts = trace.facts
+        at = f"{(facts.vacuum or 0.0) / 1e3:.1f}kPa-{(facts.speed or 0.0) * 1e3:g}mms"
+        path = folder / f"{what}-{film}-{at}-{facts.repeat}{ending}"
+        paths.append(write_trace(trace, path, layout, force=True))
     return paths
 
 
@@ -97,10 +95,10 @@ def run_film(name: str, folder: Path, say: Callable[[str], None]) -> FilmRun:
     file = load(name)
     say(f"  {NAMES[name]}: 3 friction tests, 1 calibration pull, 12 validation pulls")
     friction = reduce_friction([read_trace(p) for p in friction_files(file, folder)], NORMAL_FORCE)
-    pull = pull_files(file, folder, (FULL,), (13e-3,), 1, "TRA", "calibration")
+    pull = pull_files(file, folder, CALIBRATED_ON, "testxpert", "calibration")
     blank = replace(file.brake, scale_factor=1.0)
     calibration = calibrate(read_pulls(pull), blank)
-    paths = pull_files(file, folder, FIG7, SPEEDS, 2, "csv", "validation")
+    paths = pull_files(file, folder, VALIDATED_ON, "bluehill", "validation")
     pulls = read_pulls(paths)
     fitted = replace(
         file.brake, scale_factor=calibration.scale_factor, stiffness_measured=calibration.stiffness
