@@ -58,7 +58,9 @@ def test_forces_out_of_reach_are_named_and_the_nearest_is_given() -> None:
     )
     assert possible.tolist() == [False, True, False]
     assert target[0] == 1.0 and target[2] == 95e3
-    assert "less than the sleeve alone" in reasons[0] and "more than the brake gives" in reasons[1]
+    assert (
+        "less than the enclosure alone" in reasons[0] and "more than the brake gives" in reasons[1]
+    )
 
 
 def test_changes_faster_than_pump_and_vent_are_named() -> None:

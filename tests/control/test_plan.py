@@ -12,16 +12,10 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 from scipy.special import ndtr
 
-from layerjam.control.plan import (
-    Arrival,
-    before_the_stop,
-    let_go,
-    needed_vacuum,
-    plan,
-    stop_at,
-)
-from layerjam.control.plan_build import least, reached, valve_cv, what_to_build
+from layerjam.control.plan import Arrival, During, needed_vacuum, plan, stop_at
+from layerjam.control.plan_build import least, valve_cv, what_to_build
 from layerjam.control.plan_spread import SHIFTS, arrivals, lattice, log_normal, spread
+from layerjam.control.standby import Standby
 from layerjam.device.load import load
 from layerjam.fluid.closed_forms import reachable
 from layerjam.fluid.file import load_line
@@ -46,21 +40,21 @@ def at(**changes):
 
 @pytest.mark.parametrize("standing", [0.0, 30e3])
 def test_the_papers_line_in_closed_form(standing):
-    made = before_the_stop(PAPER, 2.0, standing)
+    made = Standby(PAPER, standing).warned(2.0)
     assert made.vacuum[-1] == pytest.approx(A - (A - standing) * math.exp(-2.0 / TAU), rel=1e-8)
     assert made.imbalance < 1e-10
-    assert before_the_stop(PAPER, 0.0, standing).vacuum[-1] == pytest.approx(standing)
+    assert Standby(PAPER, standing).warned(0.0).vacuum[-1] == pytest.approx(standing)
 
 
 def test_water_is_a_straight_line_until_it_boils():
     slope = 3.33e-6 / PAPER.chamber.compliance
-    assert reached(PAPER, 1.0, 5e3, None, True) == pytest.approx(5e3 + slope, rel=1e-12)
-    assert reached(PAPER, 60.0, 0.0, None, True) == pytest.approx(reachable(PAPER, True))
+    assert Standby(PAPER, 5e3, water=True).reached(1.0) == pytest.approx(5e3 + slope, rel=1e-12)
+    assert Standby(PAPER, water=True).reached(60.0) == pytest.approx(reachable(PAPER, True))
 
 
 def test_all_the_time_in_the_world_reaches_all_there_is():
     leaky = replace(PAPER, leak=Leak(laminar=5e-8), pump=replace(PAPER.pump, ultimate=3e3))
-    assert reached(leaky, 60 * TAU, 0.0, None, False) == pytest.approx(reachable(leaky), rel=1e-9)
+    assert Standby(leaky).reached(60 * TAU) == pytest.approx(reachable(leaky), rel=1e-9)
 
 
 def test_more_warning_is_more_vacuum_and_less_slip():
@@ -103,28 +97,27 @@ def test_the_vacuum_needed_is_enough_and_none_less(mass, speed, travel):
 def test_the_reservoirs_valve_opens_after_its_delay():
     tank = Reservoir(volume=1e-4, conductance=2e-9, delay=0.4)
     line = replace(PAPER, reservoir=tank)
-    made = before_the_stop(line, 1.0, stored=2e3)
+    made = Standby(line, stored=2e3).warned(1.0)
     early = np.interp(0.39, made.time, made.vacuum)
     assert early == pytest.approx(A * (1 - math.exp(-0.39 / TAU)), rel=1e-4)
     assert made.vacuum[-1] > 90e3
     assert made.imbalance < 1e-10
     assert (np.diff(made.time) > 0).all()
     late = replace(line, reservoir=replace(tank, delay=2.0))
-    assert reached(late, 1.0, 0.0, 2e3, False) == pytest.approx(
-        reached(PAPER, 1.0, 0.0, None, False), rel=1e-9
-    )
+    wanted = Standby(PAPER).reached(1.0)
+    assert Standby(late, stored=2e3).reached(1.0) == pytest.approx(wanted, rel=1e-9)
 
 
 def test_the_least_reservoir_without_pump_is_boyles():
     """V_R = V (p_0 - p)/(p - p_s) once all has settled, with a pump that hardly counts."""
     still = replace(PAPER, pump=replace(PAPER.pump, flow=1e-12))
     stored, p = 5e3, A - 70e3
-    made = what_to_build(still, 70e3, 5.0, stored=stored)
+    made = what_to_build(Standby(still, stored=stored), 70e3, 5.0)
     assert made.reservoir.value == pytest.approx(
         PAPER.chamber.volume * (A - p) / (p - stored), rel=1e-4
     )
     # no reservoir, however large, goes below its own pressure
-    none = what_to_build(still, A - 4e3, 5.0, stored=stored)
+    none = what_to_build(Standby(still, stored=stored), A - 4e3, 5.0)
     assert none.reservoir.value is None and "1 m^3 is 1.001 kPa short" in none.reservoir.reason
     assert none.conductance.value is None
 
@@ -141,14 +134,14 @@ LINES = st.builds(
 @given(LINES, st.floats(0.05, 1.0), st.floats(3e4, 9e4))
 @settings(max_examples=10, deadline=None)
 def test_every_size_does_it_and_a_little_less_does_not(line, warning, needed):
-    if reached(line, warning, 0.0, None, False) >= needed:
+    if Standby(line).reached(warning) >= needed:
         return
-    made = what_to_build(line, needed, warning)
+    made = what_to_build(Standby(line), needed, warning)
     delay = made.delay_used
 
     def tank(volume, conductance):
         other = Reservoir(volume=volume, conductance=conductance, delay=delay)
-        return reached(replace(line, reservoir=other), warning, 0.0, None, False)
+        return Standby(replace(line, reservoir=other)).reached(warning)
 
     for part, enough in ((1.0, True), (1 - 1e-4, False)):
         if made.reservoir.value:
@@ -158,22 +151,22 @@ def test_every_size_does_it_and_a_little_less_does_not(line, warning, needed):
             there = tank(made.volume_used, made.conductance.value * part)
             assert (there >= needed * (1 - 1e-9)) == enough
         if made.warning.value:
-            there = reached(line, made.warning.value * part, 0.0, None, False)
+            there = Standby(line).reached(made.warning.value * part)
             assert (there >= needed * (1 - 1e-9)) == enough
     if made.standing.value:
-        there = reached(line, warning, made.standing.value, None, False)
+        there = Standby(line, made.standing.value).reached(warning)
         assert there == pytest.approx(needed, rel=1e-5)
 
 
 def test_sizes_of_the_papers_line_in_closed_form():
-    made = what_to_build(PAPER, 80e3, 1.0)
+    made = what_to_build(Standby(PAPER), 80e3, 1.0)
     assert made.warning.value == pytest.approx(TAU * math.log(A / (A - 80e3)), rel=1e-5)
     assert made.standing.value == pytest.approx(A - (A - 80e3) * math.exp(1 / TAU), rel=1e-5)
     weak = replace(PAPER, pump=replace(PAPER.pump, ultimate=30e3))
-    none = what_to_build(weak, 80e3, 1.0)
+    none = what_to_build(Standby(weak), 80e3, 1.0)
     assert none.warning.value is none.standing.value is none.reservoir.value is None
     assert "comes to 71.33 kPa in the end" in none.standing.reason
-    wet = what_to_build(PAPER, 80e3, 1.0, water=True)
+    wet = what_to_build(Standby(PAPER, water=True), 80e3, 1.0)
     assert wet.reservoir.value is None and "water" in wet.reservoir.reason
     slope = 3.33e-6 / PAPER.chamber.compliance
     assert wet.standing.value == pytest.approx(80e3 - slope, rel=1e-5)
@@ -194,9 +187,9 @@ def test_a_standing_vacuum_is_let_off_for_a_tuned_stop():
     made = plan(KAPTON, fixed, slow)
     assert made.tuned.vacuum == 60e3
     vented = replace(fixed, valve=Valve(conductance=1e-9, delay=0.2))
-    assert let_go(vented, 0.2, 60e3) == 60e3
-    assert let_go(vented, 0.21, 60e3) < 60e3
-    assert let_go(vented, 5.0, 60e3) == pytest.approx(0.0, abs=1.0)
+    assert Standby(vented, 60e3).vented(0.2) == 60e3
+    assert Standby(vented, 60e3).vented(0.21) < 60e3
+    assert Standby(vented, 60e3).vented(5.0) == pytest.approx(0.0, abs=1.0)
 
 
 def test_a_stretching_sleeve_is_stopped_with_its_line():
@@ -207,7 +200,7 @@ def test_a_stretching_sleeve_is_stopped_with_its_line():
     # the tuned vacuum is for a constant one: the stretching stops the mass before
     assert made.tuned.slip < 0.9 * 0.04 and made.tuned.coupled.matters
     assert made.full.coupled.line.line is line
-    rigid = stop_at(KAPTON, CASE, 60e3, PAPER, None, Drive())
+    rigid = stop_at(KAPTON, CASE, 60e3, During(PAPER, Drive()))
     assert rigid.coupled is None
 
 

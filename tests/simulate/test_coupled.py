@@ -16,11 +16,9 @@ from layerjam.fluid.line import Leak, Reservoir, Tube
 from layerjam.fluid.network import Drive, at_pressure
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.coupled import boyle, coupled_drop, coupled_pull, line_along
+from layerjam.simulate.coupled import coupled_drop, line_along
 from layerjam.simulate.drop import drop
-from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.record import Outcome
-from layerjam.simulate.tensile import tensile
 
 KAPTON = load("choi2018-kapton")
 PAPER = load_line("choi2018").line
@@ -32,8 +30,22 @@ def stretching(area, **other):
     return replace(PAPER, chamber=replace(PAPER.chamber, volume_per_slip=area), **other)
 
 
+def boyle(vacuum, slip, line):
+    """Vacuum [Pa] after a slip [m] of a chamber shut off, at constant temperature, not drawn in."""
+    chamber = line.chamber
+    return A - (A - vacuum) * chamber.volume / (chamber.volume + chamber.volume_per_slip * slip)
+
+
+def energy_imbalance(made):
+    """Energy of the mass that is neither heat, nor stored, nor still motion, over all [1]."""
+    run = made.record
+    brought = run.mass * run.speed**2 / 2 + run.mass * run.gravity * run.travel[-1]
+    left = run.mass * made.timed.end_speed**2 / 2
+    return abs(brought - made.timed.heat - made.timed.stored - left) / brought
+
+
 def bare():
-    """The brake with a sleeve so soft that it carries nothing."""
+    """The brake with an enclosure so soft that it carries nothing."""
     brake = KAPTON.brake
     soft = replace(brake.enclosure, modulus=1e-3)
     return replace(KAPTON, brake=replace(brake, enclosure=soft))
@@ -80,8 +92,8 @@ def test_gas_and_energy_are_accounted_for(polytropic):
     )  # fmt: skip
     state = at_pressure(line, A - 45e3, 2e4)
     made = coupled_drop(KAPTON, line, **CASE, start=state, drive=Drive(store=1.0))
-    assert made.gas_imbalance < 1e-10
-    assert made.energy_imbalance < 1e-9
+    assert made.line.imbalance < 1e-10
+    assert energy_imbalance(made) < 1e-9
     assert made.matters and made.vacuum_change > 5e3
     assert made.timed.outcome is Outcome.STOPPED
 
@@ -127,7 +139,6 @@ def test_water_is_a_straight_line():
     made = coupled_drop(KAPTON, line, **CASE, start=60e3, drive=SHUT, water=True)
     wanted = 60e3 + 4e-6 * made.timed.slip / line.chamber.compliance
     assert made.line.vacuum[-1] == pytest.approx(wanted, rel=1e-9)
-    assert made.gas_imbalance == 0.0
 
 
 def test_the_line_along_a_given_slip_is_boyles_law():
@@ -140,48 +151,6 @@ def test_the_line_along_a_given_slip_is_boyles_law():
     assert made.imbalance < 1e-12
 
 
-def test_a_pull_at_constant_vacuum_is_the_test_machines():
-    made = coupled_pull(KAPTON, PAPER, speed=0.013, travel=0.04, start=60e3)
-    wanted = tensile(KAPTON, simple_pull(60e3, 0.013, 0.04))
-    assert np.interp(wanted.elongation, made.elongation, made.force) == pytest.approx(
-        wanted.force, rel=1e-3, abs=1.0
-    )
-    assert np.array_equal(made.force, made.constant) and not made.matters
-
-
-def test_a_pull_shut_off_follows_boyle_and_keeps_its_energy():
-    line = stretching(4e-5)
-    made = coupled_pull(KAPTON, line, speed=0.013, travel=0.04, start=40e3)
-    assert made.line.vacuum[-1] == pytest.approx(boyle(40e3, made.slip[-1], line), rel=1e-5)
-    assert made.matters and made.force[-1] > 1.1 * made.constant[-1]
-    assert made.work[-1] == pytest.approx(made.heat[-1] + made.stored[-1], rel=1e-9)
-    by_force = np.trapezoid(made.force, made.elongation)
-    assert made.work[-1] == pytest.approx(by_force, rel=2e-3)
-    assert made.line.imbalance < 1e-12
-
-
-def test_a_pull_is_of_first_order_in_its_moves():
-    works = [
-        coupled_pull(
-            KAPTON, stretching(4e-5), speed=0.013, travel=0.03, start=40e3, samples=n + 1,
-            tolerance=1e-7,
-        ).work[-1]
-        for n in (120, 240, 480)
-    ]  # fmt: skip
-    steps = np.abs(np.diff(works))
-    assert np.log2(steps[0] / steps[1]) == pytest.approx(1.0, abs=0.3)
-
-
-def test_the_pump_that_goes_on_makes_a_slow_pull_harder():
-    """At 13 mm/s a pull takes longer than the line's time constant."""
-    made = coupled_pull(KAPTON, PAPER, speed=0.013, travel=0.04, start=40e3, drive=Drive())
-    quick = coupled_pull(KAPTON, PAPER, speed=1.3, travel=0.04, start=40e3, drive=Drive())
-    assert made.matters and made.force[-1] > 1.5 * made.constant[-1]
-    assert made.force[-1] > quick.force[-1] > quick.constant[-1]
-
-
 def test_what_does_not_settle_is_said():
     with pytest.raises(QuantityError, match=r"volume_per_slip: .* 1 rounds still change by"):
         coupled_drop(KAPTON, stretching(4e-5), **CASE, start=40e3, rounds=1)
-    with pytest.raises(QuantityError, match="volume_per_slip"):
-        coupled_pull(KAPTON, stretching(4e-5), speed=0.01, travel=0.04, start=40e3, rounds=1)

@@ -97,7 +97,7 @@ def plan(
     fine = made.full.within(case.travel)
     build = None
     if not fine and made.needed is not None and made.needed > made.reached:
-        build = what_to_build(pipe.line, made.needed, case.warning, case.standing, kept, water)
+        build = what_to_build(made.standby, made.needed, case.warning)
     full = spread(made.reached, file.brake, case, samples, seed)
     tuned = full if made.capped else spread(made.tuned.vacuum, file.brake, case, samples, seed)
     reason = None if fine else _reason(made, file, case, horizontal)

@@ -17,7 +17,7 @@ from layerjam.fluid import closed_forms as forms
 from layerjam.fluid.energy import jam_work
 from layerjam.fluid.file import LineFile, load_line
 from layerjam.fluid.flow import VAPOUR
-from layerjam.fluid.line import Line, validate
+from layerjam.fluid.line import Line, validate, water_compliance
 from layerjam.fluid.network import Response, respond
 from layerjam.fluid.pump import intake
 from layerjam.fluid.timing import pumped, released
@@ -153,9 +153,8 @@ def _curve(target: float, line: Line, water: bool) -> Response | Filling:
     """Of water, and of a line that never gets there: how far it comes."""
     if not water:
         return respond(line, 8 * forms.time_constant(line))
-    assert line.chamber.compliance is not None
     end = min(target, forms.reachable(line, water=True))
-    whole = end * line.chamber.compliance / forms.pumps_flow(line)
+    whole = end * water_compliance(line) / forms.pumps_flow(line)
     return Filling(np.array([0.0, whole, 1.6 * whole]), np.array([0.0, end, end]))
 
 

@@ -1,10 +1,10 @@
-"""Following a force: from wanted force and measured slip to a vacuum, and the brake's answer.
+"""Following a force: from wanted force and measured slip to a vacuum, and the force that results.
 
 The brake slides on along a given slip (a joint that turns, a rope that runs out), so that its force
 is the law's at the vacuum of the moment. Wanted force and measured slip give the target by the
 inverse law of the brake as the controller knows it (`model`); the true brake may differ, and the
-measured slip is noisy. What cannot be followed is said before it is tried: forces outside what the
-brake gives, and vacuums that change faster than pump and vent can.
+measured slip is noisy. What cannot be followed is reported before it is tried: forces outside the
+brake's range, and vacuums that change faster than pump and vent can.
 """
 
 from __future__ import annotations
@@ -30,9 +30,11 @@ LEAST = 1.0
 """Vacuum [Pa] asked for where a force wants none: a target of zero opens the vent for good."""
 MARGIN = 0.98
 """Share of what the pump reaches that is asked for at most."""
+CYCLES = 6
+"""Cycles of a sine that are followed; the last half is fitted."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Following:
     """One run at the regulator's samples; arrays of shape (N,), SI units."""
 
@@ -66,7 +68,7 @@ def targets_for(
 ) -> tuple[Array, Mask, list[str]]:
     """Vacuum [Pa] for each wanted force [N] at a slip [m], whether there is one, and why not.
 
-    Below the sleeve's own force the least vacuum stands, above the greatest force `most` [Pa].
+    Below the enclosure's own force the least vacuum stands, above the greatest force `most` [Pa].
     """
     low, high = (np.asarray(f) for f in force_limits(slip, brake))
     vacuum = np.asarray(vacuum_for_force(wanted, slip, brake))
@@ -77,7 +79,7 @@ def targets_for(
         i = int(np.argmax(few))
         reasons.append(
             f"{show(float(wanted[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is less than "
-            f"the sleeve alone pulls, {show(float(low[i]), 'N')}"
+            f"the enclosure alone pulls, {show(float(low[i]), 'N')}"
         )
     if much.any():
         i = int(np.argmax(much))
@@ -149,13 +151,10 @@ def follow(
     targets, _, _ = targets_for(wanted, seen, model, most)
     loop = simulate(regulator, [(dt, float(level)) for level in targets], plant=plant, seed=seed)
     force = np.asarray(brake_force(slip, loop.vacuum, brake or model))
-    return Following(
-        loop=loop, wanted=wanted, force=force, slip=slip, possible=held & fine,
-        reasons=(*reasons, *slow),
-    )  # fmt: skip
+    return Following(loop, wanted, force, slip, held & fine, (*reasons, *slow))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Bode:
     """Force over wanted force, shape (F,) each."""
 
@@ -181,30 +180,35 @@ class Bode:
 
 
 def bode(
-    regulator: Regulator, model: Brake, *, slip: float, mean: float, amplitude: float,
-    frequencies: Sequence[float], cycles: int = 6, **how: Any,
-) -> Bode:  # fmt: skip
-    """Follow a sine of force [N] about a mean at one slip [m]; fitted over the last half of cycles.
+    regulator: Regulator,
+    model: Brake,
+    *,
+    slip: float,
+    mean: float,
+    amplitude: float,
+    frequencies: Sequence[float],
+    **how: Any,
+) -> Bode:
+    """Follow a sine of force [N] about a mean at one slip [m]; fitted over the last cycles.
 
-    Of this amplitude only: a pump is one-way and limited, so that the answer depends on it.
+    Of this amplitude only: a pump is one-way and limited, so that the response depends on it. `how`
+    goes to `follow`.
     """
     made = []
     dt = regulator.sample_time
     for frequency in frequencies:
         settle = 4 / (regulator.plant.rate + regulator.plant.leak)
-        count = round((settle + cycles / frequency) / dt)
+        count = round((settle + CYCLES / frequency) / dt)
         time = np.arange(count) * dt
         turn = 2 * np.pi * frequency * time
         run = follow(regulator, model, mean + amplitude * np.sin(turn), np.full(count, slip), **how)
-        late = time >= time[-1] - (cycles / 2) / frequency
+        late = time >= time[-1] - (CYCLES / 2) / frequency
         basis = np.column_stack([np.sin(turn), np.cos(turn), np.ones(count)])[late]
         (real, imaginary, _), *_ = np.linalg.lstsq(basis, run.force[late], rcond=None)
         made.append(complex(real, imaginary) / amplitude)
     response = np.array(made)
-    return Bode(
-        frequency=np.asarray(frequencies, float), magnitude=np.abs(response),
-        phase=np.degrees(np.unwrap(np.angle(response))),
-    )  # fmt: skip
+    phase = np.degrees(np.unwrap(np.angle(response)))
+    return Bode(np.asarray(frequencies, float), np.abs(response), phase)
 
 
 def rehabilitation(time: Any, *, low: float, high: float, period: float) -> Any:

@@ -126,9 +126,8 @@ def moved(
         pump_age, pump_switches = 0.0, pump_switches + 1.0
     if open_ != vent:
         vent_age, vent_switches = 0.0, vent_switches + 1.0
-    return (
-        integral, pump, vent, pump_age + 1.0, vent_age + 1.0, pump_switches, vent_switches, target
-    )  # fmt: skip
+    pump_age, vent_age = pump_age + 1.0, vent_age + 1.0
+    return integral, pump, vent, pump_age, vent_age, pump_switches, vent_switches, target
 
 
 def detect(

@@ -1,7 +1,7 @@
-"""What to build where the vacuum does not come in time: reservoir, its valve, standing vacuum.
+"""What to build where the vacuum does not come in time: reservoir, its valve, idle vacuum.
 
 Every size is the root of the same model of the line, bracketed, at constant vacuum during the stop
-(a sleeve that is stretched draws a little more, which is on the safe side).
+(a stretched enclosure draws a little more, which is on the safe side).
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from layerjam.control.plan import before_the_stop
+from layerjam.control.standby import Standby
 from layerjam.fluid.closed_forms import reachable
-from layerjam.fluid.line import Line, Reservoir
+from layerjam.fluid.line import Reservoir
 from layerjam.units import show, spec_of
 
 CV = 4.0
@@ -73,98 +73,89 @@ def least(excess: Callable[[float], float], low: float, high: float) -> float | 
     while x < high:
         before, x = x, min(4 * x, high)
         if excess(x) >= 0:
-            root = brentq(
-                lambda s: excess(math.exp(s)), math.log(before), math.log(x), xtol=CLOSE / 4
-            )
+            ends = math.log(before), math.log(x)
+            root = brentq(lambda s: excess(math.exp(s)), *ends, xtol=CLOSE / 4)
             return float(math.exp(root + CLOSE / 2))
     return None
 
 
-def reached(
-    line: Line, warning: float, standing: float, stored: float | None, water: bool
-) -> float:
-    """Vacuum at the end of the warning [Pa]."""
-    return float(before_the_stop(line, warning, standing, stored, water, samples=2).vacuum[-1])
-
-
-def what_to_build(
-    line: Line, needed: float, warning: float, standing: float = 0.0,
-    stored: float | None = None, water: bool = False,
-) -> Build:  # fmt: skip
+def what_to_build(standby: Standby, needed: float, warning: float) -> Build:
     """Sizes with which a vacuum [Pa] is there after the warning [s]."""
-    tank, chamber = line.reservoir, line.chamber
-    conductance = ASSUMED_CONDUCTANCE if tank is None else tank.conductance
-    volume = ASSUMED_RATIO * chamber.volume if tank is None else tank.volume
-    delay = ASSUMED_DELAY if tank is None else tank.delay
-
-    def with_tank(size: float, flow: float) -> float:
-        other = replace(line, reservoir=Reservoir(volume=size, conductance=flow, delay=delay))
-        return reached(other, warning, standing, stored, water) - needed
-
-    assumed = () if tank is not None or water else (
-        f"no reservoir in the line: its volume is sized at {show(conductance, 'm^3/(s Pa)')} and "
-        f"its valve at {show(volume, 'm^3')}, with {show(delay, 's')} to open; assumed, not "
-        "measured",
-    )  # fmt: skip
-    if water:
-        no = Size(None, "a reservoir of gas is not part of a line filled with water")
-        sizes = (no, no)
-    else:
-        sizes = (
-            _tank(lambda x: with_tank(x, conductance), "volume", "m^3", "reservoir of"),
-            _tank(
-                lambda x: with_tank(volume, x), "conductance", "m^3/(s Pa)",
-                f"valve on {show(volume, 'm^3')} of",
-            ),
-        )  # fmt: skip
+    line = standby.line
+    tank = line.reservoir or Reservoir(
+        volume=ASSUMED_RATIO * line.chamber.volume,
+        conductance=ASSUMED_CONDUCTANCE,
+        delay=ASSUMED_DELAY,
+    )
+    flow, size = show(tank.conductance, "m^3/(s Pa)"), show(tank.volume, "m^3")
+    assumed: tuple[str, ...] = ()
+    reservoir = conductance = Size(
+        None, "a reservoir of gas is not part of a line filled with water"
+    )
+    if not standby.water:
+        reservoir = _tank(standby, tank, needed, warning, "volume", "reservoir of")
+        conductance = _tank(standby, tank, needed, warning, "conductance", f"valve on {size} of")
+        if line.reservoir is None:
+            assumed = (
+                f"no reservoir in the line: its volume is sized at {flow} and its valve at {size}, "
+                f"with {show(tank.delay, 's')} to open; assumed, not measured",
+            )
     return Build(
-        warning=_warning(line, needed, standing, stored, water),
-        reservoir=sizes[0], conductance=sizes[1],
-        standing=_standing(line, needed, warning, stored, water),
-        conductance_used=conductance, volume_used=volume, delay_used=delay, assumed=assumed,
-    )  # fmt: skip
+        warning=_warning(standby, needed),
+        reservoir=reservoir,
+        conductance=conductance,
+        standing=_standing(standby, needed, warning),
+        conductance_used=tank.conductance,
+        volume_used=tank.volume,
+        delay_used=tank.delay,
+        assumed=assumed,
+    )
 
 
-def _tank(excess: Callable[[float], float], name: str, unit: str, what: str) -> Size:
-    low, high = spec_of(Reservoir, name).lo, LARGEST[name]
-    found = least(excess, low, high)
+def _tank(
+    standby: Standby, tank: Reservoir, needed: float, warning: float, name: str, what: str
+) -> Size:
+    """The least volume or conductance of a reservoir, else as it is."""
+
+    def excess(value: float) -> float:
+        line = replace(standby.line, reservoir=replace(tank, **{name: value}))
+        return replace(standby, line=line).reached(warning) - needed
+
+    spec, high = spec_of(Reservoir, name), LARGEST[name]
+    found = least(excess, spec.lo, high)
     if found is not None:
         return Size(found)
-    short = -excess(high)
-    return Size(None, f"even a {what} {show(high, unit)} is {show(short, 'Pa')} short in that time")
+    short, most = show(-excess(high), "Pa"), show(high, spec.unit)
+    return Size(None, f"even a {what} {most} is {short} short in that time")
 
 
-def _warning(line: Line, needed: float, standing: float, stored: float | None, water: bool) -> Size:
-    if needed <= standing:
+def _warning(standby: Standby, needed: float) -> Size:
+    if needed <= standby.vacuum:
         return Size(0.0)
-    if needed >= reachable(line, water):
-        return Size(None, _never(line, needed, water))
-    time = least(
-        lambda t: reached(line, t, standing, stored, water) - needed, 1e-6, LONGEST
-    )  # fmt: skip
+    if needed >= reachable(standby.line, standby.water):
+        return Size(None, _never(standby, needed))
+    time = least(lambda t: standby.reached(t) - needed, 1e-6, LONGEST)
     if time is not None:
         return Size(time)
     return Size(None, f"the pump takes more than {show(LONGEST, 's')} to {show(needed, 'Pa')}")
 
 
-def _standing(line: Line, needed: float, warning: float, stored: float | None, water: bool) -> Size:
+def _standing(standby: Standby, needed: float, warning: float) -> Size:
     from scipy.optimize import brentq
 
     def excess(vacuum: float) -> float:
-        return reached(line, warning, vacuum, stored, water) - needed
+        return replace(standby, vacuum=vacuum).reached(warning) - needed
 
     if excess(0.0) >= 0:
         return Size(0.0)
-    top = min(needed, reachable(line, water))
+    top = min(needed, reachable(standby.line, standby.water))
     if excess(top) < -1e-6 * needed:
-        return Size(None, _never(line, needed, water))
+        return Size(None, _never(standby, needed))
     if excess(top) <= 0:
         return Size(top)
     return Size(float(brentq(excess, 0.0, top, xtol=CLOSE * needed)))
 
 
-def _never(line: Line, needed: float, water: bool) -> str:
-    low = reachable(line, water)
-    return (
-        f"the line never holds {show(needed, 'Pa')}: its pump comes to {show(low, 'Pa')} in the end"
-    )
+def _never(standby: Standby, needed: float) -> str:
+    low = show(reachable(standby.line, standby.water), "Pa")
+    return f"the line never holds {show(needed, 'Pa')}: its pump comes to {low} in the end"

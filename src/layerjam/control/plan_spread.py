@@ -87,13 +87,11 @@ def spread(
         peaks = np.where(stands, peak, 0.0).sum(axis=1) / stands.sum(axis=1)
     beyond = ~stands | (slip > case.travel * (1 + 1e-9))
     pace = np.asarray(made.end_speed)[~stands]
-    mean, error = _mean(peaks, 0.0)
+    high = float(np.quantile(peak[stands], 0.95)) if stands.any() else float("nan")
+    pace_left = float(np.nanmean(pace)) if np.isfinite(pace).any() else 0.0
     least = 1.0 / mass.size
-    return Spread(
-        mean, error, float(np.quantile(peak[stands], 0.95)) if stands.any() else float("nan"),
-        *_mean(beyond.mean(axis=1), least), *_mean((~stands).mean(axis=1), least),
-        float(np.nanmean(pace)) if np.isfinite(pace).any() else 0.0, mass.size,
-    )  # fmt: skip
+    late, out = _mean(beyond.mean(axis=1), least), _mean((~stands).mean(axis=1), least)
+    return Spread(*_mean(peaks, 0.0), high, *late, *out, pace_left, mass.size)
 
 
 def _mean(values: Array, least: float) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from layerjam.errors import QuantityError
 from layerjam.fluid.flow import NORMAL, VAPOUR, leaking
-from layerjam.fluid.line import Line
+from layerjam.fluid.line import Line, water_compliance
 from layerjam.fluid.pump import check_water, displacement_at, lowest_pressure
 from layerjam.units import check, quantity, show
 
@@ -22,21 +22,14 @@ from layerjam.units import check, quantity, show
 class Plant:
     """Pump, volume, leak and vent as four rates; see the equation of this module."""
 
-    rate: float = quantity(
-        "1/s", "full pump's rate: flow over volume for air, rise over `top` for water",
-        hi=1e4, open_lo=True, symbol="k",
-    )  # fmt: skip
+    rate: float = quantity("1/s", "rate of the full pump", hi=1e4, open_lo=True, symbol="k")
+    """Flow over volume for air, rise over `top` for water."""
     top: float = quantity("Pa", "vacuum the pump reaches without leak", lo=10, hi=1.2e5)
-    leak: float = quantity(
-        "1/s", "rate at which a vacuum decays with the pump off", hi=1e3, default=0.0
-    )
-    vent: float = quantity(
-        "1/s", "rate at which it decays more with the vent open", hi=1e5, open_lo=True
-    )
+    leak: float = quantity("1/s", "decay of the vacuum with the pump off", hi=1e3, default=0.0)
+    vent: float = quantity("1/s", "decay that the open vent adds", hi=1e5, open_lo=True)
     backwards: float = quantity(
-        "Pa/s", "fall of the vacuum with the pump run backwards; 0 where it cannot", hi=1e9,
-        default=0.0,
-    )  # fmt: skip
+        "Pa/s", "fall with the pump run backwards; 0 where it cannot", hi=1e9, default=0.0
+    )
     water: bool = False
     """Filled with water: the pump's rate does not fall with vacuum."""
 
@@ -51,10 +44,6 @@ class Plant:
         if not self.water:
             return self.top * self.rate / (self.rate + self.leak)
         return min(self.top, self.top * self.rate / self.leak) if self.leak else self.top
-
-    def rise_at(self, vacuum: float) -> float:
-        """Rise of the vacuum at full pump, leak counted [Pa/s]."""
-        return self.rate * (self.top - self.weight * vacuum) - self.leak * vacuum
 
 
 def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
@@ -77,30 +66,19 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
         )
     if not water:
         leak = leaking(atmosphere - vacuum, atmosphere, line.leak.laminar, line.leak.orifice)
+        leak, rate = leak / (volume * vacuum), flow / volume
         top = atmosphere - lowest_pressure(pump, atmosphere)
-        made = Plant(
-            rate=flow / volume, top=top, leak=leak / (volume * vacuum),
-            vent=vent or back * atmosphere / (volume * vacuum),
-            backwards=back * atmosphere / volume,
-        )  # fmt: skip
+        vent = vent or back * atmosphere / (volume * vacuum)
+        backwards = back * atmosphere / volume
     else:
-        if chamber.compliance is None:
-            raise QuantityError("chamber.compliance is missing: water needs it")
+        compliance = water_compliance(line)
         check_water(pump)
-        top = atmosphere - max(pump.ultimate, VAPOUR)
-        slope = flow / chamber.compliance
-        made = Plant(
-            rate=slope / top, top=top, water=True,
-            vent=(vent * volume or back) / (chamber.compliance * top),
-            backwards=back / chamber.compliance,
-        )  # fmt: skip
-    check_plant(made)
+        top, leak = atmosphere - max(pump.ultimate, VAPOUR), 0.0
+        rate, backwards = flow / compliance / top, back / compliance
+        vent = (vent * volume or back) / (compliance * top)
+    made = Plant(rate=rate, top=top, leak=leak, vent=vent, backwards=backwards, water=water)
+    check(made, "plant.")
     return made
-
-
-def check_plant(plant: Plant) -> None:
-    """Raise QuantityError for the first rate out of bounds."""
-    check(plant, "plant.")
 
 
 def check_target(plant: Plant, target: float, name: str = "target") -> None:

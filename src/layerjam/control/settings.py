@@ -67,10 +67,7 @@ class Regulator:
         "s", "PI: integral time", hi=1e6, open_lo=True, default=None
     )
     tuned_at: float | None = quantity(
-        "Pa",
-        "vacuum at which `pi` is tuned where no gain is given; half of `top` if left out",
-        hi=1.2e5,
-        default=None,
+        "Pa", "PI: vacuum at which it is tuned; half of `top` if left out", hi=1.2e5, default=None
     )
     feed_forward: bool = True
     reversible: bool = False
@@ -84,9 +81,8 @@ class Regulator:
         "s", "shortest time between vent switchings", hi=1e4, default=0.0
     )
     confirm: int = quantity(
-        "1", "samples in a row out of range before it is a fault", lo=1, hi=1e6, whole=True,
-        default=3,
-    )  # fmt: skip
+        "1", "samples in a row out of range that make a fault", lo=1, hi=1e6, whole=True, default=3
+    )
     decision_step: float | None = quantity(
         "Pa", "rise the pump must owe before it is judged", hi=1e5, open_lo=True, default=None
     )
@@ -100,9 +96,8 @@ class Regulator:
         "1", "multiple of the rise owed that only a blocked line gives", lo=3, hi=1e3, default=4.0
     )
     lost_band: float | None = quantity(
-        "Pa", "how far below a target once reached the vacuum is lost", hi=1e5, open_lo=True,
-        default=None,
-    )  # fmt: skip
+        "Pa", "distance below a reached target that is a loss", hi=1e5, open_lo=True, default=None
+    )
     lost_time: float = quantity("s", "for how long it must be", hi=1e4, default=1.0)
     stuck_time: float = quantity(
         "s", "for how long a noisy sensor may show one number", hi=1e6, default=1.0
@@ -144,9 +139,8 @@ class Regulator:
     def decision(self) -> float:
         """Rise the pump owes before it is judged [Pa]."""
         least = CLEAR_OF_NOISE * self.sensor.noise + 2 * self.sensor.resolution
-        return max(0.02 * self.plant.top, least) if self.decision_step is None else (
-            self.decision_step
-        )  # fmt: skip
+        wide = max(0.02 * self.plant.top, least)
+        return wide if self.decision_step is None else self.decision_step
 
     @property
     def lost_below(self) -> float:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.control.plant import Plant
-from layerjam.errors import FitError, QuantityError
+from layerjam.errors import FitError
 from layerjam.units import show
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -42,22 +42,10 @@ class Gains:
     vacuum: float
 
 
-def simc(
-    plant: Plant, *, sample_time: float, lag: float, vacuum: float = 0.0,
-    closed_loop_time: float | None = None,
-) -> Gains:  # fmt: skip
+def simc(plant: Plant, *, sample_time: float, lag: float, vacuum: float = 0.0) -> Gains:
     """PI gains of a plant at `vacuum` [Pa] by the rule of this module; times in seconds."""
     dead = 0.5 * sample_time + lag
-    if closed_loop_time is not None and closed_loop_time < dead:
-        raise QuantityError(
-            f"closed_loop_time: {show(closed_loop_time, 's')} is not allowed; it is at least the "
-            f"loop's dead time of {show(dead, 's')}"
-        )
-    slow = (
-        max(dead, 4 * sample_time, 0.05 / plant.rate)
-        if closed_loop_time is None
-        else closed_loop_time
-    )
+    slow = max(dead, 4 * sample_time, 0.05 / plant.rate)
     room = max(plant.top - plant.weight * vacuum, LEAST_ROOM * plant.top)
     held = plant.leak * vacuum / (plant.rate * room)
     pole = plant.weight * plant.rate * min(held, 1.0) + plant.leak
@@ -65,13 +53,15 @@ def simc(
     return Gains(
         gain=1.0 / (plant.rate * room * (slow + dead)),
         integral_time=min(1.0 / pole, longest) if pole else longest,
-        dead_time=dead, closed_loop_time=slow, vacuum=vacuum,
-    )  # fmt: skip
+        dead_time=dead,
+        closed_loop_time=slow,
+        vacuum=vacuum,
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Identified:
-    """A plant found from a step, with 95 % intervals of what was fitted."""
+    """A plant fitted to a step, with 95 % intervals of what was fitted."""
 
     plant: Plant
     rate_interval: tuple[float, float]
@@ -88,8 +78,8 @@ def identify_air(
 ) -> Identified:
     """The plant from time [s] and vacuum [Pa], shape (N,), while the pump runs full from rest.
 
-    One step tells the pole k + leak and the vacuum where it ends; `leak` [1/s] (from a hold log)
-    parts pump and leak, `vent` [1/s] is taken as given. Raises FitError where there is no
+    One step shows the pole k + leak and the vacuum where it ends; `leak` [1/s] (from a hold log)
+    separates pump and leak, `vent` [1/s] is taken as given. Raises FitError where there is no
     pump-down or the leak exceeds the pole.
     """
     from layerjam.identify.logs.pump_down import fit_pump_down
@@ -101,11 +91,9 @@ def identify_air(
         )
     rate, reach = fit.rate - leak, atmosphere - fit.ultimate
     low, high = fit.interval(1)
-    return Identified(
-        plant=Plant(rate=rate, top=reach * fit.rate / rate, leak=leak, vent=vent),
-        rate_interval=fit.interval(2), reach_interval=(atmosphere - high, atmosphere - low),
-        noise=float(fit.series.noise), warnings=fit.warnings,
-    )  # fmt: skip
+    plant = Plant(rate=rate, top=reach * fit.rate / rate, leak=leak, vent=vent)
+    ends = (atmosphere - high, atmosphere - low)
+    return Identified(plant, fit.interval(2), ends, float(fit.series.noise), fit.warnings)
 
 
 def identify_water(
@@ -129,8 +117,5 @@ def identify_water(
     if slope - error <= 0:
         raise FitError("the vacuum does not rise: no step of a water line")
     rise = float(slope) + leak * float(v.mean())
-    return Identified(
-        plant=Plant(rate=rise / top, top=top, leak=leak, vent=vent, water=True),
-        rate_interval=((rise - error) / top, (rise + error) / top), reach_interval=(top, top),
-        noise=noise, warnings=(),
-    )  # fmt: skip
+    plant = Plant(rate=rise / top, top=top, leak=leak, vent=vent, water=True)
+    return Identified(plant, ((rise - error) / top, (rise + error) / top), (top, top), noise, ())

@@ -12,7 +12,7 @@ import math
 from itertools import pairwise
 
 from layerjam.fluid.flow import NORMAL, VAPOUR, leaking, tube_conductance
-from layerjam.fluid.line import Line
+from layerjam.fluid.line import Line, water_compliance
 from layerjam.fluid.pump import check_water, inlet_flow, intake, lowest_pressure, points
 
 
@@ -109,8 +109,7 @@ def rise_time(target: float, line: Line, water: bool = False) -> float | None:
     if target > reachable(line, water) or (not water and target == reachable(line)):
         return None
     if water:
-        assert line.chamber.compliance is not None
-        return 0.8 * target * line.chamber.compliance / pumps_flow(line)
+        return 0.8 * target * water_compliance(line) / pumps_flow(line)
     return pumping_time(a - 0.1 * target, a - 0.9 * target, line)
 
 
@@ -120,8 +119,7 @@ def time_constant(line: Line, water: bool = False) -> float:
     Of water the time to a vacuum of one atmosphere, C a/F, its only scale.
     """
     if water:
-        assert line.chamber.compliance is not None
-        return line.chamber.compliance * line.site.atmosphere / pumps_flow(line)
+        return water_compliance(line) * line.site.atmosphere / pumps_flow(line)
     return line.chamber.volume / pumps_flow(line)
 
 
@@ -151,6 +149,5 @@ def fall_by_pump(target: float, line: Line, water: bool = False) -> float | None
     if flow == 0:
         return None
     if water:
-        assert line.chamber.compliance is not None
-        return 0.8 * target * line.chamber.compliance / flow
+        return 0.8 * target * water_compliance(line) / flow
     return 0.8 * target / line.site.atmosphere * line.chamber.volume / flow

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from layerjam.fluid.flow import leaking
-from layerjam.fluid.line import Line
+from layerjam.fluid.line import Line, water_compliance
 from layerjam.fluid.network import CHAMBER, PUMPED, SIDE, Response
 from layerjam.fluid.pump import intake
 
@@ -35,8 +35,7 @@ def jam_work(vacuum: float, line: Line, water: bool = False, standing: float = 0
         return jam_work(vacuum, line, water) - jam_work(standing, line, water)
     chamber, a = line.chamber, line.site.atmosphere
     if water:
-        assert chamber.compliance is not None
-        return chamber.compliance * vacuum**2 / 2
+        return water_compliance(line) * vacuum**2 / 2
     p = a - vacuum
     logarithm = p * p * math.log(a / p) if p > 0 else 0.0
     shrunk = chamber.shrink * ((a * a - p * p) / 2 - logarithm)

@@ -174,3 +174,10 @@ def validate(line: Line) -> None:
             f"{show(chamber.shrink * atmosphere, 'm^3')} would go at a full "
             f"vacuum; the chamber has {show(chamber.volume, 'm^3')}",
         )
+
+
+def water_compliance(line: Line) -> float:
+    """Water that a vacuum draws out of a line [m^3/Pa]; QuantityError where it is not given."""
+    if line.chamber.compliance is None:
+        raise QuantityError("chamber.compliance is missing: water needs it")
+    return line.chamber.compliance

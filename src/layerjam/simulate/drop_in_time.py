@@ -23,18 +23,14 @@ from layerjam.mechanics.stop.motion import (
     SNAPPED,
     STANDSTILL,
     TRAVEL_USED,
-    Load,
-    Motion,
     Vacuum,
-    at_start,
     ended,
     load_of,
     series_of,
-    setting_of,
     step_on,
     stored_energy,
 )
-from layerjam.mechanics.stop.motion_step import sleeve_force
+from layerjam.mechanics.stop.motion_step import Load, Motion, at_start, setting_of, sleeve_force
 from layerjam.simulate.drop import snap_reason
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.vacuum_history import VACUUM, History

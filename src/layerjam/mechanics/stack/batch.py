@@ -91,11 +91,16 @@ def _reached(force: float, track: Array, points: int) -> float:  # pragma: no co
 
 @kernel
 def _one(
-    probe: float, end: float, stack: Stack, states: tuple[State, State, State], trial: Trial,
-    which: Flags, track: Array, out: Array,
-) -> int:  # pragma: no cover  # fmt: skip
+    probe: float,
+    end: float,
+    stack: Stack,
+    states: tuple[State, State, State],
+    room: tuple[Trial, Flags],
+    track: Array,
+    out: Array,
+) -> int:  # pragma: no cover
     """Pull one stack to its peak; `probe` is a small elongation, `end` the last one."""
-    state, last, before = states
+    (state, last, before), (trial, which) = states, room
     code = advance(probe, stack, state, trial, which)
     onset = probe * _to_onset(stack, state)
     for i in range(len(state.past)):
@@ -161,13 +166,11 @@ def _many() -> Any:
     ) -> None:  # pragma: no cover
         len(stamp)
         track = np.zeros((2, _MOST + 2))
+        springs, right, _, ratio, _, mount, ends, face = stack
         for j in range(len(friction)):
-            one = Stack(
-                stack.springs, stack.right, friction[j], stack.ratio, length[j], stack.mount,
-                stack.ends, stack.face,
-            )  # fmt: skip
-            states, (trial, which) = (at_rest(one), at_rest(one), at_rest(one)), room_for(one)
-            code = _one(probe, end, one, states, trial, which, track, out[j])
+            one = Stack(springs, right, friction[j], ratio, length[j], mount, ends, face)
+            states = at_rest(one), at_rest(one), at_rest(one)
+            code = _one(probe, end, one, states, room_for(one), track, out[j])
             if code != DONE:
                 for k in range(5):
                     out[j, k] = np.nan if code in (SNAPPED, CHATTER) else -1.0

@@ -16,9 +16,8 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-_INNER: dict[str, Any] = {
-    "error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
-}  # fmt: skip
+_INNER: dict[str, Any] = dict.fromkeys(("no_cpython_wrapper", "no_cfunc_wrapper"), True)
+_INNER |= {"error_model": "numpy", "_nrt": False}
 """These loops allocate nothing and are called from other loops only. Counting references to the
 arrays in their tuples took four fifths of the time of a pull."""
 

@@ -72,6 +72,18 @@ def kernel_stamp() -> str:
     return stamp_of(Path(__file__).parent.glob("*.py"))
 
 
+class _Tracks(NamedTuple):
+    """What a pull is written into, shape (N, ...) each."""
+
+    out: Array
+    """Force, cap, work, heat, stored energy, slack."""
+    sheets: Array
+    interface: Array
+    slip: Array
+    sliding: Flags
+    faces: Array
+
+
 @once
 def _follow() -> Any:
     """The loop over a path."""
@@ -79,11 +91,11 @@ def _follow() -> Any:
 
     @numba.njit(cache=True, error_model="numpy")
     def follow(
-        path: Array, stack: Stack, state: State, trial: Trial, which: Flags, out: Array,
-        sheets: Array, interface: Array, slip: Array, sliding: Flags, faces: Array,
-    ) -> tuple[int, int]:  # pragma: no cover  # fmt: skip
+        path: Array, stack: Stack, state: State, room: tuple[Trial, Flags], tracks: _Tracks
+    ) -> tuple[int, int]:  # pragma: no cover
         len(stamp)
-        n = len(stack.springs)
+        out, sheets, interface, slip, sliding, faces = tracks
+        n, (trial, which) = len(stack.springs), room
         for step in range(len(path)):
             code = advance(path[step], stack, state, trial, which)
             if code != DONE:
@@ -135,17 +147,15 @@ def pull_stack(
     check_stack(stack)
     n, count = len(stack.springs), len(path)
     path = np.ascontiguousarray(path, float)
-    out, faces = np.zeros((count, 6)), np.zeros((count, 2))
-    sheets, interface = np.zeros((count, n)), np.zeros((count, n - 1))
-    slip, sliding = np.zeros((count, n - 1)), np.zeros((count, n - 1), bool)
-    state, (trial, which) = at_rest(stack), room_for(stack)
+    interface, slip = np.zeros((count, n - 1)), np.zeros((count, n - 1))
+    out, sheets, sliding = np.zeros((count, 6)), np.zeros((count, n)), slip > 0
+    tracks: Any = _Tracks(out, sheets, interface, slip, sliding, np.zeros((count, 2)))
+    state, room = at_rest(stack), room_for(stack)
     block, done, code = max(1, BLOCK // n), 0, DONE
     while done < count and code == DONE:
         part = slice(done, min(done + block, count))
-        steps, code = _follow()(
-            path[part], stack, state, trial, which, out[part], sheets[part], interface[part],
-            slip[part], sliding[part], faces[part],
-        )  # fmt: skip
+        written = _Tracks(*(track[part] for track in tracks))
+        steps, code = _follow()(path[part], stack, state, room, written)
         done += steps
         if progress:
             progress(1.0 if done < part.stop else done / count)
@@ -165,17 +175,6 @@ def pull_stack(
             f"stack: no equilibrium was found at an elongation of {path[done]:.6g} m; please "
             "report this brake"
         )
-    return StackPull(
-        force=out[:done, 0],
-        cap=out[:done, 1],
-        sheets=sheets[:done],
-        interface=interface[:done],
-        slip=slip[:done],
-        sliding=sliding[:done],
-        faces=faces[:done],
-        work=out[:done, 2],
-        heat=out[:done, 3],
-        stored=out[:done, 4],
-        slack=out[:done, 5] > 0,
-        snapped=code == SNAPPED,
-    )
+    numbers, *parts = [track[:done] for track in tracks]
+    force, cap, work, heat, stored, slack = numbers.T
+    return StackPull(*(force, cap, *parts, work, heat, stored, slack > 0, code == SNAPPED))

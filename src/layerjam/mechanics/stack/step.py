@@ -221,14 +221,11 @@ def advance(
 def at_rest(stack: Stack) -> State:  # pragma: no cover
     """A stack at rest."""
     n = len(stack.springs)
-    faces = Faces(
-        np.zeros((2, 2, DEPTH)), np.zeros(2, np.int64), np.ones(2, np.int64), np.zeros(2),
-        np.zeros(2), np.zeros(2),
-    )  # fmt: skip
-    return State(
-        np.zeros(n - 1), np.zeros(n - 1, np.int64), np.zeros(n - 1, np.bool_), np.zeros(n),
-        np.zeros(n - 1), np.zeros(10), faces,
-    )  # fmt: skip
+    turns, counts, heading = np.zeros((2, 2, DEPTH)), np.zeros(2, np.int64), np.ones(2, np.int64)
+    faces = Faces(turns, counts, heading, np.zeros(2), np.zeros(2), np.zeros(2))
+    slides, moving = np.zeros(n - 1, np.int64), np.zeros(n - 1, np.bool_)
+    past, interface = np.zeros(n - 1), np.zeros(n - 1)
+    return State(past, slides, moving, np.zeros(n), interface, np.zeros(10), faces)
 
 
 @register_jitable

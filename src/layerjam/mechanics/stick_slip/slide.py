@@ -89,7 +89,6 @@ def _stay(state: State, at: Slide) -> State:
 class _Step(NamedTuple):
     """A step tried, and what would change in it."""
 
-    h: Any
     slip: Any
     extension: Any
     trial: Trial
@@ -134,12 +133,9 @@ def _tried(state: State, h: Any, at: Slide, exact: bool) -> _Step:
     wrong = (f0 < -strong) | ((f0 <= strong) & (d0 < 0) & (f1 < -strong))
     pulls = [jnp.where(taut, v, 0.0) for v in (force0, slope0, force1, slope1)]
     high, low = hermite_range(h, *pulls)
-    return _Step(
-        h=h, slip=slip, extension=e1, trial=trial, stopped=stopped, turned=turned,
-        late=(stops & ~stopped) | (turns & ~turned),
-        sooner=jnp.minimum(jnp.where(stops, stop_at, h), jnp.where(turns, turn_at, h)),
-        tiny=tiny, wrong=wrong, high=high, low=low,
-    )  # fmt: skip
+    late = (stops & ~stopped) | (turns & ~turned)
+    sooner = jnp.minimum(jnp.where(stops, stop_at, h), jnp.where(turns, turn_at, h))
+    return _Step(slip, e1, trial, stopped, turned, late, sooner, tiny, wrong, high, low)
 
 
 def _forces(e: Any, x: Any, v: Any, drive: Any, taut: Any, at: Slide) -> tuple[Any, Any, Any]:
@@ -212,14 +208,11 @@ def _written(old: State, new: State, passed: Any, rests: Any, at: Slide) -> Stat
     extension, drive = extension_at(new.time, new.slip, at), crosshead_speed(new.time, at)
     pull = spring_force(extension, drive - new.velocity, at)
     force = jnp.where(new.mode == SLACK, 0.0, pull)
-    event = jnp.stack([
-        old.broke[0], new.time, old.broke[2], new.high, jnp.minimum(new.low, force),
-        new.slip - old.broke[1],
-    ])  # fmt: skip
-    row = jnp.stack([
-        new.time, extension + new.slip, force, new.slip, new.velocity, new.work, new.heat,
-        jnp.where(new.mode == STUCK, 0.0, 1.0),
-    ])  # fmt: skip
+    broke, begin, at_break = old.broke
+    slipped, low = new.slip - begin, jnp.minimum(new.low, force)
+    event = jnp.stack((broke, new.time, at_break, new.high, low, slipped))
+    crosshead, sliding = extension + new.slip, jnp.where(new.mode == STUCK, 0.0, 1.0)
+    row = (new.time, crosshead, force, new.slip, new.velocity, new.work, new.heat, sliding)
     # the last row of a table takes what is not to be kept: a slice is written in place
     last, end = old.table.shape[0] - 1, old.trace.shape[0] - 1
     place = jnp.where(rests, jnp.minimum(old.count, last), last)
@@ -227,7 +220,7 @@ def _written(old: State, new: State, passed: Any, rests: Any, at: Slide) -> Stat
     return new._replace(
         count=old.count + rests,
         table=jax.lax.dynamic_update_slice(old.table, event[None], (place, 0)),
-        trace=jax.lax.dynamic_update_slice(old.trace, row[None], (line, 0)),
+        trace=jax.lax.dynamic_update_slice(old.trace, jnp.stack(row)[None], (line, 0)),
         written=jnp.minimum(old.written + passed, end),
         actions=old.actions + 1,
     )
@@ -247,25 +240,30 @@ def _ended(state: State, at: Slide, most: int) -> Any:
         (state.written >= state.trace.shape[0] - 1) & (state.trace.shape[0] > 2)
     )
     reason = jnp.where(full, TOO_LONG, 0)
-    for holds, code in (
-        (calm, STEADY), (state.count >= at.events, ENOUGH_EVENTS), (state.time >= at.end, AT_END),
-        (closed, CLOSED), (state.slip >= at.overlap, SEPARATED),
-    ):  # fmt: skip
-        reason = jnp.where(holds, code, reason)
-    return reason
+    reason = jnp.where(calm, STEADY, reason)
+    reason = jnp.where(state.count >= at.events, ENOUGH_EVENTS, reason)
+    reason = jnp.where(state.time >= at.end, AT_END, reason)
+    reason = jnp.where(closed, CLOSED, reason)
+    return jnp.where(state.slip >= at.overlap, SEPARATED, reason)
 
 
 @partial(jax.jit, static_argnames=("exact", "events", "samples", "most"))
 def _run(at: Slide, exact: bool, events: int, samples: int, most: int) -> State:
-    zero = jnp.zeros(())
+    zero, none = jnp.zeros(()), jnp.asarray(0)
     first = jnp.stack([zero, at.start, zero, at.start, zero, zero, zero, zero])
-    state = State(
-        time=zero, slip=at.start, velocity=zero, work=zero, heat=zero,
-        mode=jnp.asarray(STUCK), next_step=zero, count=jnp.asarray(0), high=zero, low=zero,
-        broke=jnp.zeros(3), table=jnp.full((events + 1, 6), jnp.nan),
-        trace=jnp.zeros((samples + 1, 8)).at[0].set(first), written=jnp.asarray(1),
-        actions=jnp.asarray(0), deviation=zero + jnp.inf, reason=jnp.asarray(0),
-    )  # fmt: skip
+    still = State(**dict.fromkeys(State._fields, zero))
+    state = still._replace(
+        slip=at.start,
+        mode=jnp.asarray(STUCK),
+        count=none,
+        broke=jnp.zeros(3),
+        table=jnp.full((events + 1, 6), jnp.nan),
+        trace=jnp.zeros((samples + 1, 8)).at[0].set(first),
+        written=jnp.asarray(1),
+        actions=none,
+        deviation=zero + jnp.inf,
+        reason=none,
+    )
 
     def act(state: State) -> State:
         stuck = state.mode == STUCK

@@ -240,8 +240,8 @@ def hermite_root(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:
     def halve(_: int, ends: tuple[Any, Any]) -> tuple[Any, Any]:
         below, above = ends
         middle = (below + above) / 2
-        return (jnp.where(cubic(middle) > 0, middle, below),
-                jnp.where(cubic(middle) > 0, above, middle))  # fmt: skip
+        ahead = cubic(middle) > 0
+        return jnp.where(ahead, middle, below), jnp.where(ahead, above, middle)
 
     return crosses, jax.lax.fori_loop(0, 48, halve, (low, high))[1] * h
 

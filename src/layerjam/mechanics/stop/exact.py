@@ -35,10 +35,8 @@ from layerjam.mechanics.stop.algebra import (
     value,
 )
 
-__all__ = [
-    "BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED", "Stop", "kinetic_energy",
-    "speed_at_slip", "stop", "time_at_slip",
-]  # fmt: skip
+__all__ = ["BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED"]
+__all__ += ["Stop", "kinetic_energy", "speed_at_slip", "stop", "time_at_slip"]
 SETTLED = 1e-5
 """Last step of the root's search, over its bracket, below which the next one changes nothing."""
 

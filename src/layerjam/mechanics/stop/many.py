@@ -44,11 +44,9 @@ def constants_of(brake: Brake) -> Constants | None:
     if brake.pressure_exponent is not None:
         return None
     sleeve = sleeve_at(1.0, brake)
-    return Constants(
-        float(friction_per_contact(1.0, brake)), float(sleeve.friction),
-        float(brake.sheets.overlap), float(brake.sheets.usable_travel),
-        float(sleeve.stiffness), float(sleeve.reach),
-    )  # fmt: skip
+    sheets, c = brake.sheets, friction_per_contact(1.0, brake)
+    values = (c, sleeve.friction, sheets.overlap, sheets.usable_travel)
+    return Constants(*(float(v) for v in (*values, sleeve.stiffness, sleeve.reach)))
 
 
 @once
@@ -85,17 +83,14 @@ def kernel() -> Any:
             done += run
 
     @numba.njit(error_model="numpy", fastmath={"contract"})  # type: ignore[untyped-decorator]
-    def block(  # type: ignore[no-untyped-def]
-        mass, speed, vacuum, spring, gravity, count, of, slip, peak, pace, heat, stored, outcome,
-        settled,
-    ):  # fmt: skip
+    def block(drops, count, of, ends, settled):  # type: ignore[no-untyped-def]
+        mass, speed, vacuum, spring, gravity = drops
+        slip, peak, pace, heat, stored, outcome = ends
         for i in range(count):
             q, ea, reach = of.drag * vacuum[i], of.stiffness, of.reach
             sleeve = Sleeve(ea, q, reach, 2 * math.sqrt(ea * q), q * reach * reach / ea)
-            at = setup(
-                mass[i], speed[i], of.friction * vacuum[i], of.overlap, sleeve, spring[i],
-                gravity[i],
-            )  # fmt: skip
+            m, v, c = mass[i], speed[i], of.friction * vacuum[i]
+            at = setup(m, v, c, of.overlap, sleeve, spring[i], gravity[i])
             found = search(at, of.travel)
             energy, low, high = found.energy, found.low, found.high
             before = guess(energy, low, high)
@@ -105,7 +100,7 @@ def kernel() -> Any:
             settled[i] = not abs(root - before) > SETTLED * high
             root = polished(energy, root, slope_of(energy, root))
             end = end_of(at, found, root, of.travel)
-            fine = (mass[i] > 0) & (speed[i] >= 0) & (vacuum[i] >= 0)
+            fine = (m > 0) & (v >= 0) & (vacuum[i] >= 0)
             fine = fine & (spring[i] > 0) & (gravity[i] >= 0)
             fine = fine & (at.onset + sleeve.root >= 0)
             bad = 0.0 if fine else math.nan
@@ -122,15 +117,11 @@ def kernel() -> Any:
             start = piece * BLOCK
             size = min(BLOCK, count - start)
             part, made = np.empty((5, BLOCK)), np.empty((6, BLOCK))
-            fill(part[0], size, axes[0].values, axes[0].stride, first + start)
-            fill(part[1], size, axes[1].values, axes[1].stride, first + start)
-            fill(part[2], size, axes[2].values, axes[2].stride, first + start)
-            fill(part[3], size, axes[3].values, axes[3].stride, first + start)
-            fill(part[4], size, axes[4].values, axes[4].stride, first + start)
-            block(
-                part[0], part[1], part[2], part[3], part[4], size, of, made[0], made[1], made[2],
-                made[3], made[4], made[5], settled[start:],
-            )  # fmt: skip
+            for k in range(5):
+                fill(part[k], size, axes[k].values, axes[k].stride, first + start)
+            drops = (part[0], part[1], part[2], part[3], part[4])
+            ends = (made[0], made[1], made[2], made[3], made[4], made[5])
+            block(drops, size, of, ends, settled[start:])
             for k in range(6):
                 if out[k].size:
                     for i in range(size):

@@ -32,11 +32,6 @@ from layerjam.mechanics.stop.motion_step import (
     sleeve_force,
 )
 
-__all__ = [
-    "CLOSED", "LONGEST", "MOVING", "NOT_A_CASE", "SNAPPED", "STANDSTILL", "TRAVEL_USED", "Load",
-    "Motion", "Vacuum", "at_start", "ended", "load_of", "series_of", "setting_of", "step_on",
-    "stop_in_time", "stored_energy",
-]  # fmt: skip
 MOVING, STANDSTILL, TRAVEL_USED, CLOSED, SNAPPED = 0, 1, 2, 3, 4
 """How far it got: still moving, first standstill, end of travel, sleeve closes the brake, snaps.
 
@@ -219,18 +214,26 @@ def series_of(rope: Any, brake: Brake) -> Any:
 
 @law
 def stop_in_time(
-    mass: Any, speed: Any, vacuum: Any, times: Any, rope: Any, damping: Any, gravity: Any,
-    step: Any, steps: Any, brake: Brake,
-) -> Motion:  # fmt: skip
+    mass: Any,
+    speed: Any,
+    vacuum: Any,
+    times: Any,
+    rope: Any,
+    damping: Any,
+    gravity: Any,
+    step: Any,
+    steps: Any,
+    brake: Brake,
+) -> Motion:
     """March a mass [kg] arriving with `speed` [m/s] to its first standstill or the end of travel.
 
     `vacuum` [Pa] broadcasts with the rest where `times` is None; with `times` [s], shape (H,), it
     holds samples of a history. `rope` [N/m] and `damping` [N s/m] may be None. `step` [s] may
-    differ from drop to drop, `steps` is the most that are taken
-    (the greatest where several are given); outcome MOVING where they did not
-    do. Energy is kept to rounding, time and slip are of second order in the step (slip exact at
-    constant vacuum without damping). NaN and NOT_A_CASE outside the domain, to which a step longer
-    than a quarter of sqrt(M/k) belongs, k of rope and brake in series: it may pass over events.
+    differ from drop to drop, `steps` is the most that are taken (the greatest where several are
+    given); the outcome is MOVING where they were not enough. Energy is kept to rounding, time and
+    slip are of second order in the step (slip exact at constant vacuum without damping). NaN and
+    NOT_A_CASE outside the domain, to which a step longer than a quarter of sqrt(M/k) belongs, k of
+    rope and brake in series: it may pass over events.
     """
     damped, steady = damping is not None, times is None
     history = Vacuum(vacuum, times)

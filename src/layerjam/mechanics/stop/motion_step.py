@@ -82,15 +82,13 @@ class _Pulled(NamedTuple):
 def at_start(speed: Any, vacuum: Any, steady: bool) -> Motion:
     """Just taut, everything relaxed; the shape is that of `speed` [m/s] and `vacuum` [Pa]."""
     speed, vacuum = jnp.broadcast_arrays(speed, vacuum)
-    zero = jnp.zeros_like(speed)
+    zero: Any = jnp.zeros_like(speed)
     no, none = jnp.zeros(speed.shape, bool), jnp.zeros(speed.shape, int)
     turns = Turns(zero, zero, zero, none)
     memory = Memory(zero, zero, zero, turns, zero, zero, turns, turns, ~no, zero, zero, no)
-    return Motion(
-        time=zero, place=zero, speed=speed, drawn=zero, stretch=zero, slack=no, slip=zero,
-        force=zero, sleeve=None if steady else memory, vacuum=vacuum, heat=zero, peak=zero,
-        outcome=none,
-    )  # fmt: skip
+    rest = Motion(**dict.fromkeys(Motion._fields, zero))
+    rest = rest._replace(speed=speed, slack=no, vacuum=vacuum, outcome=none)
+    return rest._replace(sleeve=None if steady else memory)
 
 
 def setting_of(vacuum: Any, spring: Any, brake: Brake) -> Setting:
@@ -260,9 +258,11 @@ def _kept(sleeve: Memory | None, pulled: _Pulled) -> Memory | None:
 
 def pump(motion: Motion, vacuum: Any, before: Setting, at: Setting) -> Motion:
     """Another vacuum while the mass rests: what the brake gives way for turns into heat."""
-    assert motion.sleeve is not None
-    force = first_force(motion.sleeve, motion.slip, before.sleeve)
-    held = motion.sleeve._replace(slip=motion.slip, force=force)
+    memory = motion.sleeve
+    if memory is None:  # constant vacuum
+        return motion
+    force = first_force(memory, motion.slip, before.sleeve)
+    held = memory._replace(slip=motion.slip, force=force)
     sleeve = at_vacuum(held, before.sleeve, at.sleeve)
     new = motion._replace(sleeve=sleeve)
     gives = motion.force > at.c * (at.overlap - motion.slip) + sleeve.force

@@ -1,0 +1,76 @@
+"""A line that waits for a warning: how fast its vacuum comes, and how fast it goes.
+
+With the warning the pump goes full on and, after its delay, the reservoir's valve opens.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from layerjam.fluid.closed_forms import lowest
+from layerjam.fluid.line import Line, water_compliance
+from layerjam.fluid.network import Drive, Response, at_pressure, respond
+from layerjam.simulate.coupled import line_along
+
+SAMPLES = 401
+SHORTEST = 1e-9
+"""Time [s] that counts as none: the integrator of the line cannot step over much less."""
+
+
+@dataclass(frozen=True)
+class Standby:
+    """A line and the vacuum it holds while it waits."""
+
+    line: Line
+    vacuum: float = 0.0
+    """Idle vacuum [Pa]."""
+    stored: float | None = None
+    """In the reservoir [Pa absolute]; None: as low as pump and leak come to."""
+    water: bool = False
+
+    def warned(self, duration: float, samples: int = SAMPLES) -> Response:
+        """The line from the warning on, for a duration [s]."""
+        line, a = self.line, self.line.site.atmosphere
+        if self.water:
+            time = np.linspace(0.0, duration, samples if duration else 1)
+            start = at_pressure(line, a - self.vacuum)
+            return line_along(line, start, time, np.zeros_like(time), Drive(), water=True)
+        start = at_pressure(
+            line, a - self.vacuum, lowest(line) if self.stored is None else self.stored
+        )
+        if duration <= SHORTEST:
+            return Response(line=line, time=np.zeros(1), states=start[None])
+        opens = np.inf if line.reservoir is None else line.reservoir.delay
+        if opens >= duration - SHORTEST:
+            return respond(line, duration, Drive(), start, samples)
+        if opens <= SHORTEST:
+            return respond(line, duration, Drive(store=1.0), start, samples)
+        first = respond(line, opens, Drive(), start, max(samples // 4, 2))
+        then = respond(line, duration - opens, Drive(store=1.0), first.states[-1], samples)
+        time = np.append(first.time, opens + then.time[1:])
+        return Response(line=line, time=time, states=np.vstack([first.states, then.states[1:]]))
+
+    def reached(self, duration: float) -> float:
+        """Vacuum [Pa] after a warning of so long [s]."""
+        return float(self.warned(duration, samples=2).vacuum[-1])
+
+    def vented(self, duration: float) -> float:
+        """Least vacuum [Pa] that venting for so long [s] leaves.
+
+        By the vent valve after its delay, or the pumps run backwards; without either all of it
+        stays.
+        """
+        line = self.line
+        back = line.pump.backwards * line.pump.count
+        if self.water:
+            return max(self.vacuum - back * duration / water_compliance(line), 0.0)
+        wait = line.valve.delay if line.valve is not None else 0.0
+        stays = line.valve is None and back == 0
+        if stays or duration <= wait + SHORTEST or self.vacuum == 0:
+            return self.vacuum
+        drive = Drive(pump=-1.0) if line.valve is None else Drive(pump=0.0, vent=1.0)
+        start = at_pressure(line, line.site.atmosphere - self.vacuum)
+        made = respond(line, duration - wait, drive, start, 2)
+        return max(float(made.vacuum[-1]), 0.0)
