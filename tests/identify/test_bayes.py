@@ -378,7 +378,7 @@ def test_many_repeats_meet_the_plain_mean() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("vacuum", [94.5e3, 5e3, 1.5e3])
 def test_one_curve_at_any_vacuum(vacuum: float) -> None:
-    curves, own = pulls(1, 3, vacuum=vacuum, noise=0.02, speed=1.3e-3)
+    curves, own = pulls(1, 1, vacuum=vacuum, noise=0.02, speed=1.3e-3)
     found = fit_bayes(curves, KAPTON)
     low, high = np.quantile(found.curve_scale_factor, [0.001, 0.999])
     assert low < own[0, 0] < high

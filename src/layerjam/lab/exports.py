@@ -6,7 +6,7 @@ imitations, written from what such files look like, not by the machines.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -33,40 +33,46 @@ LANGUAGES = {
     "ja": ("時間", "ストローク", "試験力", "クロスヘッド", "標準変位", "標準荷重"),
 }  # fmt: skip
 ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "latin-1", "cp1252", "cp932")
-# What MTS and Trapezium call the columns in English, where other software says it otherwise.
-_MTS = ("Time", "Crosshead", "Load")
-_TRAPEZIUM = ("Time", "Stroke", "Force")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Style:
     """How one file is written, and what it says of its force's unit (N are the numbers')."""
 
-    decimal: str = "."
-    language: str = "en"
-    force_unit: str = "N"
+    trace: Trace
+    mark: str
+    """Between columns."""
+    decimal: str
+    names: tuple[str, ...]
+    """Of time, travel, force, and what testXpert calls crosshead, travel and force."""
+    unit: str
 
-    @property
-    def separator(self) -> str:
-        """Of columns, in layouts with commas: a semicolon beside decimal commas."""
-        return "," if self.decimal == "." else ";"
-
-    def names(self, english: tuple[str, ...] = LANGUAGES["en"][:3]) -> tuple[str, ...]:
-        """Names of time, travel and force."""
-        return english if self.language == "en" else LANGUAGES[self.language][:3]
+    def line(self, *cells: str, form: str = '"%s"') -> str:
+        """One line of the head."""
+        return self.mark.join(form % cell for cell in cells)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """One software's layout: its text, and what is usual for it."""
+    """One software's layout: the lines above its numbers, its columns, and what is usual for it.
 
-    text: Callable[[Trace, Style], str]
+    `columns` holds the format of each column: t, time [s]; x, travel [mm]; m, travel [m]; c, the
+    absolute crosshead [mm]; f, force [N]. `english` are the names of time, travel and force where
+    they are not those of `LANGUAGES`; `fixed` says that encoding, decimal sign and language are
+    always the usual ones.
+    """
+
+    about: str
     ending: str
     encoding: str
-    about: str
+    head: Callable[[Style], list[str]]
+    columns: Mapping[str, str]
+    newline: str = "\n"
+    mark: str = ""
+    """Between columns; a comma, or a semicolon beside decimal commas, where it is empty."""
     decimal: str = "."
+    english: tuple[str, ...] = ()
     fixed: bool = False
-    """Whether encoding, decimal sign and language are always these."""
 
 
 def statement(facts: Facts) -> str:
@@ -74,135 +80,124 @@ def statement(facts: Facts) -> str:
     return f"SYNTHETIC, layerjam {__version__} virtual test machine, seed {facts.seed}"
 
 
-def _rows(form: str, trace: Trace, style: Style, *columns: np.ndarray) -> str:
-    """All rows in one go; `form` is the format of one row with its line end."""
-    count = len(trace)
-    flat = tuple(np.column_stack(columns).ravel().tolist()) if count else ()
-    text = (form * count) % flat
-    return text if style.decimal == "." else text.replace(".", ",")
+def _own(style: Style) -> list[str]:
+    said = statement(style.trace.facts)
+    head = [f"# layerjam {__version__} measurement", f"# data: {said}"]
+    return [*head, f"time [s],elongation [m],force [{style.unit}]"]
 
 
-def _time(trace: Trace) -> np.ndarray:
-    if trace.time is None:
-        raise QuantityError("a trace without time cannot be written")
-    return trace.time
+def _bluehill(style: Style) -> list[str]:
+    operator = style.line("Operator", statement(style.trace.facts))
+    units = style.line("s", "mm", style.unit, form='"(%s)"')
+    return ['"Sample description"', operator, "", style.line(*style.names[:3]), units, ""]
 
 
-def own(trace: Trace, style: Style) -> str:
-    """Our own CSV: SI, every digit."""
-    head = [f"# layerjam {__version__} measurement", f"# data: {statement(trace.facts)}"]
-    head.append(f"time [s],elongation [m],force [{style.force_unit}]\n")
-    rows = _rows("%r,%r,%r\n", trace, Style(), _time(trace), trace.elongation, trace.force)
-    return "\n".join(head) + rows
-
-
-def bluehill(trace: Trace, style: Style) -> str:
-    """Instron Bluehill: everything in quotes, names over units in parentheses; s, mm, N."""
-    mark, (time, travel, force) = style.separator, style.names()
-    head = [
-        '"Sample description"',
-        f'"Operator"{mark}"{statement(trace.facts)}"',
-        "",
-        f'"{time}"{mark}"{travel}"{mark}"{force}"',
-        f'"(s)"{mark}"(mm)"{mark}"({style.force_unit})"',
-        "",
-        "",
-    ]
-    form = f'"%.6f"{mark}"%.6f"{mark}"%.5f"\r\n'
-    rows = _rows(form, trace, style, _time(trace), trace.elongation * 1e3, trace.force)
-    return "\r\n".join(head) + rows
-
-
-def testxpert(trace: Trace, style: Style) -> str:
-    """Zwick testXpert .TRA: lines about the specimen, names over units, numbers of six digits."""
-    mark, words = style.separator, LANGUAGES[style.language]
+def _testxpert(style: Style) -> list[str]:
+    trace, mark = style.trace, style.mark
     length = float(np.ptp(trace.elongation)) * 1e3 if len(trace) else 0.0
 
     def line(name: str, number: float, unit: str) -> str:
         text = f"{number:g}".replace(".", style.decimal)
         return f'"{name}"{mark}{text}{mark}"{unit}"'
 
-    head = [
+    time, _, _, crosshead, travel, force = style.names
+    return [
         line("Gage length, standard travel", length, "mm"),
         line("Cross-section", 1, "mm²"),
-        f'"Extensometer"{mark}""',
-        f'"Load cell"{mark}""',
-        f'"Operator"{mark}"{statement(trace.facts)}"',
+        style.line("Extensometer", ""),
+        style.line("Load cell", ""),
+        style.line("Operator", statement(trace.facts)),
         line("v1", (trace.facts.speed or 0.0) * 60e3, "mm/min"),
-        mark.join(f'"{w}"' for w in (words[0], words[3], words[5], words[4])),
-        mark.join(f'"{u}"' for u in ("s", "mm", style.force_unit, "mm")) + "\n",
+        style.line(time, crosshead, force, travel),
+        style.line("s", "mm", style.unit, "mm"),
     ]
-    form = mark.join(["%.6g"] * 4) + "\n"
-    travel = trace.elongation * 1000.0
-    rows = _rows(form, trace, style, _time(trace), travel + 250.0, trace.force, travel)
-    return "\n".join(head) + rows
 
 
-def mts(trace: Trace, style: Style) -> str:
-    """MTS TestSuite: lines about station and test, then names over units, between tabs."""
-    time, travel, force = style.names(_MTS)
-    head = [
+def _mts(style: Style) -> list[str]:
+    time, travel, force = style.names[:3]
+    return [
         "MTS TestSuite",
         "Data Acquisition: Timed",
-        f"Station Name: {statement(trace.facts)}",
-        f"Test Run Name: repeat {trace.facts.repeat}",
+        f"Station Name: {statement(style.trace.facts)}",
+        f"Test Run Name: repeat {style.trace.facts.repeat}",
         "",
-        f"{travel}\t{force}\t{time}",
-        f"mm\t{style.force_unit}\tsec",
-        "",
+        style.line(travel, force, time, form="%s"),
+        style.line("mm", style.unit, "sec", form="%s"),
     ]
-    rows = _rows(
-        "%.6f\t%.5f\t%.6f\r\n", trace, style, trace.elongation * 1e3, trace.force, _time(trace)
-    )
-    return "\r\n".join(head) + rows
 
 
-def trapezium(trace: Trace, style: Style) -> str:
-    """Shimadzu Trapezium: keys and values of the test, then names, then units, all in quotes."""
-    mark, (time, travel, force) = style.separator, style.names(_TRAPEZIUM)
-    head = [
-        mark.join(f'"{w}"' for w in ("Key Word", "Test Type", "Test Mode", "Operator")),
-        mark.join(f'"{w}"' for w in ("", "Tensile", "Single", statement(trace.facts))),
+def _trapezium(style: Style) -> list[str]:
+    time, travel, force = style.names[:3]
+    return [
+        style.line("Key Word", "Test Type", "Test Mode", "Operator"),
+        style.line("", "Tensile", "Single", statement(style.trace.facts)),
         "",
-        f'"1 _ {trace.facts.repeat}"',
-        f'"{time}"{mark}"{force}"{mark}"{travel}"',
-        f'"sec"{mark}"{style.force_unit}"{mark}"mm"',
-        "",
+        f'"1 _ {style.trace.facts.repeat}"',
+        style.line(time, force, travel),
+        style.line("sec", style.unit, "mm"),
     ]
-    form = f'"%.9g"{mark}"%.9g"{mark}"%.9g"\r\n'
-    rows = _rows(form, trace, style, _time(trace), trace.force, trace.elongation * 1e3)
-    return "\r\n".join(head) + rows
 
 
-def plain(trace: Trace, style: Style) -> str:
-    """Columns between tabs, units in brackets behind the names, decimal commas."""
-    time, travel, force = style.names(("Time", "Displacement", "Force"))
-    head = [
-        statement(trace.facts),
-        f"{time} [s]\t{travel} [mm]\t{force} [{style.force_unit}]\n",
-    ]
-    form = "%.6f\t%.6f\t%.5f\n"
-    rows = _rows(form, trace, style, _time(trace), trace.elongation * 1e3, trace.force)
-    return "\n".join(head) + rows
+def _plain(style: Style) -> list[str]:
+    time, travel, force = style.names[:3]
+    names = style.line(f"{time} [s]", f"{travel} [mm]", f"{force} [{style.unit}]", form="%s")
+    return [statement(style.trace.facts), names]
 
 
 LAYOUTS = {
     "own": Layout(
-        text=own, ending=".csv", encoding="utf-8", fixed=True, about="layerjam CSV, SI, every digit"
+        about="layerjam CSV, SI, every digit",
+        ending=".csv",
+        encoding="utf-8",
+        head=_own,
+        columns={"t": "%r", "m": "%r", "f": "%r"},
+        fixed=True,
     ),
-    "bluehill": Layout(text=bluehill, ending=".csv", encoding="utf-8", about="Instron Bluehill"),
+    "bluehill": Layout(
+        about="Instron Bluehill",
+        ending=".csv",
+        encoding="utf-8",
+        head=_bluehill,
+        columns={"t": '"%.6f"', "x": '"%.6f"', "f": '"%.5f"'},
+        newline="\r\n",
+    ),
     "testxpert": Layout(
-        text=testxpert, ending=".TRA", encoding="latin-1", about="Zwick testXpert"
+        about="Zwick testXpert",
+        ending=".TRA",
+        encoding="latin-1",
+        head=_testxpert,
+        columns={"t": "%.6g", "c": "%.6g", "f": "%.6g", "x": "%.6g"},
     ),
-    "mts": Layout(text=mts, ending=".txt", encoding="utf-8", about="MTS TestSuite"),
+    "mts": Layout(
+        about="MTS TestSuite",
+        ending=".txt",
+        encoding="utf-8",
+        head=_mts,
+        columns={"x": "%.6f", "f": "%.5f", "t": "%.6f"},
+        newline="\r\n",
+        mark="\t",
+        english=("Time", "Crosshead", "Load"),
+    ),
     "trapezium": Layout(
-        text=trapezium, ending=".csv", encoding="utf-8-sig", about="Shimadzu Trapezium"
+        about="Shimadzu Trapezium",
+        ending=".csv",
+        encoding="utf-8-sig",
+        head=_trapezium,
+        columns={"t": '"%.9g"', "f": '"%.9g"', "x": '"%.9g"'},
+        newline="\r\n",
+        english=("Time", "Stroke", "Force"),
     ),
     "plain": Layout(
-        text=plain, ending=".tsv", encoding="cp1252", decimal=",",
         about="columns between tabs, decimal commas",
+        ending=".tsv",
+        encoding="cp1252",
+        head=_plain,
+        columns={"t": "%.6f", "x": "%.6f", "f": "%.5f"},
+        mark="\t",
+        decimal=",",
+        english=("Time", "Displacement", "Force"),
     ),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -245,21 +240,38 @@ class Form:
 
 def file_bytes(trace: Trace, form: Form, force_unit: str = "N", cut: float | None = None) -> bytes:
     """The file of a trace; `cut` ends it in the middle of the line at that part of its rows."""
-    encoding, decimal, language = form.settled()
-    style = Style(decimal=decimal, language=language, force_unit=force_unit)
-    text = form.made.text(trace, style)
+    if trace.time is None:
+        raise QuantityError("a trace without time cannot be written")
+    layout, (encoding, decimal, language) = form.made, form.settled()
+    names: tuple[str, ...] = LANGUAGES[language]
+    if language == "en" and layout.english:
+        names = (*layout.english, *names[3:])
+    mark = layout.mark or ("," if decimal == "." else ";")
+    style = Style(trace=trace, mark=mark, decimal=decimal, names=names, unit=force_unit)
+    head = layout.newline.join([*layout.head(style), ""])
+    text = head + _rows(layout, style, trace.time)
     if cut is not None:
-        text = _cut_off(text, form, style, len(trace), cut)
+        text = _cut_off(text, mark, len(trace), cut)
     return text.encode(encoding)
 
 
-def _cut_off(text: str, form: Form, style: Style, rows: int, part: float) -> str:
+def _rows(layout: Layout, style: Style, time: np.ndarray) -> str:
+    """All rows in one go."""
+    travel = style.trace.elongation * 1e3
+    every = {"t": time, "x": travel, "c": travel + 250.0, "f": style.trace.force}
+    every["m"] = style.trace.elongation
+    flat = np.column_stack([every[c] for c in layout.columns]).ravel().tolist() if len(time) else ()
+    # the mark goes in last: a comma between columns is no decimal sign
+    row = "\0".join(layout.columns.values()) + layout.newline
+    text = (row * len(time)) % tuple(flat)
+    return text.replace(".", style.decimal).replace("\0", style.mark)
+
+
+def _cut_off(text: str, mark: str, rows: int, part: float) -> str:
     """The text up to the second value of a row, half of that row's line."""
     lines = text.splitlines(keepends=True)
     row = len(lines) - rows + min(int(part * rows), rows - 1)
     last = lines[row]
-    tabs = form.layout in ("mts", "plain")
-    mark = "\t" if tabs else style.separator
     return "".join(lines[:row]) + last[: last.index(mark) + 3]
 
 

@@ -30,15 +30,12 @@ STREAMS = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Faults:
-    """A test machine; as it stands here, one without any fault."""
+class LoadCell:
+    """A load cell and how it is recorded; as it stands here, one without any fault."""
 
     sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=1000.0)
     force_noise: float = quantity(
         "N", "white noise of the load cell, standard deviation", hi=1e4, default=0.0
-    )
-    force_drift: float = quantity(
-        "N/s", "drift of the load cell's zero", lo=-100, hi=100, default=0.0
     )
     force_offset: float = quantity(
         "N", "load cell's reading at no load", lo=-1e4, hi=1e4, default=0.0
@@ -47,6 +44,15 @@ class Faults:
         "N", "force beyond which the load cell shows no more", lo=1e-3, hi=1e7, default=None
     )
     force_step: float = quantity("N", "step in which the force is recorded", hi=100, default=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Faults(LoadCell):
+    """A test machine; as it stands here, one without any fault."""
+
+    force_drift: float = quantity(
+        "N/s", "drift of the load cell's zero", lo=-100, hi=100, default=0.0
+    )
     travel_step: float = quantity("m", "step in which the travel is recorded", hi=1e-3, default=0.0)
     slack: float = quantity("m", "travel before the brake is taut", hi=0.1, default=0.0)
     preload: float = quantity(

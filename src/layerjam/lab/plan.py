@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -13,8 +13,9 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
 from layerjam.errors import QuantityError
+from layerjam.identify.calibration.forward import with_shape
 from layerjam.lab import faults
-from layerjam.lab.faults import Faults
+from layerjam.lab.faults import Faults, LoadCell
 from layerjam.lab.spec import MOST_SAMPLES, Spec, Truth
 from layerjam.units import show
 
@@ -38,31 +39,28 @@ class Subject:
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """One pull or friction test: what the gauge says, and what was so. SI units."""
+    """One pull or friction test: what the gauge says, and what was so, in SI units.
 
-    number: int
+    `kind` is "pull" or "friction", `name` that of its file without the ending, `vacuum` what the
+    gauge shows and `true_vacuum` what was so, both None in a friction test. `friction`, `static`,
+    `stiffness` and `enclosure` are factors on the brake's (or the film's) own. `warmer` is the
+    temperature above that of the first test [K], `practice` the fault of its file or empty.
+    """
+
+    number: int = 0
     kind: str
-    """"pull" or "friction"."""
     name: str
-    """Of its file, without the ending."""
     subject: Subject
     repeat: int
     speed: float
-    vacuum: float | None
-    """What the gauge shows; None in a friction test."""
-    true_vacuum: float | None
-    friction: float
-    """Factor on the sheets' (or the film's kinetic) friction in this test."""
-    static: float
-    """Factor on the film's static friction; 1 in a pull."""
-    stiffness: float
-    """Factor on the stiffness; 1 in a friction test."""
-    enclosure: float
-    """Factor on the sleeve's force; 1 in a friction test."""
-    warmer: float
-    """Temperature above that of the first test [K]."""
+    vacuum: float | None = None
+    true_vacuum: float | None = None
+    friction: float = 1.0
+    static: float = 1.0
+    stiffness: float = 1.0
+    enclosure: float = 1.0
+    warmer: float = 0.0
     practice: str = ""
-    """The practice fault of its file; empty for none."""
 
 
 def planned(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
@@ -104,22 +102,10 @@ def _subject(truth: Truth) -> Subject:
             f"{kinetic:g} is more than the static friction, {static:g}; kinetic "
             "friction is at most the static one",
         )
-    # modulus and friction of the sleeve by the same factor: its force at every slip by that factor
-    sleeve = truth.enclosure_factor
-    film = replace(
-        known.film,
-        static=static,
-        kinetic=kinetic,
-        friction_on_silicone=known.film.friction_on_silicone * sleeve,
-    )
     stiffness = truth.stiffness or float(working_stiffness(known))
-    true = replace(
-        known,
-        film=film,
-        enclosure=replace(known.enclosure, modulus=known.enclosure.modulus * sleeve),
-        scale_factor=truth.scale_factor or known.scale_factor,
-        stiffness_measured=stiffness,
-    )
+    factor = truth.scale_factor or known.scale_factor
+    true = with_shape(known, factor, stiffness, truth.enclosure_factor)
+    true = replace(true, film=replace(true.film, static=static, kinetic=kinetic))
     if truth.pressure_exponent is not None:
         true = replace(
             true, pressure_exponent=truth.pressure_exponent, test_pressure=truth.test_pressure
@@ -167,63 +153,37 @@ def samples(lasts: float, machine: Faults) -> int:
 
 def sled_machine(spec: Spec) -> Faults:
     """The machine with the friction tests' own load cell."""
-    own = spec.friction
-    return replace(
-        spec.machine,
-        sampling_rate=own.sampling_rate,
-        force_noise=own.force_noise,
-        force_offset=own.force_offset,
-        load_cell_range=own.load_cell_range,
-        force_step=own.force_step,
-        force_drift=0.0,
-        zero_per_kelvin=0.0,
-        jitter=min(spec.machine.jitter, 0.2 / own.sampling_rate),
-    )
+    own = {f.name: getattr(spec.friction, f.name) for f in fields(LoadCell)}
+    steady = {"force_drift": 0.0, "zero_per_kelvin": 0.0}
+    jitter = min(spec.machine.jitter, 0.2 / spec.friction.sampling_rate)
+    return replace(spec.machine, **own, **steady, jitter=jitter)
 
 
 def _pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
     numbers = _numbers(spec.pulls.repeats)
     loops = (subjects, spec.pulls.vacuums, spec.pulls.speeds, numbers)
     for subject, vacuum, speed, number in itertools.product(*loops):
-        at = f"{subject.label}_{vacuum / 1e3:.5g}kPa_{speed * 1e3:.5g}mms"
-        yield _test("pull", at, number, subject, speed, vacuum, vacuum + spec.machine.vacuum_error)
+        yield Trial(
+            kind="pull",
+            name=f"pull_{subject.label}_{vacuum / 1e3:.5g}kPa_{speed * 1e3:.5g}mms_{number}",
+            subject=subject,
+            repeat=int(number),
+            speed=speed,
+            vacuum=vacuum,
+            true_vacuum=vacuum + spec.machine.vacuum_error,
+        )
 
 
 def _friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
     for subject, number in itertools.product(subjects, _numbers(spec.friction.repeats)):
-        yield _test("friction", subject.label, number, subject, spec.friction.speed)
+        name = f"friction_{subject.label}_{number}"
+        speed, repeat = spec.friction.speed, int(number)
+        yield Trial(kind="friction", name=name, subject=subject, repeat=repeat, speed=speed)
 
 
 def _numbers(repeats: int) -> list[str]:
     """1, 2, ... of equal length, so that files sort."""
     return [f"{n:0{len(str(repeats))}d}" for n in range(1, repeats + 1)]
-
-
-def _test(
-    kind: str,
-    at: str,
-    number: str,
-    subject: Subject,
-    speed: float,
-    vacuum: float | None = None,
-    true_vacuum: float | None = None,
-) -> Trial:
-    """A test without scatter."""
-    return Trial(
-        number=0,
-        kind=kind,
-        name=f"{kind}_{at}_{number}",
-        subject=subject,
-        repeat=int(number),
-        speed=speed,
-        vacuum=vacuum,
-        true_vacuum=true_vacuum,
-        friction=1.0,
-        static=1.0,
-        stiffness=1.0,
-        enclosure=1.0,
-        warmer=0.0,
-    )
 
 
 def _scattered(spec: Spec, test: Trial) -> Trial:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
+from layerjam.identify.calibration.forward import with_shape
 from layerjam.lab import faults
 from layerjam.lab.faults import Array, Faults
 from layerjam.lab.plan import Subject, Trial, samples, sled_machine
@@ -85,16 +84,9 @@ def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
 
 def _stacked(true: Brake, spring: Array, tests: Sequence[Trial]) -> Brake:
     """The brakes of some tests in one record, what scatters with shape (M, 1)."""
-    sleeve: Any = _column([t.enclosure for t in tests])
-    sheets: Any = _column([t.friction for t in tests])
-    stiffness: Any = spring
-    return replace(
-        true,
-        scale_factor=true.scale_factor * sheets,
-        stiffness_measured=stiffness,
-        film=replace(true.film, friction_on_silicone=true.film.friction_on_silicone * sleeve),
-        enclosure=replace(true.enclosure, modulus=true.enclosure.modulus * sleeve),
-    )
+    sheets = _column([t.friction for t in tests])
+    sleeve = _column([t.enclosure for t in tests])
+    return with_shape(true, true.scale_factor * sheets, spring, sleeve)
 
 
 def _returns(subject: Subject, slip: Array, vacuum: Array, stacked: Brake) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.lab.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form
-from layerjam.lab.faults import Faults, consistent
+from layerjam.lab.faults import Faults, LoadCell, consistent
 from layerjam.records.values import ListSpec, TextSpec, value
 from layerjam.units import QuantitySpec, check, nested, quantity, show
 
@@ -91,7 +91,7 @@ class Pulls:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionTests:
+class FrictionTests(LoadCell):
     """Friction tests of each brake's film: a sled pulled over film by a string."""
 
     repeats: int = quantity("1", "repeats; 0 for none", hi=1000, whole=True, default=0)
@@ -112,16 +112,6 @@ class FrictionTests:
     stick_slip: float = quantity(
         "N", "stick-slip while sliding, from top to bottom", hi=100, default=0.0
     )
-    force_noise: float = quantity(
-        "N", "white noise of this load cell, standard deviation", hi=100, default=0.0
-    )
-    force_offset: float = quantity(
-        "N", "this load cell's reading at no load", lo=-100, hi=100, default=0.0
-    )
-    load_cell_range: float | None = quantity(
-        "N", "force beyond which this load cell shows no more", lo=1e-3, hi=1e5, default=None
-    )
-    force_step: float = quantity("N", "step in which the force is recorded", hi=10, default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
