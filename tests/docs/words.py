@@ -1,0 +1,56 @@
+"""Words that must not come back, where a user reads them (docs/style.md).
+
+python tests/docs/words.py     every line with such a word
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+WORDS = re.compile(
+    r"\b(judder\w*|sleeves?|verbs?|rivals?|warmth|upsets?|standing vacuum|"
+    r"needed is|(?:is|are|was|were) (?:told|felt)|gives way|in its way|all the way|"
+    r"the way (?:of|from|to|back|there|down|up)|ways? (?:of|the) (?:mass|crosshead|brake))\b",
+    re.IGNORECASE,
+)
+CODE = re.compile(r"```.*?```|`[^`\n]*`|<!-- generated:.*?<!-- end -->|\]\([^)]*\)", re.DOTALL)
+"""Code, links and what is generated from declarations keep the names that users type."""
+PAGES = ("docs/style.md", "docs/decisions", "CHANGELOG.md")
+"""What may name the words: the list itself and what was written about the past."""
+
+
+def in_pages() -> Iterator[str]:
+    """Offending lines of README, CONTRIBUTING and docs."""
+    files = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    for path in files:
+        name = path.relative_to(ROOT).as_posix()
+        if name.startswith(PAGES):
+            continue
+        text = path.read_text(encoding="utf-8")
+        bare = CODE.sub(lambda m: "\n" * m.group(0).count("\n"), text)
+        for number, line in enumerate(bare.split("\n"), 1):
+            for found in WORDS.finditer(line):
+                yield f"{name}:{number}: {found.group(0)}"
+
+
+def in_source() -> Iterator[str]:
+    """Offending texts of the source: messages, help and docstrings."""
+    for path in sorted((ROOT / "src").rglob("*.py")):
+        name = path.relative_to(ROOT).as_posix()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                text = CODE.sub(" ", node.value)
+                if " " not in text.strip():
+                    continue  # a name, a key, an option
+                for found in WORDS.finditer(text):
+                    yield f"{name}:{node.lineno}: {found.group(0)}"
+
+
+if __name__ == "__main__":
+    lines = [*in_pages(), *in_source()]
+    print(*lines, sep="\n")
+    print(f"{len(lines)} places")
