@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Self
 
 from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.units import QuantitySpec
 
 KINDS: Mapping[str, str] = MappingProxyType(
     {
@@ -21,6 +23,7 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "unstated": "the file does not say",
     }
 )
+_SD = QuantitySpec("1", "standard deviation over the mean")
 _KEYS = {"kind": "kind", "source": "text", "spread": "spread", "conflict": "conflict"}
 """Key of a file: field of Source."""
 
@@ -30,13 +33,19 @@ class Source:
     """Provenance of one number.
 
     `kind` is one of KINDS; `text` names the source; `spread` says what scatter is known (as the
-    source prints it); `conflict` records a source that disagrees.
+    source prints it) and `sd` is its standard deviation over the mean; `conflict` records a source
+    that disagrees.
     """
 
     kind: str = "unstated"
     text: str = ""
     spread: str = ""
     conflict: str = ""
+    sd: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.sd is None:
+            object.__setattr__(self, "sd", _printed(self.spread))
 
     def sentence(self) -> str:
         """All of it on one line."""
@@ -50,10 +59,11 @@ class Source:
     @classmethod
     def read(cls, table: Mapping[str, Any], name: str) -> tuple[Any, Self]:
         """(value, its source) from a table such as { value = "13 mm", source = "caliper" }."""
-        odd = ", ".join(sorted(set(table) - {"value", *_KEYS}))[:60]
+        keys = {"value", "sd", *_KEYS}
+        odd = ", ".join(sorted(set(table) - keys))[:60]
         if odd or "value" not in table:
             what = f"does not know {odd}" if odd else "has no value"
-            known = ", ".join(sorted({"value", *_KEYS}))
+            known = ", ".join(sorted(keys))
             raise QuantityError(f"{name} {what}; a table holds {known}", quantity=name)
         words = {field: table[key] for key, field in _KEYS.items() if key in table}
         for field, word in words.items():
@@ -61,9 +71,18 @@ class Source:
                 raise QuantityError(f"{name}.{field} must be a text in quotes", quantity=name)
         if words.get("kind", "unstated") not in KINDS:
             raise UnknownNameError("kind", words["kind"], KINDS, quantity=name)
-        return table["value"], cls(**words)
+        sd = _SD.read(table["sd"], f"{name}.sd") if "sd" in table else None
+        return table["value"], cls(**words, sd=sd)
 
     def written(self) -> dict[str, str]:
         """What a file holds of it beside the value; what is empty is left out."""
         words = {key: getattr(self, field) for key, field in _KEYS.items()}
+        if self.sd != _printed(self.spread):
+            words["sd"] = repr(self.sd)
         return {key: word for key, word in words.items() if word}
+
+
+def _printed(spread: str) -> float | None:
+    """The standard deviation over the mean that a spread of the form "SD 8.18 %" states."""
+    match = re.match(r"SD\s+([\d.]+\s*%)", spread)
+    return float(_SD.read(match.group(1), "spread")) if match else None
