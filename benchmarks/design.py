@@ -11,7 +11,7 @@ from benchmarks.timing import Row, median
 from layerjam.commands.predict import show
 from layerjam.commands.sweep import sweep
 from layerjam.design.search import Search
-from layerjam.design.spec import read_spec
+from layerjam.design.specification import read_spec
 
 SPEC = """
 name = "ten million"

@@ -369,7 +369,7 @@ def build(cls: type[T], values: Mapping[str, Any]) -> T:
                 made[f.name] = build(f.metadata["record"], inner)
         elif f.name in values:
             made[f.name] = values[f.name]
-        elif f.default is MISSING:
+        elif f.default is MISSING and f.default_factory is MISSING:
             spec = f.metadata.get("quantity") or f.metadata["value"]
             raise QuantityError(f"{f.name} is missing: {spec.text}", quantity=f.name)
     return cls(**made)

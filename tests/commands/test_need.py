@@ -9,9 +9,10 @@ import pytest
 from layerjam.commands.answer import Answer
 from layerjam.commands.compare import compare
 from layerjam.commands.design import brake_of, design
-from layerjam.commands.need import hold, stop
 from layerjam.commands.predict import force, show
-from layerjam.design.spec import read_spec
+from layerjam.design.few_numbers import hold, stop
+from layerjam.design.request import read_request, reader_of
+from layerjam.design.specification import read_spec, specification
 from layerjam.device.file import read_brake
 from layerjam.device.load import load
 from layerjam.errors import FileError, QuantityError
@@ -42,7 +43,9 @@ def small() -> Answer:
 
 @pytest.mark.parametrize("file", [KAPTON, PTFE], ids=lambda f: f.name)
 def test_a_need_is_a_specification_whose_grid_holds_what_is_asked(file):
-    asked = read_spec(hold(file, file.name, **HOLD), "x", {})
+    request = hold(file, file.name, **HOLD)
+    asked = specification(request)
+    assert read_request(reader_of(request.text(), "x")) == request
     rules = {c.name: c.limit for c in asked.constraints}
     assert rules == pytest.approx({"holding_force": 300, "mass": 0.06, "width": 0.025,
                                    "length": 0.11, "stress_margin": 2})  # fmt: skip
@@ -52,15 +55,15 @@ def test_a_need_is_a_specification_whose_grid_holds_what_is_asked(file):
     taken = sheets.free_left + sheets.free_right + 2 * file.brake.mount.clamped_length
     assert asked.grid.axes["overlap"].max() + taken == pytest.approx(0.11)
     assert asked.grid.size < 2_000_000
-    stops = read_spec(stop(file, file.name, **STOP), "x", {})
-    need = stops.asked.need
+    stops = read_spec(stop(file, file.name, **STOP).text(), "x", {})
+    need = stops.evaluation.stop
     assert (need.mass, need.speed, need.travel, need.force) == (5, 1, 0.05, 1000)
     assert need.gravity == 0 and stops.grid.size < 2_000_000
 
 
 def test_a_need_of_the_users_own_brake_names_its_file():
     own = replace(KAPTON, name="mine")
-    text = hold(own, "mine.toml", **HOLD, stress_margin=0)
+    text = hold(own, "mine.toml", **HOLD, stress_margin=0).text()
     asked = read_spec(text, "x", {"mine.toml": own})
     assert asked.brake is own and "stress_margin" not in text
     with pytest.raises(FileError, match="unknown brake 'mine.toml'"):
@@ -84,7 +87,7 @@ def test_no_margin_where_no_strength_is_known():
     weak = replace(KAPTON, brake=replace(KAPTON.brake, film=film))
     with pytest.raises(QuantityError, match="not known"):
         hold(weak, weak.name, **HOLD)
-    assert "stress_margin" not in hold(weak, weak.name, **HOLD, stress_margin=0)
+    assert "stress_margin" not in hold(weak, weak.name, **HOLD, stress_margin=0).text()
 
 
 def test_no_file_is_opened_where_none_is_given(tmp_path):

@@ -12,7 +12,7 @@ from tests.strategies import KAPTON
 from layerjam.commands.compare import compare
 from layerjam.commands.predict import show
 from layerjam.design.force_density import one_more_sheet, peak_force, sheet_line, with_sheets
-from layerjam.design.rivals import read_rivals, rivals
+from layerjam.design.published import published_devices, read_published
 from layerjam.device.brake import mass, sheet_mass
 from layerjam.device.load import load
 from layerjam.errors import FileError, QuantityError, UnknownNameError
@@ -127,7 +127,7 @@ def test_friction_that_was_not_measured_is_said() -> None:
 
 
 def test_a_torque_becomes_a_force_at_its_lever() -> None:
-    found = read_rivals(GOOD, "x.toml")
+    found = read_published(GOOD, "x.toml")
     (one,) = found.devices
     assert one.force == pytest.approx(3 / 0.06) and one.density == pytest.approx(25)
     assert "half of its diameter" in one.source() and "'2 kg, 3 N m'" in one.source()
@@ -135,14 +135,14 @@ def test_a_torque_becomes_a_force_at_its_lever() -> None:
 
 
 def test_the_catalogue_names_a_source_and_words_for_every_number() -> None:
-    for rival in (*rivals().devices, rivals().sheet):
-        assert all(len(s.text) > 10 for s in rival.sources.values()), rival.name
-        digits = f"{rival.mass * (1e3 if rival.mass < 1 else 1):g}"
-        assert digits in rival.words, rival.name
-        told = rival.torque if rival.torque is not None else rival.force
-        assert f"{told:g}" in rival.words, rival.name
-        if rival.lever is not None:
-            assert f"D1 {2e3 * rival.lever:g}" in rival.words
+    for device in (*published_devices().devices, published_devices().sheet):
+        assert all(len(s.text) > 10 for s in device.sources.values()), device.name
+        digits = f"{device.mass * (1e3 if device.mass < 1 else 1):g}"
+        assert digits in device.words, device.name
+        told = device.torque if device.torque is not None else device.force
+        assert f"{told:g}" in device.words, device.name
+        if device.lever is not None:
+            assert f"D1 {2e3 * device.lever:g}" in device.words
 
 
 @pytest.mark.parametrize(
@@ -164,7 +164,7 @@ def test_the_catalogue_names_a_source_and_words_for_every_number() -> None:
 def test_a_catalogue_that_says_too_little_is_refused(old: str, new: str, said: str) -> None:
     assert old in GOOD
     with pytest.raises(FileError, match=said):
-        read_rivals(GOOD.replace(old, new), "x.toml")
+        read_published(GOOD.replace(old, new), "x.toml")
 
 
 def test_the_picture_is_drawn(tmp_path: Path) -> None:

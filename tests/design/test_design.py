@@ -20,7 +20,7 @@ from layerjam.design.pareto import front
 from layerjam.design.refine import Smooth, sensitivities
 from layerjam.design.robust import robustness
 from layerjam.design.search import Search
-from layerjam.design.spec import load_spec, read_spec
+from layerjam.design.specification import load_spec, read_spec
 from layerjam.errors import FileError, QuantityError
 from layerjam.report import design_figures
 
@@ -129,7 +129,7 @@ def test_a_stop_that_no_design_makes_is_said_so():
 
 def test_a_name_is_a_text():
     for name in ("[]", "nan", "true", "1979-05-27"):
-        with pytest.raises(FileError, match="name must be a text"):
+        with pytest.raises(FileError, match="must be a text"):
             read(SMALL.replace('name = "', f'name = {name} # "', 1))
 
 

@@ -16,8 +16,8 @@ from layerjam.commands.vacuum_line import rise
 from layerjam.design.arrays import Member, grid, totals
 from layerjam.design.bounds import direction
 from layerjam.design.grid import AXES
-from layerjam.design.merit import MERITS, Judder, line_merits, merits, point_of
-from layerjam.design.stopping import Need, stops
+from layerjam.design.merit import MERITS, StickSlipPull, line_merits, merits, point_of
+from layerjam.design.stopping import StopRequirement, stops
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.fluid.file import load_line
@@ -127,7 +127,7 @@ def test_judder_margin_is_one_at_the_critical_speed():
     slides = held * KAPTON.film.kinetic / KAPTON.film.static
     edge = float(critical_speed(held, slides, k, mass, 2 * zeta * math.sqrt(k * mass)))
     for factor, due in ((1.0, 1.0), (2.0, 4.0)):
-        there = batch(point, KAPTON, Judder(edge * factor, mass, zeta))["judder_margin"]
+        there = batch(point, KAPTON, StickSlipPull(edge * factor, mass, zeta))["judder_margin"]
         assert float(there) == pytest.approx(due, rel=1e-6)
 
 
@@ -142,7 +142,7 @@ def test_the_line_of_one_brake_is_that_of_rise_and_many_take_as_many_times():
 
 
 def test_a_stop_of_one_is_that_of_drop_and_two_share_it():
-    need = Need(1.0, 2.5, 0.06, None, KAPTON.site.gravity)
+    need = StopRequirement(1.0, 2.5, 0.06, None, KAPTON.site.gravity)
     point = point_of(KAPTON, 94.5e3)
     told = drop("choi2018-kapton", mass="1 kg", speed="2.5 m/s", vacuum="94.5 kPa")
     alone = stopped(point, KAPTON, need, most_in_row=3)
@@ -156,7 +156,7 @@ def test_a_stop_of_one_is_that_of_drop_and_two_share_it():
 @pytest.mark.parametrize(("gravity", "speed"), [(0.0, 2.9), (9.81, 2.3)])
 def test_brakes_in_series_take_the_energy_one_after_another(gravity, speed):
     point = point_of(KAPTON, 94.5e3)._replace(series=3.0)
-    need = Need(4.0, speed, None, None, gravity)
+    need = StopRequirement(4.0, speed, None, None, gravity)
     made = stopped(point, KAPTON, need, most_in_row=3)
     slip = float(made["stop_slip"])
     whole, rest = int(slip // 0.06), slip % 0.06
@@ -207,5 +207,5 @@ def test_what_is_claimed_to_rise_rises(tied):
 
 
 def test_every_merit_has_a_unit():
-    made = batch(point_of(KAPTON), KAPTON, Judder(0.01, 1.0, 0.1))
+    made = batch(point_of(KAPTON), KAPTON, StickSlipPull(0.01, 1.0, 0.1))
     assert set(made) <= set(MERITS)

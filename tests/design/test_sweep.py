@@ -19,7 +19,7 @@ from layerjam.commands.sweep import sweep
 from layerjam.design import blocks
 from layerjam.design.blocks import Store, decoded, encoded, fingerprint
 from layerjam.design.search import Search
-from layerjam.design.spec import read_spec
+from layerjam.design.specification import read_spec
 from layerjam.errors import FileError, MissingExtraError
 
 pytest.importorskip("pyarrow")
@@ -186,7 +186,7 @@ SCRIPT = """
 import jax, sys
 jax.config.update("jax_enable_x64", True)
 from pathlib import Path
-from layerjam.design.spec import load_spec
+from layerjam.design.specification import load_spec
 from layerjam.commands.sweep import sweep
 answer = sweep(load_spec(sys.argv[1]), out=sys.argv[2], block=int(sys.argv[3]),
                scheduler=sys.argv[4] if len(sys.argv) > 4 else None)

@@ -143,7 +143,7 @@ def console(text: str) -> Iterator[tuple[str, str]]:
 
 def write_file(block: Block) -> None:
     """A titled block as a file, read back as what it claims to be."""
-    from layerjam.design.spec import load_spec
+    from layerjam.design.specification import load_spec
     from layerjam.device.load import load
     from layerjam.fluid.file import load_line
     from layerjam.measure.readers.read import read_trace

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.design.spec import examples
+from layerjam.design.specification import examples
 
 pytestmark = pytest.mark.slow
 LONG = 90_000
@@ -90,7 +90,7 @@ def test_errors_stand_in_place_with_their_line(design):
     search(design, "rubbish")
     says(design, "spec-problem", "Line 1")
     search(design, "")
-    says(design, "spec-problem", "brake is missing")
+    says(design, "spec-problem", "brake (the brake to start from")
     search(design, SMALL.replace("300 N", "300 kN"))
     says(design, "outcome", "Not possible: holding_force >= 300 kN cannot be met")
     assert "Traceback" not in design.inner_text("body")

@@ -14,7 +14,7 @@ import pytest
 from layerjam.commands.array import array
 from layerjam.commands.compare import compare
 from layerjam.commands.design import brake_of, design
-from layerjam.design.spec import examples
+from layerjam.design.specification import examples
 from layerjam.device.load import load
 from layerjam.errors import FileError
 from layerjam.studies.machines.apply import apply
@@ -117,7 +117,7 @@ def test_nothing_is_searched_twice_and_nothing_anew_that_was_stopped():
 
 @pytest.mark.parametrize(
     ("text", "line", "words"),
-    [("", None, "brake is missing"), ("rubbish", 1, ""),
+    [("", None, "brake (the brake to start from"), ("rubbish", 1, ""),
      (SMALL.replace("60 g", "60 s"), 3, "mass"), (SMALL.replace("11,", '"x",'), None, "count"),
      (SMALL.replace("choi2018-kapton", os.sep + "etc/passwd"), 2, "unknown brake"),
      ("x" * 20_001, None, "at most 20000")],
@@ -230,7 +230,7 @@ def test_the_page_stands(monkeypatch):
             await user.should_see("Not possible: holding_force", retries=300)
             need.editor.set_value("")
             need.search()
-            await user.should_see("brake is missing", retries=100)
+            await user.should_see("brake (the brake to start from", retries=100)
             desk.put("design", "part", "arrays")
             await user.should_see("equal brakes share the load evenly", retries=100)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at, vacuum_of
 from layerjam.design.comparison import comparison
-from layerjam.design.rivals import Rivals
+from layerjam.design.published import PublishedDevices
 from layerjam.device.load import catalogue
 from layerjam.units import show
 
@@ -28,7 +28,7 @@ def compare(
     `show`). The first brake is also shown at lower vacuums, stacked, and with more sheets.
     `devices` is a list of rows with their source; `computed` is True for ours. `sheet` compares
     what a sheet adds with the paper's words. `none_found` maps a class without a sourced device to
-    what was looked at. `record` is (devices, SheetLine list, Rivals).
+    what was looked at. `record` is (devices, SheetLine list, PublishedDevices).
     """
     made = [brake_at(b, atmosphere) for b in brakes or catalogue()]
     at = [f.brake.site.atmosphere if vacuum is None else vacuum_of(vacuum, f.brake) for f in made]
@@ -52,7 +52,9 @@ def compare(
     )
 
 
-def listing(rows: Sequence[dict[str, Any]], sheet: dict[str, Any], others: Rivals) -> list[str]:
+def listing(
+    rows: Sequence[dict[str, Any]], sheet: dict[str, Any], others: PublishedDevices
+) -> list[str]:
     """The answer as lines for a terminal, the source under every row."""
     lines = ["mass, greatest force, force over mass"]
     for row in rows:

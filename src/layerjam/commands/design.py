@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.commands.answer import Answer
-from layerjam.design.bounds import Killed, impossible
+from layerjam.design.bounds import Exclusion, impossible
 from layerjam.design.design_file import design_file, plain_name
 from layerjam.design.merit import MERITS, VARIABLES
 from layerjam.design.refine import Refined, changed, refine, sensitivities
+from layerjam.design.requirements import DesignSpecification
 from layerjam.design.robust import robustness
-from layerjam.design.search import Found, Search
-from layerjam.design.spec import load_spec
+from layerjam.design.search import Search, SweepResult
+from layerjam.design.specification import load_spec
 from layerjam.design.verdict import binding, forbidden, named, why_lost, why_none
-from layerjam.design.wishes import Spec
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.units import QuantitySpec
@@ -34,16 +34,16 @@ SWEEP = 300_000_000
 class Designed:
     """Everything behind an answer: specification, search, what it found."""
 
-    spec: Spec
+    spec: DesignSpecification
     search: Search
-    found: Found | None
+    found: SweepResult | None
     chosen: dict[str, Any] | None
     runner_up: dict[str, Any] | None
     refined: Refined | None
 
 
 def design(
-    spec: str | Path | Spec, *, progress: Callable[[str, float], None] | None = None
+    spec: str | Path | DesignSpecification, *, progress: Callable[[str, float], None] | None = None
 ) -> Answer:
     """The best brake of a specification, the front, the runner-up and why it lost.
 
@@ -51,7 +51,7 @@ def design(
     contradictions that follow from bounds are told before anything is swept. `chosen` is the best
     design of the grid, `refined` the best between its steps. `record` is a Designed.
     """
-    asked = spec if isinstance(spec, Spec) else load_spec(spec)
+    asked = spec if isinstance(spec, DesignSpecification) else load_spec(spec)
     if asked.grid.size > SWEEP:
         raise QuantityError(
             f"designs: {asked.grid.size} are more than {SWEEP} in memory; use `layerjam sweep`"
@@ -85,7 +85,7 @@ def brake_of(answer: Answer, number: int | None = None) -> BrakeFile:
     return design_file(spec, point, grid.values(int(place)), name)
 
 
-def cannot(search: Search, found: Found | None, killed: Killed | None) -> Answer:
+def cannot(search: Search, found: SweepResult | None, killed: Exclusion | None) -> Answer:
     """The answer where nothing meets the specification."""
     if killed is not None:
         reason, value = killed.reason, killed.reachable
@@ -103,14 +103,14 @@ def cannot(search: Search, found: Found | None, killed: Killed | None) -> Answer
     return Answer(values=values, units=UNITS, warnings=_notes(search.spec), record=record)
 
 
-def answer(search: Search, found: Found) -> Answer:
+def answer(search: Search, found: SweepResult) -> Answer:
     """The answer from what a sweep found."""
     spec = search.spec
     if not found.best:
         return cannot(search, found, None)
     score, number, _ = found.best[0]
-    chosen = search.told(number)
-    runner = search.told(found.best[1][1]) if len(found.best) > 1 else None
+    chosen = search.design(number)
+    runner = search.design(found.best[1][1]) if len(found.best) > 1 else None
     tried = [r for _, n, _ in found.best if (r := refine(spec, n)) is not None]
     refined = min(tried, key=lambda r: r.score, default=None)
     if refined is not None and refined.score > score:
@@ -133,7 +133,7 @@ def answer(search: Search, found: Found) -> Answer:
         "binding": binding(chosen, spec),
         "forbidden": forbidden(search, found, score),
         "front_size": len(found.numbers),
-        "front": [search.told(int(n)) for n in found.numbers[:MOST_SHOWN]],
+        "front": [search.design(int(n)) for n in found.numbers[:MOST_SHOWN]],
         "sensitivities": slopes,
         "robustness": {
             k: {**c._asdict()} for k, c in chances.items()
@@ -170,14 +170,14 @@ def _refined(search: Search, refined: Refined | None) -> dict[str, Any] | None:
     return {**values, **found, "binding": list(refined.binding)}
 
 
-def _notes(spec: Spec) -> list[str]:
+def _notes(spec: DesignSpecification) -> list[str]:
     """What every design of this specification rests on."""
     out = [*spec.brake.warnings(), *spec.notes]
     if spec.line is not None:
         out += spec.line.warnings()
     if len(spec.grid.axes["fittings_mass"]) == 1:
         out.append("fittings_mass is the same for every width and height; vary it, or measure it")
-    if spec.asked.need is not None and spec.grid.axes["series"].max() > 1:
+    if spec.evaluation.stop is not None and spec.grid.axes["series"].max() > 1:
         out.append("brakes in series: the stop of rigid ones, used up one after another")
     return out
 

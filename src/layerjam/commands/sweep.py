@@ -9,16 +9,16 @@ from layerjam.commands.answer import Answer
 from layerjam.commands.design import UNITS, answer, cannot
 from layerjam.design.blocks import NOTE, Store, encoded
 from layerjam.design.bounds import impossible
+from layerjam.design.requirements import DesignSpecification
 from layerjam.design.search import BLOCK, Search
-from layerjam.design.spec import load_spec
-from layerjam.design.wishes import Spec
+from layerjam.design.specification import load_spec
 from layerjam.mechanics.threads import Workers
 
 KEYS = ("out", "complete", "blocks", "blocks_done", "blocks_found", "bytes")
 
 
 def sweep(
-    spec: str | Path | Spec,
+    spec: str | Path | DesignSpecification,
     *,
     out: str | Path,
     scheduler: str | None = None,
@@ -33,7 +33,7 @@ def sweep(
     FileError for a folder of something else, MissingExtraError without pyarrow or Dask, and
     ClusterError.
     """
-    asked = spec if isinstance(spec, Spec) else load_spec(spec)
+    asked = spec if isinstance(spec, DesignSpecification) else load_spec(spec)
     search = Search(asked, block)
     killed = impossible(search)
     if killed is not None:

@@ -22,8 +22,8 @@ import numpy as np
 from layerjam._version import __version__
 from layerjam.design.grid import Grid
 from layerjam.design.merit import MERITS, VARIABLES
-from layerjam.design.search import CHUNK, Found, Search
-from layerjam.design.wishes import Spec
+from layerjam.design.requirements import DesignSpecification
+from layerjam.design.search import CHUNK, Search, SweepResult
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.units import QuantitySpec
@@ -42,15 +42,15 @@ def parquet() -> Any:
     return pyarrow.parquet
 
 
-def fingerprint(spec: Spec, block: int) -> str:
-    """SHA-256 of all that decides what a sweep finds: designs, laws' inputs, wishes, version."""
+def fingerprint(spec: DesignSpecification, block: int) -> str:
+    """SHA-256 of all that decides what a sweep finds: designs, requirements, inputs, version."""
     grid: Grid = spec.grid
     parts: list[Any] = [__version__, block, CHUNK, grid.names, grid.thickness.tolist()]
     parts += [[np.asarray(row).tolist() for row in grid.stock]]
     parts += [[(n, v.tolist()) for n, v in grid.axes.items()]]
-    asked = spec.asked
-    parts += [repr(asked.base), repr(asked.judder), repr(asked.need)]
-    parts += [None if row is None else row.tolist() for row in (asked.rise, asked.work)]
+    asked = spec.evaluation
+    parts += [repr(asked.base), repr(asked.stick_slip), repr(asked.stop)]
+    parts += [None if asked.line is None else asked.line.tolist()]
     parts += [[repr(c) for c in spec.constraints], [repr(o) for o in spec.objectives]]
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
@@ -60,14 +60,14 @@ class Block:
     """One block as read back."""
 
     index: int
-    found: Found
+    found: SweepResult
     rows: int
 
 
-def encoded(search: Search, index: int, found: Found, mark: str) -> bytes:
+def encoded(search: Search, index: int, found: SweepResult, mark: str) -> bytes:
     """The Parquet file of a block, the same bytes for the same block."""
     kept = found.kept()
-    told = {f.name: getattr(found, f.name) for f in fields(Found)}
+    told = {f.name: getattr(found, f.name) for f in fields(SweepResult)}
     told |= {"numbers": found.numbers.tolist(), "costs": found.costs.tolist()}
     note = {"block": index, "fingerprint": mark, "found": told}
     return table_bytes(search, kept, np.isin(kept, found.numbers), note)
@@ -78,7 +78,7 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
     pq = parquet()
     import pyarrow as pa  # type: ignore[import-untyped]
 
-    grid, names = search.spec.grid, search.spec.asked.all_names
+    grid, names = search.spec.grid, search.spec.evaluation.all_names
     digits = grid.digits(numbers)
     columns: dict[str, Any] = {"number": pa.array(numbers, pa.int64())}
     columns["on_front"] = pa.array(on_front, pa.bool_())
@@ -125,7 +125,7 @@ def decoded(data: bytes | Path, mark: str, index: int) -> Block | None:
     for name in ("alone", "reach"):
         told[name] = {int(i): (float(v), int(n)) for i, (v, n) in told[name].items()}
     told["failed"] = {int(i): int(n) for i, n in told["failed"].items()}
-    return Block(index, Found(numbers=numbers, costs=costs, **told), meta.num_rows)
+    return Block(index, SweepResult(numbers=numbers, costs=costs, **told), meta.num_rows)
 
 
 class Store:
@@ -221,11 +221,11 @@ class Store:
                 raise FileError(self.path(index), "is missing or not whole; sweep again")
             yield block
 
-    def finish(self, search: Search, total: int) -> Found:
+    def finish(self, search: Search, total: int) -> SweepResult:
         """Sum of all blocks, the front of all designs, and the manifest, which comes last."""
         rows: list[dict[str, Any]] = []
 
-        def parts() -> Iterator[Found]:
+        def parts() -> Iterator[SweepResult]:
             for block in self.blocks(total):
                 data = self.path(block.index).read_bytes()
                 rows.append(

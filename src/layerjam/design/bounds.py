@@ -16,9 +16,9 @@ import numpy as np
 
 from layerjam.design.grid import Numbers
 from layerjam.design.merit import STOP_MERITS, VARIABLES
+from layerjam.design.requirements import Constraint
 from layerjam.design.search import Search
 from layerjam.design.stopping import least_peak
-from layerjam.design.wishes import Constraint
 from layerjam.units import show
 
 MOST_BOXES = 1_000_000
@@ -255,7 +255,7 @@ def _cut(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
 
 
 @dataclass(frozen=True)
-class Killed:
+class Exclusion:
     """Why nothing meets a specification: constraints that exclude each other."""
 
     constraint: str | None
@@ -272,12 +272,12 @@ class Killed:
 
 def impossible(
     search: Search, progress: Callable[[str, float], None] | None = None
-) -> Killed | None:
+) -> Exclusion | None:
     """The constraints that cannot be met together, None where that is not proved."""
     boxes = Boxes(search, progress)
     anything = Constraint("mass", False, 0.0)
     if boxes.prove([anything]).outcome == IMPOSSIBLE:
-        return Killed(None, (), None, "1", UNBUILDABLE)
+        return Exclusion(None, (), None, "1", UNBUILDABLE)
     found = _physics(search)
     if found is not None:
         return found
@@ -295,14 +295,14 @@ def impossible(
     return min((_told(boxes, c, [o for o in core if o is not c]) for c in core), key=_shortfall)
 
 
-def _shortfall(k: Killed) -> float:
+def _shortfall(k: Exclusion) -> float:
     return math.inf if k.reachable is None or not math.isfinite(k.reachable) else k.short
 
 
-def _told(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Killed:
+def _told(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Exclusion:
     reached = boxes.farthest(c, others)
     words = f" together with {' and '.join(map(str, others))}" if others else ""
-    return Killed(
+    return Exclusion(
         str(c), tuple(map(str, others)), reached.value, c.unit,
         f"{c} cannot be met{words}{by(c, reached.value, reached.exact)}",
         math.inf if reached.value is None else c.short(reached.value),
@@ -319,10 +319,10 @@ def by(c: Constraint, reached: float | None, exact: bool = True) -> str:
     return f": the {least} {show(reached, c.unit)}, {words} {'over' if c.most else 'short'}"
 
 
-def _physics(search: Search) -> Killed | None:
+def _physics(search: Search) -> Exclusion | None:
     """A stop that no brake of the grid, or none at all, could give."""
-    need = search.spec.asked.need
-    if need is None or need.travel is None:
+    wanted = search.spec.evaluation.stop
+    if wanted is None or wanted.travel is None:
         return None
     whole = search.spec.grid
     soft = Boxes(search)
@@ -336,35 +336,35 @@ def _physics(search: Search) -> Killed | None:
     if least is None or not least > 0:
         return None
     most = soft._single(Constraint("max_force", False, 1.0))
-    force = min(f for f in (need.force, most, math.inf) if f is not None)
+    force = min(f for f in (wanted.force, most, math.inf) if f is not None)
     if math.isinf(force):
         return None
-    way = need.travel + force / least
-    due = float(least_peak(need.mass, need.speed, way, need.gravity))
-    if need.force is not None and need.force < due:
-        c = Constraint("stop_peak", True, need.force)
-        return Killed(
-            str(c), (str(Constraint("stop_slip", True, need.travel)),), due, "N",
-            f"{c} cannot be met by any brake: {show(need.mass, 'kg')} at "
-            f"{show(need.speed, 'm/s')} within {show(way, 'm')} (slip and stretch) take "
+    way = wanted.travel + force / least
+    due = float(least_peak(wanted.mass, wanted.speed, way, wanted.gravity))
+    if wanted.force is not None and wanted.force < due:
+        c = Constraint("stop_peak", True, wanted.force)
+        return Exclusion(
+            str(c), (str(Constraint("stop_slip", True, wanted.travel)),), due, "N",
+            f"{c} cannot be met by any brake: {show(wanted.mass, 'kg')} at "
+            f"{show(wanted.speed, 'm/s')} within {show(way, 'm')} (slip and stretch) take "
             f"{show(due, 'N')} at the least",
         )  # fmt: skip
     if most is not None and most < due:
         c = Constraint("max_force", False, due)
-        return Killed(
-            str(Constraint("stop_slip", True, need.travel)), (), most, "N",
-            f"stop_slip <= {show(need.travel, 'm')} takes {show(due, 'N')} at the least; the "
+        return Exclusion(
+            str(Constraint("stop_slip", True, wanted.travel)), (), most, "N",
+            f"stop_slip <= {show(wanted.travel, 'm')} takes {show(due, 'N')} at the least; the "
             f"strongest of these brakes gives {show(most, 'N')}",
         )  # fmt: skip
-    bring = need.mass * need.speed**2 / 2 - force**2 / (2 * least)
+    bring = wanted.mass * wanted.speed**2 / 2 - force**2 / (2 * least)
     if bring <= 0:
         return None
     c = Constraint("energy_capacity", False, bring)
     if soft.prove([c]).outcome != IMPOSSIBLE:
         return None
     reached = soft._single(c)
-    return Killed(
+    return Exclusion(
         str(c), (), reached, "J",
-        f"the mass brings {show(need.mass * need.speed**2 / 2, 'J')}"
+        f"the mass brings {show(wanted.mass * wanted.speed**2 / 2, 'J')}"
         f"{by(c, reached)}: energy_capacity of the greatest of these brakes",
     )  # fmt: skip

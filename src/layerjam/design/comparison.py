@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from layerjam.design.force_density import SheetLine, one_more_sheet, peak_force, sheet_line
-from layerjam.design.rivals import Rival, Rivals, rivals
+from layerjam.design.published import PublishedDevice, PublishedDevices, published_devices
 from layerjam.device.brake import mass, sheet_mass
 from layerjam.device.file import BrakeFile
 from layerjam.units import show
@@ -20,12 +20,12 @@ STACKED = (2, 5, 10)
 
 def comparison(
     brakes: Sequence[BrakeFile], vacuums: Sequence[float]
-) -> tuple[list[dict[str, Any]], dict[str, Any], list[SheetLine], Rivals]:
+) -> tuple[list[dict[str, Any]], dict[str, Any], list[SheetLine], PublishedDevices]:
     """(rows, what a sheet of the first adds, lines of sheet counts, the catalogue of others).
 
     `vacuums` [Pa] of the brakes, one each; the first is also shown at lower ones and stacked.
     """
-    others = rivals()
+    others = published_devices()
     first, full = brakes[0], vacuums[0]
     rows = [_row(file, p) for file, p in zip(brakes, vacuums, strict=True)]
     rows += [_row(first, p) for p in LOWER if p < full]
@@ -68,25 +68,25 @@ def _guessed(file: BrakeFile) -> str:
     return f"friction not measured on this brake ({source.kind}){conflict}"
 
 
-def _other(rival: Rival) -> dict[str, Any]:
+def _other(device: PublishedDevice) -> dict[str, Any]:
     return {
-        "name": rival.name,
-        "kind": rival.kind,
-        "mass": rival.mass,
-        "max_force": rival.force,
-        "force_density": rival.density,
-        "source": rival.source(),
-        "note": rival.note,
+        "name": device.name,
+        "kind": device.kind,
+        "mass": device.mass,
+        "max_force": device.force,
+        "force_density": device.density,
+        "source": device.source(),
+        "note": device.note,
         "computed": False,
         "vacuum": None,
         "sheets": None,
         "brakes": 1,
-        "torque": rival.torque,
-        "lever": rival.lever,
+        "torque": device.torque,
+        "lever": device.lever,
     }
 
 
-def _sheet(file: BrakeFile, paper: Rival) -> dict[str, Any]:
+def _sheet(file: BrakeFile, paper: PublishedDevice) -> dict[str, Any]:
     """What one more sheet adds at the vacuum of the paper's tests, beside what the paper prints."""
     vacuum = min(PAPER_VACUUM, file.brake.site.atmosphere)
     force, weight = one_more_sheet(file.brake, vacuum)

@@ -8,7 +8,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from layerjam.design.merit import Point, brake_of
-from layerjam.design.wishes import Spec
+from layerjam.design.requirements import DesignSpecification
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile, read_brake, render
 from layerjam.device.load import catalogue, load, materials
@@ -19,7 +19,9 @@ CARRIED = ("scale_factor", "stiffness_measured", "fittings_mass")
 """Numbers of one built brake, which another one need not share."""
 
 
-def design_file(spec: Spec, point: Point, values: Mapping[str, Any], name: str) -> BrakeFile:
+def design_file(
+    spec: DesignSpecification, point: Point, values: Mapping[str, Any], name: str
+) -> BrakeFile:
     """One brake of a design, read back from its own text; `values` are the design in words."""
     base = spec.brake
     made = _plain(brake_of(point, base.brake))

@@ -17,12 +17,12 @@ from layerjam.design.merit import (
     MERITS,
     STOP_MERITS,
     VARIABLES,
-    Judder,
     Point,
+    StickSlipPull,
     Stock,
     merits,
 )
-from layerjam.design.stopping import Need, stops
+from layerjam.design.stopping import StopRequirement, stops
 from layerjam.device.brake import Brake
 
 Array = npt.NDArray[np.float64]
@@ -94,60 +94,60 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class Asked:
+class Evaluation:
     """What is computed of every design: the base brake, and what the optional merits need."""
 
     base: Brake
-    judder: Judder | None = None
-    need: Need | None = None
-    rise: Array | None = None
-    """`rise_time` of one brake for every vacuum of the grid."""
-    work: Array | None = None
+    stick_slip: StickSlipPull | None = None
+    stop: StopRequirement | None = None
+    line: Array | None = None
+    """LINE_MERITS of one brake for every vacuum of the grid, shape (2, vacuums)."""
 
     @property
     def names(self) -> tuple[str, ...]:
         """The merits of the kernel's rows, in order."""
         out = [n for n in MERITS if n not in (*LINE_MERITS, *STOP_MERITS, "judder_margin")]
-        out += ["judder_margin"] * (self.judder is not None)
-        return (*out, *(LINE_MERITS if self.rise is not None else ()))
+        out += ["judder_margin"] * (self.stick_slip is not None)
+        return (*out, *(LINE_MERITS if self.line is not None else ()))
 
     @property
     def all_names(self) -> tuple[str, ...]:
         """`names` and those of the stop."""
-        return (*self.names, *(STOP_MERITS if self.need is not None else ()))
+        return (*self.names, *(STOP_MERITS if self.stop is not None else ()))
 
 
 @functools.partial(jax.jit, static_argnames=("names",))
-def _merits(point: Point, base: Brake, judder: Judder | None, *, names: tuple[str, ...]) -> Any:
+def _merits(
+    point: Point, base: Brake, pulled: StickSlipPull | None, *, names: tuple[str, ...]
+) -> Any:
     """Merits of a row of designs, (merits, n). Compiled once for all specifications."""
-    out = merits(point, base, judder)
+    out = merits(point, base, pulled)
     shape = jnp.shape(out["mass"])
     return jnp.stack([jnp.broadcast_to(out[n], shape) for n in names])
 
 
 @functools.partial(jax.jit, static_argnames=("row",))
-def _stops(point: Point, base: Brake, need: Need, *, row: int) -> Any:
-    out = stops(point, base, need, row)
+def _stops(point: Point, base: Brake, wanted: StopRequirement, *, row: int) -> Any:
+    out = stops(point, base, wanted, row)
     return jnp.stack([out[n] for n in STOP_MERITS])
 
 
 class Kernel:
     """Merits of designs by number."""
 
-    def __init__(self, grid: Grid, asked: Asked) -> None:
-        self.grid, self.asked = grid, asked
-        self.names = tuple(n for n in asked.names if n not in LINE_MERITS)
+    def __init__(self, grid: Grid, evaluation: Evaluation) -> None:
+        self.grid, self.evaluation = grid, evaluation
+        self.names = tuple(n for n in evaluation.names if n not in LINE_MERITS)
         self.row = int(grid.axes["series"].max())
         self.vacuums = 1 + list(grid.axes).index("vacuum")
 
     def merits(self, numbers: Numbers) -> Array:
         """Merits without those of the stop, shape (merits, n)."""
         digits = self.grid.digits(_padded(numbers))
-        point = self.grid.point(digits)
-        made = np.asarray(_merits(point, self.asked.base, self.asked.judder, names=self.names))
-        if self.asked.rise is not None and self.asked.work is not None:
-            at, brakes = digits[self.vacuums], point.series * point.parallel
-            line = np.stack([self.asked.rise[at] * brakes, self.asked.work[at] * brakes])
+        point, asked = self.grid.point(digits), self.evaluation
+        made = np.asarray(_merits(point, asked.base, asked.stick_slip, names=self.names))
+        if asked.line is not None:
+            line = asked.line[:, digits[self.vacuums]] * point.series * point.parallel
             # what cannot be built has no line either
             line[:, np.isnan(made[self.names.index("mass")])] = np.nan
             made = np.concatenate([made, line])
@@ -155,18 +155,17 @@ class Kernel:
 
     def stops(self, numbers: Numbers) -> Array:
         """`stop_slip` and `stop_peak` of the designs with these numbers, shape (2, n)."""
-        if len(numbers) == 0:
-            return np.empty((2, 0))
+        if len(numbers) == 0 or self.evaluation.stop is None:
+            return np.full((len(STOP_MERITS), len(numbers)), math.nan)
         point = self.grid.point(self.grid.digits(_padded(numbers)))
-        assert self.asked.need is not None
-        made = _stops(point, self.asked.base, self.asked.need, row=self.row)
+        made = _stops(point, self.evaluation.base, self.evaluation.stop, row=self.row)
         return np.asarray(made)[:, : len(numbers)]
 
     def at(self, numbers: Numbers, stop: bool = True) -> Array:
         """All merits of any number of designs, in the order of `asked.all_names`."""
         parts = [numbers[i : i + PIECE] for i in range(0, max(len(numbers), 1), PIECE)]
         made = [self.merits(part) for part in parts]
-        if stop and self.asked.need is not None:
+        if stop and self.evaluation.stop is not None:
             made = [np.concatenate([m, self.stops(p)]) for m, p in zip(made, parts, strict=True)]
         return np.concatenate(made, axis=1)
 

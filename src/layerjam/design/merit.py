@@ -16,7 +16,6 @@ import numpy as np
 
 from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
 from layerjam.device.enclosure import Enclosure
-from layerjam.device.mount import Mount
 from layerjam.device.sheets import Film, Sheets
 from layerjam.fluid.closed_forms import rise_time
 from layerjam.fluid.energy import jam_work
@@ -106,22 +105,19 @@ class Point(NamedTuple):
     parallel: Any
 
 
-class Judder(NamedTuple):
-    """What pulls, for the judder margin; SI."""
+class StickSlipPull(NamedTuple):
+    """What pulls, for the margin against stick–slip; SI."""
 
     speed: float
     mass: float
     damping_ratio: float
 
 
-def stock_of(brake: Brake) -> Stock:
-    """The film of a brake, with its calibration factor."""
-    film = brake.film
+def stock_of(film: Film, scale_factor: Any = 1.0) -> Stock:
+    """A film as a design has it, with a calibration factor."""
+    known = {name: getattr(film, name) for name in Stock._fields if name != "scale_factor"}
     strength = math.nan if film.strength is None else film.strength
-    return Stock(
-        film.modulus, film.density, film.static, film.kinetic, film.friction_on_silicone, strength,
-        brake.scale_factor,
-    )  # fmt: skip
+    return Stock(**{**known, "strength": strength}, scale_factor=scale_factor)
 
 
 def point_of(brake: Brake, vacuum: Any = None) -> Point:
@@ -131,10 +127,21 @@ def point_of(brake: Brake, vacuum: Any = None) -> Point:
     if brake.weighed_mass is not None:
         fittings = brake.weighed_mass - sheets.count * sheet_mass(brake) - enclosure_mass(brake)
     return Point(
-        stock_of(brake), sheets.count, sheets.thickness, sheets.width, sheets.overlap,
-        sheets.free_left, sheets.free_right, 0.0, sheets.usable_travel, brake.enclosure.wall,
-        fittings, brake.site.atmosphere if vacuum is None else vacuum, 1.0, 1.0,
-    )  # fmt: skip
+        stock=stock_of(brake.film, brake.scale_factor),
+        count=sheets.count,
+        thickness=sheets.thickness,
+        width=sheets.width,
+        overlap=sheets.overlap,
+        free_left=sheets.free_left,
+        free_right=sheets.free_right,
+        offset=0.0,
+        usable_travel=sheets.usable_travel,
+        wall=brake.enclosure.wall,
+        fittings_mass=fittings,
+        vacuum=brake.site.atmosphere if vacuum is None else vacuum,
+        series=1.0,
+        parallel=1.0,
+    )
 
 
 def brake_of(point: Point, base: Brake) -> Brake:
@@ -143,7 +150,7 @@ def brake_of(point: Point, base: Brake) -> Brake:
     An offset x0 turns overlap into free length on both sides. The stiffness is the sheets' own in
     series with the base's mount, where one was measured.
     """
-    at, film, start = point, point.stock, base.sheets
+    at, start = point, base.sheets
     clamped = base.mount.clamped_length
     spare = start.length - start.overlap - jnp.maximum(start.free_left, start.free_right) - clamped
     travel = at.usable_travel
@@ -159,27 +166,23 @@ def brake_of(point: Point, base: Brake) -> Brake:
         free_right=at.free_right + at.offset,
         usable_travel=travel - at.offset,
     )
+    film = {name: value for name, value in at.stock._asdict().items() if name != "scale_factor"}
     made = Brake(
         sheets=sheets,
-        film=Film(
-            modulus=film.modulus, density=film.density, static=film.static, kinetic=film.kinetic,
-            friction_on_silicone=film.friction_on_silicone, strength=film.strength,
-        ),
-        enclosure=Enclosure(
-            wall=at.wall, modulus=base.enclosure.modulus, density=base.enclosure.density
-        ),
-        mount=Mount(clamped_length=clamped, screw_hole=base.mount.screw_hole),
+        film=Film(**film),
+        enclosure=replace(base.enclosure, wall=at.wall),
+        mount=base.mount,
         fittings_mass=at.fittings_mass,
-        scale_factor=film.scale_factor,
+        scale_factor=at.stock.scale_factor,
         pressure_exponent=base.pressure_exponent,
         test_pressure=base.test_pressure,
         site=base.site,
-    )  # fmt: skip
+    )
     if base.stiffness_measured is None:
         return made
-    give = 1 / base.stiffness_measured - 1 / stiffness.stiffness_before_slip(base)
+    mount_compliance = 1 / base.stiffness_measured - 1 / stiffness.stiffness_before_slip(base)
     own = stiffness.stiffness_before_slip(made)
-    return replace(made, stiffness_measured=1 / (1 / own + give))
+    return replace(made, stiffness_measured=1 / (1 / own + mount_compliance))
 
 
 def can_be_built(point: Point, brake: Brake) -> Any:
@@ -191,11 +194,11 @@ def can_be_built(point: Point, brake: Brake) -> Any:
     return fine & (brake.stiffness_measured > 0 if brake.stiffness_measured is not None else True)
 
 
-def merits(point: Point, base: Brake, judder: Judder | None = None) -> dict[str, Any]:
+def merits(point: Point, base: Brake, pulled: StickSlipPull | None = None) -> dict[str, Any]:
     """Every figure of merit that follows from the brake alone; arrays of the broadcast shape.
 
     For `series` times `parallel` equal brakes with an ideally even share. All NaN where the design
-    cannot be built; `judder_margin` only with `judder`.
+    cannot be built; `judder_margin` only with `pulled`.
     """
     made = brake_of(point, base)
     sheets, vacuum = made.sheets, point.vacuum
@@ -228,10 +231,10 @@ def merits(point: Point, base: Brake, judder: Judder | None = None) -> dict[str,
         "buckling_force": limits.buckling_force(0.0, made),
         "self_closing_vacuum": limits.self_closing_vacuum(sheets.usable_travel, made),
     }
-    if judder is not None:
+    if pulled is not None:
         kinetic = friction.sheet_friction(0.0, vacuum, made)
         least = stickslip.stiffness_without_judder(
-            judder.speed, held * rows, kinetic * rows, judder.mass, judder.damping_ratio
+            pulled.speed, held * rows, kinetic * rows, pulled.mass, pulled.damping_ratio
         )
         out["judder_margin"] = own * rows / row / least
     return {name: within(fine, value) for name, value in out.items()}
@@ -252,7 +255,6 @@ def line_merits(vacuum: float, line: Line, brakes: float) -> tuple[float, float]
     return math.nan if time is None else time, work
 
 
-def line_table(vacuums: np.ndarray[Any, Any], line: Line) -> tuple[Any, Any]:
-    """`line_merits` of one brake for a row of vacuums [Pa]; times the brakes it is that of many."""
-    pairs = [line_merits(float(v), line, 1.0) for v in vacuums]
-    return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
+def line_table(vacuums: np.ndarray[Any, Any], line: Line) -> np.ndarray[Any, Any]:
+    """`line_merits` of one brake, shape (2, vacuums [Pa]); n brakes have n times as much."""
+    return np.array([line_merits(float(v), line, 1.0) for v in vacuums]).T

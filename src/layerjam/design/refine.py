@@ -17,8 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.design.merit import LINE_MERITS, Point, line_merits, merits
+from layerjam.design.requirements import Constraint, DesignSpecification
 from layerjam.design.stopping import stops
-from layerjam.design.wishes import Constraint, Spec
 
 Array = npt.NDArray[np.float64]
 LENGTHS = ("width", "thickness", "overlap", "free_left", "free_right", "offset", "wall",
@@ -44,11 +44,11 @@ def changed(point: Point, values: dict[str, Any]) -> Point:
 @functools.partial(jax.jit, static_argnames=("names", "row"))
 def _values(x: Any, point: Point, more: Any, *, names: tuple[str, ...], row: int) -> Any:
     """ln of all merits at values `x` of the variables `names`; stop's last."""
-    base, judder, need = more
+    base, pulled, wanted = more
     at = changed(point, dict(zip(names, x, strict=True)))
-    out = merits(at, base, judder)
-    if need is not None:
-        out |= stops(at, base, need, row)
+    out = merits(at, base, pulled)
+    if wanted is not None:
+        out |= stops(at, base, wanted, row)
     return jnp.log(jnp.stack([jnp.asarray(out[n], float) for n in sorted(out)]))
 
 
@@ -61,15 +61,15 @@ class Smooth:
     Always of all of them, so that every specification uses the same compiled function.
     """
 
-    def __init__(self, spec: Spec, point: Point) -> None:
+    def __init__(self, spec: DesignSpecification, point: Point) -> None:
         self.spec = spec
         self.point = jax.tree.map(float, point)
         travel = () if point.usable_travel is None else ("usable_travel",)
         self.names = (*LENGTHS, *travel, *FILM)
         place = {n: self.point.stock if n in FILM else self.point for n in self.names}
         self.start = np.array([float(getattr(place[n], n)) for n in self.names])
-        asked = spec.asked
-        self.more = (asked.base, asked.judder, asked.need)
+        asked = spec.evaluation
+        self.more = (asked.base, asked.stick_slip, asked.stop)
         self.row = int(spec.grid.axes["series"].max())
         own = {n for n in asked.all_names if n not in LINE_MERITS}
         self.order = tuple(sorted(own))
@@ -126,15 +126,15 @@ class Refined:
     """Constraints and bounds that hold it where it is."""
 
 
-def _fixed(constraint: Constraint, spec: Spec, point: Point) -> float | None:
+def _fixed(constraint: Constraint, spec: DesignSpecification, point: Point) -> float | None:
     """The value of a quantity that no continuous variable changes; None where one may."""
     name = constraint.name
-    if name in spec.asked.all_names or name in spec.grid.ranges:
+    if name in spec.evaluation.all_names or name in spec.grid.ranges:
         return None
     return float(getattr(point, name))
 
 
-def refine(spec: Spec, number: int) -> Refined | None:
+def refine(spec: DesignSpecification, number: int) -> Refined | None:
     """The best design near one of the grid's, None where no variable is continuous or none fits."""
     grid = spec.grid
     names = tuple(grid.ranges)
@@ -146,7 +146,7 @@ def refine(spec: Spec, number: int) -> Refined | None:
         return None
     live = [c for c, v in held.items() if v is None and c.limit > 0]
     smooth = Smooth(spec, point)
-    way = Way(smooth, live)
+    way = LocalSearch(smooth, live)
     x = way.best()
     if x is None:
         return None
@@ -166,13 +166,13 @@ def refine(spec: Spec, number: int) -> Refined | None:
         number,
         dict(zip(names, moved.tolist(), strict=True)),
         {n: math.exp(found[n]) if not math.isnan(found[n]) else math.nan
-         for n in spec.asked.all_names},
+         for n in spec.evaluation.all_names},
         value,
         tuple(binding),
     )  # fmt: skip
 
 
-class Way:
+class LocalSearch:
     """The search among the continuous variables of one design, each from 0 to 1 of its range."""
 
     def __init__(self, smooth: Smooth, live: list[Constraint]) -> None:
@@ -238,7 +238,9 @@ class Way:
         return None
 
 
-def sensitivities(spec: Spec, point: Point, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
+def sensitivities(
+    spec: DesignSpecification, point: Point, names: tuple[str, ...]
+) -> dict[str, dict[str, float]]:
     """{merit: {parameter: d ln(merit)/d ln(parameter)}} at a design, for merits `names`.
 
     Parameters are lengths, vacuum and the film's numbers; the travel follows the overlap unless it

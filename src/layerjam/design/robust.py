@@ -9,8 +9,8 @@ import numpy as np
 
 from layerjam.control.plan_spread import log_normal
 from layerjam.design.merit import Point, merits
+from layerjam.design.requirements import DesignSpecification
 from layerjam.design.stopping import stops
-from layerjam.design.wishes import Spec
 
 
 class Chance(NamedTuple):
@@ -25,7 +25,7 @@ class Chance(NamedTuple):
     """95 % quantile."""
 
 
-def robustness(spec: Spec, point: Point) -> dict[str, Chance]:
+def robustness(spec: DesignSpecification, point: Point) -> dict[str, Chance]:
     """{constraint: Chance} and "all" for a design, friction log-normal around what is stated.
 
     Static and kinetic friction vary independently of each other; samples come from a counter-based
@@ -42,9 +42,11 @@ def robustness(spec: Spec, point: Point) -> dict[str, Chance]:
         kinetic=log_normal(shares[1], float(film.kinetic), scatter.kinetic * float(film.kinetic)),
     )
     at = point._replace(stock=drawn)
-    out: dict[str, Any] = merits(at, spec.asked.base, spec.asked.judder)
-    if spec.asked.need is not None:
-        out |= stops(at, spec.asked.base, spec.asked.need, int(spec.grid.axes["series"].max()))
+    out: dict[str, Any] = merits(at, spec.evaluation.base, spec.evaluation.stick_slip)
+    if spec.evaluation.stop is not None:
+        out |= stops(
+            at, spec.evaluation.base, spec.evaluation.stop, int(spec.grid.axes["series"].max())
+        )
     every = np.ones(scatter.samples, bool)
     found: dict[str, Chance] = {}
     for c in spec.constraints:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from layerjam.design.grid import PIECE, Array, Kernel, Numbers
 from layerjam.design.merit import MERITS, STOP_MERITS
 from layerjam.design.pareto import front
-from layerjam.design.wishes import Spec
+from layerjam.design.requirements import DesignSpecification
 from layerjam.mechanics.threads import Workers
 
 CHUNK = PIECE
@@ -29,7 +29,7 @@ FAMILIES = 8
 
 
 @dataclass
-class Found:
+class SweepResult:
     """What a run of designs comes to; any two runs add up to that of both.
 
     `numbers` are the designs kept, `costs` their objectives as ln(merit) with the sign that less is
@@ -60,10 +60,10 @@ class Found:
 class Search:
     """Sweeps a specification's designs."""
 
-    def __init__(self, spec: Spec, block: int = BLOCK) -> None:
+    def __init__(self, spec: DesignSpecification, block: int = BLOCK) -> None:
         self.size = block
-        self.spec, self.kernel = spec, Kernel(spec.grid, spec.asked)
-        names = spec.asked.all_names
+        self.spec, self.kernel = spec, Kernel(spec.grid, spec.evaluation)
+        names = spec.evaluation.all_names
         self.row = {n: i for i, n in enumerate(names)}
         self.signs = np.array([o.sign for o in spec.objectives])
         self.weights = np.array([o.weight for o in spec.objectives])
@@ -73,22 +73,22 @@ class Search:
         """How many blocks all designs make."""
         return -(-self.spec.grid.size // self.size)
 
-    def block(self, index: int, pool: Workers | None = None) -> Found:
+    def block(self, index: int, pool: Workers | None = None) -> SweepResult:
         """What block number `index` comes to."""
         first = index * self.size
         end = min(first + self.size, self.spec.grid.size)
         starts = range(first, end, CHUNK)
-        work: Iterable[Found]
+        work: Iterable[SweepResult]
         if pool is None:
             work = map(lambda s: self.chunk(s, min(CHUNK, end - s)), starts)
         else:
             work = pool.map(lambda s: self.chunk(s, min(CHUNK, end - s)), starts)
         return self.sum(work)
 
-    def all(self, progress: Callable[[str, float], None] | None = None) -> Found:
+    def all(self, progress: Callable[[str, float], None] | None = None) -> SweepResult:
         """What all designs come to, in memory."""
         total = self.blocks()
-        whole = Found()
+        whole = SweepResult()
         with Workers() as pool:
             for index in range(total):
                 whole = self.sum([whole, self.block(index, pool)])
@@ -107,7 +107,7 @@ class Search:
             self.spec.grid.axes[name][digits[1 + list(self.spec.grid.axes).index(name)]]
         )
 
-    def chunk(self, first: int, count: int) -> Found:
+    def chunk(self, first: int, count: int) -> SweepResult:
         """What `count` designs from `first` on come to."""
         numbers = np.arange(first, first + count, dtype=np.int64)
         values = self.kernel.merits(numbers)
@@ -118,7 +118,7 @@ class Search:
             if i not in self.late:
                 held[i] = c.holds(self.quantity(c.name, values, numbers)) & fine
         early = (~held).sum(axis=0) - len(self.late)
-        if self.spec.asked.need is not None:
+        if self.spec.evaluation.stop is not None:
             extra = np.full((2, count), math.nan)
             near = np.flatnonzero(fine & (early <= 1) & self.may_stop(values))
             extra[:, near] = self.kernel.stops(numbers[near])
@@ -129,19 +129,18 @@ class Search:
 
     def may_stop(self, values: Array) -> npt.NDArray[np.bool_]:
         """Designs whose whole travel and stretch take up the energy that the mass brings."""
-        need = self.spec.asked.need
-        assert need is not None
-        row = self.row
+        row, wanted = self.row, self.spec.evaluation.stop
         stretch = values[row["max_force"]] ** 2 / (2 * values[row["stiffness"]])
         taken = values[row["energy_capacity"]] + stretch
-        return np.asarray(taken > need.mass * need.speed**2 / 2 * (1 - 1e-9))
+        brings = 0.0 if wanted is None else wanted.mass * wanted.speed**2 / 2
+        return np.asarray(taken > brings * (1 - 1e-9))
 
     def reduced(
         self, numbers: Numbers, values: Array, held: npt.NDArray[np.bool_],
         fine: npt.NDArray[np.bool_],
-    ) -> Found:  # fmt: skip
-        """The Found of a chunk from its merits and which constraints hold."""
-        made = Found(examined=len(numbers), built=int(fine.sum()))
+    ) -> SweepResult:  # fmt: skip
+        """The SweepResult of a chunk from its merits and which constraints hold."""
+        made = SweepResult(examined=len(numbers), built=int(fine.sum()))
         for name, i in self.row.items():
             row = values[i][np.isfinite(values[i])]
             if len(row):
@@ -178,7 +177,7 @@ class Search:
 
         return of
 
-    def _keep(self, made: Found, numbers: Numbers, costs: Array) -> None:
+    def _keep(self, made: SweepResult, numbers: Numbers, costs: Array) -> None:
         score = costs @ self.weights
         score = np.where(np.isnan(score), np.inf, score)
         family = self.family(numbers)
@@ -201,9 +200,9 @@ class Search:
                 out = out * len(grid.axes[name]) + place
         return np.asarray(out)
 
-    def sum(self, parts: Iterable[Found]) -> Found:
-        """The Found of several runs together, in their order."""
-        whole = Found()
+    def sum(self, parts: Iterable[SweepResult]) -> SweepResult:
+        """The SweepResult of several runs together, in their order."""
+        whole = SweepResult()
         numbers, costs = [], []
         for part in parts:
             whole.examined += part.examined
@@ -232,10 +231,10 @@ class Search:
             whole.numbers, whole.costs = rows[places], cost[places]
         return whole
 
-    def told(self, number: int) -> dict[str, Any]:
+    def design(self, number: int) -> dict[str, Any]:
         """One design: its variables and all its merits."""
         values = self.kernel.at(np.array([number], np.int64))[:, 0]
-        found = dict(zip(self.spec.asked.all_names, values.tolist(), strict=True))
+        found = dict(zip(self.spec.evaluation.all_names, values.tolist(), strict=True))
         return {"number": int(number), **self.spec.grid.values(number),
                 **{n: found.get(n, math.nan) for n in MERITS}}  # fmt: skip
 

@@ -16,7 +16,7 @@ RIGID = 1e12
 """Stiffness [N/m] of a brake in a row: what its spring stores is left out."""
 
 
-class Need(NamedTuple):
+class StopRequirement(NamedTuple):
     """A mass to be stopped; SI. `travel` is slip, as in `drop`; None where nothing is asked."""
 
     mass: float
@@ -27,7 +27,7 @@ class Need(NamedTuple):
     """Along the pull; 0 for a horizontal stop."""
 
 
-def stops(point: Point, base: Brake, need: Need, most_in_row: int) -> dict[str, Any]:
+def stops(point: Point, base: Brake, wanted: StopRequirement, most_in_row: int) -> dict[str, Any]:
     """`stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN where it does not stop.
 
     Equal brakes in parallel share mass and force. In series they slip one after another, each to
@@ -35,14 +35,14 @@ def stops(point: Point, base: Brake, need: Need, most_in_row: int) -> dict[str, 
     """
     made = brake_of(point, base)
     fine = can_be_built(point, made)
-    share = need.mass / point.parallel
+    share = wanted.mass / point.parallel
     zero = jnp.zeros_like(share + made.sheets.usable_travel + point.series)
     spring = jnp.where(point.series > 1, RIGID, working_stiffness(made)) + zero
-    speed, slip, peak = need.speed + zero, zero, zero
+    speed, slip, peak = wanted.speed + zero, zero, zero
     done = zero > 0
     lost = zero > 0
     for turn in range(most_in_row):
-        now = stop(share + zero, speed, point.vacuum + zero, spring, need.gravity + zero, made)
+        now = stop(share + zero, speed, point.vacuum + zero, spring, wanted.gravity + zero, made)
         going = ~done & ~lost
         slip = slip + jnp.where(going, now.slip, 0.0)
         peak = jnp.maximum(peak, jnp.where(going, now.peak_force, 0.0))
@@ -60,5 +60,5 @@ def stops(point: Point, base: Brake, need: Need, most_in_row: int) -> dict[str, 
 
 @law
 def least_peak(mass: Any, speed: Any, travel: Any, gravity: Any) -> Any:
-    """Force [N] that no stop within a way [m] can stay below: M (v^2/2z + g)."""
+    """Force [N] that no stop within a travel [m] can stay below: M (v^2/2z + g)."""
     return mass * (speed**2 / (2 * travel) + gravity)

@@ -8,8 +8,8 @@ from typing import Any
 
 from layerjam.design.bounds import UNBUILDABLE, by
 from layerjam.design.merit import STOP_MERITS
-from layerjam.design.search import Found, Search
-from layerjam.design.wishes import EVERY, Constraint, Objective, Spec
+from layerjam.design.requirements import NAMEABLE, Constraint, DesignSpecification, Objective
+from layerjam.design.search import Search, SweepResult
 from layerjam.units import show
 
 
@@ -40,7 +40,7 @@ def why_lost(
         if abs(step) < 1e-9:
             continue
         over = loser[o.name] / winner[o.name] - 1
-        text = f"{o.name} {over:+.2%} ({show(loser[o.name], EVERY[o.name].unit)})"
+        text = f"{o.name} {over:+.2%} ({show(loser[o.name], NAMEABLE[o.name].unit)})"
         (worse if step > 0 else better).append(text)
     if not worse and not better:
         return "it ties in every objective; of equals the first of the list is chosen"
@@ -51,14 +51,14 @@ def why_lost(
     return f"it loses by {lost}{won}; weighted, {math.expm1(total):.2%} behind"
 
 
-def forbidden(search: Search, found: Found, score: float) -> list[dict[str, Any]]:
+def forbidden(search: Search, found: SweepResult, score: float) -> list[dict[str, Any]]:
     """Designs that would have won but for one constraint, and by how much they break it."""
     out = []
     for i, (cost, number) in sorted(found.alone.items(), key=lambda item: item[1]):
         if cost >= score:
             continue
         constraint = search.spec.constraints[i]
-        design = search.told(number)
+        design = search.design(number)
         value = value_of(design, constraint)
         gain = -math.expm1(cost - score)
         out.append(
@@ -77,7 +77,7 @@ def value_of(design: Mapping[str, Any], constraint: Constraint) -> float:
     return float(design[constraint.name])
 
 
-def binding(design: Mapping[str, Any], spec: Spec) -> list[str]:
+def binding(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
     """Constraints met with less than 2 % to spare."""
     out = []
     for c in spec.constraints:
@@ -87,7 +87,7 @@ def binding(design: Mapping[str, Any], spec: Spec) -> list[str]:
     return out
 
 
-def why_none(search: Search, found: Found) -> tuple[str, str | None, float | None]:
+def why_none(search: Search, found: SweepResult) -> tuple[str, str | None, float | None]:
     """Reason, the constraint that kills, and its best value, where a sweep found no design."""
     spec = search.spec
     if not found.built:

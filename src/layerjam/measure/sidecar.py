@@ -9,7 +9,7 @@ from layerjam.device.load import write_whole
 from layerjam.records.reader import Reader
 from layerjam.records.toml import parse_toml, read_text
 from layerjam.records.values import FlagSpec, TextSpec, entries, value
-from layerjam.records.writer import literal
+from layerjam.records.writer import plain
 from layerjam.units import quantity
 
 SIDECAR_ENDING = ".toml"
@@ -70,11 +70,7 @@ def text_beside(path: str | Path) -> str:
 def facts_text(facts: Facts) -> str:
     """The sidecar's TOML; `read_facts` gives back exactly these facts."""
     lines = ["# What the data file beside this one does not say itself."]
-    for name, entry in _FIELDS.items():
-        stated = getattr(facts, name)
-        if stated != entry.default:
-            lines.append(f"{name} = {literal(entry.spec.written(stated))}")
-    return "\n".join([*lines, ""])
+    return "\n".join([*lines, *plain(_FIELDS, vars(facts)), ""])
 
 
 def write_facts(path: str | Path, facts: Facts, force: bool = False) -> Path:

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from layerjam.errors import FileError, LayerjamError, UnknownNameError
 from layerjam.records.source import Source
-from layerjam.records.toml import line_of, parse_toml
+from layerjam.records.toml import line_of, parse_toml, row_with
 from layerjam.records.values import Entry, TextSpec, entries
 from layerjam.units import build
 
@@ -44,13 +44,19 @@ class Reader:
 
     @contextmanager
     def located(self, key: str = "") -> Iterator[None]:
-        """Errors inside become FileErrors, with the line of the quantity they name or of `key`."""
+        """Errors inside become FileErrors, with the line of the quantity they name or of `key`.
+
+        What they name may also be a text of the file, such as a constraint.
+        """
         try:
             yield
         except FileError:
             raise
         except LayerjamError as err:
-            raise self.fail(key or err.quantity or "", err) from None
+            named = err.quantity or ""
+            line = line_of(self.text, named) or row_with(self.text, named)
+            line = line or line_of(self.text, key)
+            raise FileError(self.path, str(err), line) from None
 
     def take(self, tables: Mapping[str, Any] | None = None, table: str = "") -> None:
         """Every entry of a file, or of one of its tables."""
@@ -80,7 +86,7 @@ class Reader:
         if path not in self.fields:
             raise self.fail(path, self.unknown(path))
         value, source = entry, Source()
-        if isinstance(entry, dict):
+        if isinstance(entry, dict) and not self.fields[path].table:
             with self.located(path):
                 value, source = Source.read(entry, path)
         with self.located(path):

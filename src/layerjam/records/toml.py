@@ -79,6 +79,12 @@ def line_of(text: str, path: str) -> int | None:
     return table_line
 
 
+def row_with(text: str, words: str) -> int | None:
+    """The first line that holds some words, None where none does."""
+    rows = enumerate(text.splitlines(), 1)
+    return next((number for number, row in rows if words and words in row), None)
+
+
 def quoted(text: str) -> str:
     """A TOML string."""
     out = []

@@ -142,6 +142,8 @@ class Entry(NamedTuple):
     in_optional: bool = False
     """Whether it belongs to a table that may be absent; it is then due only with the table."""
     default: Any = None
+    table: bool = False
+    """Whether a table is the value itself, not a value with its source."""
 
 
 def entries(cls: type, prefix: str = "", in_optional: bool = False) -> Iterator[tuple[str, Entry]]:

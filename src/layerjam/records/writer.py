@@ -12,6 +12,10 @@ from layerjam.records.toml import quoted
 from layerjam.records.values import Entry, ValueSpec
 from layerjam.units import QuantitySpec
 
+_UNSTATED = Source().written()
+WIDE = 100
+"""Characters of a line beyond which a list takes a line for each entry."""
+
 
 def literal(value: object) -> str:
     """A value as TOML text: texts, switches, numbers and lists of them."""
@@ -21,6 +25,8 @@ def literal(value: object) -> str:
         return str(value).lower()
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(literal, value))}]"
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{k} = {literal(v)}' for k, v in value.items())} }}"
     return repr(value)
 
 
@@ -31,6 +37,25 @@ def meaning(spec: ValueSpec) -> str:
         symbol = f"{spec.symbol}: " if spec.symbol else ""
         unit = "" if spec.unit == "1" else f" [{spec.unit}]"
     return f"# {symbol}{spec.text}{unit}; {spec.allowed()}"
+
+
+def plain(rows: Mapping[str, Entry], values: Mapping[str, Any]) -> list[str]:
+    """Lines that set every value that is not its default, tables under their headings."""
+    lines, table = [], ""
+    for path, entry in rows.items():
+        head, _, key = path.rpartition(".")
+        value = values.get(path)
+        if value is None or value == entry.default:
+            continue
+        if head != table:
+            lines += ["", f"[{head}]"]
+            table = head
+        written = entry.spec.written(value)
+        text = f"{key} = {literal(written)}"
+        if len(text) > WIDE and isinstance(written, list):
+            text = "\n".join([f"{key} = [", *(f"    {literal(w)}," for w in written), "]"])
+        lines.append(text)
+    return lines
 
 
 def commented(
@@ -56,12 +81,9 @@ def commented(
             lines.append(f"# {key} = {text}        (the default)")
             continue
         words = {} if source is None else source.written()
-        inner = "".join(f", {k} = {quoted(w)}" for k, w in words.items() if words != UNSTATED)
+        inner = "".join(f", {k} = {quoted(w)}" for k, w in words.items() if words != _UNSTATED)
         lines.append(f"{key} = {{ value = {text}{inner} }}" if inner else f"{key} = {text}")
     return lines
-
-
-UNSTATED = Source().written()
 
 
 def updated(

@@ -14,7 +14,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.fluid.file import LineFile
 
 if TYPE_CHECKING:
-    from layerjam.design.wishes import Spec
+    from layerjam.design.requirements import DesignSpecification
 
 VERBS = {
     "show": "predict", "force": "predict", "vacuum": "predict", "tensile": "tensile",
@@ -35,7 +35,7 @@ class Subject:
     """A brake or line: how the user names it, and the object where it is not the catalogue's."""
 
     name: str
-    file: BrakeFile | LineFile | Spec | None = None
+    file: BrakeFile | LineFile | DesignSpecification | None = None
 
 
 @dataclass(frozen=True)

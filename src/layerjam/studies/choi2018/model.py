@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from layerjam.design.rivals import rivals
+from layerjam.design.published import published_devices
 from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
 from layerjam.device.load import load
 from layerjam.fluid.closed_forms import rise_time
@@ -309,7 +309,7 @@ def force_density() -> list[Claim]:
     per_sheet = sheet_mass(kapton) * 1e3
     whole = (mass(more) - mass(kapton)) * 1e3
     top = float(peak(FULL, TESTED, kapton).force)
-    best = max(rivals().devices, key=lambda device: device.density)
+    best = max(published_devices().devices, key=lambda device: device.density)
     return [
         number("one more sheet adds force", "III-F", 17.5, added, "N", 0.05,
                "Kapton at 94.5 kPa with a = 0.875"),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from nicegui import ui
 
-from layerjam.commands.need import HOLD, STOP, hold, stop
+from layerjam.design.few_numbers import HOLD, STOP, hold, stop
 from layerjam.device.load import catalogue
 from layerjam.errors import LayerjamError
 from layerjam.workbench.controls import Choice, Control, choice, number, slider, word
@@ -79,7 +79,7 @@ class Form:
         *asked, margin = [(c, number(self.desk, PAGE, c)) for c in controls]
         said = {c.key.split("_", 1)[1]: c.text(value) for c, value in asked}
         made = hold if kind == "hold" else stop
-        return made(file, called, **said, stress_margin=margin[1])
+        return made(file, called, **said, stress_margin=margin[1]).text()
 
     def write(self) -> None:
         """Into the editor, and search."""

@@ -9,8 +9,8 @@ from typing import Any
 from layerjam.commands.answer import Answer
 from layerjam.design.design_file import plain_name
 from layerjam.design.merit import MERITS, VARIABLES
+from layerjam.design.requirements import DesignSpecification
 from layerjam.design.verdict import named
-from layerjam.design.wishes import Spec
 from layerjam.report.design_figures import scale
 from layerjam.report.style import GREY, INK
 from layerjam.units import show
@@ -231,6 +231,6 @@ def along(answer: Answer) -> list[int]:
     return [d["number"] for d in rows]
 
 
-def file_name(spec: Spec) -> str:
+def file_name(spec: DesignSpecification) -> str:
     """What a file of this specification is called."""
     return plain_name(spec.name)

@@ -11,9 +11,9 @@ from nicegui import events, ui
 
 from layerjam.commands.answer import Answer
 from layerjam.commands.design import brake_of
-from layerjam.design.spec import examples, read_spec
+from layerjam.design.requirements import DesignSpecification
+from layerjam.design.specification import examples, read_spec
 from layerjam.design.verdict import named
-from layerjam.design.wishes import Spec
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue
 from layerjam.errors import FileError, LayerjamError
@@ -48,7 +48,7 @@ class NeedPart(Part):
     def __init__(self, page: Host) -> None:
         super().__init__(page)
         self.form = Form(self.desk, self.written)
-        self._read: tuple[object, Spec | None] = (None, None)
+        self._read: tuple[object, DesignSpecification | None] = (None, None)
         self._found: tuple[object, Found] = (None, Found())
         self._drawn: tuple[object, ...] = ()
 
@@ -68,7 +68,7 @@ class NeedPart(Part):
             return {}
         return {} if file is None else {f"{file.name}.toml": file}
 
-    def spec(self) -> Spec:
+    def spec(self) -> DesignSpecification:
         """The specification; raises FileError with the line."""
         text, _ = self.spec_text()
         key = (text, self.desk.get(PAGE, "begin", ""))
@@ -335,7 +335,7 @@ class NeedPart(Part):
         return out[0], out[1]
 
 
-def read(text: str, beside: dict[str, BrakeFile]) -> Spec:
+def read(text: str, beside: dict[str, BrakeFile]) -> DesignSpecification:
     """A specification from the page: no file is opened; raises FileError."""
     if len(text) > LONGEST:
         raise FileError("the specification", f"{len(text)} characters; at most {LONGEST} are read")

@@ -36,7 +36,7 @@ _SHEET, _NONE = "paper-sheet", "looked_for"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rival:
+class PublishedDevice:
     """A device: `kind` is its class, `words` are the source's own, `note` is ours."""
 
     name: str
@@ -68,23 +68,23 @@ class Rival:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rivals:
+class PublishedDevices:
     """All of the catalogue: devices, what a sheet adds by the paper, classes without a device."""
 
-    devices: tuple[Rival, ...]
-    sheet: Rival
+    devices: tuple[PublishedDevice, ...]
+    sheet: PublishedDevice
     looked_for: Mapping[str, str]
     """Class to what was looked at, for classes where no device had both numbers in a source."""
 
 
 @cache
-def rivals() -> Rivals:
+def published_devices() -> PublishedDevices:
     """The catalogue that comes with the package."""
-    place = files("layerjam.design") / "catalogue" / "rivals.toml"
-    return read_rivals(place.read_text(encoding="utf-8"), "rivals.toml")
+    place = files("layerjam.design") / "catalogue" / "published_devices.toml"
+    return read_published(place.read_text(encoding="utf-8"), "published_devices.toml")
 
 
-def read_rivals(text: str, path: object) -> Rivals:
+def read_published(text: str, path: object) -> PublishedDevices:
     """Devices from TOML text.
 
     Raises FileError where a device lacks its name, class, words, mass, the source of a number, or
@@ -92,17 +92,17 @@ def read_rivals(text: str, path: object) -> Rivals:
     """
     tables = parse_toml(text, path)
     looked = tables.pop(_NONE, {})
-    made = {key: _rival(key, table, text, path) for key, table in tables.items()}
+    made = {key: _device(key, table, text, path) for key, table in tables.items()}
     if _SHEET not in made:
         raise FileError(path, f"[{_SHEET}] is missing")
     sheet = made.pop(_SHEET)
     both = {r.kind for r in made.values()} & set(looked)
     if both:
         raise FileError(path, f"{', '.join(sorted(both))}: found, and yet under [{_NONE}]")
-    return Rivals(devices=tuple(made.values()), sheet=sheet, looked_for=dict(looked))
+    return PublishedDevices(devices=tuple(made.values()), sheet=sheet, looked_for=dict(looked))
 
 
-def _rival(key: str, table: Any, text: str, path: object) -> Rival:
+def _device(key: str, table: Any, text: str, path: object) -> PublishedDevice:
     if not isinstance(table, dict):
         raise FileError(path, f"{key} must be a table, [{key}]")
     reader = Reader(text, path, FIELDS, _TEXTS)
@@ -118,7 +118,7 @@ def _rival(key: str, table: Any, text: str, path: object) -> Rival:
     if "mass" not in values or ("force" in values) == (len(turns) == 2) or len(turns) == 1:
         raise FileError(path, f"[{key}] needs a mass, and either a force or a torque with a lever")
     force = values["force"] if "force" in values else values["torque"] / values["lever"]
-    return Rival(
+    return PublishedDevice(
         name=words["name"],
         kind=words["class"],
         mass=values["mass"],

@@ -1,0 +1,185 @@
+"""What is asked of a brake in a few numbers, as a request for `design`: what to vary around it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from layerjam.design.design_file import plain_name
+from layerjam.design.merit import MERITS
+from layerjam.design.request import (
+    Axis,
+    DesignRequest,
+    FilmChoice,
+    Range,
+    StopRequest,
+    read_request,
+    reader_of,
+)
+from layerjam.design.requirements import Constraint, Objective
+from layerjam.design.specification import examples
+from layerjam.device.file import BrakeFile
+from layerjam.errors import QuantityError
+from layerjam.units import QuantitySpec, exact_text, quantities, show
+
+HOLD: Mapping[str, QuantitySpec] = MappingProxyType(
+    {
+        "force": replace(MERITS["holding_force"], open_lo=True, hi=1e7),
+        "mass": QuantitySpec("kg", "greatest mass of all brakes", open_lo=True, hi=100),
+        "width": QuantitySpec("m", "greatest width of the sheets of one brake", open_lo=True, hi=1),
+        "length": QuantitySpec(
+            "m", "greatest length at rest, clamped ends included", open_lo=True, hi=5
+        ),
+        "stress_margin": replace(MERITS["stress_margin"], hi=100),
+    }
+)
+"""What a brake that holds is asked for; a stress_margin of 0 asks for none."""
+STOP: Mapping[str, QuantitySpec] = MappingProxyType(
+    {name: spec for name, spec, _ in quantities(StopRequest)}
+    | {"stress_margin": HOLD["stress_margin"]}
+)
+"""What a brake that stops a mass is asked for."""
+STEPS = 20
+VACUUMS = (0.6, 0.8, 0.93)
+"""Parts of the site's atmosphere; the paper's pump reached 94.5 kPa of 101.3."""
+Number = str | float
+
+
+def hold(
+    brake: BrakeFile,
+    called: str,
+    *,
+    force: Number,
+    mass: Number,
+    width: Number,
+    length: Number,
+    stress_margin: float = 2.0,
+) -> DesignRequest:
+    """The request for a light brake which holds `force`.
+
+    `called` is how the request names the brake to begin from. Raises QuantityError for numbers out
+    of bounds, a length that the brake's free and clamped parts alone take up, or a margin on stress
+    where the film's strength is not known.
+    """
+    got = _read(
+        HOLD, force=force, mass=mass, width=width, length=length, stress_margin=stress_margin
+    )
+    asked = exact_text(got["force"], "N")
+    limits = [Constraint(name, True, got[name]) for name in ("mass", "width", "length")]
+    return DesignRequest(
+        name=plain_name(f"hold-{asked}".replace(" ", "")),
+        title=f"Hold {asked} with little mass",
+        brake=called,
+        constraints=(
+            Constraint("holding_force", False, got["force"]),
+            *limits,
+            *_margin(brake, got["stress_margin"]),
+        ),
+        objectives=(Objective("mass", True, 2.0), Objective("energy_capacity", False)),
+        film=_films(called),
+        vary={
+            "count": Range(3, 61, 2),
+            "width": _range(got["width"] / 4, got["width"]),
+            "overlap": _overlaps(brake, got["length"]),
+            "vacuum": _vacuums(brake),
+            "parallel": (1, 2, 3, 4),
+        },
+    )
+
+
+def stop(
+    brake: BrakeFile,
+    called: str,
+    *,
+    mass: Number,
+    speed: Number,
+    travel: Number,
+    force: Number,
+    stress_margin: float = 1.5,
+) -> DesignRequest:
+    """The request for brakes which stop a mass within a travel and below a force.
+
+    The mass moves level. Raises QuantityError as `hold` does.
+    """
+    got = _read(
+        STOP, mass=mass, speed=speed, travel=travel, force=force, stress_margin=stress_margin
+    )
+    margin = got.pop("stress_margin")
+    asked = {name: exact_text(value, STOP[name].unit) for name, value in got.items()}
+    sheets = brake.brake.sheets
+    longest = max(2 * sheets.overlap, 1.2 * got["travel"] / 2)
+    return DesignRequest(
+        name="stop",
+        title=f"Stop {asked['mass']} from {asked['speed']} within {asked['travel']} of slip and "
+        f"below {asked['force']}",
+        brake=called,
+        constraints=_margin(brake, margin),
+        objectives=(Objective("mass", True, 2.0), Objective("stop_peak", True)),
+        stop=StopRequest(**got, horizontal=True),
+        film=_films(called),
+        vary={
+            "count": Range(5, 37, 4),
+            "width": tuple(float(f"{sheets.width * f:.12g}") for f in (1, 1.5, 2, 2.5, 3)),
+            "overlap": _range(_gap(brake) + 0.1 * longest, longest, 12),
+            "vacuum": _vacuums(brake),
+            "series": (1, 2, 3, 4),
+            "parallel": (1, 2, 3, 4, 6, 8),
+        },
+    )
+
+
+def _read(specs: Mapping[str, QuantitySpec], **given: Number) -> dict[str, float]:
+    return {name: specs[name].si(value, name) for name, value in given.items()}
+
+
+def _films(called: str) -> tuple[FilmChoice, ...]:
+    """The thicknesses a film is sold in, where an example knows them; else the brake's own."""
+    known = read_request(reader_of(examples()["stop"], "stop")).film
+    return tuple(choice for choice in known if choice.use == called)
+
+
+def _margin(brake: BrakeFile, margin: float) -> tuple[Constraint, ...]:
+    if not margin:
+        return ()
+    if brake.brake.film.strength is None:
+        raise QuantityError.of(
+            "stress_margin",
+            f"{margin:g} cannot be asked for, the strength of the film of {brake.name} is not "
+            "known; 0 asks for none",
+        )
+    return (Constraint("stress_margin", False, margin),)
+
+
+def _gap(brake: BrakeFile) -> float:
+    """Overlap that must remain, as on the given brake [m]."""
+    return brake.brake.sheets.overlap - brake.brake.sheets.usable_travel
+
+
+def _overlaps(brake: BrakeFile, length: float) -> Axis:
+    """Overlaps that fit a length [m]."""
+    sheets = brake.brake.sheets
+    taken = sheets.free_left + sheets.free_right + 2 * brake.brake.mount.clamped_length
+    most, gap = length - taken, _gap(brake)
+    if most <= gap:
+        raise QuantityError.of(
+            "length",
+            f"{show(length, 'm')} leaves no room; free and clamped parts of {brake.name} take "
+            f"{show(taken, 'm')}, and {show(gap, 'm')} of overlap must remain",
+        )
+    return _range(most / 4 if most / 4 > gap else (most + gap) / 2, most)
+
+
+def _vacuums(brake: BrakeFile) -> Axis:
+    full = brake.brake.site.atmosphere
+    return tuple(math.floor(full * part / 500 + 1e-9) * 500.0 for part in VACUUMS)
+
+
+def _range(low: float, high: float, steps: int = STEPS) -> Range:
+    """From about `low` to `high` in round steps that end on `high`."""
+    raw = (high - low) / steps
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = next(f * power for f in (1, 2, 5, 10) if f * power >= raw * (1 - 1e-9))
+    first = high - math.floor((high - low) / step * (1 + 1e-9)) * step
+    return Range(*(float(f"{v:.6g}") for v in (first, high, step)))

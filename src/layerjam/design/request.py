@@ -1,0 +1,227 @@
+"""What is asked of a design, as its TOML file says it: read, written, or put together in code."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from layerjam.design.grid import Array
+from layerjam.design.merit import VARIABLES
+from layerjam.design.requirements import Constraint, ConstraintSpec, Objective, ObjectiveSpec
+from layerjam.device.mount import Site
+from layerjam.errors import QuantityError
+from layerjam.records.changes import values_of
+from layerjam.records.reader import Reader
+from layerjam.records.toml import parse_toml
+from layerjam.records.values import Entry, FlagSpec, ListSpec, TextSpec, entries, value
+from layerjam.records.writer import plain
+from layerjam.units import QuantitySpec, nested, quantity, show, spec_of
+
+MOST_VALUES = 1_000_000
+_TEXT = TextSpec()
+
+
+class Range(NamedTuple):
+    """Values from the first to the last in equal steps (SI)."""
+
+    first: float
+    last: float
+    step: float
+
+    def values(self) -> Array:
+        """All of them; the last step may end below `last`."""
+        steps = math.floor((self.last - self.first) / self.step * (1 + 1e-12) + 1e-9)
+        # twelve digits undo the rounding of sums of steps, so that 13 mm is 13 mm
+        return np.array([float(f"{v:.12g}") for v in self.first + self.step * np.arange(steps + 1)])
+
+
+Axis = tuple[float, ...] | Range
+"""Values of one variable."""
+_RANGE = ("from", "to", "step")
+
+
+@dataclass(frozen=True)
+class AxisSpec:
+    """How a file says the values of a variable: one, a list, or { from, to, step }."""
+
+    each: QuantitySpec
+
+    @property
+    def text(self) -> str:
+        """The variable's meaning."""
+        return self.each.text
+
+    def allowed(self) -> str:
+        """What is allowed of each value."""
+        return self.each.allowed()
+
+    def read(self, text: object, name: str) -> Axis:
+        """The values in SI."""
+        if not isinstance(text, dict):
+            values = text if isinstance(text, list) else [text]
+            return self.check(tuple(self.each.read(v, name) for v in values), name)
+        if set(text) != set(_RANGE):
+            raise QuantityError.of(name, "a range holds from, to and step; nothing else")
+        step = QuantitySpec(self.each.unit, "step", open_lo=True)
+        first, last = (self.each.read(text[word], name) for word in _RANGE[:2])
+        return self.check(Range(first, last, step.read(text["step"], name)), name)
+
+    def check(self, value: Any, name: str) -> Any:
+        """`value`, if it is an axis with values."""
+        if not isinstance(value, Range):
+            if not 0 < len(value) <= MOST_VALUES:
+                raise QuantityError.of(name, "a list of values is not empty")
+            if len(set(value)) < len(value):
+                raise QuantityError.of(name, "a value stands twice")
+            return value
+        unit = self.each.unit
+        if value.last < value.first:
+            raise QuantityError.of(
+                name,
+                f"from {show(value.first, unit)} to {show(value.last, unit)} is empty; "
+                "from is the lesser",
+            )
+        if self.each.whole and value.step != int(value.step):
+            raise QuantityError.of(
+                name, f"the step {value.step} is not allowed; it is a whole number"
+            )
+        if (value.last - value.first) / value.step >= MOST_VALUES:
+            raise QuantityError.of(name, f"more than {MOST_VALUES} values")
+        return value
+
+    def written(self, value: Any) -> object:
+        """What a file holds of them."""
+        texts = [self.each.written(v) for v in value]
+        if isinstance(value, Range):
+            return dict(zip(_RANGE, texts, strict=True))
+        return texts if len(texts) > 1 else texts[0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StopRequest:
+    """[stop]: a mass to be stopped; `travel` is slip, None where nothing is asked."""
+
+    mass: float = quantity("kg", "mass to stop", lo=1e-3, hi=1e6)
+    speed: float = quantity("m/s", "speed of the mass", lo=1e-3, hi=1000)
+    travel: float | None = quantity("m", "slip it may take", lo=1e-4, hi=100, default=None)
+    force: float | None = quantity(
+        "N", "greatest force allowed", open_lo=True, hi=1e9, default=None
+    )
+    horizontal: bool = value(FlagSpec(text="whether the mass moves level"), False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StickSlipRequest:
+    """[judder]: what pulls, for the stiffness over the least without stick–slip."""
+
+    speed: float = quantity("m/s", "speed of the pull", lo=1e-7, hi=100)
+    mass: float = quantity("kg", "mass pulled", lo=1e-6, hi=1e6)
+    damping_ratio: float = quantity("1", "damping of the mount over the critical one", hi=10)
+
+
+_SD = "standard deviation of the {} friction, relative"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScatterRequest:
+    """[scatter]: of the friction; None where the brake's own sources say it."""
+
+    static: float | None = quantity("1", _SD.format("static"), hi=1, default=None)
+    kinetic: float | None = quantity("1", _SD.format("kinetic"), hi=1, default=None)
+    samples: int = quantity(
+        "1", "samples of the friction", lo=100, hi=10_000_000, whole=True, default=20_000
+    )
+    seed: int = quantity("1", "seed", hi=2**63 - 1, whole=True, default=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilmChoice:
+    """[[film]]: a brake's film, or one of the catalogue, with the thicknesses it is sold in."""
+
+    use: str = value(TextSpec(text="a brake or a film of the catalogue"))
+    thickness: tuple[float, ...] | None = value(
+        ListSpec(each=VARIABLES["thickness"], single=True), None
+    )
+    note: str = value(_TEXT, "")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignRequest:
+    """A specification's file as a record: what may be varied, what must hold, what is wanted.
+
+    Brake, line and films are named, not read. `vary` maps variables to their values.
+    """
+
+    name: str = value(_TEXT, "")
+    title: str = value(_TEXT, "")
+    brake: str = value(TextSpec(text="the brake to start from, name or path"))
+    line: str | None = value(TextSpec(text="name or path of a vacuum line"), None)
+    atmosphere: float | None = field(
+        default=None, metadata={"quantity": spec_of(Site, "atmosphere")}
+    )
+    constraints: tuple[Constraint, ...] = value(ListSpec(each=ConstraintSpec()), ())
+    objectives: tuple[Objective, ...] = value(ListSpec(each=ObjectiveSpec()))
+    stop: StopRequest | None = nested(StopRequest, default=None)
+    judder: StickSlipRequest | None = nested(StickSlipRequest, default=None)
+    scatter: ScatterRequest | None = nested(ScatterRequest, default=None)
+    film: tuple[FilmChoice, ...] = ()
+    vary: Mapping[str, Axis] = field(default_factory=dict)
+
+    def text(self) -> str:
+        """The TOML text; `read_request` turns it back into the same request."""
+        known = {**values_of(self), "weights": tuple(o.weight for o in self.objectives)}
+        lines = plain(_FIELDS, known)
+        for choice in self.film:
+            lines += ["", "[[film]]", *plain(_FILM, values_of(choice))]
+        lines += plain(_VARY, {f"vary.{name}": axis for name, axis in self.vary.items()})
+        return "\n".join([*lines, ""])
+
+
+_WEIGHT = QuantitySpec("1", "weight of an objective", open_lo=True, hi=1e6)
+_OWN = dict(entries(DesignRequest))
+_TABLES = {path: entry for path, entry in _OWN.items() if "." in path}
+_FIELDS = {p: e for p, e in _OWN.items() if "." not in p} | {
+    "weights": Entry(ListSpec(each=_WEIGHT)),
+    **_TABLES,
+}
+_FILM = dict(entries(FilmChoice))
+_VARY = {f"vary.{name}": Entry(AxisSpec(spec), table=True) for name, spec in VARIABLES.items()}
+
+
+def reader_of(text: str, path: object) -> Reader:
+    """The reader of a specification's text."""
+    return Reader(text, path, {**_FIELDS, **_VARY}, words={})
+
+
+def read_request(reader: Reader) -> DesignRequest:
+    """The request in a specification's text; raises FileError with file and line."""
+    tables = parse_toml(reader.text, reader.path)
+    film = reader.rows("film", tables.pop("film", []), FilmChoice)
+    reader.take(tables)
+    reader.require()
+    made = reader.record(DesignRequest)
+    weights = reader.values.get("weights", (1.0,) * len(made.objectives))
+    with reader.located():
+        return replace(
+            made,
+            name=made.name or Path(str(reader.path)).stem,
+            objectives=_weighted(made.objectives, weights),
+            film=film,
+            vary={p.removeprefix("vary."): reader.values[p] for p in _VARY if p in reader.values},
+        )
+
+
+def _weighted(objectives: Sequence[Objective], weights: Sequence[float]) -> tuple[Objective, ...]:
+    if not objectives:
+        raise QuantityError.of("objectives", "none is given; such as ['minimise mass']")
+    if len(weights) != len(objectives):
+        raise QuantityError.of("weights", f"must be a list of {len(objectives)} numbers")
+    if len({o.name for o in objectives}) < len(objectives):
+        raise QuantityError.of("objectives", "a quantity stands twice")
+    pairs = zip(objectives, weights, strict=True)
+    return tuple(replace(o, weight=float(w)) for o, w in pairs)

@@ -1,0 +1,171 @@
+"""What a design must and should do: constraints, objectives, and the scatter it must stand."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+from layerjam.design.grid import Evaluation, Grid
+from layerjam.design.merit import MERITS, VARIABLES
+from layerjam.device.file import BrakeFile
+from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.fluid.file import LineFile
+from layerjam.units import QuantitySpec, exact_text, show
+
+NAMEABLE = {**MERITS, **VARIABLES}
+"""What a constraint may name."""
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """`name` at most or at least `limit` (SI)."""
+
+    name: str
+    most: bool
+    limit: float
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the limit."""
+        return NAMEABLE[self.name].unit
+
+    def __str__(self) -> str:
+        return self.saying(show(self.limit, self.unit))
+
+    def saying(self, limit: str) -> str:
+        """The constraint as a sentence, its limit in the words given."""
+        return f"{self.name} {'<=' if self.most else '>='} {limit}"
+
+    def holds(self, value: Any) -> Any:
+        """Where it holds; NaN never does. A rounding of 1e-12 is let pass."""
+        slack = 1e-12 * abs(self.limit)
+        return value <= self.limit + slack if self.most else value >= self.limit - slack
+
+    def short(self, value: float) -> float:
+        """How far a value misses it, over the limit; 0 where it holds."""
+        over = value - self.limit if self.most else self.limit - value
+        return max(over, 0.0) / abs(self.limit) if self.limit else math.inf
+
+
+@dataclass(frozen=True)
+class Objective:
+    """`name` as small or as large as can be; `weight` times ln(name) counts in the choice."""
+
+    name: str
+    least: bool
+    weight: float = 1.0
+
+    def __str__(self) -> str:
+        return f"{'minimise' if self.least else 'maximise'} {self.name}"
+
+    @property
+    def sign(self) -> float:
+        """1 for the least, -1 for the most."""
+        return 1.0 if self.least else -1.0
+
+
+@dataclass(frozen=True)
+class ConstraintSpec:
+    """How a file says a constraint: 'mass <= 30 g'."""
+
+    text: str = "what must hold, such as 'mass <= 30 g'"
+
+    def allowed(self) -> str:
+        """The form."""
+        return "'mass <= 30 g' or 'holding_force >= 300 N'"
+
+    def read(self, text: object, name: str) -> Constraint:
+        """The constraint; errors are about its own text."""
+        pattern = r"\s*(\w+)\s*(<=|>=)\s*(.+?)\s*"
+        wanted, sense, limit = _words(pattern, text, name, "constraint", self.allowed())
+        spec = QuantitySpec(
+            _known("constraint", wanted, text).unit, f"limit of {wanted}", -math.inf
+        )
+        try:
+            return Constraint(wanted, sense == "<=", float(spec.read(limit, wanted)))
+        except QuantityError as err:
+            err.quantity = str(text)
+            raise
+
+    def check(self, value: Any, name: str) -> Any:
+        """`value`, if it names a quantity of a design."""
+        _known("constraint", value.name, name)
+        return value
+
+    def written(self, value: Constraint) -> object:
+        """The text that `read` turns back into it."""
+        limit = repr(value.limit) if value.unit == "1" else exact_text(value.limit, value.unit)
+        return value.saying(limit)
+
+
+@dataclass(frozen=True)
+class ObjectiveSpec:
+    """How a file says an objective: 'minimise mass'."""
+
+    text: str = "what is wanted, such as 'minimise mass'"
+
+    def allowed(self) -> str:
+        """The form."""
+        return "'minimise mass' or 'maximise force_density'"
+
+    def read(self, text: object, name: str) -> Objective:
+        """The objective, of weight 1; errors are about its own text."""
+        pattern = r"\s*(minimi[sz]e|maximi[sz]e)\s+(\w+)\s*"
+        sense, wanted = _words(pattern, text, name, "objective", self.allowed())
+        _known("objective", wanted, text)
+        return Objective(wanted, sense.startswith("min"))
+
+    def check(self, value: Any, name: str) -> Any:
+        """`value`, if it names a figure of merit."""
+        _known("objective", value.name, name)
+        return value
+
+    def written(self, value: Objective) -> object:
+        """The text; the weight stands in a list of its own."""
+        return str(value)
+
+
+def _words(pattern: str, text: object, name: str, what: str, form: str) -> tuple[str, ...]:
+    """The parts of a sentence; raises QuantityError for one of another form."""
+    if not isinstance(text, str):
+        raise QuantityError.of(name, "must be a list of texts in quotes")
+    match = re.fullmatch(pattern, text)
+    if not match:
+        raise QuantityError(f"{what} '{text[:60]}' is not of the form {form}", quantity=text)
+    return match.groups()
+
+
+def _known(what: str, wanted: str, said: object) -> QuantitySpec:
+    known = NAMEABLE if what == "constraint" else MERITS
+    if wanted not in known:
+        raise UnknownNameError(what, wanted, known, quantity=str(said))
+    return known[wanted]
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Relative SD of static and kinetic friction, independent of each other; where from."""
+
+    static: float
+    kinetic: float
+    source: str
+    samples: int = 20_000
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class DesignSpecification:
+    """A specification with its files, read and checked: the designs and how they are judged."""
+
+    name: str
+    brake: BrakeFile
+    line: LineFile | None
+    grid: Grid
+    evaluation: Evaluation
+    constraints: tuple[Constraint, ...]
+    objectives: tuple[Objective, ...]
+    scatter: Scatter | None
+    text: str = field(repr=False)
+    notes: tuple[str, ...] = ()
