@@ -38,7 +38,7 @@ from layerjam.commands.tensile import tensile as tensile
 from layerjam.commands.tuning import tune as tune
 from layerjam.commands.vacuum_line import rise as rise
 from layerjam.commands.validation import validate as validate
-from layerjam.design.spec import load_spec as load_spec
+from layerjam.design.specification import load_spec as load_spec
 from layerjam.device.brake import Brake as Brake
 from layerjam.device.enclosure import Enclosure as Enclosure
 from layerjam.device.file import BrakeFile as BrakeFile
