@@ -35,7 +35,7 @@ def test_a_good_campaign_passes_everything() -> None:
     assert {c.name for c in found.checks} == {
         "identifiable", "told apart", "settled", "bounds", "plausible", "catalogue", "stiffness",
         "sleeve", "repeats", "residuals over slip", "scale factor over vacuum",
-        "sleeve's factor over vacuum", "scale factor over speed", "leave one out",
+        "enclosure's factor over vacuum", "scale factor over speed", "leave one out",
     }  # fmt: skip
 
 

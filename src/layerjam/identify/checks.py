@@ -8,10 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.device.brake import Brake
+from layerjam.identify.straight import straight_line
+from layerjam.measure.trace import Array
 from layerjam.units import show
 
 PLAUSIBLE = (0.5, 2.0)
 """Scale factors beyond this are suspect; the paper's are 0.875 and 1.24."""
+SMALL = 0.05
+"""Relative change, or difference, below which a trend is let pass whatever its interval."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,80 +27,120 @@ class Check:
     sentence: str
 
 
+def check(name: str, passed: bool, sentence: str, otherwise: str = "") -> Check:
+    """A check with its sentence; where it did not pass, `otherwise` follows."""
+    return Check(name=name, passed=bool(passed), sentence=sentence + otherwise * (not passed))
+
+
+def within(name: str, value: float, span: tuple[float, float], what: str, advice: str) -> Check:
+    """Whether a value lies where one expects it; `what` names it."""
+    low, high = span
+    fine = low <= value <= high
+    sentence = f"{what} {value:.4g} lies {'within' if fine else 'outside'} {low:.3g} to {high:.3g}"
+    return check(name, fine, sentence, f": {advice}")
+
+
 def identifiable(brake: Brake) -> Check:
     """Peaks give the product of scale factor and friction, never either alone."""
-    return Check(
-        name="identifiable",
-        passed=True,
-        sentence="a peak fixes only the product of scale factor and kinetic friction; the factor "
-        f"holds together with the friction it was fitted with, {brake.film.kinetic:.4g}",
+    return check(
+        "identifiable",
+        True,
+        "a peak fixes only the product of scale factor and kinetic friction; the factor holds "
+        f"together with the friction it was fitted with, {brake.film.kinetic:.4g}",
     )
 
 
 def plausible(factor: float) -> Check:
     """The scale factor lies where one expects it."""
-    low, high = PLAUSIBLE
-    fine = low <= factor <= high
-    sentence = f"scale factor {factor:.4g} lies {'within' if fine else 'outside'} {low} to {high}"
-    if not fine:
-        sentence += ": check friction, vacuum and the number of sheets of the file"
-    return Check(name="plausible", passed=fine, sentence=sentence)
+    advice = "check friction, vacuum and the number of sheets of the file"
+    return within("plausible", factor, PLAUSIBLE, "scale factor", advice)
 
 
 def stiffness_possible(stiffness: float, sheets_alone: float) -> Check:
     """A rig in series cannot make the sheets stiffer."""
     fine = stiffness <= sheets_alone
-    word = "below" if fine else "above"
-    sentence = (
-        f"measured stiffness {show(stiffness, 'N/m')} is {word} the sheets' own, "
-        f"{show(sheets_alone, 'N/m')}"
+    return check(
+        "stiffness",
+        fine,
+        f"the measured stiffness {show(stiffness, 'N/m')} is {'below' if fine else 'above'} the "
+        f"sheets' own, {show(sheets_alone, 'N/m')}",
+        ": the film's modulus or the elongation's unit is wrong",
     )
-    if not fine:
-        sentence += ": the film's modulus or the elongation's unit is wrong"
-    return Check(name="stiffness", passed=fine, sentence=sentence)
+
+
+def one_pull_only() -> Check:
+    """A single pull cannot be compared with a repeat."""
+    return check("repeats", False, "one pull only: nothing says how well it repeats")
+
+
+def repeats(spread: float, own_error: float, used: str) -> Check:
+    """Scale factors scatter by at most 5 % (SD, relative) or three of their own errors."""
+    fine = spread <= max(0.05, 3 * own_error)
+    return check("repeats", fine, f"scale factors of {used} scatter by {spread:.1%} (SD)")
 
 
 def agreement(factors: Sequence[float], errors: Sequence[float]) -> Check:
     """Pulls agree with each other within 5 % or three of their own standard errors."""
     values = np.asarray(factors)
     if len(values) < 2:
-        return Check(
-            name="repeats",
-            passed=False,
-            sentence="one pull only: nothing says how well it repeats",
-        )
-    spread = float(values.std(ddof=1) / values.mean())
-    within = max(0.05, 3 * float(np.mean(errors)) / float(values.mean()))
-    return Check(
-        name="repeats",
-        passed=spread <= within,
-        sentence=f"scale factors of {len(values)} pulls scatter by {spread:.1%} (SD)",
+        return one_pull_only()
+    mean = float(values.mean())
+    own = float(np.mean(errors)) / mean
+    return repeats(float(values.std(ddof=1)) / mean, own, f"{len(values)} pulls")
+
+
+def percent(part: float) -> str:
+    """A relative change with its sign, such as +3.2%."""
+    return f"{part:+.1%}".replace("-0.0%", "+0.0%")
+
+
+def trend(
+    name: str,
+    word: str,
+    values: Array,
+    over: Array,
+    unit: str,
+    *,
+    levels: int = 3,
+    errors: float | None = None,
+) -> Check | None:
+    """Whether relative values change over a quantity of the pulls; None where too few tell.
+
+    `name` ends in that quantity, `word` says what the values are of, `levels` how many distinct
+    values of the quantity are needed. A change passes that is small, or within `errors` standard
+    errors of zero, or whose 95 % interval (Student's t) holds zero where `errors` is not given.
+    """
+    from scipy.special import stdtrit
+
+    line = straight_line(over, values)
+    if len(values) < 3 or line is None or not np.ptp(over) > 0.05 * float(over.max()):
+        return None
+    if len(np.unique(np.round(over / over.max(), 3))) < levels:
+        return None
+    span = float(np.ptp(over))
+    change = line.slope * span
+    reach = float(errors or stdtrit(line.freedom, 0.975)) * line.slope_se * span
+    what = name.rpartition(" over ")[2]
+    sentence = (
+        f"over {what} from {show(float(over.min()), unit, 3)} to {show(float(over.max()), unit, 3)}"
+        f" the {word} changes by {percent(change)}"
     )
+    if errors is None:
+        interval = f"{percent(change - reach)} to {percent(change + reach)}"
+        sentence += f" (95 % interval {interval})"
+    return check(name, abs(change) < SMALL or abs(change) <= reach, sentence)
 
 
 def no_trend(values: Sequence[float], over: Sequence[float], what: str, unit: str) -> Check | None:
-    """The scale factor does not drift with vacuum; None with fewer than three distinct values."""
-    x, y = np.asarray(over, dtype=float), np.asarray(values, dtype=float)
-    if len(np.unique(x)) < 3:
-        return None
-    slope, level = np.polyfit(x - x.mean(), y, 1)
-    change = float(slope * np.ptp(x) / level)
-    rest = y - level - slope * (x - x.mean())
-    freedom = max(len(x) - 2, 1)
-    error = np.sqrt((rest**2).sum() / freedom / ((x - x.mean()) ** 2).sum())
-    fine = abs(change) < 0.05 or abs(slope) < 2.5 * error
-    sentence = (
-        f"over {what} from {show(x.min(), unit)} to {show(x.max(), unit)} the scale factor "
-        f"changes by {change:+.1%}"
+    """The scale factor does not drift; None with fewer than three distinct values of `what`."""
+    factors, x = np.asarray(values, float), np.asarray(over, float)
+    return trend(
+        f"trend over {what}", "scale factor", factors / factors.mean(), x, unit, errors=2.5
     )
-    return Check(name=f"trend over {what}", passed=bool(fine), sentence=sentence)
 
 
 def end_of_curve(predicted: float, measured: float) -> Check:
     """The calibrated law also meets the end of the curve, not only the peak it was fitted to."""
     off = (predicted - measured) / measured if measured > 0 else np.inf
-    return Check(
-        name="shape",
-        passed=bool(abs(off) <= 0.15),
-        sentence=f"at the end of the pulls the calibrated law is {off:+.1%} off the measured force",
-    )
+    sentence = f"at the end of the pulls the calibrated law is {off:+.1%} off the measured force"
+    return check("shape", abs(off) <= 0.15, sentence)

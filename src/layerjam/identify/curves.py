@@ -62,22 +62,23 @@ def speed_of(trace: Trace) -> float | None:
     return float(rate) if rate > 0 else None
 
 
+def curve_of(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> Curve:
+    """The curve of a pull at a vacuum [Pa]; its `trace` tells speed and specimen."""
+    return Curve(
+        elongation=pull.elongation,
+        force=pull.force,
+        vacuum=vacuum,
+        speed=None if trace is None else speed_of(trace),
+        repeat=None,
+        path=pull.path,
+        pull=pull,
+        specimen="" if trace is None else trace.specimen,
+    )
+
+
 def curves_of(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Curve, ...]:
     """Curves from traces, their features and their vacuums [Pa], repeats numbered in this order."""
-    plain = [
-        Curve(
-            elongation=pull.elongation,
-            force=pull.force,
-            vacuum=vacuum,
-            speed=speed_of(trace),
-            repeat=None,
-            path=pull.path,
-            pull=pull,
-            specimen=trace.specimen,
-        )
-        for trace, pull, vacuum in pulls
-    ]
-    return numbered(plain)
+    return numbered([curve_of(pull, vacuum, trace) for trace, pull, vacuum in pulls])
 
 
 def conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:

@@ -24,6 +24,11 @@ def sha256(path: str) -> str:
     return digest.hexdigest()
 
 
+def digests(paths: Iterable[str]) -> list[dict[str, str]]:
+    """Name and SHA-256 of each file, as a [made_by] table holds them."""
+    return [{"name": Path(path).name, "sha256": sha256(path)} for path in paths]
+
+
 def renamed(value: Any, names: Mapping[str, str]) -> Any:
     """A text, or lists and tables of texts, in which files (with their folder) are called anew.
 
@@ -76,8 +81,6 @@ def calibrated_text(
         "depth": depth,
         "window": window,
         "verdict": "; ".join(failed) if failed else "all checks passed",
-        "files": [
-            {"name": Path(path).name, "sha256": sha256(path)} for path in dict.fromkeys(paths)
-        ],
+        "files": digests(dict.fromkeys(paths)),
     }
     return updated_text(file, name, changes, made_by)

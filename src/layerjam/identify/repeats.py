@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -25,17 +25,15 @@ class OverRepeats:
     high: float | None
     repeats: int
 
+    def interval_words(self) -> str:
+        """The interval in words."""
+        if self.low is None or self.high is None:
+            return "one repeat"
+        return f"95 % interval {self.low:.4g} to {self.high:.4g} (t, {self.repeats} repeats)"
+
     def as_dict(self) -> dict[str, float | int | None]:
         """The fields by name, for JSON."""
-        return {
-            "mean": self.mean,
-            "sd": self.sd,
-            "standard_error": self.standard_error,
-            "low": self.low,
-            "high": self.high,
-            "level": LEVEL,
-            "repeats": self.repeats,
-        }
+        return asdict(self) | {"level": LEVEL}
 
 
 def over_repeats(values: Sequence[float]) -> OverRepeats:

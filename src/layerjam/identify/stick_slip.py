@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from layerjam.identify.straight import straight_line
 from layerjam.measure.trace import Array
 
 Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
@@ -263,13 +264,10 @@ def _measured(
     if float(np.median(high - low)) < 50 * noise:
         # the highest sample of a noisy tooth lies too high: take the ends of its straight rise
         for i, (a, b) in enumerate(zip(feet.tolist(), tops.tolist(), strict=True)):
-            x, y = position[a + 1 : b], force[a + 1 : b]
-            run = x - x.mean() if len(x) > 3 else np.zeros(1)
-            spread = float(run @ run)
-            if spread > 0:
-                slope = float(run @ (y - y.mean())) / spread
-                low[i] = y.mean() + slope * (position[a] - x.mean())
-                high[i] = y.mean() + slope * (position[b] - x.mean())
+            inside = slice(a + 1, b)
+            line = straight_line(position[inside], force[inside]) if b - a > 4 else None
+            if line is not None:
+                low[i], high[i] = line.at(float(position[a])), line.at(float(position[b]))
     count = len(peaks)
     apart = np.diff(position[peaks])
     between = float(np.median(np.diff(peaks)))

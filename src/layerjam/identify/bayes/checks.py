@@ -9,7 +9,7 @@ import numpy as np
 
 from layerjam.identify.bayes.model import Data, Sites, forces
 from layerjam.identify.bayes.posterior import BayesFit, agreement_of
-from layerjam.identify.checks import Check, no_trend, plausible, stiffness_possible
+from layerjam.identify.checks import Check, check, no_trend, plausible, stiffness_possible
 from layerjam.identify.curves import Curve
 from layerjam.mechanics.stiffness import stiffness_before_slip
 
@@ -65,52 +65,36 @@ def _scalars(fit: BayesFit) -> dict[str, Array]:
 
 def _complete(fit: BayesFit) -> Check | None:
     done = fit.scale_factor.shape[1]
-    if done >= fit.asked:
-        return None
-    return Check(
-        name="complete",
-        passed=False,
-        sentence=f"interrupted: {done} of {fit.asked} draws a chain were made",
-    )
+    sentence = f"interrupted: {done} of {fit.asked} draws a chain were made"
+    return None if done >= fit.asked else check("complete", False, sentence)
 
 
 def _converged(fit: BayesFit) -> Check:
     # what predictions rest on is held to the strict bound; among many others chance has its say
-    population = {n: agreement_of(v)[0] for n, v in _scalars(fit).items() if "curve" not in n}
-    others = {n: agreement_of(v)[0] for n, v in _scalars(fit).items() if "curve" in n}
-    worst = max(population, key=lambda n: population[n])
-    other = max(others, key=lambda n: others[n])
-    fine = population[worst] <= R_HAT and others[other] <= 1 + 3 * (R_HAT - 1)
-    name, value = (worst, population[worst])
-    if population[worst] <= R_HAT and not fine:
-        name, value = other, others[other]
-    sentence = (
-        f"R-hat is at most {value:.4f} ({name.replace('_', ' ')}); chains agree below {R_HAT}"
-    )
-    if not fine:
-        sentence = (
-            f"R-hat is {value:.4f} for {name.replace('_', ' ')}: the chains do not agree; "
-            "take more draws"
-        )
-    return Check(name="chains agree", passed=bool(fine), sentence=sentence)
+    hats = {n: agreement_of(v)[0] for n, v in _scalars(fit).items()}
+    worst = max((n for n in hats if "curve" not in n), key=lambda n: hats[n])
+    other = max((n for n in hats if "curve" in n), key=lambda n: hats[n])
+    strict, loose = hats[worst] <= R_HAT, hats[other] <= 1 + 3 * (R_HAT - 1)
+    name = other if strict and not loose else worst
+    value, word = hats[name], name.replace("_", " ")
+    sentence = f"R-hat is at most {value:.4f} ({word}); chains agree below {R_HAT}"
+    if not (strict and loose):
+        sentence = f"R-hat is {value:.4f} for {word}: the chains do not agree; take more draws"
+    return check("chains agree", strict and loose, sentence)
 
 
 def _divergences(fit: BayesFit) -> Check:
     count, draws = fit.divergences, fit.scale_factor.size
-    sentence = f"{count} of {draws} draws diverged"
-    if count:
-        sentence += ": part of the posterior may not have been reached, its intervals be too narrow"
-    return Check(name="divergences", passed=count == 0, sentence=sentence)
+    risk = ": part of the posterior may not have been reached, its intervals be too narrow"
+    return check("divergences", count == 0, f"{count} of {draws} draws diverged", risk)
 
 
 def _enough(fit: BayesFit) -> Check:
     sizes = {n: agreement_of(getattr(fit, n))[1] for n in (*MAIN, "scale_factor_sd")}
     least = min(sizes, key=lambda n: sizes[n])
-    fine = sizes[least] >= ESS
     sentence = f"the draws are worth at least {sizes[least]:.0f} independent ones"
-    if not fine:
-        sentence += f" ({least.replace('_', ' ')}); an interval needs {ESS}, take more draws"
-    return Check(name="draws", passed=bool(fine), sentence=sentence)
+    due = f" ({least.replace('_', ' ')}); an interval needs {ESS}, take more draws"
+    return check("draws", sizes[least] >= ESS, sentence, due)
 
 
 def _repeats(fit: BayesFit) -> Check:
@@ -122,29 +106,25 @@ def _repeats(fit: BayesFit) -> Check:
             f"{word} next to nothing of the scatter between repeats: the intervals rest on its "
             f"prior ({fit.priors['scale_factor_sd'].text()})"
         )
-        return Check(name="repeats", passed=False, sentence=sentence)
-    fine = scatter < 0.15
+        return check("repeats", False, sentence)
     sentence = f"scale factors of {count} curves scatter by {scatter:.1%}"
-    if not fine:
-        sentence += ": more than films do; one of the curves may be another brake or vacuum"
-    return Check(name="repeats", passed=fine, sentence=sentence)
+    why = ": more than films do; one of the curves may be another brake or vacuum"
+    return check("repeats", scatter < 0.15, sentence, why)
 
 
 def _identifiable(fit: BayesFit) -> Check:
     narrowed = {n: float(np.log(getattr(fit, n)).std() / fit.priors[n].sd) for n in MAIN}
-    together = float(
-        np.corrcoef(np.log(fit.scale_factor).ravel(), np.log(fit.enclosure_factor).ravel())[0, 1]
-    )
+    logs = [np.log(v).ravel() for v in (fit.scale_factor, fit.enclosure_factor)]
+    together = float(np.corrcoef(logs[0], logs[1])[0, 1])
     vague = [n.replace("_", " ") for n in MAIN if narrowed[n] > NARROWED]
     parts = ", ".join(f"{n.replace('_', ' ')} {narrowed[n]:.1%}" for n in MAIN)
     sentence = (
-        f"width left of the priors: {parts}; scale factor and sleeve are correlated by "
+        f"width left of the priors: {parts}; scale factor and enclosure are correlated by "
         f"{together:+.2f}; only the products of scale factor and kinetic friction "
-        f"({fit.brake.film.kinetic:.4g}) and of the sleeve's modulus and friction are told"
+        f"({fit.brake.film.kinetic:.4g}) and of the enclosure's modulus and friction are told"
     )
-    if vague:
-        sentence += f"; the curves say little of {' and '.join(vague)}: it is the prior's"
-    return Check(name="identifiable", passed=not vague, sentence=sentence)
+    little = f"; the curves say little of {' and '.join(vague)}: it is the prior's"
+    return check("identifiable", not vague, sentence, little)
 
 
 def _against_prior(fit: BayesFit) -> Check:
@@ -153,11 +133,9 @@ def _against_prior(fit: BayesFit) -> Check:
         for n in MAIN
     }
     worst = max(off, key=lambda n: abs(off[n]))
-    fine = abs(off[worst]) <= OFF
     sentence = f"{worst.replace('_', ' ')} lies {off[worst]:+.2g} prior SDs off its prior's middle"
-    if not fine:
-        sentence += ": the file's brake and the pulled one differ; check film, sheets and vacuum"
-    return Check(name="prior", passed=bool(fine), sentence=sentence)
+    why = ": the file's brake and the pulled one differ; check film, sheets and vacuum"
+    return check("prior", abs(off[worst]) <= OFF, sentence, why)
 
 
 def _over_slip(fit: BayesFit, data: Data) -> Check:
@@ -186,9 +164,7 @@ def _over_slip(fit: BayesFit, data: Data) -> Check:
     for low in (0.05, 0.25, 0.5, 0.75):
         inside = data.real & (far >= low) & (far < (0.25 if low == 0.05 else low + 0.2501))
         parts.append(float(rest[inside].mean()) if inside.any() else 0.0)
-    fine = max(abs(p) for p in parts) <= BENT
     shown = ", ".join(f"{p:+.2%}" for p in parts)
     sentence = f"mean residual over the four quarters of the slip: {shown} of the greatest force"
-    if not fine:
-        sentence += ": the force falls otherwise than the law says; intervals are too narrow then"
-    return Check(name="trend over slip", passed=bool(fine), sentence=sentence)
+    why = ": the force falls otherwise than the law says; intervals are too narrow then"
+    return check("trend over slip", max(abs(p) for p in parts) <= BENT, sentence, why)

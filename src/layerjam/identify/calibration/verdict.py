@@ -18,14 +18,24 @@ from layerjam.device.load import catalogue, load
 from layerjam.identify.calibration.forward import LEAST_ENCLOSURE
 from layerjam.identify.calibration.intervals import Interval, quantile
 from layerjam.identify.calibration.least_squares import JointFit
-from layerjam.identify.checks import Check, plausible, stiffness_possible
+from layerjam.identify.checks import (
+    SMALL,
+    Check,
+    check,
+    one_pull_only,
+    plausible,
+    repeats,
+    stiffness_possible,
+    within,
+)
+from layerjam.identify.straight import straight_line
 from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.units import show, spec_of
 
 WORDS = {
     "scale_factor": "scale factor",
     "stiffness": "stiffness",
-    "enclosure_factor": "sleeve's factor",
+    "enclosure_factor": "enclosure's factor",
     "pressure_exponent": "pressure exponent",
     "speed_slope": "speed slope",
 }
@@ -42,10 +52,6 @@ SLEEVE = (0.3, 3.0)
 SECTIONS = 6
 MATTERS = 0.015
 """Part of the peak that a consistent residual may reach before it counts."""
-DRIFT = 0.05
-"""Part by which a parameter may change over the range tested before it counts."""
-REPEAT = 0.05
-"""Scatter between repeats (SD, relative) beyond which they disagree."""
 SURE = 0.99
 
 
@@ -86,81 +92,59 @@ def identifiability(fit: JointFit) -> Identifiability:
 
 def products(brake: Brake) -> Check:
     """Only products show in forces."""
-    return Check(
-        name="identifiable",
-        passed=True,
-        sentence="force curves fix the product of scale factor and kinetic friction (held at "
-        f"{brake.film.kinetic:.4g}) and that of the sleeve's modulus and friction, never a factor "
-        "of either",
+    return check(
+        "identifiable",
+        True,
+        "force curves fix the product of scale factor and kinetic friction (held at "
+        f"{brake.film.kinetic:.4g}) and that of the enclosure's modulus and friction, never a "
+        "factor of either",
     )
 
 
 def told_apart(found: Identifiability) -> Check:
     """Each parameter is told by the curves beyond their noise."""
     poor = [n for n, e in found.errors.items() if not e <= TOLD[n]]
-    if found.pair is None:
-        sentence = "these curves do not tell the parameters apart at all"
-    else:
+    errors = ", ".join(f"{WORDS[n]} to ±{found.errors[n]:.2g}" for n in poor)
+    sentence = "these curves do not tell the parameters apart at all"
+    if found.pair is not None:
         one, other = (WORDS[n] for n in found.pair)
         sentence = (
             f"{one} and {other} are told apart least (correlation {found.correlation:+.3f}, "
             f"condition number {found.condition_number:.3g})"
         )
-    if poor:
-        errors = ", ".join(f"{WORDS[n]} to ±{found.errors[n]:.2g}" for n in poor)
-        sentence += f"; noise alone leaves {errors}: only a combination is known, pull further "
-        sentence += "or at another vacuum"
-    return Check(name="told apart", passed=not poor, sentence=sentence)
+    advice = "only a combination is known, pull further or at another vacuum"
+    return check("told apart", not poor, sentence, f"; noise alone leaves {errors}: {advice}")
 
 
 def off_bounds(values: Mapping[str, float]) -> Check:
     """No parameter was stopped by a bound of its quantity."""
-    bounds = {
-        "scale_factor": (
-            spec_of(Brake, "scale_factor").lo,
-            spec_of(Brake, "scale_factor").hi,
-        ),
-        "stiffness": (
-            spec_of(Brake, "stiffness_measured").lo,
-            spec_of(Brake, "stiffness_measured").hi,
-        ),
-        "pressure_exponent": (
-            spec_of(Brake, "pressure_exponent").lo,
-            spec_of(Brake, "pressure_exponent").hi,
-        ),
-        "enclosure_factor": (10 * LEAST_ENCLOSURE, 100.0),
-    }
-    at = [
-        WORDS[n]
-        for n, v in values.items()
-        if n in bounds and not ((bounds[n][0] or -np.inf) < v < (bounds[n][1] or np.inf))
-    ]
+    bounds: dict[str, tuple[float | None, float | None]] = {}
+    for field in ("scale_factor", "stiffness_measured", "pressure_exponent"):
+        spec = spec_of(Brake, field)
+        bounds[field.removesuffix("_measured")] = (spec.lo, spec.hi)
+    bounds["enclosure_factor"] = (10 * LEAST_ENCLOSURE, 100.0)
+    at = []
+    for name, value in values.items():
+        low, high = bounds.get(name, (None, None))
+        if not (-np.inf if low is None else low) < value < (np.inf if high is None else high):
+            at.append(WORDS[name])
     sentence = f"{', '.join(at)} ended at a bound" if at else "no parameter ended at a bound"
-    return Check(name="bounds", passed=not at, sentence=sentence)
+    return check("bounds", not at, sentence)
 
 
 def like_catalogue(product: float) -> Check:
     """Friction times scale factor lies about where the catalogue's films have it."""
     brakes = [load(name).brake for name in catalogue()]
     known = [b.scale_factor * b.film.kinetic for b in brakes]
-    low, high = min(known) / 2, max(known) * 2
-    fine = low <= product <= high
-    return Check(
-        name="catalogue",
-        passed=fine,
-        sentence=f"friction times scale factor is {product:.4g}, {'within' if fine else 'outside'} "
-        f"{low:.2g} to {high:.2g}, half the least and twice the greatest of the catalogue",
-    )
+    advice = "half the least and twice the greatest of the catalogue"
+    span = (min(known) / 2, max(known) * 2)
+    return within("catalogue", product, span, "friction times scale factor", advice)
 
 
 def sleeve_plausible(factor: float) -> Check:
-    """The sleeve carries about what its modulus and friction say."""
-    low, high = SLEEVE
-    fine = low <= factor <= high
-    sentence = f"the sleeve carries {factor:.3g} times what the file's modulus and friction give"
-    if not fine:
-        sentence += f", outside {low} to {high}: something else than the sleeve bends the curves"
-    return Check(name="sleeve", passed=fine, sentence=sentence)
+    """The enclosure carries about what its modulus and friction say."""
+    advice = "something else than the enclosure bends the curves"
+    return within("sleeve", factor, SLEEVE, "the factor on the enclosure's force", advice)
 
 
 def repeats_agree(fit: JointFit) -> Check:
@@ -170,11 +154,7 @@ def repeats_agree(fit: JointFit) -> Check:
     """
     count = len(fit.reduced)
     if count < 2:
-        return Check(
-            name="repeats",
-            passed=False,
-            sentence="one pull only: nothing says how well it repeats",
-        )
+        return one_pull_only()
     away = fit.own.own[:, 0] - (fit.design @ fit.population.estimate + fit.held)[:, 0]
     groups = [list(g) for g in fit.groups if len(g) > 1]
     told = f"pulls of {len(groups)} condition{'s' * (len(groups) > 1)}" if groups else "pulls"
@@ -183,12 +163,7 @@ def repeats_agree(fit: JointFit) -> Check:
     degrees = sum(len(g) - 1 for g in groups)
     spread = float(np.sqrt(sum(float(r @ r) for r in rest) / degrees))
     noise = np.sqrt(np.abs(np.linalg.pinv(fit.own.information)[:, 0, 0]))
-    used = sum(len(g) for g in groups)
-    return Check(
-        name="repeats",
-        passed=spread <= max(REPEAT, 3 * float(np.median(noise))),
-        sentence=f"scale factors of {used} {told} scatter by {spread:.1%} (SD)",
-    )
+    return repeats(spread, float(np.median(noise)), f"{sum(map(len, groups))} {told}")
 
 
 def slip_residuals(fit: JointFit) -> Check:
@@ -207,7 +182,7 @@ def slip_residuals(fit: JointFit) -> Check:
     sentence = f"from {part} the curves lie {middle[worst]:+.2%} of the peak off their own fit"
     if not bad.any():
         sentence = f"no trend over slip: at most {abs(middle[worst]):.2%} of the peak is left"
-    return Check(name="residuals over slip", passed=not bad.any(), sentence=sentence)
+    return check("residuals over slip", not bad.any(), sentence)
 
 
 def section_means(fit: JointFit) -> np.ndarray:
@@ -236,39 +211,34 @@ def drift(
 ) -> Check | None:
     """A parameter's own values (relative) do not drift; None where nothing varies or too few tell.
 
-    `free`: how many slopes over this quantity the fit itself has taken out.
+    `free`: how many slopes over the logarithm of this quantity the fit itself has taken out; what
+    is then left to see is a bend.
     """
     levels = len(np.unique(np.round(np.log(over), 2)))
-    degrees = len(values) - 2
-    if levels < 2 + free or degrees < 1:
+    if levels < 2 + free or len(values) - 2 - free < 1:
         return None
     x = np.log(over) - np.log(over).mean()
     if free:
-        fitted = np.polyfit(x, values, 1)
-        rest = values - np.polyval(fitted, x)
+        values = values - np.polyval(np.polyfit(x, values, 1), x)
         x = x**2 - np.polyval(np.polyfit(x, x**2, 1), x)
-        values, degrees = rest, degrees - 1
-        if degrees < 1:
-            return None
-    slope = float((x @ values) / (x @ x))
-    rest = values - values.mean() - slope * x
-    error = float(np.sqrt(rest @ rest / degrees / (x @ x)))
-    change = slope * float(np.ptp(x))
-    sure = abs(slope) > quantile(degrees, SURE) * error
-    passed = not (sure and abs(change) > DRIFT)
-    bend = "bends" if free else "changes"
+    line = straight_line(x, values)
+    if line is None:
+        return None
+    freedom = line.freedom - free
+    error = line.slope_se * float(np.sqrt(line.freedom / freedom))
+    change = line.slope * float(np.ptp(x))
+    sure = abs(line.slope) > quantile(freedom, SURE) * error
     span = f"{show(float(over.min()), unit)} to {show(float(over.max()), unit)}"
-    return Check(
-        name=f"{word} over {what}",
-        passed=passed,
-        sentence=f"over {what} from {span} the {word} {bend} by {change:+.1%}",
+    sentence = (
+        f"over {what} from {span} the {word} {'bends' if free else 'changes'} by {change:+.1%}"
     )
+    return check(f"{word} over {what}", not (sure and abs(change) > SMALL), sentence)
 
 
 def one_file(
     moves: Mapping[str, tuple[str, float]], intervals: Mapping[str, Interval | None]
 ) -> Check | None:
-    """No single file moves an answer by more than its interval; `moves`: {name: (file, by)}."""
+    """No single file moves a value by more than its interval; `moves`: {name: (file, by)}."""
     parts = {
         n: abs(by) / ((i.high - i.low) / 2)
         for n, (_, by) in moves.items()
@@ -277,13 +247,11 @@ def one_file(
     if not parts:
         return None
     worst = max(parts, key=lambda n: parts[n])
-    file, fine = moves[worst][0], parts[worst] <= 1
-    return Check(
-        name="leave one out",
-        passed=fine,
-        sentence=f"leaving out {file} moves the {WORDS[worst]} most, by {parts[worst]:.2g} of its "
-        "interval's half width",
+    sentence = (
+        f"leaving out {moves[worst][0]} moves the {WORDS[worst]} most, by {parts[worst]:.2g} of "
+        "its interval's half width"
     )
+    return check("leave one out", parts[worst] <= 1, sentence)
 
 
 def curve_checks(
@@ -293,15 +261,11 @@ def curve_checks(
     own, vacuum = fit.own.own, fit.reduced.vacuum
     expected = fit.design @ fit.population.estimate + fit.held
     with_exponent = int("pressure_exponent" in fit.free)
+    settled = "settled" if fit.settled else "did not settle"
     checks: list[Check | None] = [
         products(brake),
         told_apart(identifiability(fit)),
-        Check(
-            name="settled",
-            passed=fit.settled,
-            sentence=f"least squares {'settled' if fit.settled else 'did not settle'} after "
-            f"{fit.rounds} rounds",
-        ),
+        check("settled", fit.settled, f"least squares {settled} after {fit.rounds} rounds"),
         off_bounds(values),
         plausible(values["scale_factor"]),
         like_catalogue(values["scale_factor"] * brake.film.kinetic),
@@ -310,7 +274,7 @@ def curve_checks(
         repeats_agree(fit),
         slip_residuals(fit),
         drift(own[:, 0] - expected[:, 0], vacuum, "scale factor", "vacuum", "Pa", with_exponent),
-        drift(own[:, 2] / expected[:, 2] - 1, vacuum, "sleeve's factor", "vacuum", "Pa"),
+        drift(own[:, 2] / expected[:, 2] - 1, vacuum, "enclosure's factor", "vacuum", "Pa"),
     ]
     if all(s is not None for s in speeds):
         known = np.array([s for s in speeds if s is not None])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.identify.stick_slip import noise_of, running_mean
+from layerjam.identify.straight import straight_line
 from layerjam.measure.trace import Array
 
 FALL = 0.02
@@ -111,13 +112,11 @@ def inertia_of(
     start = int(np.flatnonzero(below)[-1]) if below.any() else 0
     past = np.flatnonzero(rise[start:] >= RISE[1] * found.force)
     stop = start + int(past[0]) if len(past) else found.at
-    x, y = travel[start : stop + 1], force[start : stop + 1]
-    if len(x) < 4 or np.ptp(x) <= 0:
+    part = slice(start, stop + 1)
+    line = straight_line(travel[part], force[part]) if stop - start >= 3 else None
+    if line is None or line.slope <= 0:
         return None
-    run = x - x.mean()
-    stiffness = float(run @ (y - y.mean()) / (run @ run))
-    if stiffness <= 0:
-        return None
+    stiffness = line.slope
     acceleration = _acceleration(force, time, found, stiffness)
     return Inertia(
         mass=mass,

@@ -8,7 +8,7 @@ with stick-slip in it has no kinetic friction to be averaged: its envelope is re
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,8 @@ from layerjam.device.mount import Site
 from layerjam.errors import FileError, FitError
 from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_of
 from layerjam.identify.friction.standards import PAPER, Standard
-from layerjam.identify.provenance import sha256
+from layerjam.identify.friction.stribeck import USUAL
+from layerjam.identify.provenance import digests, sha256
 from layerjam.identify.repeats import OverRepeats, over_repeats
 from layerjam.identify.stick_slip import SawTeeth, find_saw_teeth
 from layerjam.measure.trace import Array, Trace
@@ -62,28 +63,51 @@ class FrictionRepeat:
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionResult:
-    """Coefficients [-] over all repeats; the SDs are absolute and None for one repeat.
+    """Coefficients [-] over all repeats; `over_kinetic` is None where one of them sticks and slips.
 
-    `kinetic` is None where one of the repeats judders and `accepted` is False.
+    Unless the middle of the stick-slip was `accepted`. `window` is the travel of the kinetic mean
+    [m], on average over the repeats.
     """
 
-    static: float
-    kinetic: float | None
-    static_sd: float | None
-    kinetic_sd: float | None
+    over_static: OverRepeats
+    over_kinetic: OverRepeats | None
     repeats: tuple[FrictionRepeat, ...]
     normal_force: float
     window: tuple[float, float]
     warnings: tuple[str, ...]
     standard: Standard
-    over_static: OverRepeats
-    over_kinetic: OverRepeats | None
     accepted: bool
+
+    @property
+    def static(self) -> float:
+        """Mean over repeats [-]."""
+        return self.over_static.mean
+
+    @property
+    def kinetic(self) -> float | None:
+        """Mean over repeats [-]."""
+        return self.over_kinetic and self.over_kinetic.mean
+
+    @property
+    def static_sd(self) -> float | None:
+        """Between repeats, absolute [-]; None for one repeat."""
+        return self.over_static.sd
+
+    @property
+    def kinetic_sd(self) -> float | None:
+        """Between repeats, absolute [-]; None for one repeat."""
+        return self.over_kinetic and self.over_kinetic.sd
 
     @property
     def judders(self) -> tuple[FrictionRepeat, ...]:
         """The repeats with stick-slip in them."""
         return tuple(r for r in self.repeats if r.teeth is not None)
+
+    @property
+    def means(self) -> dict[str, OverRepeats]:
+        """The coefficients that are known, by name."""
+        both = {"static": self.over_static, "kinetic": self.over_kinetic}
+        return {name: over for name, over in both.items() if over is not None}
 
     def sources(self) -> dict[str, tuple[float, Source]]:
         """What to write into a brake file: {path: (value, Source)}; no kinetic if it is None."""
@@ -93,27 +117,17 @@ class FrictionResult:
             f"friction test ({self.standard.title}), {files}; "
             f"normal force {show(self.normal_force, 'N')}"
         )
-        first = "first" if self.standard.first_maximum else "greatest"
         mean = f"mean over {start} to {end}"
         if self.judders:
-            mean = f"{mean}; middle of the stick-slip where it judders"
-        how = {"static": f"{first} maximum of each repeat", "kinetic": mean}
-        if not self.standard.first_maximum:
-            how["static"] = "maximum of each repeat"
+            mean = f"{mean}; middle of the stick-slip where it sticks and slips"
+        first = "first maximum" if self.standard.first_maximum else "maximum"
+        how = {"static": f"{first} of each repeat", "kinetic": mean}
         out = {}
-        for name, over in (("static", self.over_static), ("kinetic", self.over_kinetic)):
-            if over is None:
-                continue
+        for name, over in self.means.items():
             spread = f"SD {over.sd:.4g}" if over.sd is not None else ""
-            words = f"{text}; {how[name]}{_interval(over)}"
+            words = f"{text}; {how[name]}; {over.interval_words()}"
             out[f"film.{name}"] = (over.mean, Source(kind="measured", text=words, spread=spread))
         return out
-
-
-def _interval(over: OverRepeats) -> str:
-    if over.low is None or over.high is None:
-        return "; one repeat"
-    return f"; 95 % interval {over.low:.4g} to {over.high:.4g} (t, {over.repeats} repeats)"
 
 
 def _digest(path: str) -> str:
@@ -169,7 +183,9 @@ def reduce_repeat(
     kinetic: float | None = mean / normal_force
     if mean <= 0:
         raise FileError(trace.path, f"the mean force in the window is {mean} N")
-    teeth = find_saw_teeth(travel[inside], force[inside], _part(time, inside)).teeth
+    teeth = find_saw_teeth(
+        travel[inside], force[inside], None if time is None else time[inside]
+    ).teeth
     if teeth is not None:
         kinetic = teeth.middle / normal_force if accept_judder else None
     speed = speed_of(trace)
@@ -198,10 +214,6 @@ def reduce_repeat(
         inertia=inertia,
         warnings=tuple(warnings),
     )
-
-
-def _part(values: Array | None, inside: np.ndarray) -> Array | None:
-    return None if values is None else values[inside]
 
 
 def _window(
@@ -308,31 +320,24 @@ def pooled(
     accept_judder: bool,
 ) -> FrictionResult:
     """Mean, scatter and interval over repeats that `reduce_repeat` made; `said` of their files."""
-    static = over_repeats([r.static for r in repeats])
     known = [r.kinetic for r in repeats if r.kinetic is not None]
-    kinetic = over_repeats(known) if len(known) == len(repeats) else None
     warnings = [*said, *_said_once(repeats)]
-    if known and not 0.02 <= float(np.mean(known)) <= 1.5:
+    if known and not USUAL[0] <= float(np.mean(known)) <= USUAL[1]:
         warnings.append(
             f"a kinetic friction of {float(np.mean(known)):.3g} is unusual for films: check the "
             f"normal force, {show(normal_force, 'N')}"
         )
     warnings += [w for r in repeats for w in _odd_peak(r)]
-    result = FrictionResult(
-        static=static.mean,
-        kinetic=None if kinetic is None else kinetic.mean,
-        static_sd=static.sd,
-        kinetic_sd=None if kinetic is None else kinetic.sd,
+    return FrictionResult(
+        over_static=over_repeats([r.static for r in repeats]),
+        over_kinetic=over_repeats(known) if len(known) == len(repeats) else None,
         repeats=tuple(repeats),
         normal_force=normal_force,
         window=window or _mean_span(repeats),
         warnings=tuple(dict.fromkeys(warnings)),
         standard=standard,
-        over_static=static,
-        over_kinetic=kinetic,
         accepted=accept_judder,
     )
-    return result
 
 
 def _said_once(repeats: Sequence[FrictionRepeat]) -> list[str]:
@@ -378,13 +383,8 @@ def with_friction(file: BrakeFile, result: FrictionResult, name: str) -> tuple[s
             "friction: the films judder, so that there is no kinetic friction to write into the "
             "brake (--accept-judder takes the middle of the stick-slip)"
         )
-    changes: Mapping[str, tuple[float, Source]] = {
-        **result.sources(),
-        "scale_factor": (
-            1.0,
-            Source(kind="assumed", text="not calibrated with this friction yet"),
-        ),
-    }
+    blank = Source(kind="assumed", text="not calibrated with this friction yet")
+    changes = {**result.sources(), "scale_factor": (1.0, blank)}
     warnings = []
     if file.brake.scale_factor != 1.0:
         warnings.append(
@@ -396,19 +396,13 @@ def with_friction(file: BrakeFile, result: FrictionResult, name: str) -> tuple[s
 
 def _made_by(result: FrictionResult) -> dict[str, Any]:
     start, end = (show(w, "m") for w in result.window)
-    both = (("static", result.over_static), ("kinetic", result.over_kinetic))
+    means = (f"{name} {o.mean:.4g}, {o.interval_words()}" for name, o in result.means.items())
     return {
         "program": f"layerjam {__version__} friction",
         "standard": result.standard.title,
         "window": f"{start} to {end} of travel",
-        "interval": "; ".join(
-            f"{name} {over.mean:.4g},{_interval(over)[1:]}" for name, over in both if over
-        ),
+        "interval": "; ".join(means),
         "stick_slip": f"in {len(result.judders)} of {len(result.repeats)} repeats"
         + ("; kinetic is the middle of its envelope" if result.judders else ""),
-        "files": [
-            {"name": Path(r.path).name, "sha256": sha256(r.path)}
-            for r in result.repeats
-            if r.path and Path(r.path).is_file()
-        ],
+        "files": digests(r.path for r in result.repeats if r.path and Path(r.path).is_file()),
     }

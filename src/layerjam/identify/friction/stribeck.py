@@ -16,7 +16,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.identify.checks import Check
+from layerjam.identify.checks import Check, check, within
 from layerjam.mechanics.enclosure import backbone, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.stick_slip.laws import Stribeck
@@ -28,6 +28,8 @@ PRIOR = (np.log(1e-2), 2 * np.log(10.0))
 """Mean and SD of ln v_s [m/s]: 10 mm/s, two decades either way."""
 _RANGE = (1e-7, 1e2)
 _WORST_CONDITION = 100.0
+USUAL = (0.02, 1.5)
+"""Kinetic friction of films."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -264,30 +266,28 @@ class _Search:
             self._inside(),
             self._trend(rest, noise),
             self._spans(),
-            _plausible(float(law.kinetic)),
+            within("plausible", float(law.kinetic), USUAL, "kinetic friction", "unusual for films"),
         )
         return SpeedFit(law=law, standard_errors=errors, noise=noise, residuals=rest, checks=checks)
 
     def _identifiable(self, known: float, condition: float) -> Check:
-        fine = known < 0.25 * PRIOR[1] and condition < _WORST_CONDITION
         factor = float(np.exp(min(known, 50.0)))
-        sentence = (
+        return check(
+            "identifiable",
+            known < 0.25 * PRIOR[1] and condition < _WORST_CONDITION,
             f"v_s is known within a factor of {factor:.3g} (the prior: {np.exp(PRIOR[1]):.3g}); "
-            f"condition number {condition:.3g}"
+            f"condition number {condition:.3g}",
+            ": the points do not tell the parameters apart, more speeds would",
         )
-        if not fine:
-            sentence += ": the points do not tell the parameters apart, more speeds would"
-        return Check(name="identifiable", passed=bool(fine), sentence=sentence)
 
     def _inside(self) -> Check:
         low, high = np.log(_RANGE)
-        stuck = [n for n, v in zip(self.names, self.values, strict=True) if v <= 0]
-        edge = not low + 0.1 < self.logarithm < high - 0.1
-        named = stuck + ["v_s"] * edge
+        named = [n for n, v in zip(self.names, self.values, strict=True) if v <= 0]
+        named += ["v_s"] * (not low + 0.1 < self.logarithm < high - 0.1)
         sentence = "no parameter lies at its bound"
         if named:
             sentence = f"{', '.join(named)} at the bound: the law has no use for it on these points"
-        return Check(name="bounds", passed=not named, sentence=sentence)
+        return check("bounds", not named, sentence)
 
     def _trend(self, rest: Array, noise: float) -> Check:
         """Residuals over the logarithm of speed: straight, bent, or each like its neighbour."""
@@ -302,26 +302,15 @@ class _Search:
             part = rest[np.argsort(self.points.speed, kind="stable")]
             alike = float(part[1:] @ part[:-1]) / float(part @ part)
             worst = max(worst, alike * float(np.sqrt(len(part))))
-        return Check(
-            name="trend over speed",
-            passed=worst < 2.5,
-            sentence=f"residuals follow the logarithm of speed by {worst:.2g} standard errors",
-        )
+        sentence = f"residuals follow the logarithm of speed by {worst:.2g} standard errors"
+        return check("trend over speed", worst < 2.5, sentence)
 
     def _spans(self) -> Check:
         moving = self.points.speed[self.points.speed > 0]
         low, high = float(moving.min()), float(moving.max())
-        fine = low / 2 <= self.speed <= high
-        word = "within" if fine else "outside"
-        return Check(
-            name="span",
-            passed=bool(fine),
-            sentence=f"v_s = {show(self.speed, 'm/s')} lies {word} the speeds measured, "
-            f"{show(low, 'm/s')} to {show(high, 'm/s')}",
+        fine, at = low / 2 <= self.speed <= high, show(self.speed, "m/s")
+        sentence = (
+            f"v_s = {at} lies {'within' if fine else 'outside'} the speeds measured, "
+            f"{show(low, 'm/s')} to {show(high, 'm/s')}"
         )
-
-
-def _plausible(kinetic: float) -> Check:
-    fine = 0.02 <= kinetic <= 1.5
-    sentence = f"kinetic friction {kinetic:.4g} is {'usual' if fine else 'unusual'} for films"
-    return Check(name="plausible", passed=fine, sentence=sentence)
+        return check("span", fine, sentence)

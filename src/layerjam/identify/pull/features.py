@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from layerjam.errors import FileError
 from layerjam.identify.stick_slip import noise_of, running_mean
-from layerjam.measure.trace import Trace, block_means
+from layerjam.identify.straight import straight_line
+from layerjam.measure.trace import Array, Trace, block_means
 from layerjam.units import show
 
 LINEAR = (0.2, 0.8)
@@ -45,8 +47,8 @@ class PullFeatures:
     straight: bool
     noise: float
     origin: float
-    elongation: np.ndarray
-    force: np.ndarray
+    elongation: Array
+    force: Array
     path: str
 
     def thinned(self, most: int) -> PullFeatures:
@@ -58,31 +60,18 @@ class PullFeatures:
         )
 
 
-def loading_branch(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
+def loading_branch(trace: Trace) -> tuple[Array, Array]:
     """Elongation [m] and force [N] up to the greatest elongation."""
     end = int(np.argmax(trace.elongation)) + 1
     return trace.elongation[:end], trace.force[:end]
 
 
-def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
-    """Slope, its standard error and intercept of a straight line."""
-    mean = x.mean()
-    spread = float(((x - mean) ** 2).sum())
-    slope = float(((x - mean) * y).sum() / spread)
-    intercept = float(y.mean() - slope * mean)
-    rest = y - slope * x - intercept
-    variance = float((rest**2).sum()) / (len(x) - 2)
-    return slope, float(np.sqrt(variance / spread)), intercept
+def _calm(force: Array, most: int) -> Array:
+    """Centred running mean [N] over a hundredth of the record, at most `most` samples, (N,)."""
+    return running_mean(force, 2 * min(len(force) // 200, most // 2) + 1)
 
 
-def _running_mean(force: np.ndarray, most: int) -> np.ndarray:
-    """Centred running mean over a hundredth of the record, at most `most` samples; same length."""
-    half = min(len(force) // 200, most // 2)
-    padded = np.pad(force, half, mode="edge")
-    return np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")
-
-
-def _first_rise(smooth: np.ndarray) -> int:
+def _first_rise(smooth: Array) -> int:
     """Index of the greatest force, or of the first one a pull that judders slips from."""
     top = int(np.argmax(smooth))
     highest = np.maximum.accumulate(smooth[: top + 1])
@@ -93,7 +82,7 @@ def _first_rise(smooth: np.ndarray) -> int:
     return int(np.argmax(smooth[: int(np.argmax(slipped)) + 1]))
 
 
-def _calmed(rise: np.ndarray, height: float) -> np.ndarray:
+def _calmed(rise: Array, height: float) -> Array:
     """The rise as it is, or smoothed where one sample's noise would pass for another level."""
     noise = noise_of(rise)
     if noise <= ROUGH * height:
@@ -112,75 +101,67 @@ def pull_features(trace: Trace) -> PullFeatures:
     lies too high. Raises FileError where the record shows no rise to measure a slope on.
     """
     elongation, force = loading_branch(trace)
-    # one spike of noise is no peak
-    smooth = _running_mean(force, 9)
+    smooth = _calm(force, 9)  # one spike of noise is no peak
     top = _first_rise(smooth)
     height = float(smooth[top])
-    rise = slice(0, top + 1)
     # the last passage through each level, so that slack and wiggles before the rise do not count
-    steps = _calmed(force[rise], height)
-    low, high = (
-        int(np.flatnonzero(steps <= part * height)[-1]) if (steps <= part * height).any() else 0
-        for part in LINEAR
-    )
+    steps = _calmed(force[: top + 1], height)
+    below = [np.flatnonzero(steps <= part * height) for part in LINEAR]
+    low, high = (int(b[-1]) if len(b) else 0 for b in below)
     if high - low < 5:
         raise FileError(
             trace.path,
             f"has {max(high - low, 0)} samples between {LINEAR[0]:.0%} and {LINEAR[1]:.0%} of its "
             f"greatest force, {show(height, 'N')}; at least 5 are needed to find the stiffness",
         )
-    x, y = elongation[low : high + 1], force[low : high + 1]
-    if not np.ptp(x) > 1e-9:
+    rise = slice(low, high + 1)
+    line = straight_line(elongation[rise], force[rise])
+    if line is None or not np.ptp(elongation[rise]) > 1e-9:
         raise FileError(trace.path, "the crosshead does not move while the force rises")
-    stiffness, stiffness_se, intercept = _line(x, y)
-    if stiffness <= 0:
+    if line.slope <= 0:
         raise FileError(trace.path, "the force does not rise with elongation before the peak")
-    origin = -intercept / stiffness
+    origin = line.meets(0.0)
     # the line would have started far above what the record shows there: it is no first rise
-    straight = stiffness * (float(elongation[0]) - origin) - float(force[0]) <= BENT * height
+    straight = line.at(float(elongation[0])) - float(force[0]) <= BENT * height
     if not straight:
         origin = float(elongation[0])
     u = elongation - origin
-    peak = _fit_peak(u, force, stiffness, top, height, straight)
     return PullFeatures(
-        stiffness=stiffness,
-        stiffness_se=stiffness_se,
-        peak_force=peak[0],
-        peak_force_se=peak[1],
-        peak_elongation=peak[2],
-        has_peak=peak[4],
-        peak_samples=peak[5],
+        stiffness=line.slope,
+        stiffness_se=line.slope_se,
         straight=straight,
-        noise=peak[3],
         origin=origin,
         elongation=u,
         force=force,
         path=trace.path,
+        **_fit_peak(u, force, line.slope, top, height, straight),
     )
 
 
 def _fit_peak(
-    u: np.ndarray, force: np.ndarray, stiffness: float, top: int, height: float, straight: bool
-) -> tuple[float, float, float, float, bool, int]:
-    """Peak force, its standard error, its elongation, the noise, whether it is a peak, samples."""
+    u: Array, force: Array, stiffness: float, top: int, height: float, straight: bool
+) -> dict[str, Any]:
+    """The fields of PullFeatures that say what the peak is."""
     slip = u - force / stiffness
-    smooth = _running_mean(force, 51)
+    smooth = _calm(force, 51)
     fallen = np.flatnonzero(smooth[top:] < (1 - FALL) * height)
     end = top + int(fallen[0]) if len(fallen) else len(force)
     before = np.flatnonzero(smooth[: top + 1] <= 0.97 * height)
     onset = int(before[-1]) if len(before) else 0
-    rise_noise = float(np.std(np.diff(force[max(0, top - 20) : top + 20]))) / np.sqrt(2)
-    least = 3 * rise_noise / stiffness + 1e-9
+    noise = float(np.std(np.diff(force[max(0, top - 20) : top + 20]))) / np.sqrt(2)
     index = np.arange(onset, end)
-    index = index[slip[index] > least]
+    index = index[slip[index] > 3 * noise / stiffness + 1e-9]
     # means over equal stretches; the greatest of many lies a few of its own errors too high
     few = max(3, len(force) // 100)
     most = float(np.convolve(force, np.ones(few) / few, mode="valid").max())
-    falls = float(force[-few:].mean()) < 0.995 * most - 5 * rise_noise / np.sqrt(few)
-    if not straight:
-        return height, rise_noise, float(u[top]), rise_noise, falls, len(index)
-    if len(index) < FEWEST or not falls:
-        return height, rise_noise, float(u[top]), rise_noise, falls, len(index)
+    falls = float(force[-few:].mean()) < 0.995 * most - 5 * noise / np.sqrt(few)
+    found = {"has_peak": falls, "peak_samples": len(index), "noise": noise}
+    if not straight or len(index) < FEWEST or not falls:
+        return found | {
+            "peak_force": height,
+            "peak_force_se": noise,
+            "peak_elongation": float(u[top]),
+        }
     x = slip[index]
     scale = float(x.max())
     basis = np.column_stack([np.ones_like(x), -x / scale, np.sqrt(x / scale)])
@@ -188,10 +169,13 @@ def _fit_peak(
     rest = force[index] - basis @ weights
     variance = float((rest**2).sum()) / max(len(index) - 3, 1)
     _, fall, root = (float(w) for w in weights)
-    at = (root / (2 * fall)) ** 2 if fall > 0 and root > 0 else 0.0
-    at = min(at, 1.0)
+    at = min((root / (2 * fall)) ** 2 if fall > 0 and root > 0 else 0.0, 1.0)
     here = np.array([1.0, -at, np.sqrt(at)])
     peak = float(here @ weights)
     covariance = variance * np.linalg.pinv(basis.T @ basis)
-    error = float(np.sqrt(here @ covariance @ here))
-    return peak, error, at * scale + peak / stiffness, float(np.sqrt(variance)), True, len(index)
+    return found | {
+        "peak_force": peak,
+        "peak_force_se": float(np.sqrt(here @ covariance @ here)),
+        "peak_elongation": at * scale + peak / stiffness,
+        "noise": float(np.sqrt(variance)),
+    }

@@ -10,6 +10,7 @@ from layerjam.errors import FileError
 from layerjam.identify.pull.features import LINEAR, PullFeatures, loading_branch, pull_features
 from layerjam.identify.pull.unloading import Unloading, find_unloading
 from layerjam.identify.stick_slip import SawTeeth, find_saw_teeth, noise_of, running_mean
+from layerjam.identify.straight import straight_line
 from layerjam.measure.trace import Array, Trace
 from layerjam.units import show
 
@@ -149,14 +150,8 @@ def _start(trace: Trace, features: PullFeatures) -> Start:
 
 def _rises(x: Array, y: Array, slope: float) -> bool:
     """Whether the force rises already, by more than a tenth of the slope of the rise."""
-    run = x - x.mean()
-    spread = float(run @ run)
-    if spread <= 0:
-        return False
-    found = float(run @ (y - y.mean())) / spread
-    rest = y - y.mean() - found * run
-    error = float(np.sqrt(rest @ rest / (len(x) - 2) / spread))
-    return found - 3 * error > 0.1 * slope
+    line = straight_line(x, y)
+    return line is not None and line.slope - 3 * line.slope_se > 0.1 * slope
 
 
 def _line_error(elongation: Array, force: Array, features: PullFeatures, at: float) -> float:
@@ -256,31 +251,19 @@ def _steady(features: PullFeatures) -> Steady | None:
     """A line through the force after the peak; None where too little of it was recorded."""
     if not features.has_peak:
         return None
-    end = float(features.elongation[-1])
-    way = end - features.peak_elongation
+    way = float(features.elongation[-1]) - features.peak_elongation
     start, stop = (features.peak_elongation + part * way for part in STEADY)
     inside = (features.elongation >= start) & (features.elongation <= stop)
     x, y = features.elongation[inside], features.force[inside]
-    if len(x) < 3 * BLOCKS or not np.ptp(x) > 0:
+    if len(x) < 3 * BLOCKS:
         return None
     # means over blocks: what is alike within a block (a tooth, a patch of film) counts once
-    means = np.array(
-        [
-            (a.mean(), b.mean())
-            for a, b in zip(np.array_split(x, BLOCKS), np.array_split(y, BLOCKS), strict=True)
-        ]
-    )
-    run = means[:, 0] - means[:, 0].mean()
-    spread = float(run @ run)
-    slope = float(run @ means[:, 1]) / spread
-    rest = means[:, 1] - means[:, 1].mean() - slope * run
-    return Steady(
-        slope=slope,
-        slope_se=float(np.sqrt(rest @ rest / (BLOCKS - 2) / spread)),
-        force=float(y.mean()),
-        start=start,
-        end=stop,
-    )
+    blocks = [[part.mean() for part in np.array_split(values, BLOCKS)] for values in (x, y)]
+    line = straight_line(np.array(blocks[0]), np.array(blocks[1]))
+    if line is None:
+        return None
+    slope, error = line.slope, line.slope_se
+    return Steady(slope=slope, slope_se=error, force=float(y.mean()), start=start, end=stop)
 
 
 def off_zero(start: Start, features: PullFeatures) -> bool:

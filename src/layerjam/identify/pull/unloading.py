@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from layerjam.identify.straight import StraightLine, straight_line
 from layerjam.measure.trace import Array
 
 PART = (0.9, 0.2)
@@ -59,17 +60,17 @@ def find_unloading(
     back, fall = back[:last], fall[:last]
     few = max(1, min(len(fall) // 50, 5))
     top = float(np.median(force[max(first - few, 0) : turn + 1]))
-    stiffness, error, zero = _steep(back, fall, top, baseline)
+    steep = _steep(back, fall, top, baseline)
     out, pulled = elongation[: first + 1], force[: first + 1]
     work, returned = _area(out, pulled), -_area(back, fall)
     end = max(1, len(fall) // 100)
     return Unloading(
-        stiffness=stiffness,
-        stiffness_se=error,
+        stiffness=steep and steep.slope,
+        stiffness_se=steep and steep.slope_se,
         force_at_reversal=top,
         elongation_at_reversal=most - onset,
         residual_force=float(fall[-end:].mean()),
-        residual_elongation=None if zero is None else zero - onset,
+        residual_elongation=None if steep is None else steep.meets(baseline) - onset,
         work=work,
         returned=returned,
         loop=work - returned,
@@ -78,25 +79,15 @@ def find_unloading(
     )
 
 
-def _steep(
-    back: Array, fall: Array, top: float, baseline: float
-) -> tuple[float | None, float | None, float | None]:
-    """Slope of the beginning, its standard error, and the elongation where the baseline is met."""
+def _steep(back: Array, fall: Array, top: float, baseline: float) -> StraightLine | None:
+    """The line through the beginning of the way back; None where it has too few samples."""
     high, low = (baseline + part * (top - baseline) for part in PART)
     under, gone = np.flatnonzero(fall <= high), np.flatnonzero(fall <= low)
     if top <= baseline or not len(gone):
-        return None, None, None
-    x, y = back[under[0] : gone[0]], fall[under[0] : gone[0]]
-    if len(x) < 4 or np.ptp(x) <= 0:
-        return None, None, None
-    run = x - x.mean()
-    spread = float(run @ run)
-    slope = float(run @ (y - y.mean())) / spread
-    if slope <= 0:
-        return None, None, None
-    rest = y - y.mean() - slope * run
-    error = float(np.sqrt(rest @ rest / (len(x) - 2) / spread))
-    return slope, error, float(x.mean() + (baseline - y.mean()) / slope)
+        return None
+    part = slice(under[0], gone[0])
+    line = straight_line(back[part], fall[part]) if gone[0] - under[0] >= 4 else None
+    return line if line is not None and line.slope > 0 else None
 
 
 def _area(x: Array, y: Array) -> float:

@@ -31,12 +31,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FileError, FitError
-from layerjam.identify.curves import Curve, conditions
+from layerjam.identify.curves import Curve, conditions, curve_of
 from layerjam.identify.pull.features import PullFeatures
 from layerjam.mechanics.pull import force_at_elongation
 
@@ -49,17 +50,23 @@ WINDOW = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class CurveError:
-    """One measured pull against the model; arrays have shape (M,), M <= 200."""
+class Errors:
+    """How far a model lies from measured points.
+
+    `mape` is the mean of |measured - model| / measured [-], `rmse` [N], `bias` the mean of
+    model - measured [N]; `r_squared` is None where the measured force never changes.
+    """
 
     mape: float
-    """Mean of |measured - model| / measured [-]."""
     rmse: float
-    """[N]"""
     bias: float
-    """Mean of model - measured [N]."""
     r_squared: float | None
-    """None where the measured force never changes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurveError(Errors):
+    """One measured pull against the model; arrays have shape (M,), M <= 200."""
+
     elongation: np.ndarray
     measured: np.ndarray
     model: np.ndarray
@@ -98,39 +105,35 @@ class Split:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ConditionError:
-    """The pulls at one vacuum [Pa] and speed [m/s]; `speed` is None where nothing tells it."""
+class Pooled(Errors):
+    """Errors over several pulls: `mape` is the mean over files, `mape_sd` its SD between files.
 
-    vacuum: float
-    speed: float | None
-    mape: float
+    RMSE and bias [N] and R^2 are over all points. `split` is None without any repeat.
+    """
+
     mape_sd: float | None
-    rmse: float
-    bias: float
-    r_squared: float | None
     split: Split | None
     curves: tuple[CurveError, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Validation:
-    """Errors over pulls.
+class ConditionError(Pooled):
+    """The pulls at one vacuum [Pa] and speed [m/s]; `speed` is None where nothing tells it."""
 
-    `mape` [-] is the mean over files, `mape_sd` its SD between files; `mape_conditions` and its SD
-    are over conditions, as the paper counts (section III-C). RMSE and bias [N] and R^2 are over all
-    points. `split` is the mean of the conditions' splits, None without any repeat.
+    vacuum: float
+    speed: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validation(Pooled):
+    """Errors over all pulls; `split` is the mean of the conditions' splits.
+
+    `mape_conditions` and its SD are over conditions, as the paper counts (section III-C).
     """
 
-    mape: float
-    mape_sd: float | None
     mape_conditions: float
     mape_conditions_sd: float | None
-    rmse: float
-    bias: float
-    r_squared: float | None
-    split: Split | None
     conditions: tuple[ConditionError, ...]
-    curves: tuple[CurveError, ...]
 
 
 def uncalibrated(brake: Brake) -> Brake:
@@ -175,11 +178,18 @@ def _window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
     return start, end, note
 
 
-def _r_squared(measured: np.ndarray, model: np.ndarray) -> float | None:
-    mean = float(measured.mean())
-    if not np.ptp(measured) > 1e-12 * abs(mean):  # a mean of like values is off by a rounding
-        return None
-    return 1 - float(((model - measured) ** 2).sum() / ((measured - mean) ** 2).sum())
+def _errors(measured: np.ndarray, model: np.ndarray) -> dict[str, Any]:
+    """The fields of `Errors` over some points [N]."""
+    error, mean = model - measured, float(measured.mean())
+    squared = None
+    if np.ptp(measured) > 1e-12 * abs(mean):  # a mean of like values is off by a rounding
+        squared = 1 - float((error**2).sum() / ((measured - mean) ** 2).sum())
+    return {
+        "mape": float(np.mean(np.abs(error) / measured)),
+        "rmse": float(np.sqrt(np.mean(error**2))),
+        "bias": float(error.mean()),
+        "r_squared": squared,
+    }
 
 
 def compare(
@@ -201,12 +211,7 @@ def compare(
     model = _modelled(pull, points, vacuum, brake)
     kept = measured >= FLOOR * pull.peak_force
     points, measured, model = points[kept], measured[kept], model[kept]
-    error = model - measured
     return CurveError(
-        mape=float(np.mean(np.abs(error) / measured)),
-        rmse=float(np.sqrt(np.mean(error**2))),
-        bias=float(error.mean()),
-        r_squared=_r_squared(measured, model),
         elongation=points,
         measured=measured,
         model=model,
@@ -216,6 +221,7 @@ def compare(
         pull=pull,
         speed=speed,
         repeat=repeat,
+        **_errors(measured, model),
     )
 
 
@@ -255,12 +261,13 @@ def _split(curves: Sequence[CurveError], brake: Brake) -> Split | None:
     )
 
 
-def _pooled(curves: Sequence[CurveError]) -> tuple[float, float, float | None]:
-    """RMSE [N], bias [N] and R^2 over all points of the curves."""
+def _pooled(curves: Sequence[CurveError]) -> dict[str, Any]:
+    """The fields of `Pooled` but the split: errors over all points, MAPE and its SD over files."""
     measured = np.concatenate([c.measured for c in curves])
     model = np.concatenate([c.model for c in curves])
-    error = model - measured
-    return float(np.sqrt((error**2).mean())), float(error.mean()), _r_squared(measured, model)
+    mape, mape_sd = _mean_sd([c.mape for c in curves])
+    over_files = {"mape": mape, "mape_sd": mape_sd, "curves": tuple(curves)}
+    return _errors(measured, model) | over_files
 
 
 def _mean_sd(values: Sequence[float]) -> tuple[float, float | None]:
@@ -268,27 +275,18 @@ def _mean_sd(values: Sequence[float]) -> tuple[float, float | None]:
 
 
 def _condition(curves: Sequence[CurveError], brake: Brake) -> ConditionError:
-    mape, mape_sd = _mean_sd([c.mape for c in curves])
-    rmse, bias, r_squared = _pooled(curves)
     speeds = [c.speed for c in curves if c.speed is not None]
     return ConditionError(
         vacuum=float(np.mean([c.vacuum for c in curves])),
         speed=float(np.mean(speeds)) if speeds else None,
-        mape=mape,
-        mape_sd=mape_sd,
-        rmse=rmse,
-        bias=bias,
-        r_squared=r_squared,
         split=_split(curves, brake),
-        curves=tuple(curves),
+        **_pooled(curves),
     )
 
 
 def assemble(found: Sequence[ConditionError], curves: Sequence[CurveError]) -> Validation:
     """The errors in all; every file counts the same, in the split every condition."""
-    mape, mape_sd = _mean_sd([c.mape for c in curves])
     over, over_sd = _mean_sd([c.mape for c in found])
-    rmse, bias, r_squared = _pooled(curves)
     splits = [c.split for c in found if c.split is not None]
     split = None
     if splits:
@@ -301,16 +299,11 @@ def assemble(found: Sequence[ConditionError], curves: Sequence[CurveError]) -> V
             window=(min(s.window[0] for s in splits), max(s.window[1] for s in splits)),
         )
     return Validation(
-        mape=mape,
-        mape_sd=mape_sd,
         mape_conditions=over,
         mape_conditions_sd=over_sd,
-        rmse=rmse,
-        bias=bias,
-        r_squared=r_squared,
         split=split,
         conditions=tuple(found),
-        curves=tuple(curves),
+        **_pooled(curves),
     )
 
 
@@ -330,18 +323,4 @@ def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
 
 def validate_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Validation:
     """`validate_curves` for pulls given with their vacuum [Pa] alone."""
-    return validate_curves(
-        [
-            Curve(
-                elongation=pull.elongation,
-                force=pull.force,
-                vacuum=vacuum,
-                speed=None,
-                repeat=None,
-                path=pull.path,
-                pull=pull,
-            )
-            for pull, vacuum in pulls
-        ],
-        brake,
-    )
+    return validate_curves([curve_of(pull, vacuum) for pull, vacuum in pulls], brake)

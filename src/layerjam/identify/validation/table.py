@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from layerjam.errors import FitError
-from layerjam.identify.checks import Check
+from layerjam.identify.checks import SMALL, Check, check, percent, trend
 from layerjam.identify.repeats import over_repeats
+from layerjam.identify.straight import straight_line
 from layerjam.identify.validation.metrics import (
     ConditionError,
     CurveError,
@@ -17,7 +18,6 @@ from layerjam.identify.validation.metrics import (
     Validation,
     assemble,
 )
-from layerjam.units import show
 
 
 def pool(results: Sequence[Validation]) -> Validation:
@@ -34,79 +34,41 @@ def pool(results: Sequence[Validation]) -> Validation:
     )
 
 
+_ERRORS = ("mape", "rmse", "bias", "r_squared")
+_SPREAD = ("mape", "mape_sd", *_ERRORS[1:])
+_OVER = ("mape", "mape_sd", "mape_conditions", "mape_conditions_sd", *_ERRORS[1:])
+UNITS = {name: "N" if name in ("rmse", "bias") else "1" for name in _OVER}
+"""Of the keys of `summary` that are numbers."""
+
+
+def _fields(record: object, names: Sequence[str]) -> dict[str, Any]:
+    return {name: getattr(record, name) for name in names}
+
+
 def file_row(curve: CurveError) -> dict[str, Any]:
     """One pull, SI."""
-    return {
-        "path": curve.path,
-        "vacuum": curve.vacuum,
-        "speed": curve.speed,
-        "repeat": curve.repeat,
-        "mape": curve.mape,
-        "rmse": curve.rmse,
-        "bias": curve.bias,
-        "r_squared": curve.r_squared,
-        "points": len(curve.elongation),
-        "note": curve.note,
-    }
+    known = _fields(curve, ("path", "vacuum", "speed", "repeat", *_ERRORS))
+    return {**known, "points": len(curve.elongation), "note": curve.note}
 
 
 def scatter_row(split: Split | None) -> dict[str, Any] | None:
     """How much of the mean squared error [N^2] is the repeats' own scatter."""
     if split is None:
         return None
-    return {
-        "mse": split.mse,
-        "model_mse": split.model,
-        "scatter_mse": split.scatter,
-        "share": split.share,
-        "repeats": split.repeats,
-    }
+    parts = {"mse": split.mse, "model_mse": split.model, "scatter_mse": split.scatter}
+    return {**parts, "share": split.share, "repeats": split.repeats}
 
 
 def condition_row(condition: ConditionError) -> dict[str, Any]:
     """The pulls at one vacuum and speed, SI."""
-    return {
-        "vacuum": condition.vacuum,
-        "speed": condition.speed,
-        "repeats": len(condition.curves),
-        "mape": condition.mape,
-        "mape_sd": condition.mape_sd,
-        "rmse": condition.rmse,
-        "bias": condition.bias,
-        "r_squared": condition.r_squared,
-        "scatter": scatter_row(condition.split),
-    }
+    known = _fields(condition, ("vacuum", "speed", *_SPREAD))
+    return {**known, "repeats": len(condition.curves), "scatter": scatter_row(condition.split)}
 
 
 def summary(result: Validation) -> dict[str, Any]:
     """The errors in all and per condition, SI."""
-    return {
-        "mape": result.mape,
-        "mape_sd": result.mape_sd,
-        "mape_conditions": result.mape_conditions,
-        "mape_conditions_sd": result.mape_conditions_sd,
-        "rmse": result.rmse,
-        "bias": result.bias,
-        "r_squared": result.r_squared,
-        "scatter": scatter_row(result.split),
-        "conditions": [condition_row(c) for c in result.conditions],
-    }
-
-
-UNITS = {
-    "mape": "1",
-    "mape_sd": "1",
-    "mape_conditions": "1",
-    "mape_conditions_sd": "1",
-    "rmse": "N",
-    "bias": "N",
-    "r_squared": "1",
-}
-"""Of the keys of `summary` that are numbers."""
-
-
-SMALL = 0.05
-"""Part of the measured force below which a bias or a trend is let pass whatever its interval."""
+    rows = [condition_row(c) for c in result.conditions]
+    return {**_fields(result, _OVER), "scatter": scatter_row(result.split), "conditions": rows}
 
 
 def validation_checks(result: Validation, seen: int) -> tuple[Check, ...]:
@@ -118,63 +80,33 @@ def validation_checks(result: Validation, seen: int) -> tuple[Check, ...]:
     count = len(result.curves)
     fresh = "the brake names none of these pulls as calibrated on"
     stale = f"{seen} of {count} pulls were also calibrated on: this is a fit, not a test"
-    checks = [Check(name="independent", passed=not seen, sentence=stale if seen else fresh)]
-    relative = [c.bias / float(c.measured.mean()) for c in result.curves]
-    checks.append(_mean_check("bias", relative, "the model is {} off the measured force"))
+    relative = np.array([c.bias / float(c.measured.mean()) for c in result.curves])
     drifts = [_drift(c) for c in result.curves]
-    checks.append(
-        _mean_check("trend over elongation", drifts, "along a pull the residual drifts by {}")
-    )
-    vacuums = [c.vacuum for c in result.curves]
-    checks += _slope_check("vacuum", relative, vacuums, "Pa")
-    speeds = [c.speed for c in result.curves if c.speed is not None]
+    vacuums = np.array([c.vacuum for c in result.curves])
+    speeds = np.array([c.speed for c in result.curves if c.speed is not None])
+    checks = [
+        check("independent", not seen, stale if seen else fresh),
+        _mean_check("bias", relative.tolist(), "the model is {} off the measured force"),
+        _mean_check("trend over elongation", drifts, "along a pull the residual drifts by {}"),
+        trend("trend over vacuum", "residual", relative, vacuums, "Pa", levels=2),
+    ]
     if len(speeds) == count:
-        checks += _slope_check("speed", relative, speeds, "m/s")
-    return tuple(checks)
+        checks.append(trend("trend over speed", "residual", relative, speeds, "m/s", levels=2))
+    return tuple(c for c in checks if c is not None)
 
 
 def _drift(curve: CurveError) -> float:
     """Change of the residual's straight line over the window, relative to the mean force."""
-    far = curve.elongation - curve.elongation.mean()
-    slope = float((far * (curve.model - curve.measured)).sum() / (far**2).sum())
+    line = straight_line(curve.elongation, curve.model - curve.measured)
+    slope = 0.0 if line is None else line.slope
     return slope * float(np.ptp(curve.elongation)) / float(curve.measured.mean())
-
-
-def _percent(part: float) -> str:
-    return f"{part:+.1%}".replace("-0.0%", "+0.0%")
 
 
 def _mean_check(name: str, values: Sequence[float], words: str) -> Check:
     found = over_repeats(values)
-    sentence = words.format(_percent(found.mean))
+    sentence, small = words.format(percent(found.mean)), abs(found.mean) < SMALL
     if found.low is None or found.high is None:
-        return Check(name=name, passed=abs(found.mean) < SMALL, sentence=f"{sentence} (one pull)")
-    sentence += (
-        f" (95 % interval {_percent(found.low)} to {_percent(found.high)}, {len(values)} pulls)"
-    )
-    holds_zero = found.low <= 0 <= found.high
-    return Check(name=name, passed=holds_zero or abs(found.mean) < SMALL, sentence=sentence)
-
-
-def _slope_check(
-    what: str, relative: Sequence[float], over: Sequence[float], unit: str
-) -> list[Check]:
-    """Whether the relative residual changes over the conditions; none where they are alike."""
-    from scipy.special import stdtrit
-
-    x, y = np.asarray(over), np.asarray(relative)
-    if len(y) < 3 or not np.ptp(x) > 0.05 * float(x.max()):
-        return []
-    off = x - x.mean()
-    slope = float((off * y).sum() / (off**2).sum())
-    rest = y - y.mean() - slope * off
-    error = float(np.sqrt((rest**2).sum() / (len(y) - 2) / (off**2).sum()))
-    span = float(np.ptp(x))
-    change, reach = slope * span, float(stdtrit(len(y) - 2, 0.975)) * error * span
-    sentence = (
-        f"from {show(float(x.min()), unit, 3)} to {show(float(x.max()), unit, 3)} the residual "
-        f"changes by {_percent(change)} (95 % interval {_percent(change - reach)} to "
-        f"{_percent(change + reach)})"
-    )
-    fine = abs(change) < SMALL or abs(change) <= reach
-    return [Check(name=f"trend over {what}", passed=fine, sentence=sentence)]
+        return check(name, small, f"{sentence} (one pull)")
+    low, high = percent(found.low), percent(found.high)
+    sentence += f" (95 % interval {low} to {high}, {len(values)} pulls)"
+    return check(name, small or found.low <= 0 <= found.high, sentence)
