@@ -86,7 +86,7 @@ class FrictionResult:
     @property
     def kinetic(self) -> float | None:
         """Mean over repeats [-]."""
-        return self.over_kinetic and self.over_kinetic.mean
+        return None if self.over_kinetic is None else self.over_kinetic.mean
 
     @property
     def static_sd(self) -> float | None:
@@ -96,7 +96,7 @@ class FrictionResult:
     @property
     def kinetic_sd(self) -> float | None:
         """Between repeats, absolute [-]; None for one repeat."""
-        return self.over_kinetic and self.over_kinetic.sd
+        return None if self.over_kinetic is None else self.over_kinetic.sd
 
     @property
     def judders(self) -> tuple[FrictionRepeat, ...]:
@@ -183,9 +183,8 @@ def reduce_repeat(
     kinetic: float | None = mean / normal_force
     if mean <= 0:
         raise FileError(trace.path, f"the mean force in the window is {mean} N")
-    teeth = find_saw_teeth(
-        travel[inside], force[inside], None if time is None else time[inside]
-    ).teeth
+    clock = None if time is None else time[inside]
+    teeth = find_saw_teeth(travel[inside], force[inside], clock).teeth
     if teeth is not None:
         kinetic = teeth.middle / normal_force if accept_judder else None
     speed = speed_of(trace)
