@@ -9,6 +9,20 @@ import pytest
 
 from layerjam.cli.demo import demo
 from layerjam.device.load import load
+from layerjam.errors import FileError
+
+
+def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("mine")
+    with pytest.raises(FileError, match="was not made by the demo"):
+        demo(tmp_path)
+    with pytest.raises(FileError, match="no folder"):
+        demo(tmp_path / "thesis.txt")
+    link = tmp_path / "link"
+    link.symlink_to(tmp_path, target_is_directory=True)
+    with pytest.raises(FileError, match="no folder"):
+        demo(link)
+    assert (tmp_path / "thesis.txt").read_text() == "mine"
 
 
 @pytest.mark.slow

@@ -41,11 +41,12 @@ TOLERANCE = {
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("reproduction") / "report"
     told: list[str] = []
-    made = reproduce(out, say=told.append)
-    assert (made.report, made.results) == (out / "report.html", out / "results.json")
-    assert any("synthetic" in line for line in told) and str(out / "report.html") in told[-1]
-    rows = json.loads(made.results.read_text(encoding="utf-8"))
-    assert made.counts == {v: sum(r["verdict"] == v for r in rows) for v in VERDICTS}
+    made = reproduce(out, progress=lambda what, _: told.append(what))
+    assert (made.report, made.results) == (str(out / "report.html"), str(out / "results.json"))
+    assert any("synthetic" in line for line in told) and made.report in told[-1]
+    rows = json.loads(Path(made.results).read_text(encoding="utf-8"))
+    counts = {v: made.values[v] for v in VERDICTS}
+    assert counts == {v: sum(r["verdict"] == v for r in rows) for v in VERDICTS}
     return out
 
 

@@ -16,11 +16,37 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from layerjam.cli.engine import engine
 from layerjam.cli.main import main as layerjam
-from layerjam.cli.options import engine
+from layerjam.errors import FileError, LayerjamError
 from layerjam.units import show
 
 BRAKE = "choi2018-kapton"
+MARKER = ".made-by-layerjam-demo"
+"""A file in the folder that says that the demo made it, and so may make it anew."""
+
+
+def _clear(out: Path) -> None:
+    """An empty folder `out` with the demo's marker.
+
+    What an earlier demo left there is removed. Raises FileError where somebody else's folder or
+    file stands, and touches nothing of it.
+    """
+    if out.is_symlink() or (out.exists() and not out.is_dir()):
+        raise FileError(out, "is no folder; name one that the demo may make")
+    if out.is_dir() and any(out.iterdir()):
+        if not (out / MARKER).is_file():
+            raise FileError(
+                out,
+                "exists and was not made by the demo, which would empty it; name another folder "
+                "or remove this one",
+            )
+        shutil.rmtree(out)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / MARKER).write_text("`make demo` empties this folder.\n", encoding="utf-8")
+    except OSError as err:
+        raise FileError(out, f"cannot be made: {err.strerror}") from None
 
 
 def _command(*words: str) -> dict[str, Any]:
@@ -56,8 +82,12 @@ def _files(folder: Path) -> tuple[list[Path], list[Path], list[Path]]:
 
 
 def demo(out: Path) -> None:
-    """Rebuild the folder `out` and print where the report is and the five numbers that matter."""
+    """Rebuild the folder `out` and print where the report is and the five numbers that matter.
+
+    Raises FileError, and writes nothing, where the folder is not the demo's own.
+    """
     began = time.perf_counter()
+    _clear(out)
     engine()
     from layerjam.device.load import load
     from layerjam.identify.calibration.peaks import calibrate
@@ -65,18 +95,15 @@ def demo(out: Path) -> None:
     from layerjam.identify.validation.metrics import validate_pulls
     from layerjam.measure.readers.read import read_trace
     from layerjam.studies.choi2018.lab import NORMAL_FORCE, read_pulls
-    from layerjam.studies.choi2018.reproduce import main_job, reproduce
+    from layerjam.studies.choi2018.paper_report import main_job, write_report
 
-    shutil.rmtree(out, ignore_errors=True)
     print("layerjam: the paper's brake, tested, calibrated, validated and inverted.")
     print("No raw curve of the paper is published, so the files are synthetic: a virtual test")
     print(f"machine writes them to {out / 'measurements'} with the paper's numbers as truth.")
     tests, pull, others = _files(out / "measurements")
     mine, fitted = out / "my-brake.toml", out / "my-brake-calibrated.toml"
-    friction = _command(
-        "friction", *map(str, tests), "--normal-force", f"{NORMAL_FORCE!r}N", "--brake", BRAKE,
-        "--out", str(mine),
-    )  # fmt: skip
+    named = ("--normal-force", f"{NORMAL_FORCE!r}N", "--brake", BRAKE, "--out", str(mine))
+    friction = _command("friction", *map(str, tests), *named)
     calibration = _command("calibrate", str(mine), *map(str, pull), "--out", str(fitted))
     validation = _command("validate", str(fitted), *map(str, others))
     answer = _command("vacuum", str(fitted), "--slip", "20mm", "--force", "100N")
@@ -84,14 +111,14 @@ def demo(out: Path) -> None:
     print(f"\n$ layerjam reproduce --out {out}", flush=True)
     brake = load(fitted)
     traces = [read_trace(p) for p in tests]
+    spread = f"± {friction['kinetic_sd']:.4f} SD over three repeats (truth 0.24)"
     numbers = [
-        (f"{friction['kinetic']:.4f}", f"kinetic friction, ± {friction['kinetic_sd']:.4f} SD over "
-         "three repeats (truth 0.24)"),
+        (f"{friction['kinetic']:.4f}", f"kinetic friction, {spread}"),
         (f"{calibration['scale_factor']:.4f}", "scale factor with that friction"),
         (show(calibration["stiffness"], "N/m"), "stiffness of brake and rig (truth 131 kN/m)"),
         (f"{validation['mape']:.2%}", "MAPE on pulls the calibration has not seen"),
         (show(answer["vacuum"], "Pa"), "vacuum for 100 N at 20 mm of slip"),
-    ]  # fmt: skip
+    ]
     run = main_job(
         brake,
         traces,
@@ -100,7 +127,9 @@ def demo(out: Path) -> None:
         validate_pulls(read_pulls(others), brake.brake),
         (0.020, 100.0, float(answer["vacuum"])),
     )
-    result = reproduce(out, force=True, say=print, extra=[run], numbers=numbers)
+    result = write_report(
+        out, progress=lambda what, _: print(f"  {what}"), extra=[run], numbers=numbers
+    )
     print("\nThe five numbers that matter (from synthetic files):")
     for value, words in numbers:
         print(f"  {value:>12}  {words}")
@@ -111,4 +140,7 @@ def demo(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    demo(Path(sys.argv[1] if len(sys.argv) > 1 else "out/demo"))
+    try:
+        demo(Path(sys.argv[1] if len(sys.argv) > 1 else "out/demo"))
+    except LayerjamError as error:
+        sys.exit(f"demo: {error}")

@@ -69,6 +69,8 @@ def _kind(p: Parameter) -> tuple[Any, bool]:
     """What typer reads: text for a quantity, else the plain type; and whether there are several."""
     if p.type is bool:
         return bool, False
+    if p.several:
+        return list[str] | None, True
     text = str(p.type)
     if p.spec is None and any(
         word in text for word in ("Sequence[", "list[", "Iterable[", "tuple[")
@@ -169,7 +171,7 @@ def _run(declared: Command, shown: list[Parameter], given: dict[str, Any]) -> in
             if not hasattr(result.record, "save"):
                 raise QuantityError("out: this result has no record to write")
             result.record.save(record, force=replaces)
-        if figure is not None:
+        if figure is not None and result.has_curve:
             result.plot(figure, force=replaces)
     return say(result, as_json)
 

@@ -14,23 +14,17 @@ from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
 from layerjam.cli import (
-    apply,
-    array,
     calibration,
-    compare,
-    design,
     follow,
     friction,
     judder,
     lab,
     measurements,
-    paper,
     parts,
     plan,
     pull,
     regulate,
     report,
-    sweep,
     vacuum_line,
     validation,
 )
@@ -128,23 +122,17 @@ def _show_version(value: bool) -> None:
 
 
 for old in (
-    apply,
-    array,
     calibration,
-    compare,
-    design,
     follow,
     friction,
     judder,
     lab,
     measurements,
-    paper,
     parts,
     plan,
     pull,
     regulate,
     report,
-    sweep,
     vacuum_line,
     validation,
 ):

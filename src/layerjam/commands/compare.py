@@ -2,79 +2,158 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
 
-from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at, vacuum_of
-from layerjam.design.comparison import comparison
-from layerjam.design.published import PublishedDevices
-from layerjam.device.load import catalogue
+from layerjam.commands.declare import Help, Input, command
+from layerjam.commands.quantities import VACUUM, AnyBrake, Atmosphere, brake_file, vacuum_within
+from layerjam.commands.results import Result, fact, result
+from layerjam.errors import Notice
 from layerjam.units import show
 
-UNITS = {
-    "mass": "kg", "max_force": "N", "force_density": "N/kg", "vacuum": "Pa", "sheets": "1",
-    "brakes": "1", "torque": "N m", "lever": "m", "force_per_sheet": "N", "mass_per_sheet": "kg",
-    "density_per_sheet": "N/kg", "sheet_mass": "kg", "paper_force": "N", "paper_mass": "kg",
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from layerjam.design.force_density import SheetLine
+    from layerjam.device.file import BrakeFile
+
+TABLE_UNITS = {
+    "mass": "kg",
+    "max_force": "N",
+    "force_density": "N/kg",
+    "vacuum": "Pa",
+    "sheets": "1",
+    "brakes": "1",
+    "torque": "N m",
+    "lever": "m",
+    "force_per_sheet": "N",
+    "mass_per_sheet": "kg",
+    "density_per_sheet": "N/kg",
+    "sheet_mass": "kg",
+    "paper_force": "N",
+    "paper_mass": "kg",
     "paper_density": "N/kg",
-}  # fmt: skip
+}
+NOTES = (
+    Notice(
+        "force density is force over the device's own mass: pump, valve and supply are not "
+        "included, neither of our brakes nor of the others",
+        "own-mass",
+    ),
+    Notice(
+        "the devices of others are those whose numbers could be read, not the best of their class",
+        "not-the-best",
+    ),
+)
 
 
-def compare(
-    *brakes: AnyBrake, vacuum: Quantity | None = None, atmosphere: Quantity | None = None
-) -> Answer:
-    """Mass, greatest force and force density of brakes and of what others make (paper, III-F).
+@result
+class Comparison(Result):
+    """Force over mass of brakes and of the devices of others, each with its source.
 
-    Without brakes, those of the catalogue. `vacuum` is that of ours (the site's full vacuum, as in
-    `show`). The first brake is also shown at lower vacuums, stacked, and with more sheets.
-    `devices` is a list of rows with their source; `computed` is True for ours. `sheet` compares
-    what a sheet adds with the paper's words. `none_found` maps a class without a sourced device to
-    what was looked at. `record` is (devices, SheetLine list, PublishedDevices).
+    `record` is (devices, SheetLine list, the catalogue of published devices).
     """
-    made = [brake_at(b, atmosphere) for b in brakes or catalogue()]
-    at = [f.brake.site.atmosphere if vacuum is None else vacuum_of(vacuum, f.brake) for f in made]
-    rows, sheet, lines, others = comparison(made, at)
-    warnings = [
-        "force density is force over the device's own mass: pump, valve and supply are not in it, "
-        "of ours or of others",
-        "the devices of others were found in what could be read, not chosen as the best of their "
-        "class",
-    ]
-    return Answer(
-        values={
-            "devices": rows,
-            "sheet": sheet,
-            "lines": [vars(line) for line in lines],
-            "none_found": dict(others.looked_for),
-        },
-        units=UNITS,
-        warnings=[w for file in made for w in file.warnings()] + warnings,
-        record=(rows, lines, others),
+
+    devices: Sequence[Mapping[str, Any]] = fact(
+        "brakes and devices: mass, greatest force, force density, source", listed=False
+    )
+    sheet: Mapping[str, Any] = fact(
+        "what one more sheet adds to the first brake, beside the paper's words", listed=False
+    )
+    sheet_lines: Sequence[SheetLine] = fact(
+        "each brake with more sheets", listed=False, key="lines"
+    )
+    none_found: Mapping[str, str] = fact(
+        "class without a sourced device: what was looked at", listed=False
     )
 
+    @classmethod
+    def table_units(cls) -> Mapping[str, str]:
+        """Units of the rows' keys."""
+        return TABLE_UNITS
 
-def listing(
-    rows: Sequence[dict[str, Any]], sheet: dict[str, Any], others: PublishedDevices
-) -> list[str]:
-    """The answer as lines for a terminal, the source under every row."""
-    lines = ["mass, greatest force, force over mass"]
-    for row in rows:
-        lines += [
-            "",
-            f"{row['name']} ({row['kind']}): {show(row['mass'], 'kg')}, "
-            f"{show(row['max_force'], 'N')}, {show(row['force_density'], 'N/kg')}",
-            f"    {row['source']}",
-        ]
-        if row["note"]:
-            lines.append(f"    {row['note']}")
-    lines += [
-        "",
-        f"one more sheet in {sheet['brake']} at {show(sheet['vacuum'], 'Pa')}: "
-        f"{show(sheet['force_per_sheet'], 'N')} and {show(sheet['mass_per_sheet'], 'kg')} "
-        f"({show(sheet['sheet_mass'], 'kg')} bare), {show(sheet['density_per_sheet'], 'N/kg')}",
-        f"    the paper: {show(sheet['paper_force'], 'N')} and {show(sheet['paper_mass'], 'kg')}, "
-        f"{show(sheet['paper_density'], 'N/kg')}; {sheet['why']}",
-        "",
-        "none found (a device whose mass and force stand in a source that could be read)",
-    ]
-    lines += [f"  {kind}: {what}" for kind, what in others.looked_for.items()]
-    return lines
+    def lines(self) -> Iterator[str]:
+        """Every device with its source, what a sheet adds, what was not found."""
+        yield "mass, greatest force, force over mass"
+        for row in self.devices:
+            yield ""
+            yield (
+                f"{row['name']} ({row['kind']}): {show(row['mass'], 'kg')}, "
+                f"{show(row['max_force'], 'N')}, {show(row['force_density'], 'N/kg')}"
+            )
+            yield f"    {row['source']}"
+            if row["note"]:
+                yield f"    {row['note']}"
+        sheet = {name: self._shown(name) for name in self.sheet}
+        yield ""
+        yield (
+            f"one more sheet in {self.sheet['brake']} at {sheet['vacuum']}: "
+            f"{sheet['force_per_sheet']} and {sheet['mass_per_sheet']} "
+            f"({sheet['sheet_mass']} bare), {sheet['density_per_sheet']}"
+        )
+        yield (
+            f"    the paper: {sheet['paper_force']} and {sheet['paper_mass']}, "
+            f"{sheet['paper_density']}; {self.sheet['why']}"
+        )
+        yield from ("", "none found (a device whose mass and force stand in a readable source)")
+        for kind, what in self.none_found.items():
+            yield f"  {kind}: {what}"
+
+    def _shown(self, name: str) -> str:
+        return show(self.sheet[name], TABLE_UNITS[name]) if name in TABLE_UNITS else ""
+
+    def draw(self) -> Figure:
+        """Force over mass, both logarithmic, with lines of equal force density."""
+        from layerjam.report import density_figures
+
+        rows, lines, _ = self.record
+        return density_figures.density(rows, lines, self.sheet, list(self.none_found))
+
+
+def _brakes(value: Sequence[AnyBrake], given: Mapping[str, Any]) -> list[BrakeFile]:
+    from layerjam.device.load import catalogue
+
+    return [brake_file(brake, given.get("atmosphere")) for brake in value or catalogue()]
+
+
+@command(
+    "design",
+    place=40,
+    examples=(
+        "layerjam compare",
+        "layerjam compare choi2018-kapton choi2018-ptfe --vacuum 50kPa",
+    ),
+)
+def compare(
+    *brakes: Annotated[
+        AnyBrake,
+        Input("Brakes to compare; the catalogue's.", metavar="BRAKE", convert=_brakes),
+    ],
+    vacuum: Annotated[
+        float | str | None, VACUUM, Help("Vacuum of our brakes; the site's full vacuum.")
+    ] = None,
+    atmosphere: Atmosphere = None,
+) -> Comparison:
+    """Force over mass of brakes, beside what others make.
+
+    Every row names its source. Without brakes, those of the catalogue (paper, III-F). The first
+    brake is also shown at lower vacuums, side by side with others like it, and with more sheets.
+    `devices` is a list of rows; `computed` is True for ours. `sheet` compares what a sheet adds
+    with the paper's words. `none_found` maps a class without a sourced device to what was looked
+    at.
+    """
+    from layerjam.design.comparison import comparison
+
+    files: list[Any] = list(brakes)
+    for file in files:
+        vacuum_within(vacuum or 0.0, file.brake)
+    at = [f.brake.site.atmosphere if vacuum is None else vacuum for f in files]
+    rows, sheet, lines, others = comparison(files, at)
+    return Comparison(
+        devices=rows,
+        sheet=sheet,
+        sheet_lines=lines,
+        none_found=dict(others.looked_for),
+        warnings=[*(w for file in files for w in file.warnings()), *NOTES],
+        record=(rows, lines, others),
+    )

@@ -100,6 +100,7 @@ class Parameter:
     array: bool = False
     record: str = ""
     positional: bool = False
+    several: bool = False
 
     @property
     def option(self) -> str:
@@ -328,7 +329,9 @@ class Command:
             group = next((k for k in _union(kind) if hasattr(k, FLATTENED)), None)
             if group is None:
                 positional = at.kind is not inspect.Parameter.KEYWORD_ONLY
-                made.append(parameter(name, kind, at.default, positional=positional))
+                several = at.kind is inspect.Parameter.VAR_POSITIONAL
+                default = () if several else at.default
+                made.append(parameter(name, kind, default, positional=positional, several=several))
                 continue
             hints = typing.get_type_hints(group, include_extras=True)
             made += [
@@ -354,6 +357,9 @@ class Command:
         flat = {p.name: p.record for p in self.parameters if p.record}
         loose = {k: v for k, v in named.items() if k in flat and k not in self.signature.parameters}
         rest = {k: v for k, v in named.items() if k not in loose}
+        for p in self.parameters:
+            if p.several:
+                args = (*args, *rest.pop(p.name, ()))
         given = dict(self.signature.bind(*args, **rest).arguments)
         for name, cls in self.records.items():
             own = given.get(name)
@@ -379,7 +385,8 @@ class Command:
         notices: list[Notice] = []
         with precision() if self.computes else contextlib.nullcontext():
             made = self.arguments(args, named, notices)
-            return self.function(**made).noting(*notices)
+            bound = inspect.BoundArguments(self.signature, made)  # type: ignore[arg-type]
+            return self.function(*bound.args, **bound.kwargs).noting(*notices)
 
 
 def precision() -> contextlib.AbstractContextManager[None]:

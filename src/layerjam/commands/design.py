@@ -3,111 +3,256 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from layerjam.commands.answer import Answer
-from layerjam.design.bounds import Exclusion, impossible
-from layerjam.design.design_file import design_file, plain_name
-from layerjam.design.merit import MERITS, VARIABLES
-from layerjam.design.refine import Refined, changed, refine, sensitivities
-from layerjam.design.requirements import DesignSpecification
-from layerjam.design.robust import robustness
-from layerjam.design.search import Search, SweepResult
-from layerjam.design.specification import load_spec
-from layerjam.design.verdict import binding, forbidden, named, why_lost, why_none
-from layerjam.device.file import BrakeFile
-from layerjam.errors import QuantityError
-from layerjam.units import QuantitySpec
+from layerjam.commands.declare import Input, Progress, command
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.errors import Notice, QuantityError
+from layerjam.units import QuantitySpec, show
 
-UNITS = {n: m.unit for n, m in {**VARIABLES, **MERITS}.items()}
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from layerjam.design.bounds import Exclusion
+    from layerjam.design.refine import Refined
+    from layerjam.design.requirements import DesignSpecification
+    from layerjam.design.search import Search, SweepResult
+    from layerjam.device.file import BrakeFile
+
 MOST_SHOWN = 500
-"""Designs of the front in the answer; `sweep` writes all of them."""
-WHICH = QuantitySpec("1", "number of a design", whole=True)
-SWEEP = 300_000_000
+"""Designs of the front in the result; `sweep` writes all of them."""
+MOST_IN_MEMORY = 300_000_000
 """More designs than these are left to `sweep`, which can be stopped and goes on."""
+NEAR_MISSES, SLOPES = 3, 4
+"""Forbidden designs and sensitivities that are printed."""
+WHICH = QuantitySpec("1", "number of a design", whole=True)
+Row = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Designed:
-    """Everything behind an answer: specification, search, what it found."""
+    """Everything behind a result: specification, search, what it found."""
 
     spec: DesignSpecification
     search: Search
     found: SweepResult | None
-    chosen: dict[str, Any] | None
-    runner_up: dict[str, Any] | None
-    refined: Refined | None
+    chosen: Row | None = None
+    runner_up: Row | None = None
+    refined: Refined | None = None
 
 
-def design(
-    spec: str | Path | DesignSpecification, *, progress: Callable[[str, float], None] | None = None
-) -> Answer:
-    """The best brake of a specification, the front, the runner-up and why it lost.
+@result
+class DesignResult(Result):
+    """The best design, the front, the runner-up and why it lost; or why there is none.
 
-    `feasible` False with `reason`, `killed_by` and `reachable` where nothing meets the constraints;
-    contradictions that follow from bounds are told before anything is swept. `chosen` is the best
-    design of the grid, `refined` the best between its steps. `record` is a Designed.
+    `record` is a Designed.
     """
-    asked = spec if isinstance(spec, DesignSpecification) else load_spec(spec)
-    if asked.grid.size > SWEEP:
+
+    name: str = fact("name of the specification")
+    feasible: bool | None = fact("whether a design meets it", default=None)
+    reason: str | None = fact("why none does", default=None)
+    designs: int = number("1", "designs of the specification")
+    examined: int | None = number("1", "designs that were computed", default=None)
+    feasible_designs: int | None = number("1", "designs that meet it", default=None)
+    killed_by: str | None = fact("the constraint that rules all of them out", default=None)
+    reachable: float | None = fact(
+        "the best value of that constraint's quantity", default=None, listed=False
+    )
+    excludes: Sequence[str] | None = fact(
+        "constraints that contradict it", default=None, listed=False
+    )
+    chosen: Row | None = fact("the best design of the grid", default=None, listed=False)
+    refined: Row | None = fact("the best between its steps", default=None, listed=False)
+    runner_up: Row | None = fact(
+        "the best with another film or other sheets", default=None, listed=False
+    )
+    runner_up_lost: str | None = fact("why it lost", default=None, listed=False)
+    binding: Sequence[str] | None = fact(
+        "constraints met with less than 2 % to spare", default=None, listed=False
+    )
+    forbidden: Sequence[Row] | None = fact(
+        "designs that would have won but for one constraint", default=None, listed=False
+    )
+    front_size: int | None = number("1", "designs on the front", default=None)
+    front: Sequence[Row] | None = fact("the front, 500 at most", default=None, listed=False)
+    sensitivities: Mapping[str, Row] | None = fact(
+        "share by which each merit follows each variable", default=None, listed=False
+    )
+    robustness: Mapping[str, Row] | None = fact(
+        "chance that each constraint holds with the scatter in friction", default=None, listed=False
+    )
+
+    @classmethod
+    def table_units(cls) -> Mapping[str, str]:
+        """Units of a design's variables and merits."""
+        from layerjam.design.merit import MERITS, VARIABLES
+
+        return {name: spec.unit for name, spec in {**VARIABLES, **MERITS}.items()}
+
+    @property
+    def has_curve(self) -> bool:
+        """Whether there is a front."""
+        return self.feasible is True
+
+    def draw(self) -> Figure:
+        """The front, seen from the first two objectives, with the chosen design."""
+        from layerjam.report import design_figures
+
+        if not self.has_curve:
+            raise QuantityError("design: no design meets the specification; there is no front")
+        return design_figures.front(self)
+
+    def lines(self) -> Iterator[str]:
+        """The design, the runner-up, what forbids better ones, margins."""
+        if not self.feasible:
+            return
+        yield from self._choice()
+        if self.binding:
+            yield from ("", "held by: " + ", ".join(self.binding))
+        near = sorted(self.forbidden or (), key=lambda f: f["short"])
+        yield from (f"forbidden: {f['reason']}" for f in near[:NEAR_MISSES])
+        yield from self._margins()
+
+    def _choice(self) -> Iterator[str]:
+        from layerjam.design.verdict import named
+
+        spec, units = self.record.spec, self.units
+        told = [o.name for o in spec.objectives]
+        told += [c.name for c in spec.constraints if c.name not in told]
+        chosen, refined = self.chosen or {}, self.refined or {}
+        yield from ("", f"chosen: {named(chosen)}")
+        for name in told:
+            text = show(chosen[name], units[name])
+            if name in refined:
+                text += f"   between the steps {show(refined[name], units[name])}"
+            yield f"  {name}: {text}"
+        if refined:
+            moved = ", ".join(f"{n} {show(refined[n], units[n])}" for n in spec.grid.ranges)
+            yield f"between the steps: {named(refined)} ({moved})"
+        if self.runner_up:
+            yield from ("", f"runner-up: {named(self.runner_up)}", f"  {self.runner_up_lost}")
+
+    def _margins(self) -> Iterator[str]:
+        if self.robustness:
+            yield from ("", "chance that it holds, with the scatter in friction")
+            for name, chance in self.robustness.items():
+                yield f"  {chance['probability']:>6.1%}  {name}"
+        first = self.record.spec.objectives[0].name
+        slopes = (self.sensitivities or {}).get(first, {})
+        strong = sorted(slopes.items(), key=lambda item: -abs(item[1]))[:SLOPES]
+        words = ", ".join(f"{n} {v:+.2f}" for n, v in strong if abs(v) > 0.005)
+        if strong:
+            yield from ("", f"1 % more of these changes {first} by as many percent: {words}")
+
+
+R = TypeVar("R", bound=DesignResult)
+
+
+def _spec(value: str | Path | DesignSpecification, _: Mapping[str, Any]) -> DesignSpecification:
+    from layerjam.design.specification import load_spec
+
+    return load_spec(value) if isinstance(value, str | Path) else value
+
+
+SpecInput = Annotated[
+    "str | Path | DesignSpecification",
+    Input("What is required: a file, or wrist or stop.", metavar="SPEC.toml", convert=_spec),
+]
+
+
+@command(
+    "design",
+    place=10,
+    examples=("layerjam design wrist", "layerjam design stop --figure front.svg"),
+)
+def design(spec: SpecInput, *, progress: Progress | None = None) -> DesignResult:
+    """Find the best brake for a set of requirements.
+
+    Beside it: the front, the runner-up and why it lost, what forbids better ones. `feasible` is
+    False with `reason`, `killed_by` and `reachable` where nothing meets the constraints;
+    contradictions that follow from bounds are found before anything is swept. `chosen` is the best
+    design of the grid, `refined` the best between its steps.
+    """
+    from layerjam.design.bounds import impossible
+    from layerjam.design.search import Search
+
+    if spec.grid.size > MOST_IN_MEMORY:
         raise QuantityError(
-            f"designs: {asked.grid.size} are more than {SWEEP} in memory; use `layerjam sweep`"
+            f"designs: {spec.grid.size} are more than {MOST_IN_MEMORY} in memory; use "
+            "`layerjam sweep`"
         )
-    search = Search(asked)
+    search = Search(spec)
     killed = impossible(search, progress)
     if killed is not None:
-        return cannot(search, None, killed)
-    found = search.all(progress)
-    return answer(search, found)
+        return infeasible(DesignResult, search, killed)
+    return best(DesignResult, search, search.all(progress))
 
 
-def brake_of(answer: Answer, number: int | None = None) -> BrakeFile:
-    """One brake of an answer's design as a file: by the design's number, or the refined one.
+def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
+    """One brake of a result's design as a file: by the design's number, or the refined one.
 
     Of brakes in series and in parallel it is one. Numbers that were fitted or measured on the brake
     the design began from are said to be that one's. Raises QuantityError for a number that is none.
     """
-    found: Designed = answer.record
-    spec, grid = found.spec, found.spec.grid
-    if number is None and found.refined is None:
-        raise QuantityError("design: none was found between the steps; give a number")
-    place = number if number is not None else found.refined.number  # type: ignore[union-attr]
-    WHICH.check(place, "number")
-    if place >= grid.size:
-        raise QuantityError(f"number: {place} is none of the {grid.size} designs, from 0 on")
-    point = grid.point(grid.digits(int(place)))
-    if number is None and found.refined is not None:
-        point = changed(point, found.refined.values)
-    name = f"{plain_name(spec.name)}-{place}{'-refined' if number is None else ''}"
-    return design_file(spec, point, grid.values(int(place)), name)
+    from layerjam.design.design_file import design_file, plain_name
+    from layerjam.design.refine import changed
 
-
-def cannot(search: Search, found: SweepResult | None, killed: Exclusion | None) -> Answer:
-    """The answer where nothing meets the specification."""
-    if killed is not None:
-        reason, value = killed.reason, killed.reachable
-        name: str | None = killed.constraint
+    found: Designed = made.record
+    spec, grid, refined = found.spec, found.spec.grid, found.refined
+    if number is None:
+        if refined is None:
+            raise QuantityError("design: none was found between the steps; give a number")
+        number, more = refined.number, refined.values
     else:
-        assert found is not None
-        reason, name, value = why_none(search, found)
-    values = {
-        **_nothing(), "name": search.spec.name, "feasible": False, "reason": reason,
-        "designs": search.spec.grid.size, "examined": 0 if found is None else found.examined,
-        "feasible_designs": 0, "killed_by": name, "reachable": value,
-        "excludes": [] if killed is None else list(killed.others),
-    }  # fmt: skip
-    record = Designed(search.spec, search, found, None, None, None)
-    return Answer(values=values, units=UNITS, warnings=_notes(search.spec), record=record)
+        WHICH.check(number, "number")
+        refined, more = None, {}
+    if number >= grid.size:
+        raise QuantityError(f"number: {number} is none of the {grid.size} designs, from 0 on")
+    point = grid.point(grid.digits(int(number)))
+    name = f"{plain_name(spec.name)}-{number}{'-refined' if refined is not None else ''}"
+    return design_file(spec, changed(point, more), grid.values(int(number)), name)
 
 
-def answer(search: Search, found: SweepResult) -> Answer:
-    """The answer from what a sweep found."""
-    spec = search.spec
+def infeasible(make: Callable[..., R], search: Search, why: Exclusion | SweepResult) -> R:
+    """The result where nothing meets the specification: shown by bounds, or by computing all."""
+    from layerjam.design.search import SweepResult
+    from layerjam.design.verdict import why_none
+
+    name: str | None
+    excludes: Sequence[str] = ()
+    found = why if isinstance(why, SweepResult) else None
+    if isinstance(why, SweepResult):
+        reason, name, value = why_none(search, why)
+    else:
+        reason, name, value, excludes = why.reason, why.constraint, why.reachable, why.others
+    return make(
+        name=search.spec.name,
+        feasible=False,
+        reason=reason,
+        designs=search.spec.grid.size,
+        examined=0 if found is None else found.examined,
+        feasible_designs=0,
+        killed_by=name,
+        reachable=value,
+        excludes=list(excludes),
+        warnings=_notices(search.spec),
+        record=Designed(search.spec, search, found),
+    )
+
+
+def best(make: Callable[..., R], search: Search, found: SweepResult) -> R:
+    """The result from what a search found."""
+    from layerjam.design.merit import MERITS
+    from layerjam.design.refine import refine, sensitivities
+    from layerjam.design.robust import robustness
+    from layerjam.design.verdict import binding, forbidden, why_lost
+
     if not found.best:
-        return cannot(search, found, None)
+        return infeasible(make, search, found)
+    spec = search.spec
     score, number, _ = found.best[0]
     chosen = search.design(number)
     runner = search.design(found.best[1][1]) if len(found.best) > 1 else None
@@ -117,52 +262,31 @@ def answer(search: Search, found: SweepResult) -> Answer:
         refined = None
     point = spec.grid.point(spec.grid.digits(number))
     told = {o.name for o in spec.objectives} | {c.name for c in spec.constraints}
-    slopes = sensitivities(spec, point, tuple(sorted(told & set(MERITS))))
     chances = robustness(spec, point)
-    values = {
-        **_nothing(),
-        "name": spec.name,
-        "feasible": True,
-        "designs": spec.grid.size,
-        "examined": found.examined,
-        "feasible_designs": found.feasible,
-        "chosen": chosen,
-        "refined": _refined(search, refined),
-        "runner_up": runner,
-        "runner_up_lost": None if runner is None else why_lost(chosen, runner, spec.objectives),
-        "binding": binding(chosen, spec),
-        "forbidden": forbidden(search, found, score),
-        "front_size": len(found.numbers),
-        "front": [search.design(int(n)) for n in found.numbers[:MOST_SHOWN]],
-        "sensitivities": slopes,
-        "robustness": {
-            k: {**c._asdict()} for k, c in chances.items()
-        },
-    }  # fmt: skip
-    notes = _notes(spec)
-    if runner is None:
-        notes.append("no runner-up: every other design that fits has the same film and sheets")
-    if len(found.numbers) > MOST_SHOWN:
-        notes.append(f"the front has {len(found.numbers)} designs; {MOST_SHOWN} are listed")
-    if chances and spec.scatter is not None:
-        notes.append(
-            f"robustness: friction log-normal, SD {spec.scatter.static:.2%} static and "
-            f"{spec.scatter.kinetic:.2%} kinetic, from {spec.scatter.source}"
-        )
-    record = Designed(spec, search, found, chosen, runner, refined)
-    return Answer(values=values, units=UNITS, warnings=notes, record=record)
+    return make(
+        name=spec.name,
+        feasible=True,
+        designs=spec.grid.size,
+        examined=found.examined,
+        feasible_designs=found.feasible,
+        chosen=chosen,
+        refined=_refined(search, refined),
+        runner_up=runner,
+        runner_up_lost=None if runner is None else why_lost(chosen, runner, spec.objectives),
+        binding=binding(chosen, spec),
+        forbidden=forbidden(search, found, score),
+        front_size=len(found.numbers),
+        front=[search.design(int(n)) for n in found.numbers[:MOST_SHOWN]],
+        sensitivities=sensitivities(spec, point, tuple(sorted(told & set(MERITS)))),
+        robustness={k: chance._asdict() for k, chance in chances.items()},
+        warnings=[*_notices(spec), *_about(spec, found, runner is None, bool(chances))],
+        record=Designed(spec, search, found, chosen, runner, refined),
+    )
 
 
-def _nothing() -> dict[str, Any]:
-    """Every key, in order, before it is known."""
-    return dict.fromkeys(
-        ("name", "feasible", "reason", "designs", "examined", "feasible_designs", "killed_by",
-         "reachable", "excludes", "chosen", "refined", "runner_up", "runner_up_lost", "binding",
-         "forbidden", "front_size", "front", "sensitivities", "robustness")
-    )  # fmt: skip
+def _refined(search: Search, refined: Refined | None) -> Row | None:
+    from layerjam.design.merit import MERITS
 
-
-def _refined(search: Search, refined: Refined | None) -> dict[str, Any] | None:
     if refined is None:
         return None
     values = {**search.spec.grid.values(refined.number), **refined.values}
@@ -170,16 +294,44 @@ def _refined(search: Search, refined: Refined | None) -> dict[str, Any] | None:
     return {**values, **found, "binding": list(refined.binding)}
 
 
-def _notes(spec: DesignSpecification) -> list[str]:
+def _about(
+    spec: DesignSpecification, found: SweepResult, alone: bool, scattered: bool
+) -> Iterator[Notice]:
+    """What to say of the designs that were found."""
+    if alone:
+        yield Notice(
+            "no runner-up: every other design that fits has the same film and sheets",
+            "no-runner-up",
+        )
+    if len(found.numbers) > MOST_SHOWN:
+        yield Notice(
+            f"the front has {len(found.numbers)} designs; {MOST_SHOWN} are listed", "front-cut"
+        )
+    if scattered and spec.scatter is not None:
+        yield Notice(
+            f"robustness: friction log-normal, SD {spec.scatter.static:.2%} static and "
+            f"{spec.scatter.kinetic:.2%} kinetic, from {spec.scatter.source}",
+            "scatter",
+        )
+
+
+def _notices(spec: DesignSpecification) -> list[str]:
     """What every design of this specification rests on."""
     out = [*spec.brake.warnings(), *spec.notes]
     if spec.line is not None:
         out += spec.line.warnings()
     if len(spec.grid.axes["fittings_mass"]) == 1:
-        out.append("fittings_mass is the same for every width and height; vary it, or measure it")
+        out.append(
+            Notice(
+                "fittings_mass is the same for every width and height; vary it, or measure it",
+                "fittings-mass",
+            )
+        )
     if spec.evaluation.stop is not None and spec.grid.axes["series"].max() > 1:
-        out.append("brakes in series: the stop of rigid ones, used up one after another")
+        out.append(
+            Notice(
+                "brakes in series: the stop is that of rigid ones, used up one after another",
+                "rigid-series",
+            )
+        )
     return out
-
-
-__all__ = ["Designed", "answer", "brake_of", "cannot", "design", "named"]

@@ -39,16 +39,29 @@ def number(
 
 
 def fact(
-    text: str, *, default: Any = MISSING, shown: Shown | None = None, listed: bool = True
+    text: str,
+    *,
+    default: Any = MISSING,
+    shown: Shown | None = None,
+    listed: bool = True,
+    key: str = "",
 ) -> Any:
-    """A field without a unit: a word, a flag, a table, a file's name."""
-    return _key(None, text, default, shown, listed)
+    """A field without a unit: a word, a flag, a table, a file's name.
+
+    `key` is its key in the JSON where no field can have that name.
+    """
+    return _key(None, text, default, shown, listed, key)
 
 
 def _key(
-    spec: QuantitySpec | None, text: str, default: Any, shown: Shown | None, listed: bool
+    spec: QuantitySpec | None,
+    text: str,
+    default: Any,
+    shown: Shown | None,
+    listed: bool,
+    key: str = "",
 ) -> Any:
-    about = {"result": text, "quantity": spec, "shown": shown, "listed": listed}
+    about = {"result": text, "quantity": spec, "shown": shown, "listed": listed, "key": key}
     return field(default=default, metadata=about)
 
 
@@ -75,12 +88,18 @@ class Result:
     @property
     def values(self) -> dict[str, Any]:
         """{key of the contract: value in SI}."""
-        return {f.name: getattr(self, f.name) for f in self.keys()}
+        return {key_of(f): getattr(self, f.name) for f in self.keys()}
 
     @property
     def units(self) -> dict[str, str]:
         """{key: SI unit} of every quantity."""
-        return {f.name: f.metadata["quantity"].unit for f in self.keys() if f.metadata["quantity"]}
+        own = {f.name: f.metadata["quantity"].unit for f in self.keys() if f.metadata["quantity"]}
+        return {**self.table_units(), **own}
+
+    @classmethod
+    def table_units(cls) -> Mapping[str, str]:
+        """{key: SI unit} inside the result's tables, where it has any."""
+        return {}
 
     @property
     def exit_code(self) -> int:
@@ -108,6 +127,11 @@ class Result:
     def drawable(cls) -> bool:
         """Whether there is a figure."""
         return cls.draw is not Result.draw
+
+    @property
+    def has_curve(self) -> bool:
+        """Whether there is anything to draw this time."""
+        return self.record is not None
 
     def plot(self, path: str | Path | None = None, *, force: bool = False) -> Figure:
         """The figure; written to `path` (.svg, .png or .pdf) if one is given.
@@ -194,7 +218,7 @@ class Result:
             spec = f.metadata["quantity"]
             text = shown(value) if shown else in_words(value, spec.unit if spec else "")
             if text:
-                made.append((f.name.replace("_", " "), text))
+                made.append((key_of(f).replace("_", " "), text))
         return made
 
     def table(self, width: int = 80) -> str:
@@ -229,6 +253,11 @@ class Result:
         )
         notes = "".join(f"<p>note: {escape(w)}</p>" for w in dict.fromkeys(map(str, self.warnings)))
         return f"<table>{rows}</table>{notes}"
+
+
+def key_of(f: Field[Any]) -> str:
+    """The key in the JSON of a field of a result."""
+    return f.metadata["key"] or f.name
 
 
 def _fill(path: Path, text: str) -> None:

@@ -2,30 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import functools
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-from layerjam.commands.answer import Answer
-from layerjam.commands.design import UNITS, answer, cannot
-from layerjam.design.blocks import NOTE, Store, encoded
-from layerjam.design.bounds import impossible
-from layerjam.design.requirements import DesignSpecification
-from layerjam.design.search import BLOCK, Search
-from layerjam.design.specification import load_spec
-from layerjam.mechanics.threads import Workers
+from layerjam.commands.declare import Help, Progress, command
+from layerjam.commands.design import DesignResult, SpecInput, best, infeasible
+from layerjam.commands.results import fact, number, result
+from layerjam.errors import Notice
 
-KEYS = ("out", "complete", "blocks", "blocks_done", "blocks_found", "bytes")
+if TYPE_CHECKING:
+    from layerjam.design.blocks import Store
+    from layerjam.design.search import Search
+
+    Count = int
+STOPPED = 130
+"""Exit code of a sweep that was stopped from the keyboard."""
 
 
+@result
+class DesignSweep(DesignResult):
+    """A design's result, and which blocks of the sweep are on disk."""
+
+    out: str = fact("folder of the blocks")
+    complete: bool = fact("whether all blocks are done")
+    blocks: int = number("1", "blocks of the sweep")
+    blocks_done: int = number("1", "blocks on disk now")
+    blocks_found: int = number("1", "blocks that were on disk before")
+    bytes: int = number("B", "size of the folder", shown=lambda size: f"{size / 1e6:.3g} MB")
+
+    @property
+    def exit_code(self) -> int:
+        """As of a design; 130 where it was stopped."""
+        return STOPPED if self.feasible is None else super().exit_code
+
+
+@command(
+    "design",
+    place=20,
+    examples=(
+        "layerjam sweep wrist --out swept",
+        "layerjam sweep wrist --out swept --scheduler tcp://10.0.0.1:8786",
+    ),
+)
 def sweep(
-    spec: str | Path | DesignSpecification,
+    spec: SpecInput,
     *,
-    out: str | Path,
-    scheduler: str | None = None,
-    block: int = BLOCK,
-    progress: Callable[[str, float], None] | None = None,
-) -> Answer:
-    """Every design of a specification, block by block into a folder; then as `design`.
+    out: Annotated[
+        str | Path, Help("Folder for the blocks; the same one to go on.", metavar="DIR")
+    ],
+    scheduler: Annotated[
+        str | None, Help("Dask cluster, e.g. tcp://10.0.0.1:8786.", metavar="ADDRESS")
+    ] = None,
+    block: Count | None = None,
+    progress: Progress | None = None,
+) -> DesignSweep:
+    """Compute every design of a specification, in blocks on disk.
 
     The folder is new, empty or that of the same sweep, which then goes on: `blocks_found` of its
     blocks were there already. `block` is the number of designs in one, `scheduler` the address of a
@@ -33,71 +66,61 @@ def sweep(
     FileError for a folder of something else, MissingExtraError without pyarrow or Dask, and
     ClusterError.
     """
-    asked = spec if isinstance(spec, DesignSpecification) else load_spec(spec)
-    search = Search(asked, block)
+    from layerjam.design.blocks import NOTE, Store
+    from layerjam.design.bounds import impossible
+    from layerjam.design.search import BLOCK, Search
+
+    search = Search(spec, BLOCK if block is None else block)
+    total = search.blocks()
+    make = functools.partial(DesignSweep, out=str(out), blocks=total)
     killed = impossible(search)
     if killed is not None:
-        made = cannot(search, None, killed)
-        return _with(made, str(out), False, search.blocks(), 0, 0, 0)
-    total = search.blocks()
+        never = functools.partial(make, complete=False, blocks_done=0, blocks_found=0, bytes=0)
+        return infeasible(never, search, killed)
     if scheduler is not None and not (Path(out) / NOTE).exists():
         from layerjam.design.cluster import reach
 
         reach(scheduler)
     with Store(out, search) as store:
         todo = store.missing(total)
-        found_there = total - len(todo)
-        done = found_there
+        done = before = total - len(todo)
         try:
-            made_blocks = _here(search, todo, store) if scheduler is None else _there(
-                search, todo, scheduler
-            )  # fmt: skip
-            for index, data in made_blocks:
+            for index, data in _made(search, todo, store, scheduler):
                 store.put(index, data)
                 done += 1
                 if progress is not None:
                     progress("designs", done / total)
         except KeyboardInterrupt:
-            return _stopped(search, store, total, found_there)
+            done = total - len(store.missing(total))
+            notice = f"stopped: {done} of {total} blocks are done; the same command goes on"
+            return make(
+                name=spec.name,
+                designs=spec.grid.size,
+                complete=False,
+                blocks_done=done,
+                blocks_found=before,
+                bytes=store.bytes(),
+                warnings=[Notice(notice, "stopped")],
+            )
         found = store.finish(search, total)
-        made = answer(search, found)
-        return _with(made, str(out), True, total, total, found_there, store.bytes())
+        whole = functools.partial(
+            make, complete=True, blocks_done=total, blocks_found=before, bytes=store.bytes()
+        )
+        return best(whole, search, found)
 
 
-def _here(search: Search, todo: list[int], store: Store) -> Iterator[tuple[int, bytes]]:
+def _made(
+    search: Search, todo: list[int], store: Store, scheduler: str | None
+) -> Iterator[tuple[int, bytes]]:
+    """(index, content) of the blocks, computed here or on the cluster."""
+    from layerjam.design.blocks import encoded
+    from layerjam.mechanics.threads import Workers
+
+    if scheduler is not None:
+        from layerjam.design.cluster import spread
+
+        yield from spread(search, todo, scheduler) if todo else ()
+        return
     with Workers() as pool:
         for index in todo:
             yield index, encoded(search, index, search.block(index, pool), store.mark)
-
-
-def _there(search: Search, todo: list[int], scheduler: str) -> Iterator[tuple[int, bytes]]:
-    if not todo:
-        return iter(())
-    from layerjam.design.cluster import spread
-
-    return spread(search, todo, scheduler)
-
-
-def _stopped(search: Search, store: Store, total: int, found_there: int) -> Answer:
-    done = total - len(store.missing(total))
-    values = dict.fromkeys(
-        ("name", "feasible", "reason", "designs", "examined", "feasible_designs", "killed_by",
-         "reachable", "excludes", "chosen", "refined", "runner_up", "runner_up_lost", "binding",
-         "forbidden", "front_size", "front", "sensitivities", "robustness")
-    )  # fmt: skip
-    values |= {"name": search.spec.name, "designs": search.spec.grid.size}  # type: ignore[dict-item]
-    made = Answer(
-        values=values, units=UNITS,
-        warnings=[f"stopped: {done} of {total} blocks are done; the same command goes on"],
-    )  # fmt: skip
-    return _with(made, str(store.folder), False, total, done, found_there, store.bytes())
-
-
-def _with(
-    made: Answer, out: str, complete: bool, blocks: int, done: int, found: int, size: int
-) -> Answer:
-    more = dict(zip(KEYS, (out, complete, blocks, done, found, size), strict=True))
-    return Answer(
-        values={**made.values, **more}, units={**made.units, "bytes": "B"},
-        warnings=made.warnings, record=made.record,
-    )  # fmt: skip

@@ -93,7 +93,7 @@ def read_pulls(paths: list[Path]) -> list[tuple[PullFeatures, float]]:
 def run_film(name: str, folder: Path, say: Callable[[str], None]) -> FilmRun:
     """The paper's whole procedure for one film, on synthetic files written to `folder`."""
     file = load(name)
-    say(f"  {NAMES[name]}: 3 friction tests, 1 calibration pull, 12 validation pulls")
+    say(f"{NAMES[name]}: 3 friction tests, 1 calibration pull, 12 validation pulls")
     friction = reduce_friction([read_trace(p) for p in friction_files(file, folder)], NORMAL_FORCE)
     pull = pull_files(file, folder, CALIBRATED_ON, "testxpert", "calibration")
     blank = replace(file.brake, scale_factor=1.0)

@@ -2,60 +2,136 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from layerjam.commands.answer import Answer
-from layerjam.studies.machines.registry import analyse, load_scenario, scenarios
+from layerjam.commands.declare import Help, Input, Progress, command
+from layerjam.commands.quantities import Overwrite
+from layerjam.commands.results import Result, fact, in_words, number, result
+from layerjam.errors import QuantityError
 
 
-def apply(
-    scenario: str | Path,
-    *,
-    out: str | Path | None = None,
-    force: bool = False,
-    say: Callable[[str], None] | None = None,
-) -> Answer:
-    """One of the four machines of the paper's Fig. 13: its loads, its limits, the honest verdict.
+@result
+class MachineResult(Result):
+    """What a machine needs of its brakes and whether they give it.
 
-    `scenario` is a name of `machines()` or the path of a TOML file. With `out` a page with pictures
-    is written there (`page`). `feasible` tells whether every one of `limits` is met, `reason` names
-    the one that decides, `verdict` says it in a sentence or two, with what would be needed;
-    `brakes_needed` is None where no number of brakes does. `results` holds the machine's own keys;
-    `units` names the unit of each. `record` is the Result. Raises FileError for a file that is
-    none, QuantityError for values out of bounds.
+    `record` is the machine's own result with its scenario.
     """
-    say = say or (lambda _: None)
+
+    machine: str | None = fact("kind of machine", default=None)
+    scenario: str | None = fact("name of the scenario", default=None)
+    feasible: bool | None = fact("whether every limit is met", default=None)
+    reason: str | None = fact("the limit that decides", default=None, listed=False)
+    verdict: str | None = fact("the verdict, with what is needed", default=None, listed=False)
+    brakes_needed: int | None = fact(
+        "brakes it would take; null where no number does", default=None
+    )
+    mass: float | None = number("kg", "mass of all brakes of the scenario", default=None)
+    limits: Sequence[Mapping[str, Any]] | None = fact(
+        "every limit: its value, what is allowed, whether it is met", default=None, listed=False
+    )
+    page: str | None = fact("path of the page that was written", default=None)
+    results: Mapping[str, Any] | None = fact(
+        "the machine's own numbers", default=None, listed=False
+    )
+    scenarios: Sequence[str] | None = fact(
+        "scenarios that come with the program", default=None, listed=False
+    )
+
+    @property
+    def units(self) -> dict[str, str]:
+        """{key: SI unit}, those of the machine's own numbers among them."""
+        return {**super().units, **({} if self.record is None else self.record.units)}
+
+    def rows(self) -> list[tuple[str, str]]:
+        """With the machine's own numbers."""
+        units = self.units
+        own = [
+            (name.replace("_", " "), in_words(value, units.get(name, "")))
+            for name, value in (self.results or {}).items()
+            if value is not None
+        ]
+        return [*super().rows(), *own]
+
+    def lines(self) -> Iterator[str]:
+        """Every limit and the verdict; or the scenarios' names."""
+        yield from self.scenarios or ()
+        if self.record is None:
+            return
+        yield from ("", "limits")
+        for limit in self.record.limits:
+            yield f"  {'met' if limit.met else 'MISSED'}: {limit.sentence()}"
+        yield from ("", str(self.verdict))
+
+
+@command(
+    "design",
+    place=30,
+    examples=(
+        "layerjam apply seat-belt --out page",
+        "layerjam apply --list",
+    ),
+)
+def apply(
+    scenario: Annotated[
+        str | Path | None,
+        Input("Name of a scenario, or path of its TOML file.", metavar="SCENARIO"),
+    ] = None,
+    *,
+    out: Annotated[
+        str | Path | None, Help("Folder for a page with pictures.", metavar="DIR")
+    ] = None,
+    names: Annotated[
+        bool, Help("Name the scenarios that come with the program.", option="--list")
+    ] = False,
+    force: Overwrite = False,
+    progress: Progress | None = None,
+) -> MachineResult:
+    """Check a machine of the paper's Fig. 13 against its limits.
+
+    Seat belt, neck guard, ankle clutch or rehabilitation: its loads, its limits and the honest
+    verdict. With `out` a page with pictures is written there (`page`). `feasible` says whether
+    every one of `limits` is met, `reason` names the one that decides, `verdict` says it in a
+    sentence or two, with what would be needed; `brakes_needed` is None where no number of brakes
+    does. `results` holds the machine's own keys; `units` names the unit of each. Raises FileError
+    for a file that is none, QuantityError for values out of bounds.
+    """
+    from layerjam.studies.machines import page
+    from layerjam.studies.machines.registry import analyse, load_scenario
+
+    if names:
+        return MachineResult(scenarios=machines())
+    if scenario is None:
+        raise QuantityError(f"say which scenario: {', '.join(machines())}, or a TOML file")
     given = load_scenario(scenario)
     if out is not None:
-        from layerjam.studies.machines.page import check_folder
-
-        check_folder(Path(out), force)
-    say(f"{given.machine}: {given.title or given.name}")
-    result = analyse(given)
-    values: dict[str, Any] = {
-        "machine": given.machine,
-        "scenario": given.name,
-        "feasible": result.feasible,
-        "reason": result.reason,
-        "verdict": result.verdict,
-        "brakes_needed": result.brakes_needed,
-        "mass": result.mass,
-        "limits": [limit.row() for limit in result.limits],
-        "page": None,
-        "results": dict(result.own),
-    }
-    units = {"mass": "kg", **result.units}
-    warnings = list(dict.fromkeys([*result.warnings, *given.warnings()]))
-    if out is not None:
-        from layerjam.studies.machines.page import write
-
-        whole = {**values, "units": units, "warnings": warnings}
-        values["page"] = str(write(result, whole, Path(out), force, say))
-    return Answer(values=values, units=units, warnings=warnings, record=result)
+        page.check_folder(Path(out), force)
+    tell: Progress = progress or (lambda *_: None)
+    tell(f"machine {given.machine}", 0.0)
+    found = analyse(given)
+    made = MachineResult(
+        machine=given.machine,
+        scenario=given.name,
+        feasible=found.feasible,
+        reason=found.reason,
+        verdict=found.verdict,
+        brakes_needed=found.brakes_needed,
+        mass=found.mass,
+        limits=[limit.row() for limit in found.limits],
+        results=dict(found.own),
+        warnings=list(dict.fromkeys([*found.warnings, *given.warnings()])),
+        record=found,
+    )
+    if out is None:
+        return made
+    whole = {**made.values, "units": made.units, "warnings": list(made.warnings)}
+    return replace(made, page=str(page.write(found, whole, Path(out), force, tell)))
 
 
 def machines() -> list[str]:
     """Names of the scenarios that come with the program."""
+    from layerjam.studies.machines.registry import scenarios
+
     return scenarios()

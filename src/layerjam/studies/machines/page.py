@@ -5,19 +5,20 @@ from __future__ import annotations
 import functools
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from layerjam._version import __version__
+from layerjam.commands.declare import Progress
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError
 from layerjam.report.brake_files import plain
 from layerjam.report.page import check_extras, drawn, page_style, svg_of
 from layerjam.studies.machines.figures import pictures
-from layerjam.studies.machines.verdict import Result
+from layerjam.studies.machines.verdict import Limit, Result
 from layerjam.units import show
 
 NAMES = ("report.html", "results.json")
@@ -38,20 +39,22 @@ def check_folder(out: Path, force: bool) -> None:
 
 
 def write(
-    result: Result, values: Mapping[str, Any], out: Path, force: bool = False,
-    say: Callable[[str], None] | None = None,
-) -> Path:  # fmt: skip
+    result: Result,
+    values: Mapping[str, Any],
+    out: Path,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> Path:
     """Write the folder; gives the path of the page. `values` go into results.json as they are."""
-    say = say or (lambda _: None)
     check_folder(out, force)
     made = {}
-    for picture in pictures(result):
-        say(f"figure {picture.name}")
+    planned = list(pictures(result))
+    for index, picture in enumerate(planned):
+        if progress is not None:
+            progress(f"figure {picture.name}", (index + 1) / (len(planned) + 1))
         made[picture.name] = drawn(picture.figure())
-        write_whole(
-            out / "figures" / f"{picture.name}.svg",
-            functools.partial(_fill, text=made[picture.name]), True,
-        )  # fmt: skip
+        drawing = out / "figures" / f"{picture.name}.svg"
+        write_whole(drawing, functools.partial(_fill, text=made[picture.name]), True)
     rows = json.dumps(plain(values), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     write_whole(out / "results.json", lambda p: _fill(p, rows), True)
     page = html(result, made)
@@ -79,27 +82,28 @@ def html(result: Result, drawings: Mapping[str, str]) -> str:
             (needed, "brakes it would take"),
             (f"{sum(limit.met for limit in result.limits)} of {len(result.limits)}", "limits met"),
         ],
-        limits=[
-            {
-                "name": limit.name, "value": show(limit.value, limit.unit),
-                "side": "at least" if limit.least else "at most",
-                "limit": show(limit.limit, limit.unit), "met": limit.met,
-            }
-            for limit in result.limits
-        ],
+        limits=[_limit(limit) for limit in result.limits],
         figures=[
             {"svg": svg_of(drawings[p.name], p.name), "caption": p.caption}
             for p in pictures(result)
         ],
-        results=[(k.replace("_", " "), _text(v, result.units.get(k, ""))) for k, v in _own(result)],
+        results=[
+            (k.replace("_", " "), _text(v, result.units.get(k, ""))) for k, v in result.own.items()
+        ],
         notes=list(dict.fromkeys([*result.warnings, *scenario.warnings()])),
         sources=scenario.cited(),
         footer=f"layerjam {__version__}, {datetime.now(UTC).date().isoformat()}",
-    )  # fmt: skip
+    )
 
 
-def _own(result: Result) -> list[tuple[str, Any]]:
-    return list(result.own.items())
+def _limit(limit: Limit) -> dict[str, Any]:
+    return {
+        "name": limit.name,
+        "value": show(limit.value, limit.unit),
+        "side": "at least" if limit.least else "at most",
+        "limit": show(limit.limit, limit.unit),
+        "met": limit.met,
+    }
 
 
 def _text(value: Any, unit: str) -> str:

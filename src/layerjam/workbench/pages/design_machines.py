@@ -82,13 +82,10 @@ class Machines(Part):
             from layerjam.report.page import drawn
             from layerjam.studies.machines.figures import pictures
 
-            def say(what: str) -> None:
-                self.page.waiting.tell(what, 0.0)
-
-            answer = self.calls()[0].run(say=say)
+            answer = self.calls()[0].run(progress=self.page.waiting.tell)
             made = []
             for picture in pictures(answer.record):
-                say(f"figure {picture.name}")
+                self.page.waiting.tell(f"figure {picture.name}", 0.0)
                 made.append((drawn(picture.figure()), picture.caption))
             self._known[name] = Shown(answer, made)
         return self._known[name]

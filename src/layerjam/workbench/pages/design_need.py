@@ -37,7 +37,7 @@ STOPPED = "Stopped. Search begins it anew."
 class Found(NamedTuple):
     """An answer, or why there is none and at which line."""
 
-    answer: Answer | None = None
+    answer: Any = None
     problem: str = ""
     line: int | None = None
 

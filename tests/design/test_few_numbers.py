@@ -1,4 +1,4 @@
-"""A need as a specification, and a design as a brake's file."""
+"""A requirement as a specification, and a design as a brake's file."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from layerjam.commands.answer import Answer
 from layerjam.commands.compare import compare
-from layerjam.commands.design import brake_of, design
+from layerjam.commands.design import DesignResult, brake_of, design
 from layerjam.commands.predict import force, show
 from layerjam.design.few_numbers import hold, stop
 from layerjam.design.request import read_request, reader_of
@@ -37,12 +36,12 @@ vacuum = ["60 kPa", "90 kPa"]
 
 
 @pytest.fixture(scope="module")
-def small() -> Answer:
+def small() -> DesignResult:
     return design(read_spec(SMALL, "small", {}))
 
 
 @pytest.mark.parametrize("file", [KAPTON, PTFE], ids=lambda f: f.name)
-def test_a_need_is_a_specification_whose_grid_holds_what_is_asked(file):
+def test_a_requirement_is_a_specification_whose_grid_holds_what_is_asked(file):
     request = hold(file, file.name, **HOLD)
     asked = specification(request)
     assert read_request(reader_of(request.text(), "x")) == request
@@ -56,12 +55,17 @@ def test_a_need_is_a_specification_whose_grid_holds_what_is_asked(file):
     assert asked.grid.axes["overlap"].max() + taken == pytest.approx(0.11)
     assert asked.grid.size < 2_000_000
     stops = read_spec(stop(file, file.name, **STOP).text(), "x", {})
-    need = stops.evaluation.stop
-    assert (need.mass, need.speed, need.travel, need.force) == (5, 1, 0.05, 1000)
-    assert need.gravity == 0 and stops.grid.size < 2_000_000
+    asked_stop = stops.evaluation.stop
+    assert (asked_stop.mass, asked_stop.speed, asked_stop.travel, asked_stop.force) == (
+        5,
+        1,
+        0.05,
+        1000,
+    )
+    assert asked_stop.gravity == 0 and stops.grid.size < 2_000_000
 
 
-def test_a_need_of_the_users_own_brake_names_its_file():
+def test_a_requirement_of_the_users_own_brake_names_its_file():
     own = replace(KAPTON, name="mine")
     text = hold(own, "mine.toml", **HOLD, stress_margin=0).text()
     asked = read_spec(text, "x", {"mine.toml": own})
@@ -75,7 +79,7 @@ def test_a_need_of_the_users_own_brake_names_its_file():
     [({"force": "0 N"}, "force"), ({"mass": "60 mm"}, "mass"), ({"length": "30 mm"}, "no room"),
      ({"width": "-1 mm"}, "width")],
 )  # fmt: skip
-def test_needs_that_are_none(change, words):
+def test_requirements_that_are_none(change, words):
     with pytest.raises(QuantityError, match=words):
         hold(KAPTON, KAPTON.name, **{**HOLD, **change})
     with pytest.raises(QuantityError, match="speed"):
