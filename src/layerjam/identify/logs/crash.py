@@ -33,6 +33,7 @@ class Crash:
     `filtered` is `acceleration` behind the class `cfc` (itself where that is None), shape (N,).
     `pulse` (start, end) is where the filtered signal exceeds 5 % of its peak around the peak; the
     velocity change is the integral of the unfiltered one over the same pulse down to zero.
+    `saturation` is the size at which the sensor ended, None where it did not.
     """
 
     time: Array
@@ -43,18 +44,40 @@ class Crash:
     offset: float
     offset_se: float
     quiet: tuple[float, float]
-    peak: float
-    peak_time: float
-    filtered_peak: float
-    filtered_peak_time: float
+    peak_index: int
+    filtered_peak_index: int
     pulse: tuple[float, float]
     velocity_change: float
     velocity_change_se: float
-    saturated: bool
     saturation: float | None
     hic: float | None
     hic_window: tuple[float, float] | None
     warnings: tuple[str, ...]
+
+    @property
+    def peak(self) -> float:
+        """Greatest acceleration [m/s²], with its sign."""
+        return float(self.acceleration[self.peak_index])
+
+    @property
+    def peak_time(self) -> float:
+        """When it comes [s]."""
+        return float(self.time[self.peak_index])
+
+    @property
+    def filtered_peak(self) -> float:
+        """The same of the filtered signal [m/s²]."""
+        return float(self.filtered[self.filtered_peak_index])
+
+    @property
+    def filtered_peak_time(self) -> float:
+        """When it comes [s]."""
+        return float(self.time[self.filtered_peak_index])
+
+    @property
+    def saturated(self) -> bool:
+        """Whether the sensor or its converter was at its end."""
+        return self.saturation is not None
 
     def velocity(self) -> Array:
         """Change of velocity [m/s] from the start of the log on, shape (N,), unfiltered."""
@@ -106,47 +129,33 @@ def crash(
 
     `time` [s] and `acceleration` [m/s²], shape (N,). `cfc` is a class of SAE J211-1 or None,
     `before` the length [s] of the quiet part at the beginning (found if None), `limit` the sensor's
-    range [m/s²], `hic` the longest
-    window [s] of the head injury criterion (0.015 or 0.036) or None.
-    Raises FitError for uneven or too few samples or no quiet part, QuantityError for a rate below
-    ten times the class.
+    range [m/s²], `hic` the longest window [s] of the head injury criterion (0.015 or 0.036) or
+    None. Raises FitError for uneven or too few samples or no quiet part, QuantityError for a rate
+    below ten times the class.
     """
-    if cfc is not None and cfc not in CLASSES:
-        known = ", ".join(map(str, CLASSES))
-        raise QuantityError(f"filter: CFC {cfc} is not a class of SAE J211-1; there are {known}")
     rate, warnings = (sampling, []) if sampling is not None else sampling_rate(time)
     if sampling is not None:
         time = time[0] + np.arange(len(acceleration)) / sampling
-    if cfc is not None and rate < LEAST_RATE * cfc * (1 - 1e-9):
-        raise QuantityError(
-            f"sampling: {show(rate, 'Hz')} is too slow for CFC {cfc}; SAE J211-1 asks for at least "
-            f"ten times the class, {show(float(LEAST_RATE * cfc), 'Hz')} (another class: --filter)"
-        )
-    smooth = cfc_filter(acceleration, rate, cfc) if cfc is not None else acceleration
-    quiet, said = _quiet(time, smooth, rate, before)
-    warnings += said
+    _check_class(cfc, rate)
+
+    def smooth(values: Array) -> Array:
+        return cfc_filter(values, rate, cfc) if cfc is not None else values
+
+    quiet, said = _quiet(time, smooth(acceleration), rate, before)
     still = acceleration[:quiet]
     offset, offset_se = float(still.mean()), _error_of_mean(still)
     signal = acceleration - offset
-    filtered = cfc_filter(signal, rate, cfc) if cfc is not None else signal
-    top, high = int(np.argmax(np.abs(signal))), int(np.argmax(np.abs(filtered)))
+    filtered = smooth(signal)
+    high = int(np.argmax(np.abs(filtered)))
     first, last = _pulse(filtered, high, SHARE)
     start, end = _foot(filtered, high, first, last)
-    change = float(np.trapezoid(signal[start : end + 1], dx=1 / rate))
     length = (end - start) / rate
+    change = float(np.trapezoid(signal[start : end + 1], dx=1 / rate))
+    change -= float(np.sign(filtered[high])) * gravity * length * falling
     noise = float(np.std(still)) * np.sqrt(length / rate)
-    if falling:
-        change -= float(np.sign(filtered[high])) * gravity * length
-    reach, full = _saturation(acceleration, limit)
-    if full:
-        warnings.append(
-            f"saturated at {reach / STANDARD_GRAVITY:.4g} g: the peaks and the velocity change are "
-            "lower bounds in size"
-        )
-    if first == 0 or last == len(signal) - 1:
-        warnings.append("the pulse is cut off by the log's end: the velocity change is not whole")
-    drift = _after(signal, last, rate, offset_se)
-    warnings += drift
+    saturation = _saturation(acceleration, limit)
+    warnings += said + _cut_off(saturation, first == 0 or last == len(signal) - 1)
+    warnings += _after(signal, last, rate, offset_se)
     value, span = (None, None) if hic is None else head_injury(filtered, rate, hic)
     return Crash(
         time=time,
@@ -157,19 +166,40 @@ def crash(
         offset=offset,
         offset_se=offset_se,
         quiet=(float(time[0]), float(time[quiet - 1])),
-        peak=float(signal[top]),
-        peak_time=float(time[top]),
-        filtered_peak=float(filtered[high]),
-        filtered_peak_time=float(time[high]),
+        peak_index=int(np.argmax(np.abs(signal))),
+        filtered_peak_index=high,
         pulse=(float(time[first]), float(time[last])),
         velocity_change=change,
         velocity_change_se=float(np.hypot(offset_se * length, noise)),
-        saturated=full,
-        saturation=reach if full else None,
+        saturation=saturation,
         hic=value,
         hic_window=None if span is None else (float(time[span[0]]), float(time[span[1]])),
         warnings=tuple(warnings),
     )
+
+
+def _check_class(cfc: int | None, rate: float) -> None:
+    if cfc is not None and cfc not in CLASSES:
+        known = ", ".join(map(str, CLASSES))
+        raise QuantityError(f"filter: CFC {cfc} is not a class of SAE J211-1; there are {known}")
+    if cfc is not None and rate < LEAST_RATE * cfc * (1 - 1e-9):
+        raise QuantityError(
+            f"sampling: {show(rate, 'Hz')} is too slow for CFC {cfc}; SAE J211-1 asks for at least "
+            f"ten times the class, {show(float(LEAST_RATE * cfc), 'Hz')} (another class: --filter)"
+        )
+
+
+def _cut_off(saturation: float | None, cut: bool) -> list[str]:
+    """That the record does not hold the whole pulse."""
+    out = []
+    if saturation is not None:
+        out.append(
+            f"saturated at {saturation / STANDARD_GRAVITY:.4g} g: the peaks and the velocity "
+            "change are lower bounds in size"
+        )
+    if cut:
+        out.append("the pulse is cut off by the log's end: the velocity change is not whole")
+    return out
 
 
 def _quiet(
@@ -225,19 +255,19 @@ def _foot(filtered: Array, high: int, first: int, last: int) -> tuple[int, int]:
     )
 
 
-def _saturation(acceleration: Array, limit: float | None) -> tuple[float, bool]:
-    """(greatest size, whether the sensor ended there): its range, or equal extremes in a row."""
+def _saturation(acceleration: Array, limit: float | None) -> float | None:
+    """Size at which the sensor ended: its range, or equal extremes in a row; None if it did not."""
     reach = float(np.max(np.abs(acceleration)))
     if limit is not None and reach >= limit * (1 - 1e-3):
-        return reach, True
+        return reach
     for extreme in (acceleration.max(), acceleration.min()):
         at = acceleration == extreme
         ends = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(int), [0]])))
         longest = int(np.max(ends[1::2] - ends[::2]))
         beyond = abs(extreme) >= 0.5 * reach and np.ptp(acceleration) > 0
         if beyond and longest >= FLAT:
-            return float(abs(extreme)), True
-    return reach, False
+            return float(abs(extreme))
+    return None
 
 
 def _after(signal: Array, last: int, rate: float, offset_se: float) -> list[str]:

@@ -171,24 +171,17 @@ def fit_leak(
             "is not used (another start: --from)"
         )
     inside = (time >= first) & (time <= last)
-    if inside.sum() < 20:
-        raise FitError(
-            f"{int(inside.sum())} samples lie between {show(first, 's')} and {show(last, 's')}; "
-            "20 are needed"
-        )
-    t, p = time[inside] - first, absolute[inside]
     warm = np.broadcast_to(np.asarray(temperature, float), time.shape)[inside]
+    t, p = time[inside] - first, absolute[inside]
+    if len(t) < 20:
+        raise FitError(
+            f"{len(t)} samples lie between {show(first, 's')} and {show(last, 's')}; 20 are needed"
+        )
     middle = float(warm.mean())
     p = p * middle / warm
-    ends = _end(p[::1], len(p) // 20), _end(p[::-1], len(p) // 20)
+    ends = _end(p, len(p) // 20), _end(p[::-1], len(p) // 20)
     difference = ends[0] - atmosphere
-    if abs(difference) < 1e-4 * atmosphere:
-        raise FitError(
-            f"the window begins {show(abs(difference), 'Pa')} from the atmosphere: no pressure is "
-            "held, or the reading is of another kind (--reading)"
-        )
-    if ((p - atmosphere) * difference < -0.1 * difference**2).any():
-        raise FitError("the pressure crosses the atmosphere: this is no hold (check --reading)")
+    _check_hold(p - atmosphere, difference, atmosphere)
     settled = abs(ends[1] - atmosphere) < 0.1 * abs(difference) and (
         abs(_end(p[len(p) // 2 :], len(p) // 20) - ends[1]) < 0.02 * abs(difference)
     )
@@ -219,6 +212,17 @@ def fit_leak(
         heat=middle * (ends[1] / ends[0] - 1),
         warnings=tuple(warnings),
     )
+
+
+def _check_hold(over: Array, difference: float, atmosphere: float) -> None:
+    """Raise FitError where no pressure is held over or under the atmosphere."""
+    if abs(difference) < 1e-4 * atmosphere:
+        raise FitError(
+            f"the window begins {show(abs(difference), 'Pa')} from the atmosphere: no pressure is "
+            "held, or the reading is of another kind (--reading)"
+        )
+    if (over * difference < -0.1 * difference**2).any():
+        raise FitError("the pressure crosses the atmosphere: this is no hold (check --reading)")
 
 
 def _end(values: Array, count: int) -> float:

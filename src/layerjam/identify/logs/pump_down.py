@@ -16,7 +16,7 @@ what a log can tell.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -79,9 +79,6 @@ class PumpDown:
     it is the fourth parameter of `series` (start, ultimate, rate, shrink).
     """
 
-    start: float
-    ultimate: float
-    rate: float
     shrink: float
     shrink_fitted: bool
     series: Series
@@ -91,9 +88,28 @@ class PumpDown:
     window: tuple[float, float]
     warnings: tuple[str, ...] = ()
 
+    @property
+    def start(self) -> float:
+        """Pressure at the window's start [Pa absolute]."""
+        return float(self.series.values[0])
+
+    @property
+    def ultimate(self) -> float:
+        """Pressure at which leak and dead space balance the pump [Pa absolute]."""
+        return float(self.series.values[1])
+
+    @property
+    def rate(self) -> float:
+        """S/V0 [1/s]."""
+        return float(self.series.values[2])
+
     def interval(self, index: int) -> tuple[float, float]:
         """95 % interval of a parameter of `series`."""
         return self.series.interval(lambda v: float(v[index]), LEVEL)
+
+    def known(self, value: float, se: float) -> Known:
+        """A number that follows from the rate, with the interval of this fit."""
+        return Known(value=value, se=se, quantile=self.series.quantile(LEVEL))
 
     def curve(self, time: Array) -> Array:
         """The fitted pressure [Pa]."""
@@ -148,65 +164,56 @@ def fit_pump_down(
     inside = window_of(time, absolute, window)
     if inside.sum() < 20:
         raise FitError(f"the pump-down has {int(inside.sum())} samples, 20 are needed")
-    t, p = time[inside] - time[inside][0], absolute[inside]
-    if (p <= 0).any():
-        raise FitError(
-            f"{show(float(p.min()), 'Pa')} is no absolute pressure: is the reading of another kind "
-            "(--reading)?"
-        )
+    begun, p = time[inside], absolute[inside]
+    t, low = begun - begun[0], float(p.min())
     fall = float(p[:3].mean() - p[-max(len(p) // 50, 3) :].mean())
-    if fall < 0.05 * atmosphere:
-        raise FitError(
-            f"the pressure falls by {show(fall, 'Pa')}: no pump-down, or the reading is of another "
-            "kind (--reading)"
-        )
-    low = float(p.min())
+    if low <= 0 or fall < 0.05 * atmosphere:
+        why = f"the pressure falls by {show(fall, 'Pa')}: no pump-down"
+        if low <= 0:
+            why = f"{show(low, 'Pa')} is no absolute pressure"
+        raise FitError(f"{why}, or the reading is of another kind (--reading)")
     third = float(t[int(np.argmax(p <= low + (p[0] - low) / np.e))]) or float(t[1])
     begin = [float(p[0]), max(low - 0.02 * fall, 1e-3 * low), 1 / third]
-    scale, bottom, top = (
-        [fall, 0.1 * fall, 1 / third],
-        [0.5 * begin[0], 0.0, 0.0],
-        [1.5 * begin[0], max(float(p[-1]) * 1.5, 2 * low), np.inf],
-    )
+    scale = [fall, 0.1 * fall, 1 / third]
+    bottom, top = [0.5 * begin[0], 0.0, 0.0], [1.5 * begin[0], max(float(p[-1]) * 1.5, 2 * low)]
+    top.append(np.inf)
     if shrink is None:
         begin, scale = [*begin, 0.1 / atmosphere], [*scale, 1 / atmosphere]
         bottom, top = [*bottom, -0.9 / atmosphere], [*top, 0.999 / atmosphere]
 
     def curve(values: Array) -> Array:
-        c = float(values[3]) if shrink is None else shrink
-        start, ultimate, rate = (float(v) for v in values[:3])
-        return pressure(t, start, ultimate, rate, c, atmosphere)
+        start, ultimate, rate, *more = (float(v) for v in values)
+        return pressure(t, start, ultimate, rate, more[0] if more else shrink or 0.0, atmosphere)
 
     found = fit_series(curve, p, begin, scale, (bottom, top))
-    start, ultimate, rate = (float(v) for v in found.values[:3])
-    made = float(found.values[3]) if shrink is None else shrink
-    warnings = []
-    reached = (start - float(p[-1])) / (start - ultimate)
-    if reached < 0.9:
-        warnings.append(
-            f"the log ends at {reached:.0%} of the way to the ultimate pressure, which is then "
-            "found by extrapolation"
-        )
-    if found.rmse > 3 * found.noise > 0:
-        warnings.append(
-            f"the fit misses the log by {show(found.rmse, 'Pa')}, {found.rmse / found.noise:.0f} "
-            "times the sensor's noise: the volume or the pump's flow changes with vacuum "
-            "(--compliance fit tries the first)"
-        )
-    begun = time[inside]
-    return PumpDown(
-        start=start,
-        ultimate=ultimate,
-        rate=rate,
-        shrink=made,
+    fit = PumpDown(
+        shrink=float(found.values[3]) if shrink is None else shrink,
         shrink_fitted=shrink is None,
         series=found,
         time=t,
         pressure=p,
         atmosphere=atmosphere,
         window=(float(begun[0]), float(begun[-1])),
-        warnings=tuple(warnings),
     )
+    return replace(fit, warnings=tuple(_odd(fit)))
+
+
+def _odd(fit: PumpDown) -> list[str]:
+    """What the fit says against itself."""
+    out, found = [], fit.series
+    reached = (fit.start - float(fit.pressure[-1])) / (fit.start - fit.ultimate)
+    if reached < 0.9:
+        out.append(
+            f"the log ends at {reached:.0%} of the fall to the ultimate pressure, which is then "
+            "found by extrapolation"
+        )
+    if found.rmse > 3 * found.noise > 0:
+        out.append(
+            f"the fit misses the log by {show(found.rmse, 'Pa')}, {found.rmse / found.noise:.0f} "
+            "times the sensor's noise: the volume or the pump's flow changes with vacuum "
+            "(--compliance fit tries the first)"
+        )
+    return out
 
 
 def with_compliance(volume: float | None, flow: float | None, loss: float, fit: PumpDown) -> float:
@@ -230,16 +237,13 @@ def better_with_shrink(constant: PumpDown, fitted: PumpDown) -> bool:
 
 def flow_of(fit: PumpDown, volume: float) -> Known:
     """Pump flow S [m³/s] of a known volume V0 [m³]."""
-    se = float(fit.series.standard_errors[2])
-    return Known(value=volume * fit.rate, se=volume * se, quantile=fit.series.quantile(LEVEL))
+    return fit.known(volume * fit.rate, volume * float(fit.series.standard_errors[2]))
 
 
 def volume_of(fit: PumpDown, flow: float) -> Known:
     """Volume V0 [m³] of a known pump flow S [m³/s]."""
     se = float(fit.series.standard_errors[2])
-    return Known(
-        value=flow / fit.rate, se=flow * se / fit.rate**2, quantile=fit.series.quantile(LEVEL)
-    )
+    return fit.known(flow / fit.rate, flow * se / fit.rate**2)
 
 
 def from_two(alone: PumpDown, added: PumpDown, volume: float) -> tuple[Known, Known]:
