@@ -214,7 +214,7 @@ def _for(name: str) -> Callable[[], str]:
 
 
 COMMANDS = (
-    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "judder",
+    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "stick-slip",
     "rise", "parts", "regulate", "follow", "plan", "compare", "array", "design", "sweep", "apply",
     "workbench", "lab", "pull", "friction", "calibrate", "validate", "report", "sleeve", "leak",
     "pump-down", "crash", "reproduce",

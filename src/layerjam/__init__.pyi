@@ -7,7 +7,7 @@ from layerjam.commands.calibration import calibrate as calibrate
 from layerjam.commands.compare import compare as compare
 from layerjam.commands.design import design as design_brake
 from layerjam.commands.edit import edit as edit
-from layerjam.commands.edit_line import edit_line as edit_line
+from layerjam.commands.edit import edit_line as edit_line
 from layerjam.commands.follow import follow as follow
 from layerjam.commands.friction import friction as friction
 from layerjam.commands.impact import drop as drop
@@ -32,7 +32,7 @@ from layerjam.commands.sensor import Warmth as Warmth
 from layerjam.commands.sensor import heating as heating
 from layerjam.commands.sensor import reading as reading
 from layerjam.commands.sleeve import sleeve as sleeve
-from layerjam.commands.stick_slip import judder as judder
+from layerjam.commands.stick_slip import stick_slip as stick_slip
 from layerjam.commands.sweep import sweep as sweep
 from layerjam.commands.tensile import tensile as tensile
 from layerjam.commands.tuning import tune as tune
@@ -51,6 +51,7 @@ from layerjam.device.sheets import Film as Film
 from layerjam.device.sheets import Sheets as Sheets
 from layerjam.errors import LayerjamError as LayerjamError
 from layerjam.errors import Notice as Notice
+from layerjam.fluid.file import load_line as load_line
 from layerjam.identify.friction.standards import Standard as Standard
 from layerjam.lab.campaign import Campaign as Campaign
 from layerjam.measure.history import read_history as read_history
@@ -59,7 +60,7 @@ from layerjam.measure.options import ReadingOptions as ReadingOptions
 from layerjam.measure.readers.read import read_trace as read_trace
 from layerjam.measure.readers.read import read_traces as read_traces
 from layerjam.measure.trace import Trace as Trace
-from layerjam.mechanics.stick_slip.laws import Stribeck as Stribeck
+from layerjam.mechanics.stick_slip.curve import Stribeck as Stribeck
 from layerjam.records.source import Source as Source
 from layerjam.simulate.accelerometer import Accelerometer as Accelerometer
 from layerjam.simulate.batch import batch as batch

@@ -35,8 +35,8 @@ from layerjam.mechanics.pull import (
     slip_at_elongation,
     vacuum_for_force,
 )
+from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.mechanics.stick_slip.laws import (
-    Stribeck,
     critical_speed,
     sliding_force,
     slow_saw,

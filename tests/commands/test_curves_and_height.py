@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from layerjam.commands.edit_line import edit_line
+from layerjam.commands.edit import edit_line
 from layerjam.commands.impact import drop
 from layerjam.commands.tuning import tune
 from layerjam.commands.vacuum_line import rise

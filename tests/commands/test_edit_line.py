@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from layerjam.commands.edit_line import FIELDS, edit_line
+from layerjam.commands.edit import LINE_FIELDS, edit_line
 from layerjam.commands.vacuum_line import rise
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.fluid.file import load_line, read_line
@@ -18,7 +18,7 @@ def test_numbers_change_and_say_where_they_come_from():
     assert file.line.chamber.volume == pytest.approx(15.006e-6)
     assert file.line.polytropic == 1.2
     source = file.sources["chamber.volume"]
-    assert source.kind == "assumed" and "was 7.503 mL" in source.text
+    assert source.kind == "assumed" and "was 7.503 mL" in source.sentence()
     # what was not touched keeps its source
     old = load_line("choi2018")
     assert file.sources["chamber.compliance"] == old.sources["chamber.compliance"]
@@ -76,6 +76,6 @@ def test_every_number_of_a_line_can_be_set_to_what_it_is():
          "reservoir.conductance": "0.2 L/(s bar)", "pump.power": "3 W"},
         takes={"valve": "smc-vt307v", "sensor": "nxp-mpx5100dp"},
     ).record  # fmt: skip
-    same = edit_line(whole, {path: get(whole.line, path) for path in FIELDS}).record
+    same = edit_line(whole, {path: get(whole.line, path) for path in LINE_FIELDS}).record
     assert same.line == whole.line
-    assert all(same.sources[path].kind == "assumed" for path in FIELDS)
+    assert all(same.sources[path].kind == "assumed" for path in LINE_FIELDS)

@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 
 import pytest
-import typer
-from typer.testing import CliRunner
 
-from layerjam.cli import parts as command
+from layerjam.cli.main import main
 from layerjam.commands.parts import parts
 from layerjam.errors import UnknownNameError
 
@@ -33,11 +31,8 @@ def test_one_by_name():
 
 
 def printed(capsys, *words):
-    app = typer.Typer()
-    command.register(app)
-    result = CliRunner().invoke(app, list(words))
-    assert result.exit_code == 0
-    return result.output
+    assert main(["parts", *words]) == 0
+    return capsys.readouterr().out
 
 
 def test_for_people_and_machines(capsys):

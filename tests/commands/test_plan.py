@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from layerjam.commands.plan import UNITS, plan
-from layerjam.errors import FitError, QuantityError, UnknownNameError
+from layerjam.cli.main import main
+from layerjam.commands.plan import plan
+from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import read_line
 
 CASE = {"mass": "1 kg", "speed": "2.5 m/s", "warning": "3 s", "travel": "40 mm"}
@@ -44,7 +43,7 @@ def test_enough():
     assert made.reservoir_needed is None and "not needed" in made.reservoir_needed_reason
     assert made.heat_per_work == pytest.approx(made.dissipated_energy / made.jam_work)
     assert any("inferred" in w for w in made.warnings)
-    assert set(UNITS) <= set(made.values)
+    assert set(made.units) <= set(made.values)
 
 
 def test_too_little_is_an_answer_with_what_to_build():
@@ -119,10 +118,10 @@ def test_water():
         ({"warning": float("nan")}, "warning: nan is not allowed"),
         ({"travel": "61 mm"}, "travel: 61 mm is beyond the usable travel of 60 mm"),
         ({"standing": "102 kPa"}, "standing: 102 kPa is more than the line can hold"),
-        ({"mass_sd": "2 kg"}, "mass sd: 2 kg is not allowed; standard deviation of the mass"),
+        ({"mass_sd": "2 kg"}, "mass sd: 2 kg is more than the mass itself"),
         ({"speed_sd": "-1 m/s"}, "speed sd: -1 m/s is not allowed"),
         ({"stored": "90 kPa"}, "stored: the line has no reservoir"),
-        ({"samples": 5}, "samples: 5 is not allowed; number of samples is at least 100"),
+        ({"samples": 5}, "samples: 5 is not allowed; masses and speeds to try is at least 100"),
         ({"seed": -1}, "seed: -1 is not allowed"),
         ({"rope_stiffness": "0 N/m"}, "rope stiffness: 0 kN/m is not allowed"),
     ],
@@ -138,7 +137,7 @@ def test_other_refusals():
     with pytest.raises(UnknownNameError, match="line"):
         asked("choi2019")
     tank = read_line(TANK, "tank.toml")
-    with pytest.raises(FitError, match="chamber.compliance: tank has none"):
+    with pytest.raises(QuantityError, match="chamber.compliance: the line has none"):
         asked(tank, fluid="water")
     wet = read_line(TANK.replace("[pump]", 'compliance = "0.07 mL/kPa"\n[pump]'), "t")
     with pytest.raises(QuantityError, match="tank has a reservoir, which is one of gas"):
@@ -151,24 +150,11 @@ def test_other_refusals():
     assert asked(high, atmosphere="80 kPa").reached < 75e3
 
 
-COMMAND = """
-import sys, typer
-from layerjam.cli import main, plan
-if not any(c.name == "plan" for c in main.app.registered_commands):
-    plan.register(main.app)
-sys.exit(main.main(sys.argv[1:]))
-"""
-
-
-def test_the_command_and_its_figure(tmp_path: Path):
+def test_the_command_and_its_figure(tmp_path: Path, capsys):
     figure = tmp_path / "plan.png"
-    made = subprocess.run(
-        [sys.executable, "-c", COMMAND, "plan", "choi2018", "choi2018-kapton", "--mass", "1kg",
-         "--speed", "2.5m/s", "--speed-sd", "0.2m/s", "--warning", "0.3s", "--travel", "40mm",
-         "--figure", str(figure), "--json"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert made.returncode == 1, made.stderr
-    values = json.loads(made.stdout)
+    words = ["--mass", "1kg", "--speed", "2.5m/s", "--speed-sd", "0.2m/s", "--warning", "0.3s"]
+    words += ["--travel", "40mm", "--figure", str(figure), "--json"]
+    assert main(["plan", "choi2018", "choi2018-kapton", *words]) == 1
+    values = json.loads(capsys.readouterr().out)
     assert values["feasible"] is False and values["units"]["needed"] == "Pa"
     assert figure.read_bytes()[:4] == b"\x89PNG"

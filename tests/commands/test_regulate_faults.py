@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from layerjam.cli.main import app
-from layerjam.commands.edit_line import edit_line
+from layerjam.commands.edit import edit_line
 from layerjam.commands.regulate import regulate
 from layerjam.control.faults import OFFSET, PROVOKED, injection_of
 from layerjam.control.settings import SAFE_STATES
@@ -102,10 +102,10 @@ def test_without_a_fault_nothing_changes():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"fault": "leak"}, "fault_at: missing"),
+        ({"fault": "leak"}, "fault at: missing"),
         ({"fault_at": "3 s"}, "fault: missing"),
         ({"fault": "leak", "fault_at": "20 s"}, "the run ends at 20 s"),
-        ({"fault": "leak", "fault_at": "-1 s"}, "fault_at: -1 s"),
+        ({"fault": "leak", "fault_at": "-1 s"}, "fault at: -1 s"),
         ({"fault": "leak", "fault_at": "3 mm"}, "units of time"),
     ],
 )

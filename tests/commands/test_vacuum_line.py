@@ -6,7 +6,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.commands.vacuum_line import rise
-from layerjam.errors import FitError, QuantityError, UnknownNameError
+from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import load_line, read_line
 from layerjam.report.fluid_figures import changes
 
@@ -59,7 +59,7 @@ def test_altitude():
 
 
 def test_what_is_refused():
-    with pytest.raises(FitError, match="chamber.compliance: bench has none"):
+    with pytest.raises(QuantityError, match="chamber.compliance: the line has none"):
         rise(read_line(BENCH, "a"), target="50 kPa", fluid="water")
     with pytest.raises(UnknownNameError, match="fluid"):
         rise("choi2018", target="50 kPa", fluid="oil")

@@ -43,7 +43,7 @@ COMMANDS = {
     "--samples 1000",
     "rise": "rise choi2018 --target 94.5kPa",
     "tune": "tune choi2018-kapton --mass 1kg --speed 2.5m/s --travel 40mm",
-    "judder": "judder choi2018-kapton --vacuum 94.5kPa --speed 1mm/s",
+    "stick-slip": "stick-slip choi2018-kapton --vacuum 94.5kPa --speed 1mm/s",
     "lab": "lab practice --out lab",
     "pull": f"pull {PULL}",
     "friction": f"friction {MEASURED}/friction-kapton-1.csv --normal-force 2.45N",

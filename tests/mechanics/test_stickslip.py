@@ -15,8 +15,8 @@ from scipy.optimize import brentq
 
 from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.pull import brake_force
+from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.mechanics.stick_slip.laws import (
-    Stribeck,
     critical_speed,
     of_film,
     sliding_force,

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from layerjam.commands.edit import FIELDS
+from layerjam.commands.edit import BRAKE_FIELDS as FIELDS
 from layerjam.commands.predict import show
 from layerjam.device.load import load
 from layerjam.units import get

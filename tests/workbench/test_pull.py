@@ -11,7 +11,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.commands.predict import show
-from layerjam.commands.stick_slip import judder
+from layerjam.commands.stick_slip import stick_slip
 from layerjam.commands.tensile import tensile
 from layerjam.device.load import load
 from layerjam.workbench import takeaway
@@ -61,7 +61,7 @@ def test_each_model_asks_its_verb(page_of):
     assert stack.values == tensile(KAPTON, **PULL, model="stack").values
     call = page_of(vacuum=60e3, model="judder", damping=5.0).calls()[0]
     assert call.command() == (
-        "layerjam judder choi2018-kapton --vacuum '60 kPa' --speed '1 mm/s' --damping '5 N s/m'"
+        "layerjam stick-slip choi2018-kapton --vacuum '60 kPa' --speed '1 mm/s' --damping '5 N s/m'"
     )
 
 
@@ -78,10 +78,10 @@ def test_copied_python_gives_the_same_numbers(page_of):
 
 
 @pytest.mark.slow
-def test_the_saw_is_that_of_judder_and_its_copy(page_of):
+def test_the_saw_is_that_of_stick_slip_and_its_copy(page_of):
     page = page_of(vacuum=60e3, model="judder", damping=5.0)
     answer = page.compute()[0]
-    own = judder(KAPTON, vacuum="60 kPa", speed="1 mm/s", damping="5 N s/m")
+    own = stick_slip(KAPTON, vacuum="60 kPa", speed="1 mm/s", damping="5 N s/m")
     assert answer.values == own.values
     assert copied(page) == str(answer.values)
 

@@ -8,7 +8,8 @@ import io
 
 import pytest
 
-from layerjam.commands.edit_line import FIELDS, edit_line
+from layerjam.commands.edit import LINE_FIELDS as FIELDS
+from layerjam.commands.edit import edit_line
 from layerjam.commands.regulate import regulate
 from layerjam.commands.vacuum_line import rise
 from layerjam.errors import LayerjamError

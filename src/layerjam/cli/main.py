@@ -15,17 +15,11 @@ from typer.exceptions import Abort, Exit, TyperException
 from layerjam._version import __version__
 from layerjam.cli import (
     calibration,
-    follow,
     friction,
-    judder,
     lab,
     measurements,
-    parts,
-    plan,
     pull,
-    regulate,
     report,
-    vacuum_line,
     validation,
 )
 from layerjam.commands.declare import GROUPS
@@ -123,17 +117,11 @@ def _show_version(value: bool) -> None:
 
 for old in (
     calibration,
-    follow,
     friction,
-    judder,
     lab,
     measurements,
-    parts,
-    plan,
     pull,
-    regulate,
     report,
-    vacuum_line,
     validation,
 ):
     old.register(app)

@@ -221,6 +221,8 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
                 elif note is ARRAY:
                     array = True
             for base in _union(inner):
+                if get_origin(base) is Annotated:
+                    raise TypeError(f"{name}: write Annotated[QUANTITY, ...] | None")
                 if get_origin(base) is Literal:
                     words += get_args(base)
                 elif base is type(None):

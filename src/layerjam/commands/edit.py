@@ -1,59 +1,141 @@
-"""`edit`: numbers of a brake changed in its own text, so that comments and sources stay."""
+"""Numbers of a brake or a line changed in its file's own text; comments and sources stay."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
-from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at
-from layerjam.commands.by_hand import BY_HAND, set_by_hand
+from layerjam.commands.lines import AnyLine, line_file
+from layerjam.commands.quantities import AnyBrake, brake_file
+from layerjam.commands.results import Result, fact, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.units import QuantitySpec, quantities
+from layerjam.errors import Notice, QuantityError, UnknownNameError
+from layerjam.fluid.line import Line
+from layerjam.fluid.parts import FAMILIES, parts
+from layerjam.records.changes import Change, RecordFile
+from layerjam.records.source import KINDS, Source
+from layerjam.units import QuantitySpec, get, quantities, show
 
-FIELDS: dict[str, tuple[QuantitySpec, bool]] = {
-    path: (spec, required) for path, spec, required in quantities(Brake)
-}
-"""{dotted path: (QuantitySpec, required)} of every number a brake has."""
+Fields = dict[str, tuple[QuantitySpec, bool]]
+BRAKE_FIELDS: Fields = {path: (spec, required) for path, spec, required in quantities(Brake)}
+"""{dotted path: (specification, required)} of every number of a brake."""
+LINE_FIELDS: Fields = {path: (spec, required) for path, spec, required in quantities(Line)}
+"""The same of a line; a flow curve is no number."""
+BY_HAND = "set by hand"
+GEOMETRY = ("sheets", "film", "enclosure", "mount")
+OF_THE_BRAKE = ("scale_factor", "stiffness_measured", "weighed_mass", "fittings_mass")
+"""Numbers that were measured or fitted on one brake and hold for no other."""
+
+
+@result
+class EditedFile(Result):
+    """A brake or line that was changed; `record` is its BrakeFile or LineFile."""
+
+    name: str = fact("its name")
+    text: str = fact("text of its file", listed=False)
 
 
 def edit(
     brake: AnyBrake,
-    changes: Mapping[str, Quantity | None] | None = None,
+    changes: Mapping[str, Change] | None = None,
     *,
     name: str | None = None,
     kind: str = "assumed",
     source: str = "",
-) -> Answer:
-    """A brake with another name and other numbers; `record` is its BrakeFile, `text` its file.
+) -> EditedFile:
+    """A brake with another name and other numbers.
 
     `changes` maps a dotted path to text with a unit, an SI number, or None: not known, or what the
     material or the default says. `kind` and `source` say where the new numbers come from; without
-    a source, what stood there before is kept as words. Raises QuantityError for a bad value or
-    path, FileError for values that contradict each other.
+    a source, what stood there before is kept. Raises QuantityError for a bad value or path,
+    FileError for values that contradict each other.
     """
-    file = brake_at(brake, None)
-    given = set_by_hand(file, changes or {}, FIELDS, kind, source)
-    made = file.edited(given, name=name)
-    warnings = [*made.warnings(), *stale(made)]
-    values = {"name": made.name, "text": made.text}
-    return Answer(values=values, units={}, warnings=warnings, record=made)
+    file = brake_file(brake)
+    made = file.edited(_set(file, changes, BRAKE_FIELDS, kind, source), name=name)
+    notices = [*made.warnings(), *stale(made)]
+    return EditedFile(name=made.name, text=made.text, warnings=notices, record=made)
 
 
-def stale(file: BrakeFile) -> list[str]:
+def edit_line(
+    line: AnyLine,
+    changes: Mapping[str, Change] | None = None,
+    *,
+    takes: Mapping[str, str | None] | None = None,
+    name: str | None = None,
+    kind: str = "assumed",
+    source: str = "",
+) -> EditedFile:
+    """A line with other numbers or parts; `changes`, `kind` and `source` as in `edit`.
+
+    `takes` maps a table to a part of the catalogue, which replaces the whole table, or to None: the
+    line has no such thing; these come first. Raises UnknownNameError, QuantityError for a bad
+    value, and FileError for what makes no line, such as a tube without a bore.
+    """
+    file = line_file(line)
+    tables = {table: _part(table, part) for table, part in (takes or {}).items()}
+    given = _set(file, changes, LINE_FIELDS, kind, source)
+    made = file.edited(given, name=name, tables=tables)
+    return EditedFile(name=made.name, text=made.text, warnings=made.warnings(), record=made)
+
+
+def _set(
+    file: RecordFile[Any],
+    changes: Mapping[str, Change] | None,
+    known: Fields,
+    kind: str,
+    source: str,
+) -> dict[str, tuple[Any, Source] | None]:
+    """{dotted path: (SI value, its source), or None} of numbers to set in a file."""
+    if kind not in KINDS:
+        raise UnknownNameError("kind", kind, KINDS)
+    made: dict[str, tuple[Any, Source] | None] = {}
+    for path, value in (changes or {}).items():
+        if path not in known:
+            raise UnknownNameError("key", path, known)
+        if value is None:
+            made[path] = None
+            continue
+        spec, _ = known[path]
+        words = {"text": source} if source else {"text": BY_HAND, "was": _was(file, path, spec)}
+        made[path] = spec.si(value, path), Source(kind=kind, **words)
+    return made
+
+
+def _was(file: RecordFile[Any], path: str, spec: QuantitySpec) -> str:
+    """What stood there before any edit, with its source."""
+    value, old = get(file.record, path), file.sources.get(path)
+    if old is not None and old.was:
+        return old.was
+    if value is None:
+        return "not known"
+    said = old.sentence() if old is not None else "the default"
+    return f"{show(value, spec.unit)}, {said}"
+
+
+def stale(file: BrakeFile) -> list[Notice]:
     """What was measured or fitted on another brake than this one, since numbers were changed."""
-    by_hand = [p for p, s in file.sources.items() if s.text.startswith(BY_HAND)]
-    moved = [p for p in by_hand if p.split(".")[0] in ("sheets", "film", "enclosure", "mount")]
-    kept = [
-        path
-        for path in ("scale_factor", "stiffness_measured", "weighed_mass", "fittings_mass")
-        if path in file.sources and path not in by_hand
-    ]
+    by_hand = [path for path, source in file.sources.items() if source.was]
+    moved = [path for path in by_hand if path.split(".")[0] in GEOMETRY]
+    kept = [path for path in OF_THE_BRAKE if path in file.sources and path not in by_hand]
     if not (moved and kept):
         return []
-    return [
-        f"{', '.join(kept)} {'are' if len(kept) > 1 else 'is'} still of the brake as it was "
-        f"before {', '.join(moved)} {'were' if len(moved) > 1 else 'was'} set by hand"
-    ]
+    sentence = (
+        f"{', '.join(kept)} {'are' if len(kept) > 1 else 'is'} still of the brake as it was before "
+        f"{', '.join(moved)} {'were' if len(moved) > 1 else 'was'} set by hand"
+    )
+    return [Notice(sentence, "stale")]
 
 
-__all__ = ["BY_HAND", "FIELDS", "edit", "stale"]
+def _part(table: str, part: str | None) -> dict[str, str] | None:
+    """A line's table that takes a part of the catalogue; None for no such table."""
+    known = {path.split(".")[0] for path in LINE_FIELDS if "." in path}
+    if table not in known:
+        raise UnknownNameError("table", table, known)
+    if part is None:
+        return None
+    if table not in FAMILIES:
+        raise QuantityError.of(table, f"no parts are kept; there are {', '.join(FAMILIES)}")
+    if part not in parts(table):
+        raise UnknownNameError(f"part for [{table}]", part, parts(table))
+    return {"part": part}

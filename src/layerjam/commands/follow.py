@@ -2,145 +2,205 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 
-from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at, si
-from layerjam.commands.regulate import DURATION, SEED, regulator_of
-from layerjam.commands.vacuum_line import AnyLine, line_at
-from layerjam.control.follow import bode, rehabilitation
-from layerjam.control.follow import follow as run
+from layerjam.commands.declare import Help, command, options
+from layerjam.commands.lines import LineInput
+from layerjam.commands.quantities import (
+    CROSSHEAD_SPEED,
+    DURATION,
+    FORCE,
+    Atmosphere,
+    BrakeInput,
+    Seed,
+)
+from layerjam.commands.regulator import RegulatorSettings, regulator_of
+from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import FileError, QuantityError
 from layerjam.measure.log import TIME, read_log
 from layerjam.measure.readers.columns import Want
 from layerjam.units import QuantitySpec, show
 
-SPEED = QuantitySpec("m/s", "speed of the slip", hi=100)
-MODEL = QuantitySpec("1", "factor of the true brake's friction over the known one", lo=0.1, hi=10)
-SLIP_NOISE = QuantitySpec("m", "standard deviation of a measured slip", hi=0.1)
-FORCE = Want("force", "N", r"\b(force|load|kraft|f)\b", ("N", "kN"))
-SLIP = Want("slip", "m", r"\b(slip|travel|weg|x|s)\b", ("mm", "m"), optional=True)
-UNITS = {
-    "rms_error": "N", "greatest_error": "N", "greatest_vacuum": "Pa", "bandwidth": "Hz",
-    "sample_time": "s",
-}  # fmt: skip
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from layerjam.control.follow import Bode
+
 PROFILES = ("step", "sine", "rehabilitation")
-BODE = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
-"""Frequencies tried [Hz]."""
+PERIOD = replace(DURATION, text="period of the profile", example="10s")
+SLIP_SPEED = replace(CROSSHEAD_SPEED, text="speed of the slip", lo=0.0, example="1mm/s")
+MODEL_ERROR = QuantitySpec(
+    "1", "true friction over the friction that the regulator knows", lo=0.1, hi=10, example="1.1"
+)
+SLIP_NOISE = QuantitySpec("m", "standard deviation of a measured slip", hi=0.1, example="0.1mm")
+FORCE_COLUMN = Want("force", "N", r"\b(force|load|kraft|f)\b", ("N", "kN"))
+SLIP_COLUMN = Want("slip", "m", r"\b(slip|travel|weg|x|s)\b", ("mm", "m"), optional=True)
+HELD_AT = 0.6
+"""Share of the atmosphere at which leak and valve are made linear."""
+FREQUENCIES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
+"""Frequencies tried [Hz]; those with fewer than twenty samples a period are left out."""
 
 
+@options
+class ScheduledSettings(RegulatorSettings):
+    """The same; the gain follows the vacuum unless another law is chosen."""
+
+    kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("The control law.")] = "scheduled"
+
+
+@options
+class Swing:
+    """A profile that is drawn: between two forces while the brake slips steadily."""
+
+    low: Annotated[float | str | None, FORCE, Help("Least force of the profile.")] = None
+    high: Annotated[float | str | None, FORCE, Help("Greatest force of the profile.")] = None
+    period: Annotated[float | str | None, PERIOD] = None
+    duration: Annotated[float | str | None, DURATION] = None
+    speed: Annotated[float | str | None, SLIP_SPEED] = None
+
+
+@result
+class FollowedForce(Result):
+    """How well the force follows; `record` is (Following, Bode)."""
+
+    rms_error: float = number("N", "root mean square of the force's error")
+    greatest_error: float = number("N", "greatest error of the force")
+    possible: float = fact(
+        "share of the time in which brake and line can do what is asked",
+        shown=lambda share: f"{share:.1%} of the time",
+    )
+    reasons: list[str] = fact("why they cannot in the rest", listed=False)
+    feasible: bool = fact("whether all of it is possible", shown=lambda yes: "" if yes else "no")
+    outcome: str = fact("what the detector says: HEALTHY, or the fault")
+    greatest_vacuum: float = number("Pa", "greatest vacuum")
+    pump_switches: int = fact("how often the pump was switched")
+    vent_switches: int = fact("how often the vent was switched")
+    bandwidth: float | None = number("Hz", "where a sine of half the swing comes out at 71 %")
+    bode: list[dict[str, float]] | None = fact("frequency response", listed=False)
+    sample_time: float = number("s", "time between two samples")
+
+    def lines(self) -> Iterator[str]:
+        """What cannot be followed."""
+        if self.reasons:
+            yield from ("", *(f"cannot: {reason}" for reason in self.reasons))
+
+    def draw(self) -> Figure:
+        """Wanted and true force over time, the vacuum, and the frequency response."""
+        from layerjam.report import control_figures
+
+        return control_figures.following(*self.record)
+
+
+@command(
+    "vacuum",
+    place=40,
+    examples=(
+        "layerjam follow choi2018 choi2018-kapton --profile sine --low 20N --high 80N "
+        "--period 20s --duration 40s --speed 1mm/s --safe-state release --sensor-range 103kPa",
+    ),
+)
 def follow(
-    line: AnyLine,
-    brake: AnyBrake,
+    line: LineInput,
+    brake: BrakeInput,
     *,
-    profile: str | Path,
-    safe_state: str = "",
-    low: Quantity | None = None,
-    high: Quantity | None = None,
-    period: Quantity | None = None,
-    duration: Quantity | None = None,
-    speed: Quantity | None = None,
-    kind: str = "scheduled",
-    fluid: str = "air",
-    sample_time: Quantity | None = None,
-    sensor_range: Quantity | None = None,
-    noise: Quantity | None = None,
-    slip_noise: Quantity | None = None,
-    model_error: Quantity | None = None,
-    reversible: bool = False,
-    least_run: Quantity | None = None,
-    atmosphere: Quantity | None = None,
-    seed: int = 0,
-) -> Answer:
-    """A brake's force made to follow a profile while it slides on.
+    profile: Annotated[
+        str | Path,
+        Help(
+            "Force over time; a file also has the slip.",
+            metavar="step|sine|rehabilitation|FILE",
+        ),
+    ],
+    swing: Swing = Swing(),
+    settings: ScheduledSettings = ScheduledSettings(),
+    slip_noise: Annotated[float | str, SLIP_NOISE] = "0 mm",
+    model_error: Annotated[float | str, MODEL_ERROR] = 1.0,
+    seed: Annotated[Seed, Help("Seed of the sensor's noise.")] = 0,
+    atmosphere: Atmosphere = None,
+) -> FollowedForce:
+    """Make a sliding brake's force follow a profile, and say what it cannot follow.
 
-    `profile` is "step", "sine" or "rehabilitation" between the forces `low` and `high` with a
-    `period`, while the brake slips at `speed`; or a file with time, force and slip. `model_error`
-    is the true friction over the known one. `possible` is the share of the time in which brake and
-    line can do what is asked, `reasons` says why not. `bandwidth` [Hz] is where a sine of half the
-    swing comes out at 71 %. `record` is (Following, Bode).
+    The profile is drawn between the forces `low` and `high` with a `period` while the brake slips
+    at `speed`, or it is a file with time, force and slip.
     """
-    file, device = line_at(line, atmosphere), brake_at(brake, atmosphere)
-    made, said = regulator_of(
-        file, 0.6 * file.line.site.atmosphere, safe_state=safe_state, kind=kind, fluid=fluid,
-        sample_time=sample_time, sensor_range=sensor_range, noise=noise, reversible=reversible,
-        least_run=least_run,
-    )  # fmt: skip
-    given = (low, high, period, duration, speed)
-    names = ("low", "high", "period", "duration", "speed")
+    from layerjam.control.follow import bode
+    from layerjam.control.follow import follow as run
+
+    made, notices = regulator_of(line, HELD_AT * line.line.site.atmosphere, settings)
     if str(profile) in PROFILES:
-        missing = [n for n, v in zip(names, given, strict=True) if v is None]
-        if missing:
-            raise QuantityError(f"{', '.join(missing)}: missing; the profile {profile} needs them")
-        wanted, slip = _drawn(str(profile), made.sample_time, *given)  # type: ignore[arg-type]
+        wanted, slip = _drawn(str(profile), made.sample_time, swing)
+    elif swing != Swing():
+        names = ", ".join(vars(swing))
+        raise QuantityError(f"{names}: they go only with {' or '.join(PROFILES)}")
     else:
-        if given != (None,) * 5:
-            raise QuantityError(f"{', '.join(names)}: they go only with {' or '.join(PROFILES)}")
         wanted, slip = _from_file(profile, made.sample_time)
-    factor = 1.0 if model_error is None else si(model_error, MODEL, "model error")
-    true = replace(device.brake, scale_factor=device.brake.scale_factor * factor)
-    SEED.check(float(seed), "seed")
-    off = 0.0 if slip_noise is None else si(slip_noise, SLIP_NOISE, "slip noise")
-    done = run(made, device.brake, wanted, slip, brake=true, slip_noise=off, seed=seed)
-    half = float(np.ptp(wanted)) / 2
-    middle = float(wanted.min()) + half
-    swept = None
+    device = brake.brake
+    true = replace(device, scale_factor=device.scale_factor * model_error)
+    done = run(made, device, wanted, slip, brake=true, slip_noise=slip_noise, seed=seed)
+    half, swept = float(np.ptp(wanted)) / 2, None
     if half > 0:
-        fast = [f for f in BODE if f * made.sample_time < 0.05]
         swept = bode(
-            made, device.brake, slip=float(np.median(slip)), mean=middle, amplitude=half,
-            frequencies=fast, brake=true, seed=seed,
-        )  # fmt: skip
-    values = {
-        "rms_error": done.rms,
-        "greatest_error": float(np.abs(done.error).max()),
-        "possible": float(done.possible.mean()),
-        "reasons": list(done.reasons),
-        "feasible": bool(done.possible.all()),
-        "outcome": done.loop.outcome,
-        "greatest_vacuum": float(done.loop.vacuum.max()),
-        "pump_switches": done.loop.pump_switches,
-        "vent_switches": done.loop.vent_switches,
-        "bandwidth": None if swept is None else swept.bandwidth,
-        "bode": None if swept is None else [
-            {"frequency": float(f), "magnitude": float(m), "phase": float(p)}
-            for f, m, p in zip(swept.frequency, swept.magnitude, swept.phase, strict=True)
-        ],
-        "sample_time": made.sample_time,
-    }  # fmt: skip
-    return Answer(
-        values=values, units=UNITS,
-        warnings=[*device.warnings(), *said], record=(done, swept),
-    )  # fmt: skip
+            made,
+            device,
+            slip=float(np.median(slip)),
+            mean=float(wanted.min()) + half,
+            amplitude=half,
+            frequencies=[f for f in FREQUENCIES if f * made.sample_time < 0.05],
+            brake=true,
+            seed=seed,
+        )
+    return FollowedForce(
+        rms_error=done.rms,
+        greatest_error=float(np.abs(done.error).max()),
+        possible=float(done.possible.mean()),
+        reasons=list(done.reasons),
+        feasible=bool(done.possible.all()),
+        outcome=done.loop.outcome,
+        greatest_vacuum=float(done.loop.vacuum.max()),
+        pump_switches=done.loop.pump_switches,
+        vent_switches=done.loop.vent_switches,
+        bandwidth=None if swept is None else swept.bandwidth,
+        bode=None if swept is None else _rows(swept),
+        sample_time=made.sample_time,
+        warnings=[*brake.warnings(), *notices],
+        record=(done, swept),
+    )
 
 
-def _drawn(
-    profile: str, dt: float, low: Quantity, high: Quantity, period: Quantity, duration: Quantity,
-    speed: Quantity,
-) -> tuple[Any, Any]:  # fmt: skip
+def _rows(swept: Bode) -> list[dict[str, float]]:
+    names = ("frequency", "magnitude", "phase")
+    columns = (swept.frequency, swept.magnitude, swept.phase)
+    return [dict(zip(names, map(float, row), strict=True)) for row in zip(*columns, strict=True)]
+
+
+def _drawn(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
     """Wanted force [N] and slip [m] at the samples."""
-    force = QuantitySpec("N", "force")
-    least, most = si(low, force, "low"), si(high, force, "high")
-    if most <= least:
-        raise QuantityError(f"high: {show(most, 'N')} is not above low, {show(least, 'N')}")
-    turn, length = si(period, DURATION, "period"), si(duration, DURATION, "duration")
+    from layerjam.control.follow import rehabilitation
+
+    missing = [name for name, value in vars(swing).items() if value is None]
+    if missing:
+        raise QuantityError(f"{', '.join(missing)}: missing; the profile {profile} needs them")
+    low, high, length = swing.low, swing.high, swing.duration
+    if high <= low:
+        raise QuantityError.of("high", f"{show(high, 'N')} is not above low, {show(low, 'N')}")
     time = np.arange(round(length / dt)) * dt
     if len(time) < 2:
-        raise QuantityError(f"duration: {show(length, 's')} is less than two samples")
-    slip = si(speed, SPEED, "speed") * time
+        raise QuantityError.of("duration", f"{show(length, 's')} is less than two samples")
+    slip = swing.speed * time
     if profile == "rehabilitation":
-        return rehabilitation(time, low=least, high=most, period=turn), slip
-    wave = np.sin(2 * np.pi * time / turn)
+        return rehabilitation(time, low=low, high=high, period=swing.period), slip
+    wave = np.sin(2 * np.pi * time / swing.period)
     shape = (1 + wave) / 2 if profile == "sine" else (wave < 0).astype(float)
-    return least + (most - least) * shape, slip
+    return low + (high - low) * shape, slip
 
 
 def _from_file(path: str | Path, dt: float) -> tuple[Any, Any]:
     """The same from a file with time, force and slip, joined by straight lines."""
-    log = read_log(path, (TIME, FORCE, SLIP))
+    log = read_log(path, (TIME, FORCE_COLUMN, SLIP_COLUMN))
     if "slip" not in log:
         raise FileError(path, "has no column of slip; the force depends on it")
     time = log["time"] - log["time"][0]

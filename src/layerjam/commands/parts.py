@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from typing import Annotated, Any
 
-from layerjam.commands.answer import Answer
+from layerjam.commands.declare import Help, command
+from layerjam.commands.results import Result, fact, result
 from layerjam.errors import UnknownNameError
 from layerjam.fluid.parts import FAMILIES, PRINTED, Part, family_fields
 from layerjam.fluid.parts import parts as known_parts
+from layerjam.units import show
 
 UNITS = {
     **{name: spec.unit for name, spec in PRINTED.items()},
@@ -16,25 +19,65 @@ UNITS = {
 }
 
 
-def parts(name: str | None = None) -> Answer:
-    """Every part of the catalogue, or one by its name, with its numbers in SI and their sources.
+@result
+class PartList(Result):
+    """Parts of the catalogue; `record` holds them as Part.
 
-    `pumps`, `valves` and `sensors` are lists of mappings: `name` (what a line's file calls it),
-    `title`, `kind`, `numbers` (fields of the line, assumed ones among them), `printed` (what else
-    the sources print), `sources` (a sentence for each), `missing` (the number without which it
-    cannot stand in a line, or None) and `note`. Raises UnknownNameError.
+    Each is a mapping: `name` (what a line's file calls it), `title`, `kind`, `numbers` (fields of
+    the line, assumed ones among them), `printed` (what else the sources print), `sources` (a
+    sentence for each), `missing` (the number without which it cannot stand in a line, or None) and
+    `note`.
     """
-    found = {family: known_parts(family) for family in FAMILIES}
+
+    pumps: list[dict[str, Any]] = fact("pumps", listed=False)
+    valves: list[dict[str, Any]] = fact("valves", listed=False)
+    sensors: list[dict[str, Any]] = fact("sensors", listed=False)
+    full: bool = False
+
+    @property
+    def units(self) -> dict[str, str]:
+        """{key: SI unit} of every number of these parts."""
+        used = {key for part in self.record for key in (*part.values, *part.printed)}
+        return {key: unit for key, unit in UNITS.items() if key in used}
+
+    def lines(self) -> Iterator[str]:
+        """A line or two for each part; one part alone with all its sources."""
+        if self.full:
+            for part in self.record:
+                yield from _told(part)
+            return
+        family = ""
+        for part in self.record:
+            if part.family != family:
+                yield from ([""] if family else [])
+                family = part.family
+                yield f"{family}s"
+            yield from _listed(part)
+
+
+@command(
+    "vacuum",
+    place=20,
+    examples=("layerjam parts", "layerjam parts smc-vt307v"),
+    computes=False,
+)
+def parts(
+    name: Annotated[str | None, Help("One part, with its sources in full.", metavar="PART")] = None,
+) -> PartList:
+    """Pumps, valves and sensors of the catalogue, with their numbers in SI and their sources.
+
+    Raises UnknownNameError.
+    """
+    found = {family: dict(known_parts(family)) for family in FAMILIES}
     if name is not None:
-        every = [n for family in found.values() for n in family]
+        every = [known for family in found.values() for known in family]
         if name not in every:
             raise UnknownNameError("part", name, every)
         found = {f: {n: p for n, p in family.items() if n == name} for f, family in found.items()}
-    values = {f"{f}s": [_shown(p) for p in family.values()] for f, family in found.items()}
-    records = [p for family in found.values() for p in family.values()]
-    used = {k for p in records for k in (*p.values, *p.printed)}
-    return Answer(
-        values=values, units={k: u for k, u in UNITS.items() if k in used}, record=records
+    return PartList(
+        **{f"{f}s": [_shown(part) for part in family.values()] for f, family in found.items()},
+        record=[part for family in found.values() for part in family.values()],
+        full=name is not None,
     )
 
 
@@ -49,3 +92,47 @@ def _shown(part: Part) -> dict[str, Any]:
         "missing": part.missing,
         "note": part.note or None,
     }
+
+
+def _listed(part: Part) -> Iterator[str]:
+    """Name, what is known and what is assumed of a part."""
+    yield f"  {part.name}: {part.title}"
+    known, guessed = _numbers(part, False), _numbers(part, True)
+    without = [] if part.missing is None else [f"no {part.missing} printed"]
+    yield f"    {', '.join(known + without)}"
+    if guessed:
+        yield f"    assumed: {', '.join(guessed)}"
+
+
+def _numbers(part: Part, guessed: bool) -> list[str]:
+    out = [
+        f"{key.replace('_', ' ')} {_number(key, value)}"
+        for key, value in part.values.items()
+        if (part.sources[key].kind == "assumed") is guessed and key != "curve"
+    ]
+    if "curve" not in part.values:
+        return out
+    if part.sources["curve"].kind != "assumed":
+        return out if guessed else [f"curve {_number('curve', part.values['curve'])}", *out]
+    if guessed:
+        return ["flow straight between these two", *out]
+    ends = ("free_flow", "ultimate_vacuum")
+    return [f"{k.replace('_', ' ')} {_number(k, part.printed[k])}" for k in ends] + out
+
+
+def _told(part: Part) -> Iterator[str]:
+    """Every number with its source."""
+    yield f"{part.title} ({part.name}, {part.kind})"
+    for key, value in {**part.values, **part.printed}.items():
+        yield f"  {key.replace('_', ' ')}: {_number(key, value)}"
+        yield f"    {part.sources[key].sentence()}"
+    if part.missing is not None:
+        yield f"  no {part.missing}: a line's file gives it beside the part"
+    if part.note:
+        yield f"  {part.note}"
+
+
+def _number(key: str, value: Any) -> str:
+    if key == "curve":
+        return " to ".join(f"{show(f, 'm^3/s')} at {show(v, 'Pa')}" for v, f in value)
+    return show(float(value), UNITS[key])

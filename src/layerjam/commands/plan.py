@@ -3,198 +3,289 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Annotated, Any
 
-from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at, si
-from layerjam.commands.quantities import ARRIVAL_SPEED as SPEED
-from layerjam.commands.quantities import MASS, ROPE_STIFFNESS
-from layerjam.commands.quantities import STOP_TRAVEL as TRAVEL
+from layerjam.commands.declare import Help, command
+from layerjam.commands.lines import ONLY_COMPLIANCE, Fluid, LineInput
+from layerjam.commands.quantities import (
+    ARRIVAL_SPEED,
+    MASS,
+    VACUUM,
+    ArrivalSpeed,
+    Atmosphere,
+    BrakeInput,
+    Horizontal,
+    Mass,
+    RopeStiffness,
+    Seed,
+    StopTravel,
+    vacuum_within,
+)
+from layerjam.commands.results import Result, fact, number, result
 from layerjam.commands.tuning import apart, tune
-from layerjam.commands.vacuum_line import FLUIDS, AnyLine, line_at
-from layerjam.control.plan import Arrival, Plan
-from layerjam.control.plan import plan as make_plan
-from layerjam.control.plan_build import Build, Size, valve_cv, what_to_build
-from layerjam.control.plan_spread import SAMPLES, SEED, SHIFTS, Spread, spread
 from layerjam.device.file import BrakeFile
-from layerjam.errors import FitError, QuantityError, UnknownNameError
-from layerjam.fluid import energy
-from layerjam.fluid.closed_forms import lowest, reachable
+from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.file import LineFile
-from layerjam.fluid.line import Line
-from layerjam.fluid.network import CHAMBER, RESERVOIR
-from layerjam.mechanics.pull import brake_force
-from layerjam.simulate.coupled import MATTERS
+from layerjam.fluid.line import Line, water_compliance
 from layerjam.simulate.record import Outcome
 from layerjam.units import QuantitySpec, show
 
-WARNING = QuantitySpec("s", "warning time, up to the taut rope,", hi=1e5)
-STANDING = QuantitySpec("Pa", "vacuum held while waiting")
-STORED = QuantitySpec("Pa", "vacuum in the reservoir before the warning")
-MOST_SD = 1.0
-"""Greatest standard deviation, over the mean."""
-COUNT = QuantitySpec("1", "number of samples", lo=100, hi=10_000_000, whole=True)
-SEEDS = QuantitySpec("1", "seed", hi=2**63, whole=True)
-UNITS = {
-    "warning": "s", "standing": "Pa", "reached": "Pa", "reachable": "Pa", "needed": "Pa",
-    "slip": "m", "peak_force": "N", "peak_g": "1", "end_speed": "m/s", "dissipated_energy": "J",
-    "tuned_vacuum": "Pa", "tuned_slip": "m", "tuned_peak_force": "N", "tuned_peak_g": "1",
-    "vacuum_change": "Pa", "slip_change": "m", "peak_change": "N", "tuned_vacuum_change": "Pa",
-    "tuned_slip_change": "m", "tuned_peak_change": "N", "coupling_remaining": "1",
-    "full_expected_g": "1", "full_g_95": "1", "full_beyond": "1", "full_out": "1",
-    "tuned_expected_g": "1", "tuned_g_95": "1", "tuned_beyond": "1", "tuned_out": "1",
-    "expected_g_error": "1", "chance_error": "1", "warning_needed": "s",
-    "reservoir_needed": "m^3", "reservoir_conductance": "m^3/(s Pa)",
-    "conductance_needed": "m^3/(s Pa)", "cv_needed": "1", "conductance_volume": "m^3",
-    "standing_needed": "Pa", "standing_needed_force": "N", "standing_needed_power": "W",
-    "standing_needed_electric": "W", "standing_power": "W", "standing_electric": "W",
-    "jam_work": "J", "refill_work": "J", "pump_energy": "J", "heat_per_work": "1",
-    "heat_per_pump_energy": "1",
-}  # fmt: skip
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from layerjam.control.plan import Plan
+    from layerjam.control.plan_build import Build
+    from layerjam.control.plan_spread import Spread
+
+WARNING = QuantitySpec("s", "warning time, up to the taut rope,", hi=1e5, example="3s")
+SAMPLES = QuantitySpec("1", "masses and speeds to try", lo=100, hi=10_000_000, whole=True)
+MASS_SD = QuantitySpec("kg", "standard deviation of the mass", hi=MASS.hi, example="0.1kg")
+SPEED_SD = QuantitySpec(
+    "m/s", "standard deviation of the speed", hi=ARRIVAL_SPEED.hi, example="0.2m/s"
+)
 
 
-def plan(
-    line: AnyLine,
-    brake: AnyBrake,
-    *,
-    mass: Quantity,
-    speed: Quantity,
-    warning: Quantity,
-    travel: Quantity,
-    mass_sd: Quantity | None = None,
-    speed_sd: Quantity | None = None,
-    standing: Quantity = 0.0,
-    stored: Quantity | None = None,
-    rope_stiffness: Quantity | None = None,
-    horizontal: bool = False,
-    fluid: str = "air",
-    samples: int = SAMPLES,
-    seed: int = SEED,
-    atmosphere: Quantity | None = None,
-) -> Answer:
-    """Vacuum reached in a warning time, the stop it gives, and what would be enough.
+@result
+class CollisionPlan(Result):
+    """The stop that the vacuum in time gives, and what would be enough; `record` is the Plan.
 
-    `feasible` says whether the estimate (mean mass and speed) stops within `travel` (slip) at all
-    the vacuum that comes in time. `full_*` uses that vacuum; `tuned_*` what just stops the estimate
-    within the travel, capped by it. Expected peak and chances are over log-normal mass and speed of
-    the given standard deviations: `*_beyond` needs more slip than `travel`, `*_out` more than the
-    brake has; `expected_g` is of those that stop. `stored` is the reservoir's vacuum before the
-    warning, as low as pump and leak come to unless given. `*_needed` are sizes that would do, each
-    alone; None where it would not or need not, with the reason under the same name and `_reason`.
-    `record` is the Plan.
+    No prefix: all the vacuum that comes in time. `tuned_`: what just stops the estimate within the
+    travel, capped by it. `full_` and `tuned_` chances are over log-normal mass and speed: `_beyond`
+    needs more slip than the travel, `_out` more than the brake has; `expected_g` is of those that
+    stop. `_needed` are sizes that would do, each alone; None where it would not or need not, with
+    the reason beside it.
     """
-    if fluid not in FLUIDS:
-        raise UnknownNameError("fluid", fluid, FLUIDS)
-    pipe, file = line_at(line, atmosphere), brake_at(brake, atmosphere)
+
+    feasible: bool = fact("whether the estimate stops within the travel at all the vacuum in time")
+    reason: str | None = fact("why it does not")
+    warning: float = number("s", "warning time")
+    standing: float = number("Pa", "idle vacuum, held while waiting")
+    reached: float = number("Pa", "vacuum at the taut rope")
+    reachable: float = number("Pa", "greatest vacuum that the line reaches")
+    needed: float | None = number("Pa", "least vacuum that stops the estimate within the travel")
+    outcome: str = fact("how the stop ends")
+    slip: float | None = number("m", "slip of the brake")
+    peak_force: float | None = number("N", "greatest force on the mass")
+    peak_g: float | None = number("1", "peak force over weight")
+    end_speed: float | None = number("m/s", "speed at the end")
+    dissipated_energy: float | None = number("J", "heat of the stop")
+    vacuum_change: float | None = number("Pa", "change of the vacuum as the enclosure stretches")
+    slip_change: float | None = number("m", "what that changes of the slip")
+    peak_change: float | None = number("N", "what that changes of the peak force")
+    coupling_matters: bool | None = fact("whether that is much")
+    tuned_vacuum: float = number("Pa", "tuned vacuum")
+    tuned_capped: bool = fact("whether it is capped by what comes in time")
+    tuned_outcome: str = fact("how the stop ends")
+    tuned_slip: float | None = number("m", "slip of the brake")
+    tuned_peak_force: float | None = number("N", "greatest force on the mass")
+    tuned_peak_g: float | None = number("1", "peak force over weight")
+    tuned_vacuum_change: float | None = number("Pa", "change of the vacuum during the stop")
+    tuned_slip_change: float | None = number("m", "what that changes of the slip")
+    tuned_peak_change: float | None = number("N", "what that changes of the peak force")
+    tuned_coupling_matters: bool | None = fact("whether that is much")
+    coupling_rounds: int | None = fact("rounds in which line and stop were brought together")
+    coupling_remaining: float | None = number("1", "relative change in the last round")
+    full_expected_g: float | None = number("1", "expected peak in g")
+    full_g_95: float | None = number("1", "peak in g that 95 % do not exceed")
+    full_beyond: float = number("1", "chance to need more slip than the travel")
+    full_out: float = number("1", "chance to need more slip than the brake has")
+    tuned_expected_g: float | None = number("1", "expected peak in g")
+    tuned_g_95: float | None = number("1", "peak in g that 95 % do not exceed")
+    tuned_beyond: float = number("1", "chance to need more slip than the travel")
+    tuned_out: float = number("1", "chance to need more slip than the brake has")
+    expected_g_error: float | None = number("1", "standard error of the expected peaks")
+    chance_error: float = number("1", "standard error of the chances")
+    samples: int = fact("masses and speeds tried")
+    seed: int = fact("seed of their random shifts")
+    warning_needed: float | None = number("s", "warning time that would do")
+    warning_needed_reason: str | None = fact("why there is none")
+    reservoir_needed: float | None = number("m^3", "reservoir that would do")
+    reservoir_needed_reason: str | None = fact("why there is none")
+    conductance_needed: float | None = number("m^3/(s Pa)", "conductance of its valve")
+    conductance_needed_reason: str | None = fact("why there is none")
+    standing_needed: float | None = number("Pa", "idle vacuum that would do")
+    standing_needed_reason: str | None = fact("why there is none")
+    cv_needed: float | None = number("1", "flow coefficient Cv of the valve")
+    reservoir_conductance: float | None = number("m^3/(s Pa)", "conductance that it counts with")
+    conductance_volume: float | None = number("m^3", "volume that the conductance counts with")
+    standing_needed_power: float | None = number("W", "least power to hold that idle vacuum")
+    standing_needed_electric: float | None = number("W", "electric power for it")
+    standing_needed_force: float | None = number("N", "force of the brake at that idle vacuum")
+    jam_work: float = number("J", "work done on the gas by this jam")
+    refill_work: float = number("J", "work to empty the reservoir again")
+    pump_energy: float | None = number("J", "electric energy of the pump during the warning")
+    standing_power: float | None = number("W", "least power to hold the idle vacuum")
+    standing_electric: float | None = number("W", "electric power for it")
+    heat_per_work: float | None = number("1", "heat of the stop over the work of the jam")
+    heat_per_pump_energy: float | None = number("1", "heat of the stop over the pump's energy")
+    certain: bool = False
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Without chances where nothing is uncertain, and without reasons where nothing lacks."""
+        left_out = set()
+        if self.needed is None or self.feasible:
+            left_out |= {f.name for f in self.keys() if f.name.endswith("_needed_reason")}
+        if self.certain:
+            left_out |= {*_UNCERTAIN, "samples", "seed"}
+        names = {name.replace("_", " ") for name in left_out}
+        return [(name, text) for name, text in super().rows() if name not in names]
+
+    def draw(self) -> Figure:
+        """The vacuum during the warning, the stops, and the chances."""
+        from layerjam.report import plan_figures
+
+        return plan_figures.planned(self.record)
+
+
+_UNCERTAIN = (
+    *(f"{mode}_{key}" for mode in ("full", "tuned") for key in ("expected_g", "g_95")),
+    *(f"{mode}_{key}" for mode in ("full", "tuned") for key in ("beyond", "out")),
+    "expected_g_error",
+    "chance_error",
+)
+
+
+@command(
+    "vacuum",
+    place=50,
+    examples=(
+        "layerjam plan choi2018 choi2018-kapton --mass 1kg --speed 2.5m/s --warning 3s "
+        "--travel 40mm",
+    ),
+)
+def plan(
+    line: LineInput,
+    brake: BrakeInput,
+    *,
+    mass: Mass,
+    speed: Annotated[ArrivalSpeed, Help("Speed on arrival, as estimated.")],
+    warning: Annotated[float | str, WARNING, Help("Time from the warning to the taut rope.")],
+    travel: StopTravel,
+    mass_sd: Annotated[float | str, MASS_SD] = "0 kg",
+    speed_sd: Annotated[float | str, SPEED_SD] = "0 m/s",
+    standing: Annotated[
+        float | str, VACUUM, Help("Idle vacuum: what is held while waiting.")
+    ] = "0 Pa",
+    stored: Annotated[
+        float | str | None, VACUUM, Help("Vacuum in the line's reservoir before the warning.")
+    ] = None,
+    rope_stiffness: RopeStiffness | None = None,
+    horizontal: Horizontal = False,
+    fluid: Fluid = "air",
+    samples: Annotated[int | str, SAMPLES, Help("Masses and speeds to try, at least.")] = 40_000,
+    seed: Annotated[Seed, Help("Seed of their random shifts.")] = 1,
+    atmosphere: Atmosphere = None,
+) -> CollisionPlan:
+    """Whether the vacuum is there when a collision comes, and what to build if not.
+
+    The estimate is the mean of mass and speed. The reservoir begins as low as pump and leak come
+    to unless `stored` says otherwise.
+    """
+    from layerjam.control.plan import Arrival
+    from layerjam.control.plan import plan as make_plan
+    from layerjam.control.plan_build import what_to_build
+    from layerjam.control.plan_spread import spread
+    from layerjam.fluid.closed_forms import reachable
+
     water = fluid == "water"
-    _check_site(pipe, file, water)
-    case = _case(
-        pipe.line, file, mass, speed, warning, travel, mass_sd, speed_sd, standing, rope_stiffness,
-        horizontal, water,
-    )  # fmt: skip
-    kept = None if stored is None else _stored(stored, pipe.line)
-    COUNT.check(float(samples), "samples")
-    SEEDS.check(float(seed), "seed")
-    made = make_plan(file, pipe.line, case, stored=kept, water=water)
+    _check_site(line, brake, water)
+    most = reachable(line.line, water)
+    usable = brake.brake.sheets.usable_travel
+    for name, value, limit, unit, rest in (
+        ("travel", travel, usable, "m", f"beyond the usable travel of {show(usable, 'm')}"),
+        ("mass sd", mass_sd, mass, "kg", "more than the mass itself"),
+        ("speed sd", speed_sd, speed, "m/s", "more than the speed itself"),
+        (
+            "standing",
+            standing,
+            most,
+            "Pa",
+            f"more than the line can hold; pump and leak come to {show(most, 'Pa')}",
+        ),
+    ):
+        if value > limit:
+            raise QuantityError.of(name, f"{apart(value, limit, unit)} is {rest}")
+    case = Arrival(
+        mass=mass,
+        speed=speed,
+        warning=warning,
+        travel=travel,
+        mass_sd=mass_sd,
+        speed_sd=speed_sd,
+        standing=standing,
+        rope_stiffness=rope_stiffness,
+        gravity=0.0 if horizontal else brake.brake.site.gravity,
+    )
+    kept = None if stored is None else _kept(stored, line.line)
+    made = make_plan(brake, line.line, case, stored=kept, water=water)
     fine = made.full.within(case.travel)
     build = None
     if not fine and made.needed is not None and made.needed > made.reached:
-        build = what_to_build(made.standby, made.needed, case.warning)
-    full = spread(made.reached, file.brake, case, samples, seed)
-    tuned = full if made.capped else spread(made.tuned.vacuum, file.brake, case, samples, seed)
-    reason = None if fine else _reason(made, file, case, horizontal)
-    values: dict[str, object] = {
-        "feasible": fine,
-        "reason": reason,
-        "warning": case.warning,
-        "standing": case.standing,
-        "reached": made.reached,
-        "reachable": reachable(pipe.line, water),
-        "needed": made.needed,
-        **_stops(made, file),
-        **_uncertain(full, tuned, case, samples, seed),
-        **_sizes(made, build, pipe.line, file, water),
-        **_cost(made, pipe.line, water),
-    }
-    said = [*pipe.warnings(), *file.warnings(), *_remarks(made, build, pipe.line, kept, water)]
-    return Answer(values=values, units=UNITS, warnings=said, record=made)
+        build = what_to_build(made.standby, made.needed, warning)
+    full = spread(made.reached, brake.brake, case, samples, seed)
+    tuned = full if made.capped else spread(made.tuned.vacuum, brake.brake, case, samples, seed)
+    return CollisionPlan(
+        feasible=fine,
+        reason=None if fine else _reason(made, brake, horizontal),
+        warning=warning,
+        standing=standing,
+        reached=made.reached,
+        reachable=most,
+        needed=made.needed,
+        **_stops(made, brake),
+        **_uncertain(full, tuned),
+        samples=full.tried,
+        seed=seed,
+        **_sizes(made, build, line.line, brake, water),
+        **_cost(made, line.line, water),
+        certain=not (mass_sd or speed_sd),
+        warnings=[
+            *line.warnings(),
+            *brake.warnings(),
+            *_remarks(made, build, line.line, kept, water),
+        ],
+        record=made,
+    )
 
 
-def _case(
-    line: Line, file: BrakeFile, mass: Quantity, speed: Quantity, warning: Quantity,
-    travel: Quantity, mass_sd: Quantity | None, speed_sd: Quantity | None, standing: Quantity,
-    rope: Quantity | None, horizontal: bool, water: bool,
-) -> Arrival:  # fmt: skip
-    """All in SI, each within its bounds."""
-    weighs, arrives, way = si(mass, MASS, "mass"), si(speed, SPEED, "speed"), si(
-        travel, TRAVEL, "travel"
-    )  # fmt: skip
-    usable = file.brake.sheets.usable_travel
-    if way > usable:
-        raise QuantityError(
-            f"travel: {apart(way, usable, 'm')} is beyond the usable travel of {show(usable, 'm')}"
-        )
-    held = si(standing, STANDING, "standing")
-    most = reachable(line, water)
-    if held > most:
-        raise QuantityError(
-            f"standing: {apart(held, most, 'Pa')} is more than the line can hold; pump and leak "
-            f"come to {show(most, 'Pa')}"
-        )
-    return Arrival(
-        mass=weighs, speed=arrives, warning=si(warning, WARNING, "warning"), travel=way,
-        mass_sd=_sd(mass_sd, weighs, MASS, "mass"), speed_sd=_sd(speed_sd, arrives, SPEED, "speed"),
-        standing=held,
-        rope_stiffness=None if rope is None else si(rope, ROPE_STIFFNESS, "rope stiffness"),
-        gravity=0.0 if horizontal else file.brake.site.gravity,
-    )  # fmt: skip
-
-
-def _sd(sd: Quantity | None, mean: float, spec: QuantitySpec, name: str) -> float:
-    if sd is None:
-        return 0.0
-    most = MOST_SD * mean
-    what = f"standard deviation of the {name} (at most the {name} itself)"
-    return si(sd, QuantitySpec(spec.unit, what, hi=most), f"{name} sd")
-
-
-def _stored(stored: Quantity, line: Line) -> float:
+def _kept(stored: float, line: Line) -> float:
     """Absolute pressure of the reservoir [Pa]."""
-    vacuum, a = si(stored, STORED, "stored"), line.site.atmosphere
     if line.reservoir is None:
-        raise QuantityError("stored: the line has no reservoir; leave it out")
-    if vacuum > a:
-        raise QuantityError(
-            f"stored: {show(vacuum, 'Pa', 6)} is more than the atmosphere, {show(a, 'Pa', 6)}; a "
-            "vacuum is at most that"
-        )
-    return a - vacuum
+        raise QuantityError.of("stored", "the line has no reservoir; leave it out")
+    vacuum_within(stored, line, "stored")
+    return line.site.atmosphere - stored
 
 
-def _check_site(line: LineFile, file: BrakeFile, water: bool) -> None:
-    ours, theirs = line.line.site.atmosphere, file.brake.site.atmosphere
+def _check_site(line: LineFile, brake: BrakeFile, water: bool) -> None:
+    ours, theirs = line.line.site.atmosphere, brake.brake.site.atmosphere
     if ours != theirs:
-        raise QuantityError(
-            f"atmosphere: {show(ours, 'Pa', 6)} in the line {line.name} and {show(theirs, 'Pa', 6)}"
-            f" in the brake {file.name}; give the one of the site"
+        raise QuantityError.of(
+            "atmosphere",
+            f"{show(ours, 'Pa', 6)} in the line {line.name} and {show(theirs, 'Pa', 6)} in the "
+            f"brake {brake.name}; give the one of the site",
         )
-    if water and line.line.chamber.compliance is None:
-        raise FitError(
-            f"chamber.compliance: {line.name} has none, so that nothing says how much water a "
-            "vacuum draws out"
-        )
+    if water:
+        water_compliance(line.line)
     if water and line.line.reservoir is not None:
-        raise QuantityError(
-            f"fluid: water, but {line.name} has a reservoir, which is one of gas; plan it in air "
-            "or take the reservoir out of its file"
+        raise QuantityError.of(
+            "fluid",
+            f"water, but {line.name} has a reservoir, which is one of gas; plan it in air or take "
+            "the reservoir out of its file",
         )
 
 
-def _reason(made: Plan, file: BrakeFile, case: Arrival, horizontal: bool) -> str:
+def _reason(made: Plan, brake: BrakeFile, horizontal: bool) -> str:
     """Why the estimate does not stop within the travel."""
+    case = made.case
     if made.needed is None:
         found = tune(
-            file, mass=case.mass, speed=case.speed, travel=case.travel,
-            rope_stiffness=case.rope_stiffness, horizontal=horizontal,
-        )  # fmt: skip
+            brake,
+            mass=case.mass,
+            speed=case.speed,
+            travel=case.travel,
+            rope_stiffness=case.rope_stiffness,
+            horizontal=horizontal,
+        )
         return f"no vacuum of the site does it: {found.reason}"
     if made.full.outcome is Outcome.SNAPS:
         return (
@@ -207,50 +298,42 @@ def _reason(made: Plan, file: BrakeFile, case: Arrival, horizontal: bool) -> str
     )
 
 
-def _stops(made: Plan, file: BrakeFile) -> dict[str, object]:
-    g, mass = file.brake.site.gravity, made.case.mass
-    out: dict[str, object] = {}
+def _stops(made: Plan, brake: BrakeFile) -> dict[str, Any]:
+    """Both stops; None for what is not known of one that snaps, or that needs no coupling."""
+    weight = made.case.mass * brake.brake.site.gravity
+    out: dict[str, Any] = {"tuned_vacuum": made.tuned.vacuum, "tuned_capped": made.capped}
     for head, mode in (("", made.full), ("tuned_", made.tuned)):
-        if head:
-            out["tuned_vacuum"] = mode.vacuum
-            out["tuned_capped"] = made.capped
         known = mode.outcome is not Outcome.SNAPS
         out |= {
             f"{head}outcome": str(mode.outcome),
             f"{head}slip": mode.slip if known else None,
             f"{head}peak_force": mode.peak_force if known else None,
-            f"{head}peak_g": mode.peak_force / (mass * g) if g and known else None,
+            f"{head}peak_g": mode.peak_force / weight if weight and known else None,
+            f"{head}coupling_matters": None if mode.coupled is None else mode.coupled.matters,
         }
-        if not head:
-            out["end_speed"] = mode.end_speed if known else None
-            out["dissipated_energy"] = mode.heat if known else None
-        both = mode.coupled
-        out |= {
-            f"{head}vacuum_change": None if both is None else both.vacuum_change,
-            f"{head}slip_change": None if both is None else both.slip_change,
-            f"{head}peak_change": None if both is None else both.peak_change,
-            f"{head}coupling_matters": None if both is None else both.matters,
-        }
-    both = made.full.coupled
-    out["coupling_rounds"] = None if both is None else both.rounds
-    out["coupling_remaining"] = None if both is None else both.remaining
+        for key in ("vacuum_change", "slip_change", "peak_change"):
+            out[head + key] = None if mode.coupled is None else getattr(mode.coupled, key)
+    full, known = made.full, made.full.outcome is not Outcome.SNAPS
+    out["end_speed"] = full.end_speed if known else None
+    out["dissipated_energy"] = full.heat if known else None
+    out["coupling_rounds"] = None if full.coupled is None else full.coupled.rounds
+    out["coupling_remaining"] = None if full.coupled is None else full.coupled.remaining
     return out
 
 
-def _uncertain(
-    full: Spread, tuned: Spread, case: Arrival, samples: int, seed: int
-) -> dict[str, object]:
-    out: dict[str, object] = {}
+def _uncertain(full: Spread, tuned: Spread) -> dict[str, Any]:
+    """Expected peaks and chances of both, and the greater of their errors."""
+    out: dict[str, Any] = {
+        "expected_g_error": _finite(max(full.peak_g_error, tuned.peak_g_error)),
+        "chance_error": max(full.beyond_error, full.out_error, tuned.beyond_error, tuned.out_error),
+    }
     for head, made in (("full", full), ("tuned", tuned)):
         out |= {
-            f"{head}_expected_g": _finite(made.peak_g), f"{head}_g_95": _finite(made.peak_g_95),
-            f"{head}_beyond": made.beyond, f"{head}_out": made.out,
-        }  # fmt: skip
-    out["expected_g_error"] = _finite(max(full.peak_g_error, tuned.peak_g_error))
-    out["chance_error"] = max(
-        full.beyond_error, full.out_error, tuned.beyond_error, tuned.out_error
-    )
-    out["samples"], out["seed"] = full.tried, seed
+            f"{head}_expected_g": _finite(made.peak_g),
+            f"{head}_g_95": _finite(made.peak_g_95),
+            f"{head}_beyond": made.beyond,
+            f"{head}_out": made.out,
+        }
     return out
 
 
@@ -259,38 +342,42 @@ def _finite(value: float) -> float | None:
 
 
 def _sizes(
-    made: Plan, build: Build | None, line: Line, file: BrakeFile, water: bool
-) -> dict[str, object]:
+    made: Plan, build: Build | None, line: Line, brake: BrakeFile, water: bool
+) -> dict[str, Any]:
     """What would do; all None with one reason where nothing is short or nothing helps."""
-    why = "not needed: enough vacuum is there in time" if made.needed is not None else (
-        "no vacuum of the site stops it within the travel"
-    )  # fmt: skip
-    nothing = Size(None, why)
-    sizes = {
-        "warning": nothing if build is None else build.warning,
-        "reservoir": nothing if build is None else build.reservoir,
-        "conductance": nothing if build is None else build.conductance,
-        "standing": nothing if build is None else build.standing,
-    }
-    out: dict[str, object] = {}
-    for name, size in sizes.items():
-        out[f"{name}_needed"] = size.value
-        out[f"{name}_needed_reason"] = size.reason
-    opening, held = sizes["conductance"].value, sizes["standing"].value
-    out["cv_needed"] = None if opening is None else valve_cv(opening)
-    out["reservoir_conductance"] = None if build is None else build.conductance_used
-    out["conductance_volume"] = None if build is None else build.volume_used
-    cost = None if held is None or water else energy.holding(held, line)
-    out["standing_needed_power"] = None if cost is None else _finite(cost.least_power)
-    out["standing_needed_electric"] = None if cost is None else cost.electric_power
-    out["standing_needed_force"] = (
-        None if held is None else float(brake_force(0.0, held, file.brake))
+    from layerjam.control.plan_build import Size, valve_cv
+    from layerjam.fluid import energy
+    from layerjam.mechanics.pull import brake_force
+
+    nothing = Size(
+        None,
+        "not needed: enough vacuum is there in time"
+        if made.needed is not None
+        else "no vacuum of the site stops it within the travel",
     )
-    return out
+    out: dict[str, Any] = {}
+    for name in ("warning", "reservoir", "conductance", "standing"):
+        size = nothing if build is None else getattr(build, name)
+        out[f"{name}_needed"], out[f"{name}_needed_reason"] = size.value, size.reason
+    opening, held = out["conductance_needed"], out["standing_needed"]
+    cost = None if held is None or water else energy.holding(held, line)
+    return out | {
+        "cv_needed": None if opening is None else valve_cv(opening),
+        "reservoir_conductance": None if build is None else build.conductance_used,
+        "conductance_volume": None if build is None else build.volume_used,
+        "standing_needed_power": None if cost is None else _finite(cost.least_power),
+        "standing_needed_electric": None if cost is None else cost.electric_power,
+        "standing_needed_force": (
+            None if held is None else float(brake_force(0.0, held, brake.brake))
+        ),
+    }
 
 
-def _cost(made: Plan, line: Line, water: bool) -> dict[str, object]:
+def _cost(made: Plan, line: Line, water: bool) -> dict[str, Any]:
     """Work of this jam and power of waiting."""
+    from layerjam.fluid import energy
+    from layerjam.fluid.network import RESERVOIR
+
     start, end = made.rising.states[0], made.rising.states[-1]
     work = energy.jam_work(made.reached, line, water, made.case.standing)
     refill = energy.refill_work(float(end[RESERVOIR]), float(start[RESERVOIR]), line)
@@ -310,41 +397,49 @@ def _cost(made: Plan, line: Line, water: bool) -> dict[str, object]:
 
 def _remarks(
     made: Plan, build: Build | None, line: Line, stored: float | None, water: bool
-) -> list[str]:
-    case, out = made.case, []
+) -> list[Notice]:
+    """What the plan rests on, and what it leaves out."""
+    from layerjam.control.plan_spread import SHIFTS
+    from layerjam.fluid.closed_forms import lowest
+    from layerjam.fluid.network import CHAMBER
+    from layerjam.simulate.coupled import MATTERS
+
+    case, tank, out = made.case, line.reservoir, []
     if case.mass_sd or case.speed_sd:
-        out.append(
+        said = (
             "mass and speed: log-normal, independent; chances and expected peak by exact stops at "
             f"constant vacuum on a Fibonacci lattice with {SHIFTS} random shifts, whose scatter is "
             "the error"
         )
-    tank = line.reservoir
+        out.append(Notice(said, "chances"))
     if tank is not None and tank.delay >= case.warning:
-        out.append(
-            f"the reservoir's valve opens after {show(tank.delay, 's')}, when the mass is there"
-        )
+        said = f"the reservoir's valve opens after {show(tank.delay, 's')}, when the mass is there"
+        out.append(Notice(said, "reservoir-late"))
     if (tank is not None or build is not None) and stored is None and not water:
-        out.append(
+        said = (
             f"reservoir: emptied to {show(lowest(line), 'Pa')} absolute before the warning, as low "
             "as pump and leak come to"
         )
+        out.append(Notice(said, "reservoir-emptied"))
     if build is not None:
-        out += build.assumed
+        out += [Notice(assumed, "assumed-build") for assumed in build.assumed]
     if water:
-        out.append("water: pump and compliance only; neither tube nor bubbles are counted")
+        out.append(ONLY_COMPLIANCE)
     for name, mode in (("full", made.full), ("tuned", made.tuned)):
         both = mode.coupled
         if both is not None and both.matters and (name == "full" or not made.capped):
-            out.append(
-                f"{name} vacuum: the sleeve's stretching changes slip or peak by more than "
+            said = (
+                f"{name} vacuum: the enclosure's stretching changes slip or peak by more than "
                 f"{MATTERS:.0%}; chances and sizes count at constant vacuum"
             )
+            out.append(Notice(said, "coupling-matters"))
     if made.tuned.vacuum > (made.needed or math.inf) and not made.capped:
-        out.append(
-            f"the standing vacuum cannot be let off in time to the tuned "
+        said = (
+            f"the idle vacuum cannot be let off in time to the tuned "
             f"{show(made.needed, 'Pa')}; {show(made.tuned.vacuum, 'Pa')} is left"
         )
-    a = line.site.atmosphere
-    if a - float(made.rising.states[-1][CHAMBER]) < case.standing * (1 - 1e-9):
-        out.append("the vacuum falls during the warning: the leak is more than the pump takes out")
+        out.append(Notice(said, "idle-vacuum-left"))
+    if line.site.atmosphere - float(made.rising.states[-1][CHAMBER]) < case.standing * (1 - 1e-9):
+        said = "the vacuum falls during the warning: the leak is more than the pump takes out"
+        out.append(Notice(said, "vacuum-falls"))
     return out

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.commands.answer import Answer, Quantity, si
+from layerjam.commands.quantities import LOG_TIME
 from layerjam.device.mount import Site
 from layerjam.errors import FileError, QuantityError
 from layerjam.identify.logs import leak as leaking
@@ -22,7 +23,6 @@ from layerjam.units import QuantitySpec, show, spec_of
 VOLUME = QuantitySpec("m^3", "volume", lo=1e-10, hi=1e3)
 FLOW = QuantitySpec("m^3/s", "flow of the pump", lo=1e-12, hi=10)
 COMPLIANCE = QuantitySpec("m^3/Pa", "volume lost per vacuum", lo=-1e-3, hi=1e-3)
-START = QuantitySpec("s", "time", lo=-1e9, hi=1e9)
 ZERO = QuantitySpec("Pa", "reading of the sensor at the atmosphere", lo=-1e6, hi=1e6)
 ROOM = 293.15
 """Temperature [K] of the gas where none is given: 20 °C, assumed."""
@@ -85,8 +85,8 @@ def read_pressure(
 
 def window(start: Quantity | None, end: Quantity | None) -> tuple[float | None, float | None]:
     """Begin and end [s] of what counts; QuantityError where they are the wrong way round."""
-    first = None if start is None else si(start, START, "from")
-    last = None if end is None else si(end, START, "to")
+    first = None if start is None else si(start, LOG_TIME, "from")
+    last = None if end is None else si(end, LOG_TIME, "to")
     if first is not None and last is not None and first >= last:
         raise QuantityError(f"from: {show(first, 's')} is not below to, {show(last, 's')}")
     return first, last

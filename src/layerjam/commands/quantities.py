@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from numpy.typing import ArrayLike
 
@@ -15,9 +15,14 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.device.mount import Rope, Site
 from layerjam.errors import Notice, QuantityError
+from layerjam.records.changes import RecordFile
 from layerjam.records.source import Source
 from layerjam.units import QuantitySpec, show, spec_of
 
+if TYPE_CHECKING:
+    from layerjam.fluid.line import Line
+
+F = TypeVar("F", bound=RecordFile[Any])
 AnyBrake = str | Path | BrakeFile | Brake
 
 ATMOSPHERE = replace(spec_of(Site, "atmosphere"), example="95kPa")
@@ -28,6 +33,7 @@ VACUUM = QuantitySpec(
     symbol="P",
     unlikely_below=200.0,
 )
+TARGET = replace(VACUUM, text="vacuum to reach", symbol="", open_lo=True)
 SLIP = QuantitySpec("m", "slip of the sheets", example="20mm", symbol="x")
 FORCE = QuantitySpec("N", "force", example="100N", symbol="F")
 MASS = QuantitySpec("kg", "moving mass", lo=1e-6, hi=1e6, example="1kg", symbol="M")
@@ -44,10 +50,13 @@ ROPE_STIFFNESS = replace(
     spec_of(Rope, "stiffness"), text="stiffness of the rope", example="16.8kN/m"
 )
 ROPE_DAMPING = replace(spec_of(Rope, "damping"), example="'20 N s/m'")
+DURATION = QuantitySpec("s", "time to simulate", open_lo=True, hi=1e5, example="20s")
+LOG_TIME = QuantitySpec("s", "time in the log", lo=-1e9, hi=1e9, example="2s")
 SEED = QuantitySpec("1", "seed of the random numbers", hi=2**63 - 1, whole=True)
 
 Atmosphere = Annotated[float | str | None, ATMOSPHERE, Help("Atmosphere of the site.")]
 Vacuum = Annotated[float | str, VACUUM]
+Target = Annotated[float | str, TARGET]
 Vacuums = Annotated[float | str | ArrayLike, VACUUM, ARRAY]
 Slips = Annotated[float | str | ArrayLike, SLIP, ARRAY]
 Slip = Annotated[float | str, SLIP]
@@ -61,6 +70,7 @@ CrossheadSpeed = Annotated[float | str, CROSSHEAD_SPEED]
 Elongation = Annotated[float | str, ELONGATION]
 RopeStiffness = Annotated[float | str, ROPE_STIFFNESS]
 RopeDamping = Annotated[float | str, ROPE_DAMPING]
+Duration = Annotated[float | str, DURATION]
 Seed = Annotated[int | str, SEED]
 Tuned = Literal["tuned"]
 Horizontal = Annotated[bool, Help("No gravity along the pull.")]
@@ -76,29 +86,40 @@ def brake_file(brake: AnyBrake, atmosphere: float | str | None = None) -> BrakeF
     A record made in Python is checked like a file. Raises UnknownNameError, FileError or
     QuantityError.
     """
-    if isinstance(brake, str | Path):
-        file = load(brake)
-    elif isinstance(brake, BrakeFile | Brake):
-        file = checked(brake)
+    return record_file(brake, BrakeFile, Brake, load, validate, atmosphere)
+
+
+def record_file(
+    given: Any,
+    kind: type[F],
+    record: type,
+    read: Callable[[str | Path], F],
+    check: Callable[[Any], None],
+    atmosphere: float | str | None,
+) -> F:
+    """The file of a brake or a line from its name, its path, a file or a bare record, checked."""
+    if isinstance(given, str | Path):
+        file = read(given)
+    elif isinstance(given, kind):
+        check(given.record)
+        file = given
+    elif isinstance(given, record):
+        check(given)
+        file = kind.of(given)
     else:
         raise QuantityError(
-            f"brake: {type(brake).__name__} is no brake; give a name of the catalogue, the path of "
-            "a brake's file, or what layerjam.load returns"
+            f"{kind.holds}: {type(given).__name__} is no {kind.holds}; give a name of the "
+            f"catalogue, the path of its file, or what layerjam.{read.__name__} returns"
         )
     if atmosphere is None:
         return file
     pressure = si(atmosphere, ATMOSPHERE, "atmosphere")
-    site = replace(file.brake.site, atmosphere=pressure)
+    site = replace(file.record.site, atmosphere=pressure)
+    made = replace(file.record, site=site)
+    check(made)
     stated = {"site.atmosphere": Source(kind="unstated", text="given with the command")}
-    return replace(file, brake=replace(file.brake, site=site), sources={**file.sources, **stated})
-
-
-def checked(brake: BrakeFile | Brake) -> BrakeFile:
-    """A brake made in Python, its bounds checked, as a BrakeFile."""
-    if isinstance(brake, BrakeFile):
-        validate(brake.brake)
-        return brake
-    return BrakeFile.of(brake)
+    held: dict[str, Any] = {kind.holds: made, "sources": {**file.sources, **stated}}
+    return replace(file, **held)
 
 
 def _brake(value: Any, given: Mapping[str, Any]) -> BrakeFile:
@@ -118,15 +139,15 @@ def si(value: float | str, spec: QuantitySpec, name: str) -> float:
     return float(spec.check(float(value), name))
 
 
-def vacuum_within(value: Any, brake: Brake, name: str = "vacuum") -> Any:
+def vacuum_within(value: Any, device: Brake | Line, name: str = "vacuum") -> Any:
     """A vacuum [Pa], number or array, that the site's atmosphere allows; else QuantityError."""
     import numpy as np
 
     most = float(np.max(value)) if np.size(value) else 0.0
-    if most > brake.site.atmosphere:
+    if most > device.site.atmosphere:
         raise QuantityError(
             f"{name}: {show(most, 'Pa', 6)} is more than the atmosphere, "
-            f"{show(brake.site.atmosphere, 'Pa', 6)}; a vacuum is at most that"
+            f"{show(device.site.atmosphere, 'Pa', 6)}; a vacuum is at most that"
         )
     return value
 

@@ -3,208 +3,229 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from layerjam.commands.answer import Answer, Quantity, si
-from layerjam.commands.recorded_step import Recorded, tuned_by
-from layerjam.commands.vacuum_line import FLUIDS, AnyLine, line_at, target_of
-from layerjam.control.closed_loop import ClosedLoop, FaultInjection, simulate
-from layerjam.control.faults import injection_of
-from layerjam.control.plant import plant_of
+from layerjam.commands.declare import Help, command
+from layerjam.commands.lines import LineInput
+from layerjam.commands.quantities import DURATION, Atmosphere, Seed, Target, vacuum_within
+from layerjam.commands.regulator import RecordedStep, RegulatorSettings, regulator_of, tuned_by
+from layerjam.commands.results import Result, fact, number, result
 from layerjam.control.settings import Regulator, detection_times
-from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.file import LineFile
-from layerjam.fluid.line import Sensor
-from layerjam.units import QuantitySpec, show, spec_of
+from layerjam.units import QuantitySpec, show
 
-FAULT_AT = QuantitySpec("s", "time at which the fault begins", hi=1e5)
-DURATION = QuantitySpec("s", "time to simulate", open_lo=True, hi=1e5)
-SEED = QuantitySpec("1", "seed of the sensor's noise", hi=2**63 - 1, whole=True)
-UNITS = {
-    "target": "Pa", "rise_time": "s", "overshoot": "Pa", "steady_error": "Pa", "ripple": "Pa",
-    "pump_on": "s", "fault_time": "s", "reachable": "Pa", "gain": "1/Pa", "integral_time": "s",
-    "time_constant": "s", "duration": "s", "sample_time": "s",
-    "fault_at": "s", "said_after": "s",
-}  # fmt: skip
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
+    from layerjam.control.closed_loop import ClosedLoop, FaultInjection
 
-def regulator_of(
-    file: LineFile, at: float, *, safe_state: str, kind: str, fluid: str,
-    sample_time: Quantity | None, sensor_range: Quantity | None, noise: Quantity | None,
-    reversible: bool, least_run: Quantity | None,
-) -> tuple[Regulator, list[str]]:  # fmt: skip
-    """A regulator for a line, its leak and valve made linear at a vacuum [Pa]; what is assumed."""
-    if fluid not in FLUIDS:
-        raise UnknownNameError("fluid", fluid, FLUIDS)
-    said = list(file.warnings())
-    plant = plant_of(file.line, vacuum=at, water=fluid == "water")
-    sensor = file.line.sensor
-    if sensor is None and sensor_range is None:
-        raise QuantityError(
-            f"sensor: {file.name} has none; give --sensor-range, the greatest vacuum it shows"
-        )
-    shown = sensor or Sensor(range=1.0)
-    if sensor_range is not None:
-        shown = replace(shown, range=si(sensor_range, spec_of(Sensor, "range"), "sensor range"))
-    if noise is not None:
-        shown = replace(shown, noise=si(noise, spec_of(Sensor, "noise"), "noise"))
-    if not plant.vent or file.line.valve is None:
-        said.append(
-            f"{file.name} has no valve: venting stands for its pumps run backwards, and a fault of "
-            "the pump leaves it without release"
-        )
-    more: dict[str, Any] = {}
-    if sample_time is not None:
-        more["sample_time"] = si(sample_time, spec_of(Regulator, "sample_time"), "sample time")
-    if least_run is not None:
-        shortest = si(least_run, spec_of(Regulator, "minimum_on"), "least run")
-        more |= {"minimum_on": shortest, "minimum_off": shortest}
-    # without a valve there is no other way down
-    backwards = reversible or (file.line.valve is None and plant.backwards > 0)
-    made = Regulator(
-        plant=plant, sensor=shown, kind=kind, safe_state=safe_state, reversible=backwards,
-        tuned_at=at, **more,
-    )  # fmt: skip
-    return made, said
+FAULT_AT = QuantitySpec("s", "time at which the fault begins", hi=1e5, example="8s")
+Fault = Literal[
+    "pump-dead",
+    "pump-weak",
+    "line-blocked",
+    "leak",
+    "sensor-nan",
+    "sensor-stuck",
+    "sensor-offset",
+]
+RUNS_FULL = "; it shows where the pump runs full, as in a rise, and here it hardly runs"
+UNSEEN = {
+    "pump-weak": RUNS_FULL,
+    "line-blocked": RUNS_FULL,
+    "pump-dead": RUNS_FULL,
+    "sensor-offset": "; an offset shows when the line is vented, and here it is held",
+    "sensor-stuck": "; one number for long tells nothing of a sensor without noise that is at its "
+    "target",
+}
+"""Why the detector may not see a fault."""
 
 
+@result
+class Regulation(Result):
+    """How the vacuum came and was held; `record` is (Regulator, ClosedLoop).
+
+    Times are those of the true vacuum, not of the reading.
+    """
+
+    target: float = number("Pa", "vacuum to hold")
+    kind: str = fact("control law")
+    safe_state: str = fact("where a fault ends")
+    outcome: str = fact("what the detector says: HEALTHY, or the fault")
+    rise_time: float | None = number("s", "time from 10 to 90 % of the target")
+    overshoot: float = number("Pa", "greatest vacuum beyond the target")
+    steady_error: float | None = number("Pa", "mean error at the end")
+    ripple: float | None = number("Pa", "swing of the vacuum at the end")
+    pump_switches: int = fact("how often the pump was switched")
+    vent_switches: int = fact("how often the vent was switched")
+    pump_on: float = number("s", "time for which the pump ran")
+    fault_time: float | None = number("s", "time at which a fault was said")
+    fault: str | None = fact("what was broken")
+    fault_at: float | None = number("s", "time at which the fault began")
+    broken: str | None = fact("the fault in words")
+    said_after: float | None = number("s", "time until the detector said it, from its beginning")
+    reachable: float = number("Pa", "greatest vacuum that the pump holds")
+    time_constant: float = number("s", "time constant of the line at the target")
+    gain: float | None = number("1/Pa", "pump command per error")
+    integral_time: float | None = number("s", "integral time")
+    sample_time: float = number("s", "time between two samples")
+    duration: float = number("s", "time simulated")
+    identified: Mapping[str, Any] | None = fact("what the step shows, 95 %", listed=False)
+    detection: Mapping[str, float | None] = fact("worst time until each is said", listed=False)
+
+    def lines(self) -> Iterator[str]:
+        """What the step shows, and how long each fault may go unsaid."""
+        if self.identified:
+            low, high = self.identified["pole"]
+            yield ""
+            yield (
+                f"step: rate {self.identified['rate']:.4g} 1/s; its pole with the leak, at 95 %, "
+                f"{low:.4g} to {high:.4g} 1/s"
+            )
+        yield from ("", "longest time until a fault is said, at this vacuum")
+        for name, time in self.detection.items():
+            yield f"  {name}: {'not detected' if time is None else f'{time:.3g} s'}"
+
+    def draw(self) -> Figure:
+        """Vacuum, reading and target over time, and what the pump does."""
+        from layerjam.report import control_figures
+
+        return control_figures.loop(*self.record)
+
+
+@command(
+    "vacuum",
+    place=30,
+    examples=(
+        "layerjam regulate choi2018 --target 60kPa --safe-state release --sensor-range 103kPa",
+    ),
+)
 def regulate(
-    line: AnyLine,
+    line: LineInput,
     *,
-    target: Quantity,
-    safe_state: str = "",
-    kind: str = "pi",
-    fluid: str = "air",
-    duration: Quantity | None = None,
-    sample_time: Quantity | None = None,
-    sensor_range: Quantity | None = None,
-    noise: Quantity | None = None,
-    reversible: bool = False,
-    least_run: Quantity | None = None,
-    step: Recorded | None = None,
-    fault: str | None = None,
-    fault_at: Quantity | None = None,
-    atmosphere: Quantity | None = None,
-    seed: int = 0,
-) -> Answer:
+    target: Annotated[Target, Help("Vacuum to hold.")],
+    settings: RegulatorSettings = RegulatorSettings(),
+    duration: Annotated[
+        float | str | None, DURATION, Help("Time to simulate; 12 time constants unless given.")
+    ] = None,
+    recorded: RecordedStep = RecordedStep(),
+    fault: Annotated[Fault | None, Help("What breaks.")] = None,
+    fault_at: Annotated[float | str | None, FAULT_AT, Help("When it breaks.")] = None,
+    seed: Annotated[Seed, Help("Seed of the sensor's noise.")] = 0,
+    atmosphere: Atmosphere = None,
+) -> Regulation:
     """Bring a line to a vacuum and hold it there, in closed loop with a noisy sensor.
 
-    `kind` is "bang-bang", "pi" or "scheduled"; `safe_state`, "release" or "hold", is where a fault
-    ends and must be declared; `least_run` is the pump's shortest run and rest. `step` is a log of
-    the real line at full pump: gains, detectors and the line simulated are then those it shows
-    (`identified`, with 95 % intervals), and its scatter the noise unless given. Times are those of
-    the true vacuum, not of the reading. `detection` has the worst time [s] until each fault is said
-    at this vacuum (None: never). `fault`, one of `control.faults.PROVOKED`, breaks the line or
-    sensor from `fault_at` on; `broken` is that in words, `said_after` the time until the detector
-    answered (None: it said nothing, or before). `record` is (Regulator, ClosedLoop).
+    With a recorded `step` gains, detectors and the line simulated are those that the log shows
+    (`identified`), and its scatter is the noise unless that is given. `detection` is the longest
+    time [s] until each fault is said at this vacuum (None: never). `fault` breaks the line or the
+    sensor from `fault_at` on; `said_after` is None where it said nothing, or spoke before.
     """
+    from layerjam.control.closed_loop import simulate
+
     if (fault is None) != (fault_at is None):
-        given, missing = ("fault", "fault_at") if fault_at is None else ("fault_at", "fault")
-        raise QuantityError(f"{missing}: missing; {given} is given, and they go together")
-    file = line_at(line, atmosphere)
-    wanted = target_of(target, file.line)
-    made, said = regulator_of(
-        file, wanted, safe_state=safe_state, kind=kind, fluid=fluid, sample_time=sample_time,
-        sensor_range=sensor_range, noise=noise, reversible=reversible,
-        least_run=least_run,
-    )  # fmt: skip
+        given, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")
+        raise QuantityError.of(missing, f"missing; {given} is given, and they go together")
+    vacuum_within(target, line.line, "target")
+    made, notices = regulator_of(line, target, settings)
     found = None
-    if step is not None:
+    if recorded.step is not None:
         made, found, more = tuned_by(
-            made, step, atmosphere=file.line.site.atmosphere, keep_noise=noise is not None
+            made,
+            recorded,
+            atmosphere=line.line.site.atmosphere,
+            keep_noise=settings.noise is not None,
         )
-        said += more
+        notices += more
+    elif recorded != RecordedStep():
+        raise QuantityError("reading, from, to: they go only with --step")
     constant = 1 / (made.plant.rate + made.plant.leak)
-    length = 12 * constant if duration is None else si(duration, DURATION, "duration")
-    injected, broken = _injected(fault, fault_at, made, wanted, length, file)
-    SEED.check(float(seed), "seed")
-    loop = simulate(made, [(length, wanted)], injected=injected, seed=seed)
+    length = 12 * constant if duration is None else duration
+    injected, broken = _injected(fault, fault_at, made, target, length, line)
+    loop = simulate(made, [(float(length), float(target))], injected=injected, seed=seed)
     if fault is not None:
-        said += _of_the_fault(fault, injected, loop)
-    gains = made.gains()
-    values = {
-        "target": wanted,
-        "kind": kind,
-        "safe_state": safe_state,
-        "outcome": loop.outcome,
-        "rise_time": _finite(loop.rise_time),
-        "overshoot": loop.overshoot,
-        "steady_error": loop.steady_error,
-        "ripple": loop.ripple,
-        "pump_switches": loop.pump_switches,
-        "vent_switches": loop.vent_switches,
-        "pump_on": loop.pump_on,
-        "fault_time": _finite(loop.fault_time),
-        "fault": fault,
-        "fault_at": None if fault is None else injected.at,
-        "broken": broken,
-        "said_after": _said_after(loop, injected),
-        "reachable": made.plant.reach,
-        "time_constant": constant,
-        "gain": None if kind == "bang-bang" else gains.gain,
-        "integral_time": None if kind == "bang-bang" else gains.integral_time,
-        "sample_time": made.sample_time,
-        "duration": length,
-        "identified": None if found is None else {
+        notices += _of_the_fault(fault, injected, loop)
+    gains, tuned = made.gains(), settings.kind != "bang-bang"
+    after = loop.fault_time - injected.at
+    return Regulation(
+        target=target,
+        kind=settings.kind,
+        safe_state=made.safe_state,
+        outcome=loop.outcome,
+        rise_time=_finite(loop.rise_time),
+        overshoot=loop.overshoot,
+        steady_error=loop.steady_error,
+        ripple=loop.ripple,
+        pump_switches=loop.pump_switches,
+        vent_switches=loop.vent_switches,
+        pump_on=loop.pump_on,
+        fault_time=_finite(loop.fault_time),
+        fault=fault,
+        fault_at=fault_at,
+        broken=broken,
+        said_after=_finite(after) if after >= 0 else None,
+        reachable=made.plant.reach,
+        time_constant=constant,
+        gain=gains.gain if tuned else None,
+        integral_time=gains.integral_time if tuned else None,
+        sample_time=made.sample_time,
+        duration=length,
+        identified=None
+        if found is None
+        else {
             "rate": found.plant.rate,
             "pole": list(found.rate_interval),
             "reach": list(found.reach_interval),
             "noise": found.noise,
         },
-        "detection": {k: _finite(v) for k, v in detection_times(made, wanted).items()},
-    }  # fmt: skip
-    return Answer(
-        values=values, units=UNITS, warnings=said,
+        detection={k: _finite(v) for k, v in detection_times(made, target).items()},
+        warnings=notices,
         record=(made, loop),
-    )  # fmt: skip
+    )
 
 
 def _injected(
-    fault: str | None, at: Quantity | None, made: Regulator, target: float, length: float,
+    fault: str | None,
+    at: float | None,
+    made: Regulator,
+    target: float,
+    length: float,
     file: LineFile,
-) -> tuple[FaultInjection, str | None]:  # fmt: skip
+) -> tuple[FaultInjection, str | None]:
     """What breaks, and in words; nothing without a fault."""
+    from layerjam.control.closed_loop import FaultInjection
+    from layerjam.control.faults import injection_of
+
     if fault is None or at is None:
         return FaultInjection(), None
-    begins = si(at, FAULT_AT, "fault_at")
-    if begins >= length:
-        raise QuantityError(
-            f"fault_at: {show(begins, 's')} is not allowed; the run ends at {show(length, 's')}"
+    if at >= length:
+        raise QuantityError.of(
+            "fault at", f"{show(at, 's')} is not allowed; the run ends at {show(length, 's')}"
         )
-    injected, words = injection_of(fault, begins, made, target)
+    injected, words = injection_of(fault, at, made, target)
     if file.line.valve is None and injected.pump < 1:
         # the pump run backwards is the only way down
         injected = replace(injected, vent=injected.pump)
     return injected, words
 
 
-def _of_the_fault(fault: str, injected: FaultInjection, loop: ClosedLoop) -> list[str]:
+def _of_the_fault(fault: str, injected: FaultInjection, loop: ClosedLoop) -> list[Notice]:
     """What to say of a fault that was not said, or of an alarm before it."""
     if loop.fault_time < injected.at:
-        return [f"{loop.outcome} was said at {show(loop.fault_time, 's')}, before the fault began"]
+        said = f"{loop.outcome} was said at {show(loop.fault_time, 's')}, before the fault began"
+        return [Notice(said, "false-alarm")]
     if math.isfinite(loop.fault_time):
         return []
     off = float(loop.vacuum[-1] - loop.target[-1])
-    full = "; it shows where the pump runs full, as in a rise, and here it hardly runs"
-    more = {
-        "pump-weak": full,
-        "line-blocked": full,
-        "pump-dead": full,
-        "sensor-offset": "; an offset shows when the line is vented, and here it is held",
-        "sensor-stuck": "; one number for long tells nothing of a sensor without noise that is at "
-        "its target",
-    }.get(fault, "")
     where = "above" if off > 0 else "below"
-    return [
-        f"{fault} was not said in the time simulated{more}; the vacuum ends "
+    missed = (
+        f"{fault} was not said in the time simulated{UNSEEN.get(fault, '')}; the vacuum ends "
         f"{show(abs(off), 'Pa')} {where} the target"
-    ]
-
-
-def _said_after(loop: ClosedLoop, injected: FaultInjection) -> float | None:
-    passed = loop.fault_time - injected.at
-    return passed if math.isfinite(passed) and passed >= 0 else None
+    )
+    return [Notice(missed, "fault-not-said")]
 
 
 def _finite(value: float) -> float | None:

@@ -1,160 +1,205 @@
-"""`judder`: does the brake stick and slip, how much, and what would stop it."""
+"""`stick-slip`: does the brake stick and slip, how much, and what would stop it."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
-
-from layerjam.commands.answer import (
-    SPEED,
-    TRAVEL,
-    Answer,
-    AnyBrake,
-    Quantity,
-    brake_at,
-    si,
-    slip_of,
-    vacuum_of,
+from layerjam.commands.declare import Help, command
+from layerjam.commands.quantities import (
+    Atmosphere,
+    BrakeInput,
+    CrossheadSpeed,
+    Elongation,
+    Mass,
+    Slip,
+    Vacuum,
+    slip_within,
+    vacuum_within,
 )
+from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.brake import Brake
-from layerjam.errors import QuantityError
-from layerjam.mechanics.stick_slip.laws import (
-    Stribeck,
-    of_film,
-    stable_speed,
-    stiffness_without_judder,
-)
-from layerjam.mechanics.stick_slip.slide_step import Slide
+from layerjam.device.mount import Rope
+from layerjam.device.sheets import Film
+from layerjam.errors import Notice, QuantityError
+from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.simulate.record import Outcome
-from layerjam.simulate.stick_slip import (
-    Bounds,
-    JudderRecord,
-    bounds_at,
-    critical_speed_of,
-    moving_mass,
-    series_stiffness,
-    slide_of,
-)
-from layerjam.simulate.stick_slip import judder as run_judder
 from layerjam.units import QuantitySpec, show, spec_of
 
-MASS = QuantitySpec("kg", "moving mass", lo=1e-6, hi=1e4)
-MOUNT = QuantitySpec("N/m", "stiffness of the mount", lo=100, hi=1e9)
-DAMPING = QuantitySpec("N s/m", "damping beside the spring", hi=1e6)
-STATIC = QuantitySpec("1", "static friction", lo=1e-4, hi=10)
-UNITS = {
-    "amplitude": "N", "relative_amplitude": "1", "force_high": "N", "force_low": "N",
-    "slip_per_event": "m", "period": "s", "events": "1", "static_force": "N",
-    "kinetic_force": "N", "critical_speed": "m/s", "stable_speed": "m/s",
-    "stiffness_needed": "N/m", "mass": "kg", "stiffness": "N/m", "damping_ratio": "1",
-}  # fmt: skip
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from layerjam.mechanics.stick_slip.slide_step import Slide
+    from layerjam.simulate.stick_slip import Bounds, JudderRecord
+
+MOUNT = QuantitySpec("N/m", "stiffness of the mount", lo=100, hi=1e9, example="200kN/m")
+DAMPING = replace(
+    spec_of(Rope, "damping"), text="damping beside the spring", example="'5 N s/m'", symbol=""
+)
+STRIBECK_SPEED = replace(spec_of(Stribeck, "speed"), example="1mm/s")
+STATIC = replace(spec_of(Film, "static"), text="static friction", example="0.3")
 
 
-def judder(
-    brake: AnyBrake,
+@result
+class StickSlip(Result):
+    """The last slip of the run, and what would stop it; `record` is the JudderRecord."""
+
+    outcome: str = fact("how the run ended")
+    amplitude: float | None = number("N", "half of the force's swing in the last slip")
+    relative_amplitude: float | None = number("1", "amplitude over the kinetic force")
+    force_high: float | None = number("N", "force before the last slip")
+    force_low: float | None = number("N", "force after the last slip")
+    slip_per_event: float | None = number("m", "slip of the sheets in the last slip")
+    period: float | None = number("s", "time between the last two slips")
+    events: int = number("1", "slips of the run")
+    static_force: float = number("N", "force that the static friction bears at the start")
+    kinetic_force: float = number("N", "force of steady sliding at the start")
+    critical_speed: float | None = number("m/s", "speed above which stick–slip dies")
+    stable_speed: float | None = number("m/s", "speed above which steady sliding is stable")
+    stiffness_needed: float | None = number(
+        "N/m", "stiffness that brings the critical speed down to this speed"
+    )
+    mass: float = number("kg", "moving mass")
+    stiffness: float = number("N/m", "stiffness of sheets and mount in series")
+    damping_ratio: float = number("1", "damping over the critical damping")
+
+    def draw(self) -> Figure:
+        """Force over elongation between its bounds, and the last slip in slow motion."""
+        from layerjam.report import stick_slip_figures
+
+        return stick_slip_figures.stick_slip(self.record)
+
+
+@command(
+    "predict",
+    place=70,
+    examples=(
+        "layerjam stick-slip choi2018-kapton --vacuum 94.5kPa --speed 1mm/s --travel 4mm",
+        "layerjam stick-slip choi2018-kapton --vacuum 94.5kPa --speed 5mm/s --damping '5 N s/m'",
+    ),
+    old=("judder",),
+    record=(".csv", ".nc"),
+)
+def stick_slip(
+    brake: BrakeInput,
     *,
-    vacuum: Quantity,
-    speed: Quantity,
-    mass: Quantity | None = None,
-    mount_stiffness: Quantity | None = None,
-    damping: Quantity = 0.0,
-    stribeck_speed: Quantity = 0.0,
-    static: Quantity | None = None,
-    slip: Quantity = 0.0,
-    travel: Quantity | None = None,
-    atmosphere: Quantity | None = None,
-) -> Answer:
-    """Pull a brake at one speed and see whether it judders, from rest at `slip`.
+    vacuum: Vacuum,
+    speed: CrossheadSpeed,
+    mass: Annotated[Mass, Help("Moving mass; half of the brake unless given.")] | None = None,
+    mount_stiffness: Annotated[
+        float | str | None, MOUNT, Help("Stiffness of your mount, instead of the measured one.")
+    ] = None,
+    damping: Annotated[float | str, DAMPING] = "0 N s/m",
+    stribeck_speed: Annotated[float | str, STRIBECK_SPEED] = "0 mm/s",
+    static: Annotated[
+        float | str | None, STATIC, Help("Static friction, instead of the film's.")
+    ] = None,
+    slip: Annotated[Slip, Help("Slip at the start.")] = "0 mm",
+    travel: Annotated[Elongation, Help("Elongation to pull over; a dozen slips unless given.")]
+    | None = None,
+    atmosphere: Atmosphere = None,
+) -> StickSlip:
+    """Pull a brake at one speed and see whether it sticks and slips, and what would stop it.
 
-    Amplitude and forces are those of the last event of the run; `travel` (of the crosshead) sets
-    its length, by default a dozen events. `critical_speed`, `stable_speed` and `stiffness_needed`
-    hold friction at its value at `slip`. `stribeck_speed` 0 means that static friction is lost at
-    once. `record` is the JudderRecord. Raises QuantityError for a bad value, FitError for a run
-    of too many steps.
+    It starts from rest at `slip`. Amplitude and forces are those of the last slip of the run.
+    `critical_speed`, `stable_speed` and `stiffness_needed` hold friction at its value at `slip`.
+    `stribeck_speed` 0 means that static friction is lost at once. Raises FitError for a run of too
+    many steps.
     """
-    file = brake_at(brake, atmosphere)
-    device = file.brake
-    pressure = vacuum_of(vacuum, device)
-    pull = si(speed, SPEED, "speed")
-    curve = _curve(device, stribeck_speed, static)
-    weighs = moving_mass(device) if mass is None else si(mass, MASS, "mass")
-    mount = None if mount_stiffness is None else si(mount_stiffness, MOUNT, "mount stiffness")
-    drag = si(damping, DAMPING, "damping")
-    start, warnings = slip_of(slip, device)
-    if start >= device.sheets.overlap:
-        raise QuantityError(f"slip: {show(start, 'm')} leaves no overlap to pull on")
-    way = None if travel is None else _way(si(travel, TRAVEL, "travel"), start, device)
-    record = run_judder(
-        file, vacuum=pressure, speed=pull, mass=weighs, mount_stiffness=mount, damping=drag,
-        stribeck=curve, slip=start, travel=way,
-    )  # fmt: skip
-    spring = series_stiffness(device, mount)
-    frozen = slide_of(
-        device, vacuum=pressure, speed=pull, mass=weighs, stiffness=spring, damping=drag,
-        stribeck=curve, slip=start, frozen=True,
-    )  # fmt: skip
-    bounds = Bounds(*(float(v) for v in bounds_at(frozen)))
-    ratio = drag / (2 * math.sqrt(spring * weighs))
-    values = {
-        "outcome": str(record.outcome),
+    from layerjam.mechanics.stick_slip.laws import of_film
+    from layerjam.simulate import stick_slip as simulation
+
+    device = brake.brake
+    vacuum_within(vacuum, device)
+    curve = of_film(device, stribeck_speed)
+    if static is not None:
+        if static < curve.kinetic:
+            raise QuantityError(
+                f"static: {static:g} is below the film's kinetic friction, {curve.kinetic:g}; "
+                "static friction is at least that"
+            )
+        curve = replace(curve, static=static)
+    notices = slip_within(slip, device)
+    _check_room(slip, travel, device)
+    moving = simulation.moving_mass(device) if mass is None else mass
+    given: dict[str, Any] = {"vacuum": vacuum, "speed": speed, "mass": moving, "damping": damping}
+    given |= {"stribeck": curve, "slip": slip}
+    record = simulation.judder(brake, mount_stiffness=mount_stiffness, travel=travel, **given)
+    spring = simulation.series_stiffness(device, mount_stiffness)
+    start = simulation.slide_of(device, stiffness=spring, frozen=True, **given)
+    bounds = simulation.Bounds(*(float(v) for v in simulation.bounds_at(start)))
+    ratio = damping / (2 * math.sqrt(spring * moving))
+    count = len(record.events)
+    if record.outcome is Outcome.STEADY_SLIDING and count:
+        times = f"{count} time{'s' if count > 1 else ''}"
+        notices.append(
+            Notice(
+                f"it stuck {times} before it settled: friction falls with slip, and the critical "
+                "speed with it",
+                "settled-late",
+            )
+        )
+    assumed = mass is None, not damping, curve.speed == 0
+    notices += _assumptions(moving, *assumed)
+    if static is None and bounds.static > bounds.kinetic:
+        notices.append(
+            Notice(
+                "static friction is that of a friction test; sheets that let go one after another "
+                "bear less together (tensile --model stack)",
+                "static-of-a-test",
+            )
+        )
+    return StickSlip(
+        outcome=str(record.outcome),
         **_swing(record),
-        "events": len(record.events),
-        "static_force": bounds.static,
-        "kinetic_force": bounds.kinetic,
-        **_limits(frozen, bounds, pull, ratio),
-        "mass": weighs,
-        "stiffness": spring,
-        "damping_ratio": ratio,
-    }
-    if record.outcome is Outcome.STEADY_SLIDING and len(record.events):
-        count = len(record.events)
-        warnings.append(
-            f"it stuck {count} time{'s' if count > 1 else ''} before it settled: friction falls "
-            "with slip, and the critical speed with it"
-        )
-    warnings += [*record.warnings, *_notes(device, mass, drag, curve, bounds, static)]
-    return Answer(values=values, units=UNITS, warnings=warnings, record=record)
+        events=count,
+        static_force=bounds.static,
+        kinetic_force=bounds.kinetic,
+        **_limits(start, bounds, speed, ratio),
+        mass=moving,
+        stiffness=spring,
+        damping_ratio=ratio,
+        warnings=[*record.warnings, *notices],
+        record=record,
+    )
 
 
-def _curve(brake: Brake, stribeck_speed: Quantity, static: Quantity | None) -> Stribeck:
-    pace = si(stribeck_speed, spec_of(Stribeck, "speed"), "stribeck speed")
-    curve = of_film(brake, pace)
-    if static is None:
-        return curve
-    bound = si(static, STATIC, "static")
-    if bound < curve.kinetic:
-        raise QuantityError(
-            f"static: {bound:g} is below the film's kinetic friction, {curve.kinetic:g}; static "
-            "friction is at least that"
-        )
-    return replace(curve, static=bound)
+judder = stick_slip
+"""Its former name."""
 
 
-def _way(travel: float, slip: float, brake: Brake) -> float:
+def _check_room(slip: float, travel: float | None, brake: Brake) -> None:
+    """Raise QuantityError where the overlap leaves nothing to pull on, or the travel is too far."""
     room = brake.sheets.overlap - slip
-    if travel > room:
+    if room <= 0:
+        raise QuantityError(f"slip: {show(slip, 'm')} leaves no overlap to pull on")
+    if travel is not None and travel > room:
         raise QuantityError(
             f"travel: {show(travel, 'm')} from a slip of {show(slip, 'm')} is beyond the overlap "
             f"of {show(brake.sheets.overlap, 'm')}"
         )
-    return travel
 
 
 def _swing(record: JudderRecord) -> dict[str, float | None]:
-    """The last event, or the force it settled at."""
+    """The last slip, or the force it settled at."""
+    from layerjam.simulate.stick_slip import bounds_at, slide_of
+
     events = record.events
     last = float(record.force[-1])
     out: dict[str, float | None] = dict.fromkeys(
         ("amplitude", "relative_amplitude", "force_high", "force_low", "slip_per_event", "period")
     )
-    if record.outcome is Outcome.JUDDERS or (
-        record.outcome in (Outcome.SEPARATED, Outcome.CLOSED_BY_SLEEVE) and len(events)
-    ):
+    ended = record.outcome in (Outcome.SEPARATED, Outcome.CLOSED_BY_SLEEVE) and len(events)
+    if record.outcome is Outcome.JUDDERS or ended:
+        import numpy as np
+
         high, low = float(events.force_high[-1]), float(events.force_low[-1])
         begun = float(np.interp(events.break_time[-1], record.time, record.slip))
-        level = _kinetic_at(record, begun)
+        of = ("vacuum", "speed", "mass", "stiffness", "stribeck")
+        known: dict[str, Any] = {name: getattr(record, name) for name in of}
+        at = slide_of(record.brake.brake, slip=begun, frozen=True, **known)
+        level = float(bounds_at(at).kinetic)
         out |= {"amplitude": (high - low) / 2, "force_high": high, "force_low": low}
         out["relative_amplitude"] = (high - low) / 2 / level if level else None
         out["slip_per_event"] = float(events.slip[-1])
@@ -167,18 +212,11 @@ def _swing(record: JudderRecord) -> dict[str, float | None]:
     return out
 
 
-def _kinetic_at(record: JudderRecord, slip: float) -> float:
-    """Kinetic force [N] at a slip [m]."""
-    at = slide_of(
-        record.brake.brake, vacuum=record.vacuum, speed=record.speed, mass=record.mass,
-        stiffness=record.stiffness, stribeck=record.stribeck, slip=slip, frozen=True,
-    )  # fmt: skip
-    return float(bounds_at(at).kinetic)
-
-
 def _limits(at: Slide, bounds: Bounds, speed: float, ratio: float) -> dict[str, float | None]:
     """What would stop it: speed and stiffness; None for never."""
-    critical = critical_speed_of(at)
+    from layerjam.mechanics.stick_slip.laws import stable_speed, stiffness_without_judder
+    from layerjam.simulate.stick_slip import critical_speed_of
+
     drop = bounds.static - bounds.kinetic
     drag = float(at.damping) + float(at.level) * float(at.viscous)
     # without any damping sliding is never stable, only (jump law) never unstable
@@ -188,33 +226,35 @@ def _limits(at: Slide, bounds: Bounds, speed: float, ratio: float) -> dict[str, 
         needed = float(
             stiffness_without_judder(speed, bounds.static, bounds.kinetic, at.mass, ratio)
         )
-    found = {"critical_speed": critical, "stable_speed": stable, "stiffness_needed": needed}
+    found = {
+        "critical_speed": critical_speed_of(at),
+        "stable_speed": stable,
+        "stiffness_needed": needed,
+    }
     return {key: value if math.isfinite(value) else None for key, value in found.items()}
 
 
-def _notes(
-    brake: Brake, mass: Quantity | None, drag: float, curve: Stribeck, bounds: Bounds,
-    static: Quantity | None,
-) -> list[str]:  # fmt: skip
+def _assumptions(mass: float, assumed: bool, undamped: bool, at_once: bool) -> list[Notice]:
     """What the numbers rest on."""
     out = []
-    if mass is None:
+    if assumed:
         out.append(
-            f"moving mass {show(moving_mass(brake), 'kg')}: half of the brake, assumed; what hangs "
-            "on it counts too"
+            Notice(
+                f"moving mass {show(mass, 'kg')}: half of the brake, assumed; what hangs on it "
+                "counts too",
+                "assumed-mass",
+            )
         )
-    if not drag:
+    if undamped:
         out.append(
-            "no damping was given: judder then dies at no speed; critical speed and stiffness "
-            "needed are not known"
+            Notice(
+                "no damping was given: stick–slip then dies at no speed; critical speed and "
+                "stiffness needed are not known",
+                "no-damping",
+            )
         )
-    if curve.speed == 0:
-        out.append("static friction is taken as lost at once; no Stribeck speed is measured")
+    if at_once:
+        lost = "static friction is taken as lost at once; no Stribeck speed is measured"
     else:
-        out.append("the Stribeck speed is an input: none is measured for the catalogue's films")
-    if static is None and bounds.static > bounds.kinetic:
-        out.append(
-            "static friction is that of a friction test; sheets that let go one after another "
-            "bear less together (tensile --model stack)"
-        )
-    return out
+        lost = "the Stribeck speed is an input: none is measured for the catalogue's films"
+    return [*out, Notice(lost, "stribeck-speed")]

@@ -2,206 +2,191 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import numpy.typing as npt
+from layerjam.commands.declare import Progress, command
+from layerjam.commands.lines import ONLY_COMPLIANCE, Fluid, LineInput
+from layerjam.commands.quantities import Atmosphere, Target, vacuum_within
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.errors import Notice
+from layerjam.fluid.file import LineFile
+from layerjam.fluid.line import Line, water_compliance
+from layerjam.units import show
 
-from layerjam.commands.answer import Answer, Quantity, si
-from layerjam.device.mount import Site
-from layerjam.errors import FitError, QuantityError, UnknownNameError
-from layerjam.fluid import closed_forms as forms
-from layerjam.fluid.energy import jam_work
-from layerjam.fluid.file import LineFile, load_line
-from layerjam.fluid.flow import VAPOUR
-from layerjam.fluid.line import Line, validate, water_compliance
-from layerjam.fluid.network import Response, respond
-from layerjam.fluid.pump import intake
-from layerjam.fluid.timing import pumped, released
-from layerjam.fluid.tube import LAMINAR_UP_TO, filling_lag, reynolds, wave_delay
-from layerjam.units import QuantitySpec, show, spec_of
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
-AnyLine = str | Path | LineFile
-FLUIDS = ("air", "water")
-TARGET = QuantitySpec(
-    "Pa", "vacuum to reach, the atmosphere less the pressure inside,", open_lo=True
-)
-UNITS = {
-    "rise_time": "s", "time_constant": "s", "fall_time": "s", "target": "Pa", "reachable": "Pa",
-    "closed_form": "s", "closed_form_fall": "s", "gas_work": "J", "tube_delay": "s",
-    "tube_lag": "s",
-}  # fmt: skip
+    from matplotlib.figure import Figure
+
+    from layerjam.fluid.closed_forms import Filling
+    from layerjam.fluid.network import Response
+
 MATTERS = 0.05
 """Share of the rise time from which on what the tube delays is said."""
 CELLS = 10
-"""Of a tube, to start with: a wave's front comes to a tenth of its way."""
+"""Cells of a tube to start with: the front of a wave is then right to a tenth of the length."""
 
 
-class Filling(NamedTuple):
-    """Vacuum [Pa] over time [s] in a line filled with water, shape (N,)."""
+@result
+class VacuumRise(Result):
+    """How fast the vacuum comes and goes; `record` is the Response in air, a Filling in water."""
 
-    time: npt.NDArray[np.float64]
-    vacuum: npt.NDArray[np.float64]
+    rise_time: float | None = number("s", "time from 10 to 90 % of the target")
+    time_constant: float = number("s", "time constant of pump and chamber")
+    fall_time: float | None = number("s", "time from 90 to 10 % of the target when vented")
+    fall_by: str | None = fact("what vents the line: the valve, or the pumps run backwards")
+    feasible: bool = fact("whether the target is reached", shown=lambda yes: "" if yes else "no")
+    reason: str | None = fact("why it is never reached")
+    reachable: float = number("Pa", "greatest vacuum that the line reaches")
+    target: float = number("Pa", "vacuum to reach")
+    fluid: str = fact("what fills the line")
+    closed_form: float | None = number("s", "rise time by the closed form, where it holds")
+    closed_form_fall: float | None = number("s", "fall time by the closed form, where it holds")
+    gas_work: float | None = number("J", "work done on the gas up to the target")
+    tube_delay: float | None = number("s", "travel time of a pressure wave along the tube")
+    tube_lag: float | None = number("s", "time constant of tube resistance and chamber at target")
+    line: LineFile | None = None
+
+    def draw(self) -> Figure:
+        """Vacuum over time, and what would make the line faster."""
+        from layerjam.report import fluid_figures
+
+        file = self.line
+        return fluid_figures.rise_figure(file.line, self.target, self.fluid == "water", file.name)
 
 
-def line_at(line: AnyLine, atmosphere: Quantity | None) -> LineFile:
-    """The line, at the site's atmosphere if one is given."""
-    file = line if isinstance(line, LineFile) else load_line(line)
-    if atmosphere is None:
-        return file
-    pressure = si(atmosphere, spec_of(Site, "atmosphere"), "atmosphere")
-    made = replace(file.line, site=replace(file.line.site, atmosphere=pressure))
-    validate(made)
-    return replace(file, line=made)
-
-
-def target_of(target: Quantity, line: Line) -> float:
-    """A vacuum [Pa] that the site allows."""
-    wanted = si(target, TARGET, "target")
-    if wanted > line.site.atmosphere:
-        raise QuantityError(
-            f"target: {show(wanted, 'Pa', 6)} is more than the atmosphere, "
-            f"{show(line.site.atmosphere, 'Pa', 6)}; a vacuum is at most that"
-        )
-    return wanted
-
-
+@command(
+    "vacuum",
+    place=10,
+    examples=("layerjam rise choi2018 --target 94.5kPa",),
+)
 def rise(
-    line: AnyLine,
+    line: LineInput,
     *,
-    target: Quantity,
-    fluid: str = "air",
-    atmosphere: Quantity | None = None,
-    progress: Callable[[str, float], None] | None = None,
-) -> Answer:
-    """10 to 90 % rise time to a vacuum, the time constant, and the fall when vented.
+    target: Target,
+    fluid: Fluid = "air",
+    atmosphere: Atmosphere = None,
+    progress: Progress | None = None,
+) -> VacuumRise:
+    """How fast a line brings a vacuum, and how fast it lets go of it.
 
     The pump runs full on until the target is reached. `rise_time` is None, `feasible` False and
-    `reason` says what can be had where the target is never reached. In air the line is integrated
-    (`record` is the Response, of water a Filling); `closed_form` beside it holds where the volume
-    is rigid and no tube or orifice counts. `fall_time` is by the vent valve from when it is open,
-    or the pumps run backwards (`fall_by`), with `closed_form_fall` likewise; None where the line
-    has neither.
-    `tube_delay` is the way of a pressure wave along the tube, `tube_lag` the time constant of its
-    resistance and the chamber's volume at the target; None without a tube. `progress` is told
-    (what, share done): a tube in many cells takes a while.
+    `reason` says what can be had where the target is never reached. In air the line is integrated;
+    `closed_form` beside it holds where the volume is rigid and no tube or orifice counts.
+    `fall_time` is by the vent valve from when it is open, or the pumps run backwards (`fall_by`),
+    with `closed_form_fall` likewise; None where the line has neither. `tube_delay` and `tube_lag`
+    are None without a tube, and in water. A tube in many cells takes a while.
     """
-    if fluid not in FLUIDS:
-        raise UnknownNameError("fluid", fluid, FLUIDS)
-    file = line_at(line, atmosphere)
-    wanted, water = target_of(target, file.line), fluid == "water"
-    if water and file.line.chamber.compliance is None:
-        raise FitError(
-            f"chamber.compliance: {file.name} has none, so that nothing says how much water a "
-            "vacuum draws out"
-        )
-    made = file.line
-    low = forms.reachable(made, water)
-    said = list(file.warnings())
+    from layerjam.fluid import closed_forms as forms
+    from layerjam.fluid.energy import jam_work
+    from layerjam.fluid.network import respond
+    from layerjam.fluid.timing import pumped, released
+    from layerjam.fluid.tube import filling_lag, wave_delay
+
+    made, water = line.line, fluid == "water"
+    vacuum_within(target, made, "target")
     if water:
-        said.append("water: pump and compliance only; neither tube nor bubbles are counted")
-    timed, response = (forms.rise_time(wanted, made, True), None) if water else (
-        pumped(wanted, made, _of(progress, "rise"))
-    )  # fmt: skip
-    fall, by = (
-        _fall(wanted, made, water, _of(progress, "fall")) if timed is not None else (None, None)
+        water_compliance(made)
+    response: Response | Filling | None = None
+    if water:
+        rises = forms.rise_time(target, made, True)
+    else:
+        rises, response = pumped(target, made, _share(progress, "rise"))
+    falls, by = None, None
+    if rises is not None and water:
+        falls = forms.fall_by_pump(target, made, water=True)
+        by = None if falls is None else "pumps run backwards"
+    elif rises is not None:
+        falls, by = released(target, made, _share(progress, "fall"))
+    if response is None:  # in air, of a line that never gets there: how far it comes
+        response = (
+            forms.filling(target, made) if water else respond(made, 8 * forms.time_constant(made))
+        )
+    low, closed = forms.reachable(made, water), water or forms.simple(made)
+    tubed = made.tube is not None and not water
+    delay = wave_delay(made.tube, made.polytropic) if tubed else None
+    lag = filling_lag(made, made.site.atmosphere - target) if tubed else None
+    notices = [*line.warnings(), *([ONLY_COMPLIANCE] if water else [])]
+    if tubed and rises is not None:
+        notices += _of_the_tube(made, rises, delay, lag)
+    return VacuumRise(
+        rise_time=rises,
+        time_constant=forms.time_constant(made, water),
+        fall_time=falls,
+        fall_by=by,
+        feasible=rises is not None,
+        reason=None if rises is not None else _why_not(made, target, low, water),
+        reachable=low,
+        target=target,
+        fluid=fluid,
+        closed_form=forms.rise_time(target, made, water) if closed else None,
+        closed_form_fall=_closed_fall(target, made, by, water) if closed else None,
+        gas_work=None if rises is None else jam_work(target, made, water),
+        tube_delay=delay,
+        tube_lag=lag,
+        warnings=notices,
+        record=response,
+        line=line,
     )
-    reason, curve = None, response or _curve(wanted, made, water)
-    if timed is None:
-        what = f"the water boils ({show(VAPOUR, 'Pa')} at 20 °C)" if water and (
-            made.pump.ultimate < VAPOUR
-        ) else "pump and leak balance" if made.leak.laminar or made.leak.orifice else (
-            "the pump takes in no more"
-        )  # fmt: skip
-        reason = f"{show(wanted, 'Pa')} is never reached: at {show(low, 'Pa')} {what}"
-    closed = water or forms.simple(made)
-    own = forms.rise_time(wanted, made, water) if closed else None
-    own_fall = _closed_fall(wanted, made, by, water) if closed else None
-    delays = (None, None) if made.tube is None or water else (
-        wave_delay(made.tube, made.polytropic), filling_lag(made, made.site.atmosphere - wanted)
-    )  # fmt: skip
-    if timed is not None and not water:
-        said += _of_the_tube(made, timed, *delays)
-    work = None if timed is None else jam_work(wanted, made, water)
-    return Answer(
-        values={
-            "rise_time": timed,
-            "time_constant": forms.time_constant(made, water),
-            "fall_time": fall,
-            "fall_by": by,
-            "feasible": timed is not None,
-            "reason": reason,
-            "reachable": low,
-            "target": wanted,
-            "fluid": fluid,
-            "closed_form": own,
-            "closed_form_fall": own_fall,
-            "gas_work": work,
-            "tube_delay": delays[0],
-            "tube_lag": delays[1],
-        },
-        units=UNITS,
-        warnings=said,
-        record=curve,
-    )  # fmt: skip
 
 
-def _curve(target: float, line: Line, water: bool) -> Response | Filling:
-    """Of water, and of a line that never gets there: how far it comes."""
-    if not water:
-        return respond(line, 8 * forms.time_constant(line))
-    end = min(target, forms.reachable(line, water=True))
-    whole = end * water_compliance(line) / forms.pumps_flow(line)
-    return Filling(np.array([0.0, whole, 1.6 * whole]), np.array([0.0, end, end]))
+def _why_not(line: Line, target: float, low: float, water: bool) -> str:
+    from layerjam.fluid.flow import VAPOUR
+
+    if water and line.pump.ultimate < VAPOUR:
+        what = f"the water boils ({show(VAPOUR, 'Pa')} at 20 °C)"
+    elif line.leak.laminar or line.leak.orifice:
+        what = "pump and leak balance"
+    else:
+        what = "the pump takes in no more"
+    return f"{show(target, 'Pa')} is never reached: at {show(low, 'Pa')} {what}"
 
 
-def _of(progress: Callable[[str, float], None] | None, what: str) -> Callable[[float], None] | None:
+def _share(progress: Progress | None, what: str) -> Callable[[float], None] | None:
     return None if progress is None else lambda share: progress(what, max(share, 1e-9))
 
 
-def _fall(
-    target: float, line: Line, water: bool, progress: Callable[[float], None] | None
-) -> tuple[float | None, str | None]:
-    """90 to 10 % when vented, and by what; water by the pumps alone."""
-    if not water:
-        return released(target, line, progress)
-    back = forms.fall_by_pump(target, line, water=True)
-    return back, None if back is None else "pumps run backwards"
-
-
 def _closed_fall(target: float, line: Line, by: str | None, water: bool) -> float | None:
+    from layerjam.fluid import closed_forms as forms
+
     if by == "valve":
         return None if line.leak.laminar else forms.fall_by_valve(target, line)
     alone = line.leak.laminar == 0 or water
     return forms.fall_by_pump(target, line, water) if by is not None and alone else None
 
 
-def _of_the_tube(
-    line: Line, rise: float, delay: float | None, lag: float | None
-) -> list[str]:  # fmt: skip
+def _of_the_tube(line: Line, rise: float, delay: Any, lag: Any) -> list[Notice]:
     """What to say of a tube that delays much, or whose flow is not laminar."""
-    tube = line.tube
-    out: list[str] = []
-    if tube is None or delay is None or lag is None:
-        return out
-    if delay > MATTERS * rise and not tube.cells:
+    from layerjam.fluid.pump import intake
+    from layerjam.fluid.tube import LAMINAR_UP_TO, reynolds
+
+    out: list[Notice] = []
+    if delay > MATTERS * rise and not line.tube.cells:
         out.append(
-            f"tube: a pressure wave takes {show(delay, 's')}, {delay / rise:.0%} of the rise; "
-            f"tube.cells = {CELLS} counts it"
+            Notice(
+                f"tube: a pressure wave takes {show(delay, 's')}, {delay / rise:.0%} of the rise; "
+                f"tube.cells = {CELLS} counts it",
+                "tube-delay",
+            )
         )
     if lag > MATTERS * rise:
         out.append(
-            f"tube: its resistance makes a lag of {show(lag, 's')} at the target, {lag / rise:.0%} "
-            "of the rise, which is counted; a wider or shorter one is faster"
+            Notice(
+                f"tube: its resistance makes a lag of {show(lag, 's')} at the target, "
+                f"{lag / rise:.0%} of the rise, which is counted; a wider or shorter tube is "
+                "faster",
+                "tube-lag",
+            )
         )
     a = line.site.atmosphere
-    number = reynolds(intake(a, line.pump, a) * line.pump.count, tube.bore)
-    if number > LAMINAR_UP_TO:
+    flow = reynolds(intake(a, line.pump, a) * line.pump.count, line.tube.bore)
+    if flow > LAMINAR_UP_TO:
         out.append(
-            f"tube: at full flow the Reynolds number is {number:.0f}, above {LAMINAR_UP_TO:.0f}: "
-            "turbulent at first, but laminar resistance is counted; it is slower than this"
+            Notice(
+                f"tube: at full flow the Reynolds number is {flow:.0f}, above "
+                f"{LAMINAR_UP_TO:.0f}: the flow is turbulent at first, but laminar resistance is "
+                "counted; the real line is slower than this",
+                "turbulent",
+            )
         )
     return out

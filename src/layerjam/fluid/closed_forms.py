@@ -10,6 +10,10 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from layerjam.fluid.flow import NORMAL, VAPOUR, leaking, tube_conductance
 from layerjam.fluid.line import Line, water_compliance
@@ -121,6 +125,20 @@ def time_constant(line: Line, water: bool = False) -> float:
     if water:
         return water_compliance(line) * line.site.atmosphere / pumps_flow(line)
     return line.chamber.volume / pumps_flow(line)
+
+
+class Filling(NamedTuple):
+    """Vacuum [Pa] over time [s] in a line filled with water, shape (N,)."""
+
+    time: npt.NDArray[np.float64]
+    vacuum: npt.NDArray[np.float64]
+
+
+def filling(target: float, line: Line) -> Filling:
+    """Vacuum over time in water up to a target [Pa], or to where the water boils, and held."""
+    end = min(target, reachable(line, water=True))
+    whole = end / line.site.atmosphere * time_constant(line, water=True)
+    return Filling(np.array([0.0, whole, 1.6 * whole]), np.array([0.0, end, end]))
 
 
 def fall_by_valve(target: float, line: Line) -> float:

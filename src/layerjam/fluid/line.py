@@ -179,5 +179,8 @@ def validate(line: Line) -> None:
 def water_compliance(line: Line) -> float:
     """Water that a vacuum draws out of a line [m^3/Pa]; QuantityError where it is not given."""
     if line.chamber.compliance is None:
-        raise QuantityError("chamber.compliance is missing: water needs it")
+        raise QuantityError.of(
+            "chamber.compliance",
+            "the line has none, so that nothing says how much water a vacuum draws out",
+        )
     return line.chamber.compliance

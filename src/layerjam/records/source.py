@@ -24,7 +24,13 @@ KINDS: Mapping[str, str] = MappingProxyType(
     }
 )
 _SD = QuantitySpec("1", "standard deviation over the mean")
-_KEYS = {"kind": "kind", "source": "text", "spread": "spread", "conflict": "conflict"}
+_KEYS = {
+    "kind": "kind",
+    "source": "text",
+    "was": "was",
+    "spread": "spread",
+    "conflict": "conflict",
+}
 """Key of a file: field of Source."""
 
 
@@ -32,13 +38,14 @@ _KEYS = {"kind": "kind", "source": "text", "spread": "spread", "conflict": "conf
 class Source:
     """Provenance of one number.
 
-    `kind` is one of KINDS; `text` names the source; `spread` says what scatter is known (as the
-    source prints it) and `sd` is its standard deviation over the mean; `conflict` records a source
-    that disagrees.
+    `kind` is one of KINDS; `text` names the source; `was` is what stood there, with its source,
+    before the number was set by hand; `spread` says what scatter is known (as the source prints it)
+    and `sd` is its standard deviation over the mean; `conflict` records a source that disagrees.
     """
 
     kind: str = "unstated"
     text: str = ""
+    was: str = ""
     spread: str = ""
     conflict: str = ""
     sd: float | None = None
@@ -50,6 +57,8 @@ class Source:
     def sentence(self) -> str:
         """All of it on one line."""
         parts = [f"{self.kind}: {self.text}" if self.text else self.kind]
+        if self.was:
+            parts.append(f"was {self.was}")
         if self.spread:
             parts.append(f"spread {self.spread}")
         if self.conflict:

@@ -17,7 +17,8 @@ from layerjam.errors import FitError, QuantityError
 from layerjam.mechanics.enclosure import backbone, backbone_stored, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import in_double_precision
-from layerjam.mechanics.stick_slip.laws import Stribeck, critical_speed, of_film, slow_saw
+from layerjam.mechanics.stick_slip.curve import Stribeck
+from layerjam.mechanics.stick_slip.laws import critical_speed, of_film, slow_saw
 from layerjam.mechanics.stick_slip.slide import (
     CLOSED,
     EVENT_COLUMNS,

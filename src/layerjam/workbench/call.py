@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 VERBS = {
     "show": "predict", "force": "predict", "vacuum": "predict", "tensile": "tensile",
-    "drop": "impact", "tune": "tuning", "judder": "stick_slip", "rise": "vacuum_line",
+    "drop": "impact", "tune": "tuning", "stick_slip": "stick_slip", "rise": "vacuum_line",
     "regulate": "regulate", "follow": "follow", "plan": "plan", "friction": "friction",
     "calibrate": "calibration", "validate": "validation", "pull": "pull", "design": "design",
     "compare": "compare", "array": "array", "apply": "apply",
@@ -80,7 +80,7 @@ class Call:
 
     def command(self) -> str:
         """The same on the command line."""
-        words = ["layerjam", self.verb, *(s.name for s in self.subjects)]
+        words = ["layerjam", self.verb.replace("_", "-"), *(s.name for s in self.subjects)]
         words += [file.shown for file in self.files]
         for key, value in self.options.items():
             if value is False:

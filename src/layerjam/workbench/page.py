@@ -9,6 +9,7 @@ from typing import Any
 from nicegui import Client, background_tasks, ui
 
 from layerjam.commands.answer import Answer
+from layerjam.commands.results import Result
 from layerjam.errors import LayerjamError
 from layerjam.units import show
 from layerjam.workbench.call import Call
@@ -130,7 +131,7 @@ class Figures:
                     f'data-testid="{page}-{key}"'
                 )  # fmt: skip
 
-    def fill(self, answer: Answer) -> None:
+    def fill(self, answer: Answer | Result) -> None:
         """The values of an answer with their units."""
         for key, cell in self._cells.items():
             value = answer.values.get(key)

@@ -19,7 +19,7 @@ from layerjam.errors import FitError
 from layerjam.identify.checks import Check, check, within
 from layerjam.mechanics.enclosure import backbone, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
-from layerjam.mechanics.stick_slip.laws import Stribeck
+from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.mechanics.stick_slip.wet import WetFilm
 from layerjam.units import show
 

@@ -19,24 +19,7 @@ from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, sleeve_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
-from layerjam.units import quantity, record
-
-
-@record
-class Stribeck:
-    """A friction coefficient over sliding speed; v_s of the paper's films is not measured."""
-
-    static: float = quantity("1", "static friction", hi=10, symbol="mu_s")
-    kinetic: float = quantity("1", "kinetic friction", hi=10, symbol="mu_k")
-    speed: float = quantity(
-        "m/s", "speed over which static friction is lost (0: at once)", hi=100, symbol="v_s"
-    )
-    exponent: float = quantity(
-        "1", "exponent of the loss", lo=0.1, hi=10, symbol="delta", default=1.0
-    )
-    viscous: float = quantity(
-        "s/m", "growth of the coefficient with speed", hi=1e6, symbol="c", default=0.0
-    )
+from layerjam.mechanics.stick_slip.curve import Stribeck
 
 
 def of_film(brake: Brake, speed: Any = 0.0, exponent: Any = 1.0, viscous: Any = 0.0) -> Stribeck:

@@ -7,7 +7,7 @@ from functools import partial
 
 from nicegui import ui
 
-from layerjam.commands.edit import FIELDS
+from layerjam.commands.edit import BRAKE_FIELDS as FIELDS
 from layerjam.errors import LayerjamError
 from layerjam.records.source import KINDS
 from layerjam.units import QuantitySpec, exact_text, get

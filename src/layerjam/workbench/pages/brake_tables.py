@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from nicegui import ui
 
 from layerjam.commands.answer import Answer
-from layerjam.commands.edit import FIELDS
+from layerjam.commands.edit import BRAKE_FIELDS as FIELDS
 from layerjam.device.file import BrakeFile
 from layerjam.units import get, show
 from layerjam.workbench import live

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from nicegui import events, ui
 
-from layerjam.commands.edit_line import FIELDS, edit_line
+from layerjam.commands.edit import LINE_FIELDS as FIELDS
+from layerjam.commands.edit import edit_line
 from layerjam.commands.parts import parts
 from layerjam.errors import LayerjamError
 from layerjam.fluid.file import lines, load_line

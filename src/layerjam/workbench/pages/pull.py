@@ -136,7 +136,7 @@ class Pull(Page):
         if self.model() == "judder":
             if number(self.desk, self.name, self.controls()["damping"]):
                 said["damping"] = self.text("damping")
-            return Call("judder", (self.desk.brake_subject(),), said)
+            return Call("stick_slip", (self.desk.brake_subject(),), said)
         said["travel"] = self.text("travel")
         if self.model() != "lumped":
             said["model"] = self.model()
@@ -149,7 +149,7 @@ class Pull(Page):
     def compute(self) -> Any:
         """The pull, the brake's greatest force for the axis, and the measured files."""
         call = self.pull_call()
-        more = {} if call.verb == "judder" else {"progress": self.waiting.tell}
+        more = {} if call.verb == "stick_slip" else {"progress": self.waiting.tell}
         answer = call.run(**more)
         if self._whole[0] != self.desk.state.brake:
             whole = Call("show", (self.desk.brake_subject(),)).run()
@@ -206,8 +206,7 @@ class Pull(Page):
 
 def _file(what: str, ending: str, answer: Answer, reading: Reading) -> bytes:
     """The bytes that the command writes for the same question."""
-    from layerjam.report import figures
-    from layerjam.studies.choi2018 import speed_figures
+    from layerjam.report import figures, stick_slip_figures
 
     if what == "record":
         return takeaway.record_bytes(answer.record, ending)
@@ -215,5 +214,5 @@ def _file(what: str, ending: str, answer: Answer, reading: Reading) -> bytes:
         file, result = reading.compared.record
         synthetic = any("synthetic" in w for w in reading.compared.warnings)
         return takeaway.figure_bytes(figures.validation(file, result, synthetic), ending)
-    draw = speed_figures.judder if "events" in answer.values else figures.tensile
+    draw = stick_slip_figures.stick_slip if "events" in answer.values else figures.tensile
     return takeaway.figure_bytes(draw(answer.record), ending)

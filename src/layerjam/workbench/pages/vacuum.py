@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
-from layerjam.commands.answer import Answer
-from layerjam.commands.regulate import DURATION, FAULT_AT
-from layerjam.commands.vacuum_line import TARGET
+from layerjam.commands.quantities import DURATION, TARGET
+from layerjam.commands.regulate import FAULT_AT, Regulation
+from layerjam.commands.vacuum_line import VacuumRise
 from layerjam.control.faults import PROVOKED
 from layerjam.control.settings import KINDS, SAFE_STATES, Regulator
 from layerjam.fluid.line import Sensor
@@ -193,7 +193,7 @@ class Vacuum(Page):
             said += loops[0][0].warnings
         self.notes.fill(list(dict.fromkeys(said)))
 
-    def _draw_rise(self, rise: Answer | None, refused: str) -> None:
+    def _draw_rise(self, rise: VacuumRise | None, refused: str) -> None:
         self.steps.set_visibility(rise is not None)
         if rise is None:
             self.rise_words.set_text(f"Cannot: {refused}")
@@ -221,7 +221,7 @@ class Vacuum(Page):
         made["series"][1]["endLabel"]["color"] = made["xAxis"]["axisLabel"]["color"]
         live.draw(self.steps, made)
 
-    def _draw_loop(self, answer: Answer) -> None:
+    def _draw_loop(self, answer: Regulation) -> None:
         _, loop = answer.record
         end = answer.duration
         begins, said = answer.fault_at, answer.fault_time
@@ -257,15 +257,14 @@ class Vacuum(Page):
         self.detection.set_content(detection(answer))
 
 
-def in_figures(answer: Answer) -> Answer:
+def in_figures(answer: Regulation) -> Regulation:
     """Without error and ripple of a target that the safe state has given up."""
     if answer.outcome == "HEALTHY":
         return answer
-    given_up = dict.fromkeys(("steady_error", "ripple"))
-    return replace(answer, values={**answer.values, **given_up})
+    return replace(answer, steady_error=None, ripple=None)
 
 
-def verdict(answer: Answer) -> str:
+def verdict(answer: Regulation) -> str:
     """What the detector said, when, and what the safe state did, in words."""
     target, end = show(answer.target, "Pa"), float(answer.record[1].vacuum[-1])
     held = f"at the end the vacuum is {show(end, 'Pa', 3) if end >= 1 else 'gone'}"
@@ -285,7 +284,7 @@ def verdict(answer: Answer) -> str:
     )
 
 
-def detection(answer: Answer) -> str:
+def detection(answer: Regulation) -> str:
     """HTML: each fault and the longest time until it is said."""
     rows = "".join(
         f"<dt>{name}</dt><dd>{'not seen' if time is None else show(time, 's', 3)}</dd>"

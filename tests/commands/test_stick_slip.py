@@ -1,4 +1,4 @@
-"""The verb `judder`: its numbers against the closed forms, and what it refuses."""
+"""The command `stick-slip`: its numbers against the closed forms, and what it refuses."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from layerjam.commands.stick_slip import judder
+from layerjam.commands.stick_slip import stick_slip
 from layerjam.device.load import load
 from layerjam.errors import LayerjamError
 from layerjam.mechanics.stick_slip.laws import critical_speed, slow_saw
@@ -17,7 +17,7 @@ FULL = "94.5kPa"
 
 
 def test_kapton_saws() -> None:
-    found = judder("choi2018-kapton", vacuum=FULL, speed="1mm/s", travel="3mm")
+    found = stick_slip("choi2018-kapton", vacuum=FULL, speed="1mm/s", travel="3mm")
     saw = slow_saw(found.static_force, found.kinetic_force, 131e3, found.mass, 1e-3)
     assert found.outcome == "JUDDERS" and found.events >= 2
     assert found.static_force == pytest.approx(233.9064, abs=1e-4)
@@ -36,14 +36,14 @@ def test_kapton_saws() -> None:
 
 def test_damping_gives_a_critical_speed() -> None:
     given: dict[str, Any] = {"vacuum": FULL, "mass": "50 g", "damping": "8 N s/m"}
-    found = judder("choi2018-kapton", speed="1mm/s", travel="2mm", **given)
+    found = stick_slip("choi2018-kapton", speed="1mm/s", travel="2mm", **given)
     expected = critical_speed(found.static_force, found.kinetic_force, 131e3, 0.05, 8.0)
     assert found.critical_speed == pytest.approx(float(expected), rel=1e-12)
     assert found.damping_ratio == pytest.approx(8 / (2 * math.sqrt(131e3 * 0.05)), rel=1e-12)
     # friction falls with slip, and with it the critical speed: a run just below it settles late
-    fast = judder("choi2018-kapton", speed=1.05 * found.critical_speed, **given)
-    slow = judder("choi2018-kapton", speed=0.5 * found.critical_speed, **given)
-    late = judder("choi2018-kapton", speed=0.9 * found.critical_speed, **given)
+    fast = stick_slip("choi2018-kapton", speed=1.05 * found.critical_speed, **given)
+    slow = stick_slip("choi2018-kapton", speed=0.5 * found.critical_speed, **given)
+    late = stick_slip("choi2018-kapton", speed=0.9 * found.critical_speed, **given)
     assert late.outcome == "STEADY_SLIDING" and late.events > 0
     assert any("before it settled" in w for w in late.warnings)
     assert (slow.outcome, fast.outcome) == ("JUDDERS", "STEADY_SLIDING")
@@ -51,11 +51,11 @@ def test_damping_gives_a_critical_speed() -> None:
 
 
 def test_the_stiffness_needed_brings_the_critical_speed_down() -> None:
-    at = judder("choi2018-kapton", vacuum=FULL, speed="0.4 m/s", mass="50 g", damping="8 N s/m")
+    at = stick_slip("choi2018-kapton", vacuum=FULL, speed="0.4 m/s", mass="50 g", damping="8 N s/m")
     assert at.outcome == "JUDDERS" and at.stiffness_needed > at.stiffness
     stiff, ratio = at.stiffness_needed, at.damping_ratio
     own = float(stiffness_before_slip(load("choi2018-kapton").brake))
-    again = judder(
+    again = stick_slip(
         "choi2018-kapton", vacuum=FULL, speed="0.42 m/s", mass="50 g",
         mount_stiffness=1 / (1 / stiff - 1 / own), damping=2 * ratio * math.sqrt(stiff * 0.05),
     )  # fmt: skip
@@ -64,13 +64,15 @@ def test_the_stiffness_needed_brings_the_critical_speed_down() -> None:
     assert again.outcome == "STEADY_SLIDING"
 
 
-def test_static_equal_to_kinetic_does_not_judder() -> None:
-    found = judder("choi2018-kapton", vacuum=FULL, speed="5mm/s", static=0.24, damping="5 N s/m")
+def test_static_equal_to_kinetic_does_not_stick() -> None:
+    found = stick_slip(
+        "choi2018-kapton", vacuum=FULL, speed="5mm/s", static=0.24, damping="5 N s/m"
+    )
     assert found.outcome == "STEADY_SLIDING" and found.critical_speed == 0.0
 
 
 def test_stuck() -> None:
-    found = judder("choi2018-kapton", vacuum=FULL, speed="1mm/s", travel="1mm")
+    found = stick_slip("choi2018-kapton", vacuum=FULL, speed="1mm/s", travel="1mm")
     assert found.outcome == "STUCK" and found.amplitude is None
     assert found.force_high == pytest.approx(131.0, rel=1e-12)
 
@@ -95,4 +97,4 @@ def test_stuck() -> None:
 def test_bad_input(given: dict[str, Any], word: str) -> None:
     values: dict[str, Any] = {"vacuum": FULL, "speed": "1mm/s", **given}
     with pytest.raises(LayerjamError, match=word):
-        judder("choi2018-kapton", **values)
+        stick_slip("choi2018-kapton", **values)

@@ -1,4 +1,4 @@
-"""`judder` at the command line: keys, files, bad input."""
+"""`stick-slip` at the command line: keys, files, bad input."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from .conftest import Run
 
-JUDDER = ("judder", "choi2018-kapton", "--vacuum", "94.5kPa", "--json")
+PULL = ("stick-slip", "choi2018-kapton", "--vacuum", "94.5kPa", "--json")
 KEYS = {
     "amplitude": "N", "relative_amplitude": "1", "force_high": "N", "force_low": "N",
     "slip_per_event": "m", "period": "s", "critical_speed": "m/s",
@@ -17,7 +17,7 @@ KEYS = {
 
 
 def test_kapton_judders_at_a_millimetre_a_second(run: Run) -> None:
-    ran = run(*JUDDER, "--speed", "1mm/s", "--travel", "4mm")
+    ran = run(*PULL, "--speed", "1mm/s", "--travel", "4mm")
     found = ran.json
     assert (ran.code, ran.err, found["outcome"]) == (0, "", "JUDDERS")
     for key, unit in KEYS.items():
@@ -29,7 +29,7 @@ def test_kapton_judders_at_a_millimetre_a_second(run: Run) -> None:
 def test_files(run: Run, tmp_path: Path) -> None:
     out, figure = tmp_path / "run.csv", tmp_path / "run.svg"
     words = (
-        *JUDDER, "--speed", "1mm/s", "--travel", "3mm", "--damping", "5 N s/m",
+        *PULL, "--speed", "1mm/s", "--travel", "3mm", "--damping", "5 N s/m",
         "--mount-stiffness", "200kN/m", "--mass", "30 g", "--slip", "10mm", "--static", "0.3",
         "--out", str(out), "--figure", str(figure),
     )  # fmt: skip
@@ -55,4 +55,4 @@ def test_files(run: Run, tmp_path: Path) -> None:
     ],
 )
 def test_bad_input(refuses: Callable[..., str], words: tuple[str, ...]) -> None:
-    refuses(*JUDDER, *words)
+    refuses(*PULL, *words)

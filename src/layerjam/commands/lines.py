@@ -1,0 +1,38 @@
+"""A vacuum line as an argument of a command, and what fills it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from layerjam.commands.declare import Help, Input
+from layerjam.commands.quantities import record_file
+from layerjam.errors import Notice
+from layerjam.fluid.file import LineFile, load_line
+from layerjam.fluid.line import Line, validate
+
+AnyLine = str | Path | LineFile | Line
+Fluid = Annotated[Literal["air", "water"], Help("What fills the line.")]
+ONLY_COMPLIANCE = Notice(
+    "water: pump and compliance only; neither tube nor bubbles are counted", "water-simplified"
+)
+
+
+def line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
+    """The line with its name and sources, at the site's atmosphere if one is given.
+
+    A record made in Python is checked like a file. Raises UnknownNameError, FileError or
+    QuantityError.
+    """
+    return record_file(line, LineFile, Line, load_line, validate, atmosphere)
+
+
+def _line(value: Any, given: Mapping[str, Any]) -> LineFile:
+    return line_file(value, given.get("atmosphere"))
+
+
+LineInput = Annotated[
+    AnyLine,
+    Input("Catalogue name or path of a line's TOML file.", metavar="LINE", convert=_line),
+]

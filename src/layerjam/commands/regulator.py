@@ -1,0 +1,156 @@
+"""The regulator of a vacuum line as options of a command, and its plant from one recorded step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+
+from layerjam.commands.declare import Help, options
+from layerjam.commands.lines import Fluid
+from layerjam.commands.quantities import LOG_TIME
+from layerjam.control.plant import Plant, plant_of
+from layerjam.control.settings import Regulator
+from layerjam.control.tuning import Identified, identify_air, identify_water
+from layerjam.errors import FitError, Notice, QuantityError
+from layerjam.fluid.file import LineFile
+from layerjam.fluid.line import Sensor
+from layerjam.units import show, spec_of
+
+SAMPLE_TIME = replace(spec_of(Regulator, "sample_time"), example="20ms")
+SENSOR_RANGE = replace(spec_of(Sensor, "range"), example="103kPa")
+NOISE = replace(spec_of(Sensor, "noise"), example="50Pa")
+LEAST_RUN = replace(spec_of(Regulator, "minimum_on"), example="0.2s")
+FAR_OFF = 1.2
+"""Ratio of the rates found and expected beyond which the difference is said."""
+FEWEST = 20
+"""Samples that a step needs."""
+
+
+@options
+class RegulatorSettings:
+    """What regulates the vacuum, and what the sensor shows of it."""
+
+    safe_state: Annotated[
+        Literal["release", "hold"] | None,
+        Help("Where a fault ends: vented, or with the valves closed. Must be declared."),
+    ] = None
+    kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("The control law.")] = "pi"
+    fluid: Fluid = "air"
+    sample_time: Annotated[
+        float | str | None, SAMPLE_TIME, Help("Time between two samples; 10 ms unless given.")
+    ] = None
+    sensor_range: Annotated[
+        float | str | None, SENSOR_RANGE, Help("Greatest vacuum that the sensor shows.")
+    ] = None
+    noise: Annotated[
+        float | str | None, NOISE, Help("Standard deviation of a reading of the sensor.")
+    ] = None
+    reversible: Annotated[bool, Help("The pump regulates downwards by running backwards.")] = False
+    least_run: Annotated[
+        float | str | None, LEAST_RUN, Help("Shortest run and rest of the pump.")
+    ] = None
+
+
+@options
+class RecordedStep:
+    """A log of the real line while its pump runs at full command from rest."""
+
+    step: Annotated[
+        str | Path | None,
+        Help("Log of the real line at full pump, to tune the regulator by.", metavar="FILE"),
+    ] = None
+    reading: Annotated[
+        Literal["absolute", "gauge", "vacuum"] | None,
+        Help("What the log's pressure counts from."),
+    ] = None
+    start: Annotated[
+        float | str | None, LOG_TIME, Help("Where the step begins in the log.", option="--from")
+    ] = None
+    end: Annotated[
+        float | str | None, LOG_TIME, Help("Where the pump stops in the log.", option="--to")
+    ] = None
+
+
+def regulator_of(file: LineFile, at: float, how: RegulatorSettings) -> tuple[Regulator, list[str]]:
+    """A regulator for a line, its leak and valve made linear at a vacuum [Pa]; what is assumed."""
+    notices = [*file.warnings()]
+    plant = plant_of(file.line, vacuum=at, water=how.fluid == "water")
+    if file.line.sensor is None and how.sensor_range is None:
+        raise QuantityError.of(
+            "sensor", f"{file.name} has none; give --sensor-range, the greatest vacuum it shows"
+        )
+    sensor = file.line.sensor or Sensor(range=1.0)
+    if not plant.vent or file.line.valve is None:
+        notices.append(
+            Notice(
+                f"{file.name} has no valve: venting stands for its pumps run backwards, and a "
+                "fault of the pump leaves it without release",
+                "no-valve",
+            )
+        )
+    made = Regulator(
+        plant=plant,
+        sensor=replace(sensor, **_given(range=how.sensor_range, noise=how.noise)),
+        kind=how.kind,
+        safe_state=how.safe_state or "",
+        # without a valve there is no other way down
+        reversible=how.reversible or (file.line.valve is None and plant.backwards > 0),
+        tuned_at=at,
+        **_given(sample_time=how.sample_time, minimum_on=how.least_run, minimum_off=how.least_run),
+    )
+    return made, notices
+
+
+def _given(**values: Any) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def tuned_by(
+    regulator: Regulator, recorded: RecordedStep, *, atmosphere: float, keep_noise: bool
+) -> tuple[Regulator, Identified, list[str]]:
+    """The regulator with the plant that a step shows; leak and vent stay the line's.
+
+    The scatter of the readings about the fit becomes the sensor's noise unless `keep_noise`. Raises
+    FileError for a log that cannot be read, FitError where it holds no step.
+    """
+    from layerjam.commands.pressure_log import read_pressure, window
+
+    log, absolute, _, _, said = read_pressure(recorded.step, recorded.reading, atmosphere)
+    first, last = window(recorded.start, recorded.end)
+    time = log["time"]
+    inside = (time >= (-np.inf if first is None else first)) & (
+        time <= (np.inf if last is None else last)
+    )
+    if inside.sum() < FEWEST:
+        raise FitError(f"{log.name}: {int(inside.sum())} samples between --from and --to")
+    time, vacuum = time[inside], atmosphere - absolute[inside]
+    old: Plant = regulator.plant
+    try:
+        found = (
+            identify_water(time, vacuum, vent=old.vent, top=old.top, leak=old.leak)
+            if old.water
+            else identify_air(time, vacuum, vent=old.vent, leak=old.leak, atmosphere=atmosphere)
+        )
+    except FitError as err:
+        raise FitError(
+            f"{log.name}: {err}; a step is the pump at full command from rest (--from, --to), its "
+            "pressure read as --reading says"
+        ) from None
+    notices = [*said, *found.warnings]
+    plant = replace(found.plant, backwards=old.backwards)
+    ratio = plant.rate / old.rate
+    if not 1 / FAR_OFF < ratio < FAR_OFF:
+        notices.append(
+            Notice(
+                f"the step's rate of {show(plant.rate, '1/s')} is {ratio:.3g} times that of the "
+                f"line's file, {show(old.rate, '1/s')}; the step counts",
+                "step-far-off",
+            )
+        )
+    tuned = f"tuned to the step in {log.name}; leak and vent are those of the line's file"
+    sensor = regulator.sensor if keep_noise else replace(regulator.sensor, noise=found.noise)
+    made = replace(regulator, plant=plant, sensor=sensor)
+    return made, found, [*notices, Notice(tuned, "tuned-to-step")]
