@@ -33,7 +33,6 @@ from layerjam.identify.bayes.model import (
     packed,
     priors,
     reduced,
-    sample_noise,
     start,
     unpacked,
 )
@@ -236,13 +235,6 @@ def test_many_samples_are_not_many_measurements() -> None:
     assert len(trace) > 39_000
     assert reduced(one).force.shape == (1, RISE + SLIDE)
     assert reduced(one).white.max() < 0.15
-
-
-def test_noise_between_samples() -> None:
-    x = np.linspace(0, 1, 4000)
-    noise = 0.3 * np.random.default_rng(0).standard_normal(4000)
-    assert sample_noise(100 * np.sqrt(x) + noise) == pytest.approx(0.3, rel=0.05)
-    assert sample_noise(100 - 20 * x) < 1e-9
 
 
 def test_likelihood_is_that_of_a_correlated_normal() -> None:

@@ -100,7 +100,7 @@ def test_a_force_below_the_sleeves_own_is_an_answer() -> None:
     of = population(0.05)
     least, _ = (float(x) for x in force_limits(0.04, KAPTON))
     found = vacuum_band(of, [least / 2, least], 0.04)
-    assert found.chances["sleeve alone"] == pytest.approx([1.0, 0.5], abs=0.03)
+    assert found.chances["enclosure alone"] == pytest.approx([1.0, 0.5], abs=0.03)
     assert (found.at(0.5)[0], found.at(0.25)[1]) == (-np.inf, -np.inf)
     assert "below" in found.sentence(0)
 

@@ -259,7 +259,7 @@ def test_a_peak_below_what_the_sleeve_allows() -> None:
     stiff = change(KAPTON, enclosure__modulus=1e9)
     least = float(sleeve_at(FULL, stiff).root) * 0.068**0.5
     assert least > 176
-    with pytest.raises(FitError, match="is below .* the least that the sleeve's law allows"):
+    with pytest.raises(FitError, match="is below .* the least that the enclosure's law allows"):
         fit_pull(pull_features(curve(KAPTON)), FULL, stiff)
 
 

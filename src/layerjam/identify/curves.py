@@ -46,7 +46,7 @@ class Curve:
 def speed_of(trace: Trace) -> float | None:
     """Crosshead speed [m/s]: as stated, else from the time of the loading branch; None if unknown.
 
-    The middle half of the branch counts, so that acceleration and a way back do not.
+    The middle half of the branch counts, so that acceleration and a return do not.
     """
     if trace.facts.speed is not None:
         return trace.facts.speed

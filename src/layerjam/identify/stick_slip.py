@@ -60,7 +60,6 @@ class SawTeeth:
     irregularity: float
     start: float
     end: float
-    samples_per_tooth: float
     peaks: Indices = field(compare=False, repr=False)
     troughs: Indices = field(compare=False, repr=False)
 
@@ -132,6 +131,24 @@ def turning_points(values: Array, least: float) -> tuple[Indices, Indices]:
     return np.array(found[0], np.intp), np.array(found[1], np.intp)
 
 
+class _Stretch(NamedTuple):
+    """A stretch of sliding and how it is looked at: `noise` of one sample [N], smoothing."""
+
+    position: Array
+    force: Array
+    time: Array | None
+    noise: float
+    samples: int = 1
+
+
+class _Turns(NamedTuple):
+    """Whole teeth as indices: where each peaks, where it starts and where it ends."""
+
+    peaks: Indices
+    starts: Indices
+    ends: Indices
+
+
 def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> Search:
     """Saw teeth in a stretch of sliding, arrays of shape (N,): position [m], force [N], time [s].
 
@@ -140,11 +157,11 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
     """
     if len(force) < 3 * LEAST_TEETH:
         return Search(None, f"only {len(force)} samples")
+    # every so many samples one; the mean would take the teeth's tips
     coarse = max(1, -(-len(force) // MOST_SAMPLES))
-    if coarse > 1:
-        position, force = _thinned(position, coarse), _thinned(force, coarse)
-        time = None if time is None else _thinned(time, coarse)
+    position, force = position[::coarse], force[::coarse]
     noise = max(noise_of(force), _step_of(force) / 12**0.5)
+    whole = _Stretch(position, force, None if time is None else time[::coarse], noise)
     found, told, reason = None, False, "nothing stands out of the noise"
     for samples in SMOOTHINGS:
         if 4 * samples > len(force):
@@ -153,7 +170,7 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
         rest = noise / samples**0.5
         least = max(STANDS_OUT * rest, 0.3 * LEAST_SWING * abs(float(force.mean())))
         peaks, troughs = _large_turns(smooth, least)
-        teeth, why = _judged(position, force, smooth, time, peaks, troughs, samples, noise)
+        teeth, why = _judged(whole._replace(samples=samples), smooth, peaks, troughs)
         if teeth is not None and (found is None or teeth.teeth > found.teeth):
             found, reason = teeth, why
         elif found is None and len(peaks) > LEAST_TEETH and not told:
@@ -163,11 +180,6 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
     if found is not None and coarse > 1:
         found = replace(found, peaks=found.peaks * coarse, troughs=found.troughs * coarse)
     return Search(found, reason)
-
-
-def _thinned(values: Array, by: int) -> Array:
-    """Every so many samples one; the mean would take the teeth's tips."""
-    return values[::by]
 
 
 def _step_of(force: Array) -> float:
@@ -192,17 +204,9 @@ def _unlike(values: Array) -> float:
     return 1.4826 * float(np.median(np.abs(values - middle))) / max(abs(middle), 1e-300)
 
 
-def _judged(
-    position: Array,
-    force: Array,
-    smooth: Array,
-    time: Array | None,
-    peaks: Indices,
-    troughs: Indices,
-    samples: int,
-    noise: float,
-) -> Search:
+def _judged(of: _Stretch, smooth: Array, peaks: Indices, troughs: Indices) -> Search:
     """Whether turning points are saw teeth, and their measures."""
+    position, samples = of.position, of.samples
     # whole teeth only, trough, peak and next trough; the first turn may be cut off by the window
     if len(troughs) and len(peaks):
         troughs = troughs[1:] if troughs[0] < peaks[0] else troughs
@@ -221,7 +225,7 @@ def _judged(
     irregular = _unlike(np.diff(position[peaks]))
     slopes = _unlike((smooth[peaks] - smooth[starts]) / rise)
     middle = float(np.median(smooth[peaks] + smooth[starts])) / 2
-    clear = swing > 20 * noise / samples**0.5 and swing > 0.05 * abs(middle)
+    clear = swing > 20 * of.noise / samples**0.5 and swing > 0.05 * abs(middle)
     large = clear and mean_share > 0.75 and slopes < 0.25
     if count < LEAST_TEETH and not large:
         return Search(None, f"{count} swings stand out, too few to tell")
@@ -237,7 +241,7 @@ def _judged(
         )
     if irregular > MOST_UNLIKE or slopes > MOST_UNLIKE:
         return Search(None, f"{count} swings without a regular spacing or slope: a rough film")
-    teeth = _measured(position, force, time, peaks, starts, ends, samples, noise)
+    teeth = _measured(of, _Turns(peaks, starts, ends))
     if teeth.upper - teeth.lower < LEAST_SWING * abs(teeth.middle):
         part = (teeth.upper - teeth.lower) / abs(teeth.middle)
         return Search(None, f"saw teeth of {part:.1%} of the force, too small to matter")
@@ -248,18 +252,10 @@ def _judged(
     )
 
 
-def _measured(
-    position: Array,
-    force: Array,
-    time: Array | None,
-    peaks: Indices,
-    starts: Indices,
-    ends: Indices,
-    samples: int,
-    noise: float,
-) -> SawTeeth:
+def _measured(of: _Stretch, turns: _Turns) -> SawTeeth:
     """Envelope, spacing and period of teeth found at one smoothing."""
-    tops, feet = _ends_of_falls(force, peaks, starts, ends, samples)
+    (position, force, time, noise, samples), (peaks, starts, ends) = of, turns
+    tops, feet = _ends_of_falls(force, turns, samples)
     high, low = force[tops].astype(float), force[feet].astype(float)
     if float(np.median(high - low)) < 50 * noise:
         # the highest sample of a noisy tooth lies too high: take the ends of its straight rise
@@ -287,19 +283,17 @@ def _measured(
         irregularity=_unlike(apart),
         start=float(position[starts[0]]),
         end=float(position[ends[-1]]),
-        samples_per_tooth=between,
         peaks=tops,
         troughs=feet,
     )
 
 
-def _ends_of_falls(
-    force: Array, peaks: Indices, starts: Indices, ends: Indices, samples: int
-) -> tuple[Indices, Indices]:
+def _ends_of_falls(force: Array, turns: _Turns, samples: int) -> tuple[Indices, Indices]:
     """(tops, feet) of the teeth, where a smoothed record shows them too early and too late.
 
     A fall is centred where the means over half a smoothing before and after it differ most.
     """
+    peaks, starts, ends = turns
     if samples < 3:
         return peaks, starts
     half = samples // 2

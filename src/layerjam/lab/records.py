@@ -76,7 +76,7 @@ def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
     back = speed * np.maximum(time - turned, 0.0)
     if spec.pulls.unload > 0:
         _returns(subject, slip, vacuum, stacked)
-    # on the way back the sheets stick, so that the spring alone relaxes; a brake cannot push
+    # on the return the sheets stick, so that the spring alone relaxes; a brake cannot push
     force = np.maximum(spring * (stretch - slip - back), 0.0)
     jerks = faults.saw(np.where(back > 0, 0.0, slip), machine.stick_slip, spring)
     return np.maximum(force + jerks, 0.0)
@@ -90,7 +90,7 @@ def _stacked(true: Brake, spring: Array, tests: Sequence[Trial]) -> Brake:
 
 
 def _returns(subject: Subject, slip: Array, vacuum: Array, stacked: Brake) -> None:
-    """Refuse a way back on which the sleeve would close the brake against its sheets."""
+    """Refuse a return on which the enclosure would close the brake against its sheets."""
     from layerjam.mechanics.enclosure import enclosure_force
     from layerjam.mechanics.friction import sheet_friction
 
@@ -99,8 +99,8 @@ def _returns(subject: Subject, slip: Array, vacuum: Array, stacked: Brake) -> No
     if (sleeve > np.asarray(sheet_friction(end, last, stacked))).any():
         raise QuantityError.of(
             "pulls.unload",
-            f"at {show(float(last.min()), 'Pa')} the sleeve of {subject.label} is "
-            "stronger than its sheets' friction and would close it on the way back; unload at "
+            f"at {show(float(last.min()), 'Pa')} the enclosure of {subject.label} is "
+            "stronger than its sheets' friction and would close it on the return; unload at "
             "more vacuum or after less travel",
         )
 

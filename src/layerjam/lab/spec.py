@@ -47,7 +47,7 @@ class Truth:
         "N/m", "true stiffness of brake and mount", lo=100, hi=1e9, default=None
     )
     enclosure_factor: float = quantity(
-        "1", "true factor on the sleeve's force", lo=1e-3, hi=100, default=1.0
+        "1", "true factor on the enclosure's force", lo=1e-3, hi=100, default=1.0
     )
     static: float | None = quantity(
         "1", "true static friction of the film on itself", lo=1e-4, hi=5, default=None
@@ -87,7 +87,7 @@ class Pulls:
     travel: float = quantity(
         "m", "travel of the crosshead from where the brake is taut", lo=1e-4, hi=5, default=0.04
     )
-    unload: float = quantity("m", "way back at the end, at the same speed", hi=5, default=0.0)
+    unload: float = quantity("m", "return at the end, at the same speed", hi=5, default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +120,7 @@ class Scatter:
 
     friction: float = quantity("1", "sheets' friction: " + _SIZE.text, hi=0.5, default=0.0)
     stiffness: float = quantity("1", "stiffness: " + _SIZE.text, hi=0.5, default=0.0)
-    enclosure: float = quantity("1", "sleeve's force: " + _SIZE.text, hi=0.5, default=0.0)
+    enclosure: float = quantity("1", "enclosure's force: " + _SIZE.text, hi=0.5, default=0.0)
     per: str = _word(
         "what shares one draw: each pull its own, or all pulls of one repeat number (a brake that "
         "is taken apart between repeats)",

@@ -48,7 +48,7 @@ def fit_bayes(
     seed: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> BayesFit:
-    """Calibrate on curves: posterior of scale factor, stiffness and the sleeve's factor.
+    """Calibrate on curves: posterior of scale factor, stiffness and the enclosure's factor.
 
     `draws` of each of `chains` after 300 for warming up; `progress` is called with (done, all),
     both a chain. The same seed gives the same draws, bit for bit. Ctrl-C keeps what is drawn once

@@ -1,7 +1,7 @@
 """The hierarchical model of many pulls: what its data are, its priors, its likelihood.
 
 Every curve has its own scale factor, stiffness, slack and residual; scale factors and stiffnesses
-scatter about the brake's, and all curves share the factor on the sleeve's force.
+scatter about the brake's, and all curves share the factor on the enclosure's force.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from layerjam.errors import FitError
 from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.curves import Curve, fitted_part
 from layerjam.identify.pull.features import LINEAR
+from layerjam.identify.stick_slip import noise_of
 from layerjam.mechanics.pull import brake_force, force_at_elongation
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import show
@@ -142,21 +143,11 @@ def reduced(curves: Sequence[Curve]) -> Data:
         n = sum(len(p[0]) for p in pieces)
         u[row, :n], force[row, :n] = (np.concatenate([p[i] for p in pieces]) for i in (0, 1))
         count = np.concatenate([p[2] for p in pieces])
-        white[row, :n] = sample_noise(curve.force) / np.sqrt(count)
+        white[row, :n] = noise_of(curve.force) / np.sqrt(count)
         first[row, :n] = np.concatenate([np.arange(len(p[0])) == 0 for p in pieces])
         real[row, :n] = True
     height = np.array([c.pull.peak_force for c in curves])
     return Data(u, force, white, first, real, np.array([c.vacuum for c in curves]), height)
-
-
-def sample_noise(force: Array) -> float:
-    """Noise from sample to sample [N], from second differences, which a smooth curve has none of.
-
-    Noise that lasts over many samples does not show in it; the residual's own SD is for that.
-    """
-    if len(force) < 3:
-        return 0.0
-    return float(1.4826 * np.median(np.abs(np.diff(force, 2))) / np.sqrt(6))
 
 
 def _pieces(curve: Curve) -> list[tuple[Array, Array, Array]]:
@@ -301,7 +292,7 @@ def _raw(flat: Any) -> Sites:
 
 
 def start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
-    """Where the search begins: the law through the sliding part of each curve, sleeve as stated.
+    """Where the search begins: the law through the sliding part of each curve, enclosure as stated.
 
     With a scatter so wide that every curve is free of the others.
     """

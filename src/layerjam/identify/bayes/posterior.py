@@ -34,7 +34,7 @@ class Population:
     brake: Brake
     scale_factor: Array = column("1", "scale factor")
     stiffness: Array = column("N/m", "stiffness of brake and rig")
-    enclosure_factor: Array = column("1", "factor on the sleeve's force")
+    enclosure_factor: Array = column("1", "factor on the enclosure's force")
     residual: Array = column("1", "SD of a measured curve about the law, over its greatest force")
 
     def __len__(self) -> int:
@@ -74,9 +74,9 @@ class BayesFit:
     """Draws of the posterior, shapes (chains, draws) and (chains, draws, curves), SI units.
 
     `scale_factor`, `stiffness` and `enclosure_factor` are the brake's (medians over repeats, the
-    sleeve is shared), the `_sd` the scatter between repeats, relative (SD of the logarithm). Only
-    the products of scale factor and kinetic friction, and of the sleeve's modulus and friction
-    (which goes as `enclosure_factor` squared), are told by pulls.
+    enclosure is shared), the `_sd` the scatter between repeats, relative (SD of the logarithm).
+    Pulls tell only the products of scale factor and kinetic friction, and of the enclosure's
+    modulus and friction (which goes as `enclosure_factor` squared).
     """
 
     brake: Brake
@@ -84,7 +84,7 @@ class BayesFit:
     vacuum: tuple[float, ...]
     scale_factor: Array = column("1", "scale factor of the brake, median over repeats")
     stiffness: Array = column("N/m", "stiffness of brake and rig, median over repeats")
-    enclosure_factor: Array = column("1", "factor on the sleeve's force")
+    enclosure_factor: Array = column("1", "factor on the enclosure's force")
     scale_factor_sd: Array = column("1", "scatter of the scale factor between repeats, relative")
     stiffness_sd: Array = column("1", "scatter of the stiffness between repeats, relative")
     correlation: Array = column("1", "correlation of neighbouring residuals")
@@ -142,11 +142,6 @@ class BayesFit:
         flat = self.residual.reshape(-1, self.residual.shape[-1])
         picked = np.random.default_rng([self.seed, 2]).integers(flat.shape[1], size=len(flat))
         return np.asarray(np.sqrt(flat[np.arange(len(flat)), picked] ** 2 + FLOOR**2))
-
-    def typical(self) -> Brake:
-        """The brake with the posterior medians."""
-        middle = (np.median(v) for v in (self.scale_factor, self.stiffness, self.enclosure_factor))
-        return with_shape(self.brake, *(float(m) for m in middle))
 
     def summary(self) -> dict[str, Posterior]:
         """The brake, the scatter between repeats, and the next pull ("next_..."), by name."""

@@ -139,7 +139,7 @@ def vacuum_band(
     """Vacuum [Pa] at which the brake resists with forces [N], shape (n,), at one slip [m].
 
     Chances: "too strong", more than the site's full vacuum gives (counts as +infinity), and
-    "sleeve alone", the sleeve alone resists more (counts as -infinity).
+    "enclosure alone", the enclosure alone resists more (counts as -infinity).
     """
     asked, place = _row("force", force, "N"), _row("slip", slip, "m")
     overlap = of.brake.sheets.overlap
@@ -154,7 +154,7 @@ def vacuum_band(
     vacuum = np.array(law.vacuum_for_force(full, place, brakes))
     above, below = asked > most, asked < least
     vacuum[above], vacuum[below] = np.inf, -np.inf
-    chances = {"too strong": above.mean(axis=0), "sleeve alone": below.mean(axis=0)}
+    chances = {"too strong": above.mean(axis=0), "enclosure alone": below.mean(axis=0)}
     return _band("vacuum", "Pa", vacuum, levels, chances)
 
 

@@ -25,9 +25,10 @@ NEAR = 2.0
 SHAPE = ("scale_factor", "stiffness", "enclosure_factor")
 """What a single curve's shape depends on; the first two enter by their logarithms."""
 LEAST_ENCLOSURE = 1e-3
-"""The sleeve's factor is held above this within a fit."""
+"""The enclosure's factor is held above this within a fit."""
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reduced:
     """Curves as arrays of shape (curves, stretches); stretches without samples weigh nothing.
@@ -86,10 +87,10 @@ def _reduce(curve: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def with_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Brake:
-    """The brake with another scale factor, stiffness [N/m] and factor on the sleeve's force.
+    """The brake with another scale factor, stiffness [N/m] and factor on the enclosure's force.
 
-    Only the product of the sleeve's modulus and friction shows in its force: both are multiplied
-    alike, so that the slip from which the whole sleeve moves stays as it was.
+    Only the product of the enclosure's modulus and friction shows in its force: both are multiplied
+    alike, so that the slip from which the whole enclosure moves stays as it was.
     """
     return replace(
         brake,
@@ -103,7 +104,7 @@ def with_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Bra
 def pull_force(
     own: Any, elongation: Any, vacuum: Any, height: Any, onset: Any, brake: Brake
 ) -> Any:
-    """Force [N] of one curve; `own` = (ln a, ln k, sleeve's factor, slack/onset, offset/height).
+    """Force [N] of one curve; `own` = (ln a, ln k, enclosure's factor, slack/onset, offset/height).
 
     Zero before the slack is taken up. The gradient is that of the law: finite and right everywhere,
     as the slip grows with the square of the elongation past the onset.
@@ -136,7 +137,7 @@ def law_with_error(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Force [N] over elongation [m] and its standard deviation [N], to first order.
 
-    `shape` is (a, k, sleeve's factor), `covariance` (3, 3) that of (ln a, ln k, factor).
+    `shape` is (a, k, enclosure's factor), `covariance` (3, 3) that of (ln a, ln k, factor).
     """
     own = np.array([np.log(shape[0]), np.log(shape[1]), shape[2], 0.0, 0.0])
     force, error = _band()(own, elongation, vacuum, covariance, plain(brake))

@@ -1,10 +1,10 @@
 """Least squares over all curves at once: what they share, and what each has of its own.
 
-Every curve has its own friction, stiffness, sleeve and slack, scattered about what all share. The
-sum of squared residuals plus the squared scatter over a working variance is made least: first each
-curve's own parameters with the shared ones held (Levenberg and Marquardt), then the shared ones,
-until neither moves. With little noise every curve counts alike; one that tells a parameter badly
-counts less in it.
+Every curve has its own friction, stiffness, enclosure and slack, scattered about what all share.
+The sum of squared residuals plus the squared scatter over a working variance is made least: first
+each curve's own parameters with the shared ones held (Levenberg and Marquardt), then the shared
+ones, until neither moves. With little noise every curve counts alike; one that tells a parameter
+badly counts less in it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from layerjam.units import show
 FREE = ("pressure_exponent", "speed", "force_offset")
 """What `--free` can name."""
 WORKING = np.array([0.05, 0.05, 0.15])
-"""Scatter between repeats of ln a, ln k and the sleeve's factor that the weights assume."""
+"""Scatter between repeats of ln a, ln k and the enclosure's factor that the weights assume."""
 MISFIT = 0.01
 """Part of the peak by which a stretch is taken to miss the law before that is known."""
 QUIETEST = 2e-4
@@ -71,7 +71,7 @@ class JointFit:
     rounds: int = field(default=0)
 
     def shape(self, place: int) -> np.ndarray:
-        """(a, k, sleeve's factor) that the shared parameters give a curve."""
+        """(a, k, enclosure's factor) that the shared parameters give a curve."""
         at = self.design[place] @ self.population.estimate + self.held[place]
         return np.array([np.exp(at[0]), np.exp(at[1]), at[2]])
 
@@ -229,22 +229,9 @@ def fit_own(
     count = len(reduced)
     padded = max(4, 1 << (count - 1).bit_length())  # few shapes, so that few are compiled
     fill = np.r_[np.arange(count), np.zeros(padded - count, dtype=int)]
-    arrays = (
-        start,
-        expected,
-        reduced.elongation,
-        reduced.force,
-        reduced.weight,
-        reduced.vacuum,
-        reduced.height,
-        reduced.onset,
-        noise,
-    )
-    looseness = 1.0 if offset else 1e-9
-    own, information, residual = (
-        np.asarray(a)[:count]
-        for a in _solver()(*(jnp.asarray(a[fill]) for a in arrays), looseness, plain(brake))
-    )
+    curves = jax.tree.map(lambda a: jnp.asarray(a[fill]), (start, expected, reduced, noise))
+    found = _solver()(*curves, 1.0 if offset else 1e-9, plain(brake))
+    own, information, residual = (np.asarray(a)[:count] for a in found)
     weight = reduced.weight
     stretches = (weight > 0).sum(axis=1)
     variance = (weight * residual**2).sum(axis=1) / np.maximum(stretches - 5, 1)
@@ -271,26 +258,15 @@ def _correlation(residual: np.ndarray) -> float:
 def _solver() -> Any:
     """Levenberg and Marquardt for one curve, over all of them, compiled once a shape."""
 
-    def one(
-        start: Any,
-        expected: Any,
-        u: Any,
-        force: Any,
-        weight: Any,
-        vacuum: Any,
-        height: Any,
-        onset: Any,
-        noise: Any,
-        looseness: Any,
-        brake: Any,
-    ) -> Any:
-        root = jnp.sqrt(weight) / noise
+    def one(start: Any, expected: Any, of: Reduced, noise: Any, looseness: Any, brake: Any) -> Any:
+        root = jnp.sqrt(of.weight) / noise
         centre = jnp.concatenate([expected, jnp.zeros(2)])
         pull = jnp.concatenate([1 / WORKING**2, jnp.array([1e-6, 1.0])])
         pull = pull.at[4].set(1 / looseness**2)
 
         def residual(own: Any) -> Any:
-            return root * (force - pull_force(own, u, vacuum, height, onset, brake))
+            law = pull_force(own, of.elongation, of.vacuum, of.height, of.onset, brake)
+            return root * (of.force - law)
 
         def normal(own: Any) -> Any:
             rest, slope = residual(own), -jax.jacfwd(residual)(own)
@@ -320,6 +296,6 @@ def _solver() -> Any:
         own, _, _, _, square, _, _ = jax.lax.while_loop(going, better, first)
         nuisance = square[3:, 3:] + jnp.diag(pull[3:])
         told = square[:3, :3] - square[:3, 3:] @ jnp.linalg.solve(nuisance, square[3:, :3])
-        return own, told, residual(own) * noise / jnp.where(root > 0, jnp.sqrt(weight), 1.0)
+        return own, told, residual(own) * noise / jnp.where(root > 0, jnp.sqrt(of.weight), 1.0)
 
-    return jax.jit(jax.vmap(one, in_axes=(0,) * 9 + (None, None)))
+    return jax.jit(jax.vmap(one, in_axes=(0,) * 4 + (None, None)))

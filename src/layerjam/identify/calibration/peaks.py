@@ -111,7 +111,7 @@ class Calibration:
 def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     """Scale factor and stiffness of one pull at `vacuum` [Pa].
 
-    Raises FitError where the pull has no peak, one so low that the sleeve alone exceeds it, or no
+    Raises FitError where the pull has no peak, one below the enclosure's own force, or no
     straight rise before it.
     """
     if vacuum <= 0:
@@ -138,7 +138,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
         least = show(root * brake.sheets.overlap**0.5, "N")
         raise FitError(
             f"{pull.path}: a peak of {show(pull.peak_force, 'N')} is below {least}, the least that "
-            "the sleeve's law allows at this vacuum"
+            "the enclosure's law allows at this vacuum"
         )
     step = pull.peak_force * 1e-6
     slope = (float(scale_factor_of_peak(pull.peak_force + step, vacuum, brake)) - factor) / step

@@ -48,7 +48,7 @@ TOLD = {
 }
 """Standard error from noise alone up to which a parameter counts as told by the curves."""
 SLEEVE = (0.3, 3.0)
-"""The sleeve's factor beyond this is suspect: modulus and friction of a silicone vary by less."""
+"""The enclosure's factor beyond this is suspect: moduli and frictions of silicone vary less."""
 SECTIONS = 6
 MATTERS = 0.015
 """Part of the peak that a consistent residual may reach before it counts."""

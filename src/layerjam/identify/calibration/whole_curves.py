@@ -40,7 +40,7 @@ class CurvesCalibration(OverCurves):
     """What all curves say together, SI units.
 
     `scale_factor` goes with the brake file's kinetic friction; `enclosure_factor` multiplies the
-    sleeve's force (the root of the product of its modulus and friction). With a
+    enclosure's force (the root of the product of its modulus and friction). With a
     `pressure_exponent` the scale factor is that at `reference_pressure` [Pa]; with a `speed_slope`
     (change of ln(friction) per decade of speed) that at `reference_speed` [m/s]. `intervals` and
     `bootstrap` are 95 %; an interval is None where no repeats tell it.
@@ -86,15 +86,17 @@ def shape_sources(
     word: str,
     at: str = "",
 ) -> dict[str, tuple[float, Source]]:
-    """Scale factor, stiffness and sleeve for a brake file: {path: (value, Source)}.
+    """Scale factor, stiffness and enclosure for a brake file: {path: (value, Source)}.
 
-    `text` says how they were found, `word` what `errors` are. The sleeve's modulus and friction are
-    scaled alike, since only their product is known.
+    `text` says how they were found, `word` what `errors` are. The enclosure's modulus and
+    friction are scaled alike, since only their product is known.
     """
     factor = values["enclosure_factor"]
     of_sleeve = errors["enclosure_factor"]
     spread = "" if of_sleeve is None else f"{word} {of_sleeve:.2g} of the factor {factor:.4g}"
-    sleeve = f"{text}; the product of the sleeve's modulus and friction is known, both are scaled"
+    sleeve = (
+        f"{text}; the product of the enclosure's modulus and friction is known, both are scaled"
+    )
     friction = f"{text}, with kinetic friction {brake.film.kinetic:.4g}{at}"
     made = {
         "scale_factor": (

@@ -41,7 +41,7 @@ FEWEST = 10
 class FrictionRepeat:
     """One repeat: coefficients [-], where its maximum lies [m of travel], where it came from.
 
-    `kinetic` is None where the record judders, unless the middle of the envelope was accepted.
+    `kinetic` is None where the record sticks and slips, unless the middle was accepted.
     `window` is the travel the mean was taken over [m], `teeth` the stick-slip in it (forces in N),
     `noise` one sample's standard deviation [N]. `distinct` is False where a standard's first
     maximum does not stand out.
@@ -136,7 +136,7 @@ def _digest(path: str) -> str:
 
 
 def _outward(trace: Trace) -> tuple[Array, Array, Array | None]:
-    """Travel [m] from the first sample, force [N] and time [s], without the way back."""
+    """Travel [m] from the first sample, force [N] and time [s], without the return."""
     travel = trace.elongation - trace.elongation[0]
     if travel[-1] < 0:
         travel = -travel
@@ -379,7 +379,7 @@ def with_friction(file: BrakeFile, result: FrictionResult, name: str) -> tuple[s
     """
     if result.kinetic is None:
         raise FitError(
-            "friction: the films judder, so that there is no kinetic friction to write into the "
+            "friction: the films stick and slip, so there is no kinetic friction to write into the "
             "brake (--accept-judder takes the middle of the stick-slip)"
         )
     blank = Source(kind="assumed", text="not calibrated with this friction yet")

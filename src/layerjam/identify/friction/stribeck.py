@@ -163,7 +163,7 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
 
 
 def _lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
-    """(force per unit of friction coefficient, sleeve's force) [N]."""
+    """(force per unit of friction coefficient, enclosure's force) [N]."""
     contact = brake.sheets.overlap - points.slip
     per_metre = np.asarray(friction_per_contact(points.vacuum, brake)) / brake.film.kinetic
     return per_metre * contact, np.asarray(backbone(points.slip, sleeve_at(points.vacuum, brake)))

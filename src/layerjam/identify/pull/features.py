@@ -72,7 +72,7 @@ def _calm(force: Array, most: int) -> Array:
 
 
 def _first_rise(smooth: Array) -> int:
-    """Index of the greatest force, or of the first one a pull that judders slips from."""
+    """Index of the greatest force, or of the first one from which the brake slips."""
     top = int(np.argmax(smooth))
     highest = np.maximum.accumulate(smooth[: top + 1])
     slipped = highest - smooth[: top + 1] > SLIP * smooth[top]

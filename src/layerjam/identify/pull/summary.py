@@ -1,4 +1,4 @@
-"""All that one measured pull shows: slack, preload, onset, peak, steady part, judder, way back."""
+"""All that one measured pull shows: slack, preload, onset, peak, steady part, judder, return."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a pull shows on its way back: stiffness, what is left of it, and the energy of the loop."""
+"""What a pull shows on its return: stiffness, what is left of it, and the energy of the loop."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from layerjam.measure.trace import Array
 PART = (0.9, 0.2)
 """Of the force at the reversal: between them the stiffness is taken."""
 LEAST_WAY_BACK = 0.02
-"""A way back shorter than this part of the pull is none."""
+"""A return shorter than this part of the pull is none."""
 FEWEST = 8
 
 
@@ -21,10 +21,10 @@ class Unloading:
     """The unloading branch of a pull, SI units.
 
     `stiffness` is the slope just after the reversal [N/m], None where fewer than 4 samples lie on
-    it. `residual_force` is the mean force over the last hundredth of the way back [N].
+    it. `residual_force` is the mean force over the last hundredth of the return [N].
     `residual_elongation` is how far from the onset of the pull the force meets its baseline again
     along that slope [m], None with it. `work` goes in on the way out [J], `returned` comes back;
-    `loop`, their difference, is what the brake kept: dissipated if the way back leads to the onset
+    `loop`, their difference, is what the brake kept: dissipated if the return leads to the onset
     (`closed`).
     """
 
@@ -80,7 +80,7 @@ def find_unloading(
 
 
 def _steep(back: Array, fall: Array, top: float, baseline: float) -> StraightLine | None:
-    """The line through the beginning of the way back; None where it has too few samples."""
+    """The line through the beginning of the return; None where it has too few samples."""
     high, low = (baseline + part * (top - baseline) for part in PART)
     under, gone = np.flatnonzero(fall <= high), np.flatnonzero(fall <= low)
     if top <= baseline or not len(gone):

@@ -1,1 +1,1 @@
-"""The sleeve's silicone from a tensile test."""
+"""The enclosure's silicone from a tensile test."""

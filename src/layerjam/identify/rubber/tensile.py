@@ -1,4 +1,4 @@
-"""The sleeve's silicone from a tensile test after ASTM D412: moduli of the first loading.
+"""The enclosure's silicone from a tensile test after ASTM D412: moduli of the first loading.
 
 The "100 % modulus" of D412 and of data sheets is the engineering stress at 100 % elongation. It is
 what `enclosure.modulus` holds: stress over strain there, and the strain is 1.

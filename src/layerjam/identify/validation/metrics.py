@@ -139,7 +139,7 @@ class Validation(Pooled):
 def uncalibrated(brake: Brake) -> Brake:
     """The brake before calibration: scale factor 1, stiffness of the stuck sheets (eq. 1).
 
-    A fitted dependence on pressure goes too; friction and sleeve stay as the file has them.
+    A fitted dependence on pressure goes too; friction and enclosure stay as the file has them.
     """
     return replace(
         brake, scale_factor=1.0, stiffness_measured=None, pressure_exponent=None, test_pressure=None
