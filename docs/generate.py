@@ -25,7 +25,7 @@ from layerjam.measure.sidecar import Facts
 from layerjam.records.source import KINDS
 from layerjam.records.toml import parse_toml
 from layerjam.simulate.record import DropRecord, TensileRecord
-from layerjam.simulate.stick_slip import JudderRecord
+from layerjam.simulate.stick_slip import StickSlipRecord
 from layerjam.units import QuantitySpec, quantities, show
 
 DOCS = Path(__file__).parent
@@ -117,7 +117,7 @@ _FACTS = {
 
 
 PULLS_AND_STOPS = (
-    ("A pull", TensileRecord), ("A stop", DropRecord), ("A pull that judders", JudderRecord)
+    ("A pull", TensileRecord), ("A stop", DropRecord), ("A pull that judders", StickSlipRecord)
 )  # fmt: skip
 
 

@@ -30,12 +30,14 @@ _FORMER = {
     "layerjam.identify.validation.metrics": "uncalibrated validate_curves",
     "layerjam.identify.validation.table": "pool",
     "layerjam.lab.campaign": "campaign",
+    "layerjam.mechanics.enclosure": "sleeve_stretch:enclosure_stretch",
+    "layerjam.mechanics.stick_slip.laws": "stiffness_without_judder:stiffness_without_stick_slip",
     "layerjam.simulate.accelerometer": "Reading seen",
     "layerjam.simulate.drop_in_time": "drop_in_time",
     "layerjam.simulate.stack": "tensile_stack",
     "layerjam.simulate.stack_layout": "stack_of",
     "layerjam.simulate.stack_spread": "Spread peak_spread",
-    "layerjam.simulate.stick_slip": "JudderRecord amplitude_map",
+    "layerjam.simulate.stick_slip": "JudderRecord:StickSlipRecord amplitude_map",
     "layerjam.studies.machines.apply": "machines",
 }
 """Names that stood here before the laws had a room of their own; they go on working."""

@@ -6,7 +6,7 @@ numbers they compute in double precision whatever the process has set; traced, t
 """
 
 from layerjam.device.brake import enclosure_mass, mass, sheet_mass
-from layerjam.mechanics.enclosure import enclosure_force, saturation_slip, sleeve_stretch
+from layerjam.mechanics.enclosure import enclosure_force, enclosure_stretch, saturation_slip
 from layerjam.mechanics.energy import energy_capacity, pull_work, slip_heat, slip_work
 from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.heat import (
@@ -41,7 +41,7 @@ from layerjam.mechanics.stick_slip.laws import (
     sliding_force,
     slow_saw,
     stable_speed,
-    stiffness_without_judder,
+    stiffness_without_stick_slip,
     stribeck_friction,
     undamped_saw,
 )
@@ -62,6 +62,7 @@ __all__ = [
     "enclosure_cycle",
     "enclosure_force",
     "enclosure_mass",
+    "enclosure_stretch",
     "energy_capacity",
     "force_at_elongation",
     "force_limits",
@@ -79,7 +80,6 @@ __all__ = [
     "sheet_friction",
     "sheet_mass",
     "sheet_stress",
-    "sleeve_stretch",
     "sliding_force",
     "slip_at_elongation",
     "slip_heat",
@@ -89,7 +89,7 @@ __all__ = [
     "stable_speed",
     "stiffness_before_slip",
     "stiffness_sliding",
-    "stiffness_without_judder",
+    "stiffness_without_stick_slip",
     "stop",
     "stop_in_time",
     "stops_per_minute",

@@ -18,7 +18,7 @@ from layerjam.measure.trace import Trace
 from layerjam.mechanics.enclosure import saturation_slip
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.pull import force_at_elongation, peak
-from layerjam.simulate.stick_slip import judder
+from layerjam.simulate.stick_slip import stick_slip
 from strategies import KAPTON, PTFE, one, random_brakes, seeds
 
 BOTH = pytest.mark.parametrize("brake", [KAPTON, PTFE], ids=["kapton", "ptfe"])
@@ -162,7 +162,7 @@ def test_a_hold_before_the_way_back() -> None:
 @pytest.mark.parametrize("name", ["choi2018-kapton", "choi2018-ptfe"])
 def test_a_pull_that_judders(name: str) -> None:
     """The truth is the simulation's own events."""
-    run = judder(load(name), vacuum=FULL, speed=5e-3, mass=0.5, damping=20.0, travel=0.03)
+    run = stick_slip(load(name), vacuum=FULL, speed=5e-3, mass=0.5, damping=20.0, travel=0.03)
     time = np.arange(0, run.time[-1], 1e-3)
     force = np.interp(time, run.time, run.force)
     force = force + 0.15 * np.random.default_rng(3).standard_normal(len(time))

@@ -14,11 +14,11 @@ from layerjam.mechanics.enclosure import (
     backbone_dissipated,
     backbone_stored,
     backbone_work,
+    enclosure_stretch,
     inverse_backbone,
     saturation_slip,
     sleeve_at,
     sleeve_of,
-    sleeve_stretch,
 )
 from layerjam.mechanics.energy import energy_capacity, pull_work, slip_heat, slip_work
 from layerjam.mechanics.limits import buckling_force, self_closing_vacuum
@@ -81,7 +81,7 @@ def test_stored_energy_and_heat_of_the_sleeve_from_its_tension(brake, vacuum):
         assert moved(0.0) == pytest.approx(x / 2, rel=1e-12)
         total = backbone_stored(x, sleeve) + backbone_dissipated(x, sleeve)
         assert float(backbone_work(x, sleeve)) == pytest.approx(float(total), rel=1e-13)
-        assert float(sleeve_stretch(x, vacuum, brake)) == pytest.approx(end / stiff, rel=1e-13)
+        assert float(enclosure_stretch(x, vacuum, brake)) == pytest.approx(end / stiff, rel=1e-13)
 
 
 @pytest.mark.parametrize(("brake", "vacuum"), CASES)

@@ -17,7 +17,7 @@ N = 24
 LAWS = {
     "enclosure_force": (enclosure.enclosure_force, "xp"),
     "saturation_slip": (enclosure.saturation_slip, "p"),
-    "sleeve_stretch": (enclosure.sleeve_stretch, "xp"),
+    "enclosure_stretch": (enclosure.enclosure_stretch, "xp"),
     "slip_work": (energy.slip_work, "xp"),
     "slip_heat": (energy.slip_heat, "xp"),
     "pull_work": (energy.pull_work, "up"),

@@ -15,7 +15,7 @@ from strategies import KAPTON, change, one, points, random_brakes, stretched
 
 TWO = {
     "enclosure_force": enclosure.enclosure_force,
-    "sleeve_stretch": enclosure.sleeve_stretch,
+    "enclosure_stretch": enclosure.enclosure_stretch,
     "slip_work": energy.slip_work,
     "slip_heat": energy.slip_heat,
     "pull_work": energy.pull_work,
@@ -106,7 +106,7 @@ def test_forces_do_not_change_when_lengths_are_given_in_millimetres(length, expo
 
     same(pull.brake_force, (slip, vacuum), (x, p), 0)
     same(enclosure.enclosure_force, (slip, vacuum), (x, p), 0)
-    same(enclosure.sleeve_stretch, (slip, vacuum), (x, p), 0)
+    same(enclosure.enclosure_stretch, (slip, vacuum), (x, p), 0)
     same(friction.holding_force, (vacuum,), (p,), 0)
     same(energy.slip_work, (slip, vacuum), (x, p), 1)
     same(energy.slip_heat, (slip, vacuum), (x, p), 1)

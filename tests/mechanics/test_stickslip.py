@@ -22,7 +22,7 @@ from layerjam.mechanics.stick_slip.laws import (
     sliding_force,
     slow_saw,
     stable_speed,
-    stiffness_without_judder,
+    stiffness_without_stick_slip,
     stribeck_friction,
     undamped_saw,
 )
@@ -151,7 +151,7 @@ def test_critical_speed(ratio: float) -> None:
     impedance = np.sqrt(spring * mass)
     found = float(critical_speed(233.9, 175.4, spring, mass, 2 * ratio * impedance))
     assert found == pytest.approx(58.5 / (impedance * reference(ratio)), rel=1e-6)
-    back = float(stiffness_without_judder(found, 233.9, 175.4, mass, ratio))
+    back = float(stiffness_without_stick_slip(found, 233.9, 175.4, mass, ratio))
     assert back == pytest.approx(spring, rel=1e-10)
 
 
@@ -193,7 +193,7 @@ def test_laws_under_jit_vmap_and_grad() -> None:
         lambda s: undamped_saw(s, 175.0, 131e3, 0.01, 0.1).period: (230.0,),
         lambda s: undamped_saw(s, 50.0, 131e3, 0.01, 0.1).slip: (230.0,),
         lambda d: critical_speed(234.0, 175.0, 131e3, 0.01, d): (0.5, 20.0, 60.0),
-        lambda v: stiffness_without_judder(v, 234.0, 175.0, 0.01, 0.1): (1.0,),
+        lambda v: stiffness_without_stick_slip(v, 234.0, 175.0, 0.01, 0.1): (1.0,),
         lambda d: stable_speed(58.0, 1e-3, 2.0, d): (1.0, 30.0),
         lambda v: wet_force(0.01, v, 50e3, KAPTON, ILLUSTRATIVE): (1e-3, 0.1),
         lambda v: sliding_force(0.01, v, 50e3, KAPTON, CURVE): (1e-3,),

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from layerjam.mechanics.enclosure import enclosure_force, saturation_slip, sleeve_stretch
+from layerjam.mechanics.enclosure import enclosure_force, enclosure_stretch, saturation_slip
 from layerjam.mechanics.energy import energy_capacity, pull_work, slip_work
 from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.hysteresis import brake_cycle
@@ -98,7 +98,7 @@ def test_printed_in_the_text(value, text):
 
 
 def test_stretch_is_550_percent_and_a_sixth_of_the_force():
-    assert float(sleeve_stretch(0.04, 101325.0, KAPTON)) == pytest.approx(5.5, rel=0.05)
+    assert float(enclosure_stretch(0.04, 101325.0, KAPTON)) == pytest.approx(5.5, rel=0.05)
     share = float(enclosure_force(0.04, FULL, KAPTON) / brake_force(0.04, FULL, KAPTON))
     assert share == pytest.approx(1 / 6, rel=0.05)
 

@@ -116,7 +116,7 @@ def test_an_existing_file_stays_unless_forced(
     assert path.stat().st_size > 1000 and list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.parametrize("when", ["write", "replace", "chmod"])
+@pytest.mark.parametrize("when", ["write", "replace"])
 @pytest.mark.parametrize("ending", ["csv", "nc"])
 def test_files_appear_whole_or_not_at_all(
     record: TensileRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str, when: str

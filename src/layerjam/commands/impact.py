@@ -330,8 +330,7 @@ def _snaps(
 
 
 def _without_brake(case: dict[str, Any], damping: float, g: float, sensing: Sensing) -> Stop:
-    from layerjam.simulate.drop import damped_rope_only
-    from layerjam.simulate.rope_alone import felt
+    from layerjam.simulate.rope_alone import damped_rope_only, felt
 
     mass, speed, rope, along = (case[k] for k in ("mass", "speed", "rope_stiffness", "gravity"))
     if rope is None:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from layerjam.mechanics.stick_slip.slide_step import Slide
-    from layerjam.simulate.stick_slip import Bounds, JudderRecord
+    from layerjam.simulate.stick_slip import Bounds, StickSlipRecord
 
 MOUNT = QuantitySpec("N/m", "stiffness of the mount", lo=100, hi=1e9, example="200kN/m")
 DAMPING = replace(
@@ -43,7 +43,7 @@ STATIC = replace(spec_of(Film, "static"), text="static friction", example="0.3")
 
 @result
 class StickSlip(Result):
-    """The last slip of the run, and what would stop it; `record` is the JudderRecord."""
+    """The last slip of the run, and what would stop it; `record` is the StickSlipRecord."""
 
     outcome: str = fact("how the run ended")
     amplitude: float | None = number("N", "half of the force's swing in the last slip")
@@ -125,7 +125,7 @@ def stick_slip(
     moving = simulation.moving_mass(device) if mass is None else mass
     given: dict[str, Any] = {"vacuum": vacuum, "speed": speed, "mass": moving, "damping": damping}
     given |= {"stribeck": curve, "slip": slip}
-    record = simulation.judder(brake, mount_stiffness=mount_stiffness, travel=travel, **given)
+    record = simulation.stick_slip(brake, mount_stiffness=mount_stiffness, travel=travel, **given)
     spring = simulation.series_stiffness(device, mount_stiffness)
     start = simulation.slide_of(device, stiffness=spring, frozen=True, **given)
     bounds = simulation.Bounds(*(float(v) for v in simulation.bounds_at(start)))
@@ -181,7 +181,7 @@ def _check_room(slip: float, travel: float | None, brake: Brake) -> None:
         )
 
 
-def _swing(record: JudderRecord) -> dict[str, float | None]:
+def _swing(record: StickSlipRecord) -> dict[str, float | None]:
     """The last slip, or the force it settled at."""
     from layerjam.simulate.stick_slip import bounds_at, slide_of
 
@@ -214,7 +214,7 @@ def _swing(record: JudderRecord) -> dict[str, float | None]:
 
 def _limits(at: Slide, bounds: Bounds, speed: float, ratio: float) -> dict[str, float | None]:
     """What would stop it: speed and stiffness; None for never."""
-    from layerjam.mechanics.stick_slip.laws import stable_speed, stiffness_without_judder
+    from layerjam.mechanics.stick_slip.laws import stable_speed, stiffness_without_stick_slip
     from layerjam.simulate.stick_slip import critical_speed_of
 
     drop = bounds.static - bounds.kinetic
@@ -224,7 +224,7 @@ def _limits(at: Slide, bounds: Bounds, speed: float, ratio: float) -> dict[str, 
     needed = math.inf
     if float(at.stribeck) == 0.0:
         needed = float(
-            stiffness_without_judder(speed, bounds.static, bounds.kinetic, at.mass, ratio)
+            stiffness_without_stick_slip(speed, bounds.static, bounds.kinetic, at.mass, ratio)
         )
     found = {
         "critical_speed": critical_speed_of(at),

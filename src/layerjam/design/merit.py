@@ -233,7 +233,7 @@ def merits(point: Point, base: Brake, pulled: StickSlipPull | None = None) -> di
     }
     if pulled is not None:
         kinetic = friction.sheet_friction(0.0, vacuum, made)
-        least = stickslip.stiffness_without_judder(
+        least = stickslip.stiffness_without_stick_slip(
             pulled.speed, held * rows, kinetic * rows, pulled.mass, pulled.damping_ratio
         )
         out["judder_margin"] = own * rows / row / least

@@ -116,7 +116,7 @@ def saturation_slip(vacuum: Any, brake: Brake) -> Any:
 
 
 @law
-def sleeve_stretch(slip: Any, vacuum: Any, brake: Brake) -> Any:
+def enclosure_stretch(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Local stretch [-] at the sleeve's end, F/(EA) a face; slip [m], vacuum [Pa].
 
     5.5 at 40 mm and full vacuum, while the modulus is quoted at 1: the law is used far outside.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from layerjam.report.style import BLUE, GREY, ORANGE, RED, canvas, label, look, save, title
-from layerjam.simulate.stick_slip import JudderRecord, bounds_at, slide_of
+from layerjam.simulate.stick_slip import StickSlipRecord, bounds_at, slide_of
 from layerjam.units import show
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ MM = 1e3
 DARK_ORANGE = "#8a5f00"
 
 
-def stick_slip(record: JudderRecord) -> Figure:
+def stick_slip(record: StickSlipRecord) -> Figure:
     """Force over elongation between its bounds, and the last slip in slow motion."""
     brake = record.brake.brake
     at = slide_of(
@@ -47,7 +47,7 @@ def stick_slip(record: JudderRecord) -> Figure:
     return figure
 
 
-def _one_slip(axes: Axes, record: JudderRecord) -> None:
+def _one_slip(axes: Axes, record: StickSlipRecord) -> None:
     """The last event against time, or how the motion settles."""
     if len(record.events):
         start, end = float(record.events.break_time[-1]), float(record.events.stick_time[-1])

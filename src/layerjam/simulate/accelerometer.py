@@ -39,6 +39,7 @@ _INSTANT = 1e-12
 _MEMORY = 30.0
 """A filter has forgotten what is older than this many of its time constants (exp(-30) = 1e-13)."""
 
+Array = np.ndarray[Any, np.dtype[Any]]
 Signal = DropRecord | tuple[Any, Any]
 
 
@@ -121,8 +122,8 @@ class Reading:
     range, and the samples show the range there.
     """
 
-    time: np.ndarray = column("s", "time of the samples, on the clock of the signal")
-    acceleration: np.ndarray = column("m/s^2", "specific force shown")
+    time: Array = column("s", "time of the samples, on the clock of the signal")
+    acceleration: Array = column("m/s^2", "specific force shown")
     peak: float
     time_of_peak: float
     ideal_peak: float
@@ -134,7 +135,7 @@ class Reading:
     warnings: tuple[str, ...] = ()
 
 
-def specific_force(record: DropRecord) -> tuple[np.ndarray, np.ndarray]:
+def specific_force(record: DropRecord) -> tuple[Array, Array]:
     """Time [s] and F/M [m/s^2] of a drop, shape (N,) each, with the rebound up to the slack rope.
 
     A record that ends at its first standstill ends in full load, where a filter still needs what
@@ -180,7 +181,7 @@ def _end_of(record: DropRecord) -> list[str]:
     ]
 
 
-def lowpass_poles(kind: str, order: int, bandwidth: float) -> np.ndarray:
+def lowpass_poles(kind: str, order: int, bandwidth: float) -> Array:
     """Poles [rad/s], shape (order,), of an analogue low-pass that is -3 dB at `bandwidth` [Hz]."""
     from scipy import signal
 
@@ -188,9 +189,7 @@ def lowpass_poles(kind: str, order: int, bandwidth: float) -> np.ndarray:
     return np.asarray(2 * np.pi * bandwidth * shape[1])
 
 
-def low_pass(
-    time: Any, value: Any, poles: np.ndarray, first: float, rate: float, count: int
-) -> Any:
+def low_pass(time: Any, value: Any, poles: Array, first: float, rate: float, count: int) -> Any:
     """A signal behind an analogue low-pass, at `count` instants from `first` [s] at `rate` [Hz].
 
     Exact, not stepped: between its samples (`time`, `value`, shape (N,), any spacing) the signal is
@@ -218,14 +217,14 @@ def low_pass(
     return out
 
 
-def _phi1(x: np.ndarray) -> np.ndarray:
+def _phi1(x: Array) -> Array:
     """(e^x - 1)/x."""
     small = abs(x) < 1e-3
     safe = np.where(small, 1.0, x)
     return np.where(small, 1 + x / 2 + x**2 / 6 + x**3 / 24, np.expm1(safe) / safe)
 
 
-def _phi2(x: np.ndarray) -> np.ndarray:
+def _phi2(x: Array) -> Array:
     """(e^x - 1 - x)/x^2."""
     small = abs(x) < 1e-2
     safe = np.where(small, 1.0, x)
@@ -233,7 +232,7 @@ def _phi2(x: np.ndarray) -> np.ndarray:
     return np.where(small, series, (np.expm1(safe) - safe) / safe**2)
 
 
-def cfc_coefficients(cfc: float, rate: float) -> tuple[np.ndarray, np.ndarray]:
+def cfc_coefficients(cfc: float, rate: float) -> tuple[Array, Array]:
     """(a, b) of SAE J211-1, appendix C: y_i = a0 x_i + a1 x_i-1 + a2 x_i-2 + b1 y_i-1 + b2 y_i-2.
 
     Shape (3,) and (2,). A 2-pole Butterworth low-pass by the bilinear transform; its cutoff lies at
@@ -248,7 +247,7 @@ def cfc_coefficients(cfc: float, rate: float) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def cfc_filter(value: Any, rate: float, cfc: float) -> np.ndarray:
+def cfc_filter(value: Any, rate: float, cfc: float) -> Array:
     """Equally spaced samples, shape (N,), through the filter of SAE J211-1, forward and backward.
 
     Four poles, no phase. Ends: the samples count as held at their first and last value for ever,
@@ -290,19 +289,18 @@ def seen(signal: Signal, sensor: Accelerometer = IDEAL, cfc: float | None = None
     have, and for a signal that is none.
     """
     time, value = _checked(signal)
-    ideal = int(np.argmax(abs(value)))
     warnings = _end_of(signal) if isinstance(signal, DropRecord) else []
     if cfc is not None and cfc not in CLASSES:
         known = ", ".join(map(str, CLASSES))
         raise QuantityError(f"filter: CFC {cfc:g} is not a class of SAE J211-1; there are {known}")
-    return _read(time, value, float(value[ideal]), sensor, cfc, warnings)
+    return _read(time, value, sensor, cfc, warnings)
 
 
 def _read(
-    time: np.ndarray, value: np.ndarray, ideal: float, sensor: Accelerometer,
-    cfc: float | None, warnings: list[str],
-) -> Reading:  # fmt: skip
+    time: Array, value: Array, sensor: Accelerometer, cfc: float | None, warnings: list[str]
+) -> Reading:
     """The chain, link by link."""
+    ideal = float(value[np.argmax(abs(value))])
     rate = _rate(sensor, cfc)
     if rate is None:
         at, shown = time, value.copy()
@@ -352,8 +350,8 @@ def _rate(sensor: Accelerometer, cfc: float | None) -> float | None:
 
 
 def _sampled(
-    time: np.ndarray, value: np.ndarray, sensor: Accelerometer, cfc: float | None, rate: float
-) -> tuple[np.ndarray, np.ndarray]:
+    time: Array, value: Array, sensor: Accelerometer, cfc: float | None, rate: float
+) -> tuple[Array, Array]:
     """Instants and values behind the analogue low-pass, with room for the filters on both sides."""
     room = memory(cfc) if cfc is not None else 0.010
     poles = None
@@ -376,7 +374,7 @@ def _sampled(
     return first + np.arange(count) / rate, shown
 
 
-def _checked(signal: Signal) -> tuple[np.ndarray, np.ndarray]:
+def _checked(signal: Signal) -> tuple[Array, Array]:
     """Time and specific force as arrays; QuantityError for what is no signal."""
     pair = specific_force(signal) if isinstance(signal, DropRecord) else signal
     time, value = (np.atleast_1d(np.asarray(part, float)) for part in pair)

@@ -35,11 +35,17 @@ Sink = Callable[[int, Mapping[str, Array]], None]
 Run = Callable[[int, int, Mapping[str, Array]], None]
 """Evaluates flat cases, given the first and how many, into arrays of that length."""
 _NOTHING = np.empty(0)
-_UNITS = {
-    "mass": "kg", "speed": "m/s", "vacuum": "Pa", "spring": "N/m", "gravity": "m/s^2",
-    "slip": "m", "elongation": "m", "force": "N", "travel": "m", "peak_force": "N",
-    "end_speed": "m/s", "heat": "J", "stored": "J",
-}  # fmt: skip
+_NAMES = {
+    "kg": "mass",
+    "m/s": "speed end_speed",
+    "Pa": "vacuum",
+    "N/m": "spring",
+    "m/s^2": "gravity",
+    "m": "slip elongation travel",
+    "N": "force peak_force",
+    "J": "heat stored",
+}
+_UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()}
 
 
 @dataclass(frozen=True)
@@ -125,7 +131,7 @@ def batch(
         return done
     for values in whole.values():
         values[done:] = np.nan
-    return _labelled(whole, swept, sizes, law, done)
+    return _labelled(whole, swept, sizes, law.__name__, done)
 
 
 def _some(run: Run, done: int, piece: Mapping[str, Array], first: int, last: int) -> None:
@@ -216,24 +222,20 @@ def _runner(
         order = [n for n in inspect.signature(law).parameters if n != "brake"]
         by_name = {s.name: s for s in swept}
         axes = tuple(Axis(by_name[n].values, by_name[n].stride) for n in order)
-        return functools.partial(_stops, axes, constants, by_name, brake), Stop._fields
+
+        def stops(first: int, count: int, out: Mapping[str, Array]) -> None:
+            into = tuple(out.get(n, _NOTHING) for n in Stop._fields)
+            settled = np.empty(count, bool)
+            kernel()(first, count, axes, constants, into, settled)
+            if not settled.all():
+                # the few whose root three steps did not find: bracketed, by the law itself
+                where = np.flatnonzero(~settled)
+                again = stop(**{s.name: s.at(first + where) for s in swept}, brake=brake)
+                for name, values in out.items():
+                    values[where] = np.asarray(getattr(again, name))
+
+        return stops, Stop._fields
     return _traced(law, swept, fixed, brake, block)
-
-
-def _stops(
-    axes: tuple[Axis, ...], constants: Any, swept: Mapping[str, Swept], brake: Brake,
-    first: int, count: int, out: Mapping[str, Array],
-) -> None:  # fmt: skip
-    into = tuple(out.get(n, _NOTHING) for n in Stop._fields)
-    settled = np.empty(count, bool)
-    kernel()(first, count, axes, constants, into, settled)
-    if not settled.all():
-        # the few whose root three steps did not find: bracketed, by the law itself
-        where = np.flatnonzero(~settled)
-        given = {name: one.at(first + where) for name, one in swept.items()}
-        again = stop(**given, brake=brake)
-        for name, values in out.items():
-            values[where] = np.asarray(getattr(again, name))
 
 
 @functools.lru_cache(maxsize=64)
@@ -310,9 +312,8 @@ def _with(record: Any, path: list[str], value: Any) -> Any:
 
 
 def _labelled(
-    whole: Mapping[str, Array], swept: list[Swept], sizes: Mapping[Any, int],
-    law: Callable[..., Any], done: int,
-) -> xarray.Dataset:  # fmt: skip
+    whole: Mapping[str, Array], swept: list[Swept], sizes: Mapping[Any, int], law: str, done: int
+) -> xarray.Dataset:
     try:
         import xarray
     except ImportError:
@@ -324,13 +325,9 @@ def _labelled(
         for s in swept
         if s.dimension
     }
-    data = {
-        f"{name}_reached" if name in coordinates else name: (
-            axes, values.reshape(shape), {"units": _UNITS.get(name, "")},
-        )
-        for name, values in whole.items()
-    }  # fmt: skip
+    data = {}
+    for name, values in whole.items():
+        key = f"{name}_reached" if name in coordinates else name
+        data[key] = (axes, values.reshape(shape), {"units": _UNITS.get(name, "")})
     fixed = {s.name: float(s.values[0]) for s in swept if not s.dimension}
-    return xarray.Dataset(
-        data, coords=coordinates, attrs={"law": law.__name__, "done": done, **fixed}
-    )
+    return xarray.Dataset(data, coords=coordinates, attrs={"law": law, "done": done, **fixed})

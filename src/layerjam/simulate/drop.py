@@ -23,10 +23,8 @@ from layerjam.mechanics.stop.exact import (
     time_at_slip,
 )
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.rope_alone import damped_rope_only, rope_only
 from layerjam.units import show
 
-__all__ = ["OUTCOMES", "damped_rope_only", "drop", "rope_only", "snap_reason", "spring_of"]
 OUTCOMES = {
     STOPPED: Outcome.STOPPED,
     NEVER_SLID: Outcome.NEVER_SLID,
@@ -54,6 +52,12 @@ def snap_reason(
     )
 
 
+def ran_out(speed: float, brake: Brake) -> str:
+    """What to say of a mass that is still moving [m/s] at the end of the travel."""
+    travel = show(brake.sheets.usable_travel, "m")
+    return f"the brake ran out of its {travel} with the mass at {show(speed, 'm/s')}"
+
+
 def drop(
     file: BrakeFile,
     *,
@@ -65,9 +69,9 @@ def drop(
 ) -> tuple[Stop, DropRecord]:
     """Stop a mass [kg] that arrives with `speed` [m/s] at a constant vacuum [Pa].
 
-    `gravity` [m/s^2] acts along the pull; the site's unless given, 0 for a horizontal stop. Gives
-    the exact Stop (numbers) and a record sampled along the way. The outcome is STOPPED, NEVER_SLID,
-    BOTTOMED_OUT (the travel was used up, the mass still moving) or SNAPS.
+    `gravity` [m/s^2] acts along the pull; the site's unless given, 0 for a horizontal stop. The
+    first result is the exact Stop (numbers), the second its record. The outcome is STOPPED,
+    NEVER_SLID, BOTTOMED_OUT (the travel was used up, the mass still moving) or SNAPS.
     """
     brake = file.brake
     pull = brake.site.gravity if gravity is None else gravity
@@ -80,10 +84,7 @@ def drop(
     if outcome is Outcome.SNAPS:
         warnings.append(snap_reason(spring, result.slip, vacuum, brake))
     if outcome is Outcome.BOTTOMED_OUT:
-        warnings.append(
-            f"the brake ran out of its {show(brake.sheets.usable_travel, 'm')} with the mass at "
-            f"{show(result.end_speed, 'm/s')}"
-        )
+        warnings.append(ran_out(result.end_speed, brake))
     return result, _record(file, result, outcome, case, rope_stiffness, warnings)
 
 

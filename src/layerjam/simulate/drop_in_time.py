@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import jax
@@ -31,7 +31,7 @@ from layerjam.mechanics.stop.motion import (
     stored_energy,
 )
 from layerjam.mechanics.stop.motion_step import Load, Motion, at_start, setting_of, sleeve_force
-from layerjam.simulate.drop import snap_reason
+from layerjam.simulate.drop import ran_out, snap_reason
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.vacuum_history import VACUUM, History
 from layerjam.units import QuantitySpec, show
@@ -39,10 +39,14 @@ from layerjam.units import QuantitySpec, show
 __all__ = ["MASS", "SPEED", "History", "TimedStop", "drop_in_time"]
 MASS = QuantitySpec("kg", "mass", lo=1e-6, hi=1e6)
 SPEED = QuantitySpec("m/s", "speed on arrival", lo=0.0, hi=1e4)
-_ROPE = QuantitySpec("N/m", "stiffness of the rope", lo=1, hi=1e9)
-_DAMPING = QuantitySpec("N s/m", "damping of the rope", hi=1e6)
-_GRAVITY = QuantitySpec("m/s^2", "gravity along the pull", hi=100)
-_TIME = QuantitySpec("s", "time to simulate", open_lo=True, hi=1e9)
+LIMITS = {
+    "mass": MASS,
+    "speed": SPEED,
+    "gravity": QuantitySpec("m/s^2", "gravity along the pull", hi=100),
+    "rope_damping": QuantitySpec("N s/m", "damping of the rope", hi=1e6),
+    "rope_stiffness": QuantitySpec("N/m", "stiffness of the rope", lo=1, hi=1e9),
+    "duration": QuantitySpec("s", "time to simulate", open_lo=True, hi=1e9),
+}
 
 SAMPLES = 600
 CLOSE = 1e-6
@@ -73,11 +77,9 @@ class TimedStop(NamedTuple):
 
 
 class _Case(NamedTuple):
-    start: Motion
     vacuum: Vacuum
     load: Load
     brake: Brake
-    damped: bool
 
 
 def _next(motion: Motion, until: Any, dt: Any, vacuum: Vacuum) -> Any:
@@ -92,10 +94,7 @@ def _next(motion: Motion, until: Any, dt: Any, vacuum: Vacuum) -> Any:
 
 
 @functools.partial(jax.jit, static_argnames=("damped",))
-def _march(
-    motion: Motion, most: Any, until: Any, dt: Any, vacuum: Vacuum, load: Load, brake: Brake,
-    damped: bool,
-) -> Motion:  # fmt: skip
+def _march(motion: Motion, most: Any, until: Any, dt: Any, case: _Case, damped: bool) -> Motion:
     """Steps up to an event, a number of steps or a time [s]."""
     last = until - 1e-9 * dt
 
@@ -105,23 +104,33 @@ def _march(
 
     def on(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
         now = state[1]
-        step = _next(now, until, dt, vacuum)
-        return state[0] + 1, step_on(now, step, vacuum, load, brake, damped)
+        return state[0] + 1, step_on(now, _next(now, until, dt, case.vacuum), *case, damped)
 
     return jax.lax.while_loop(going, on, (jnp.array(0), motion))[1]
 
 
 @functools.partial(jax.jit, static_argnames=("damped",))
-def _ended(
-    motion: Motion, until: Any, dt: Any, vacuum: Vacuum, load: Load, brake: Brake, damped: bool
-) -> Motion:
-    """What the next step, known to hold it, ends with."""
-    return ended(motion, _next(motion, until, dt, vacuum), vacuum, load, brake, damped)
+def _ended(motion: Motion, until: Any, dt: Any, case: _Case, damped: bool) -> Motion:
+    """The event that the next step holds."""
+    return ended(motion, _next(motion, until, dt, case.vacuum), *case, damped)
 
 
-def _to_event(case: _Case, dt: float, until: float) -> Motion:
-    start, *rest = case
-    return _ended(_march(start, MOST_STEPS, until, dt, *rest), until, dt, *rest)
+class _Run(NamedTuple):
+    """A drop from its start on."""
+
+    start: Motion
+    case: _Case
+    damped: bool
+
+    def march(self, motion: Motion, most: int, until: float, dt: float) -> Motion:
+        return _march(motion, most, until, dt, self.case, self.damped)
+
+    def ended(self, motion: Motion, until: float, dt: float) -> Motion:
+        return _ended(motion, until, dt, self.case, self.damped)
+
+    def event(self, dt: float, until: float) -> Motion:
+        """The first event, with steps of `dt` [s]."""
+        return self.ended(self.march(self.start, MOST_STEPS, until, dt), until, dt)
 
 
 @in_double_precision
@@ -150,42 +159,43 @@ def drop_in_time(
     """
     brake = file.brake
     pull = brake.site.gravity if gravity is None else gravity
-    _check(brake, mass, speed, rope_stiffness, rope_damping, pull, duration, step)
+    given: dict[str, float | None] = {"mass": mass, "speed": speed, "gravity": pull}
+    given |= {"rope_damping": rope_damping, "rope_stiffness": rope_stiffness}
+    _check({**given, "duration": duration}, step, brake)
     history = _changing(vacuum, brake.site.atmosphere)
-    first = float(history.at(0.0)) if history is not None else float(_held(vacuum))
+    first = float(vacuum.at(0.0) if isinstance(vacuum, History) else vacuum)
     load = load_of(mass, pull, rope_stiffness, rope_damping or None, brake)
     load = Load(*(np.float64(v) for v in load))
     start = _strong(at_start(np.float64(speed), np.float64(first), history is None))
-    given = Vacuum(jnp.asarray(first))
-    if history is not None:
-        given = _padded(history)
-    case = _Case(start, given, load, brake, bool(rope_damping))
+    pressure = Vacuum(jnp.asarray(first)) if history is None else _padded(history)
+    run = _Run(start, _Case(pressure, load, brake), bool(rope_damping))
     until = math.inf if duration is None else duration
-    dt, event, warnings = _chosen(case, step, until)
-    numbers = _numbers(event, case)
+    dt, event, warnings = _chosen(run, step, until)
     at_event = first if history is None else float(history.at(float(event.time)))
     if event.outcome == MOVING and duration is None:
         raise QuantityError(
-            f"duration: the mass still moves at {show(float(event.time), 's')}; give the time to "
-            "stop at"
+            f"duration: the mass still moves at {show(float(event.time), 's')}; give the time up "
+            "to which to follow it"
         )
-    states = _followed(case, dt, until if duration is not None else math.inf, event, progress)
-    last = states[-1]
-    timed = TimedStop(*numbers, slip_at_end=float(last.slip), outcome_at_end=_name(last))
+    states = _followed(run, dt, until, event, progress)
+    timed = _timed(event, states[-1], run.case)
     if timed.outcome is Outcome.SNAPS:
-        why = snap_reason(float(load.spring), timed.slip, at_event, brake, case.damped)
+        why = snap_reason(float(load.spring), timed.slip, at_event, brake, run.damped)
         least = float(least_stiffness(at_event, brake))
         timed = timed._replace(reason=why, least_stiffness=least)
     said = vacuum.remarks() if isinstance(vacuum, History) else []
     warnings = [*file.warnings(), *said, *_words(timed, brake), *warnings]
+    names = ("time", "place", "speed", "force", "slip", "heat")
+    columns = [np.array([float(getattr(state, name)) for state in states]) for name in names]
+    time, place, pace, force, slip, heat = columns
     record = DropRecord(
-        time=np.minimum(_column(states, "time"), until),
-        travel=_column(states, "place"),
-        speed_of_mass=_column(states, "speed"),
-        force=_column(states, "force"),
-        slip=_column(states, "slip"),
-        vacuum_in_time=_vacuum(_column(states, "time"), vacuum),
-        dissipated_energy=_column(states, "heat"),
+        time=np.minimum(time, until),
+        travel=place,
+        speed_of_mass=pace,
+        force=force,
+        slip=slip,
+        vacuum_in_time=vacuum.at(time) if isinstance(vacuum, History) else time * 0 + vacuum,
+        dissipated_energy=heat,
         mass=mass,
         speed=speed,
         vacuum=first,
@@ -200,18 +210,18 @@ def drop_in_time(
     return timed, record
 
 
-def _chosen(case: _Case, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
+def _chosen(run: _Run, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
     """The step [s], the first event it leads to, and a warning where it is still too long."""
     if step is not None:
-        return step, _to_event(case, step, until), []
-    load = case.load
+        return step, run.event(step, until), []
+    load = run.case.load
     # a slow mass on a stiff spring and a fast one on a soft spring: both need a quarter period
     dt = float(jnp.sqrt(load.mass / load.spring)) / 200
-    before = _to_event(case, dt, until)
+    before = run.event(dt, until)
     change = last = math.inf
     for halving in range(MOST_HALVINGS):
         dt /= 2
-        event = _to_event(case, dt, until)
+        event = run.event(dt, until)
         if bool(event.outcome == MOVING) and math.isinf(until):
             return dt, event, []
         change = max(
@@ -231,16 +241,15 @@ def _chosen(case: _Case, step: float | None, until: float) -> tuple[float, Motio
 
 
 def _followed(
-    case: _Case, dt: float, until: float, event: Motion, progress: Callable[[float], None] | None
+    run: _Run, dt: float, until: float, event: Motion, progress: Callable[[float], None] | None
 ) -> list[Motion]:
     """States along the run, through every standstill up to `until` [s] if that is finite."""
-    start, *rest = case
     span = float(event.time) if math.isinf(until) else until
     stride = max(1, math.ceil(span / dt / SAMPLES))
-    states, now = [start], start
+    states, now = [run.start], run.start
     while True:
-        now = _march(now, stride, until, dt, *rest)
-        if math.isfinite(until) and _hangs(now, case):
+        now = run.march(now, stride, until, dt)
+        if math.isfinite(until) and _hangs(now, run.case):
             # nothing moves any more: the state stays as it is, bit for bit
             states += [now, now._replace(time=np.float64(until))]
             if progress is not None:
@@ -254,7 +263,7 @@ def _followed(
             return states
         if int(now.outcome) == MOVING:
             continue
-        now = _ended(now, until, dt, *rest)
+        now = run.ended(now, until, dt)
         if float(now.time) > float(states[-1].time):
             states.append(now)
         else:
@@ -269,14 +278,11 @@ def _strong(motion: Motion) -> Motion:
     return jax.tree.map(np.asarray, motion)
 
 
-def _numbers(
-    event: Motion, case: _Case
-) -> tuple[float, float, float, float, float, float, Outcome]:
-    stored = float(stored_energy(event, case.load, case.brake))
-    return (
-        float(event.slip), float(event.peak), float(event.speed), float(event.heat), stored,
-        float(event.time), _name(event),
-    )  # fmt: skip
+def _timed(event: Motion, last: Motion, case: _Case) -> TimedStop:
+    stored = stored_energy(event, case.load, case.brake)
+    numbers: Any = (event.slip, event.peak, event.speed, event.heat, stored, event.time)
+    ends: Any = (_name(event), float(last.slip), _name(last))
+    return TimedStop(*(*map(float, numbers), *ends))
 
 
 def _name(state: Motion) -> Outcome:
@@ -291,14 +297,11 @@ def _words(timed: TimedStop, brake: Brake) -> list[str]:
     """What a reader of the numbers should know."""
     words = [timed.reason] if timed.reason else []
     if timed.outcome is Outcome.BOTTOMED_OUT:
-        words.append(
-            f"the brake ran out of its {show(brake.sheets.usable_travel, 'm')} with the mass at "
-            f"{show(timed.end_speed, 'm/s')}"
-        )
+        words.append(ran_out(timed.end_speed, brake))
     if Outcome.CLOSED_BY_SLEEVE in (timed.outcome, timed.outcome_at_end):
         words.append(
-            "the run ends where friction no longer holds the sleeve, which then pulls the brake "
-            "shut by itself"
+            "the run ends where friction no longer holds the enclosure, which then closes the "
+            "brake by itself"
         )
     if timed.slip_at_end > timed.slip * (1 + 1e-9):
         words.append(
@@ -324,32 +327,20 @@ def _hangs(now: Motion, case: _Case) -> bool:
     return float(left) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
 
 
-def _check(
-    brake: Brake, mass: float, speed: float, rope: float | None, damping: float, gravity: float,
-    duration: float | None, step: float | None,
-) -> None:  # fmt: skip
+def _check(given: Mapping[str, float | None], step: float | None, brake: Brake) -> None:
     """Raise QuantityError for what is no drop."""
-    MASS.check(mass, "mass")
-    SPEED.check(speed, "speed")
-    _GRAVITY.check(gravity, "gravity")
-    _DAMPING.check(damping, "rope damping")
-    if rope is not None:
-        _ROPE.check(rope, "rope stiffness")
-    elif damping:
+    for name, value in given.items():
+        if value is not None:
+            LIMITS[name].check(value, name.replace("_", " "))
+    if given["rope_damping"] and given["rope_stiffness"] is None:
         raise QuantityError("rope damping: there is no rope; give its stiffness too")
-    if duration is not None:
-        _TIME.check(duration, "duration")
-    if not (speed or gravity):
+    if not (given["speed"] or given["gravity"]):
         raise QuantityError("speed: 0 m/s without gravity along the pull is no drop")
     if step is not None:
-        longest = LONGEST * math.sqrt(mass / float(series_of(rope, brake)))
+        spring = float(series_of(given["rope_stiffness"], brake))
+        longest = LONGEST * math.sqrt((given["mass"] or 0.0) / spring)
         spec = QuantitySpec("s", "step (a quarter of sqrt(M/k))", open_lo=True, hi=longest)
         spec.check(step, "step")
-
-
-def _held(vacuum: float | History) -> float:
-    """The vacuum [Pa] from the taut rope on, of a history that does not change."""
-    return float(vacuum.at(0.0)) if isinstance(vacuum, History) else vacuum
 
 
 def _changing(vacuum: float | History, atmosphere: float) -> History | None:
@@ -369,13 +360,3 @@ def _padded(history: History) -> Vacuum:
     return Vacuum(
         np.append(history.vacuum, np.full(more, history.vacuum[-1])), np.append(history.time, late)
     )
-
-
-def _column(states: list[Motion], name: str) -> Array:
-    return np.array([float(getattr(state, name)) for state in states])
-
-
-def _vacuum(time: Array, vacuum: float | History) -> Array:
-    if isinstance(vacuum, History):
-        return vacuum.at(time)
-    return np.full_like(time, vacuum)

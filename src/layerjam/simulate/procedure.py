@@ -7,73 +7,90 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar
 
 from layerjam.errors import LayerjamError, ProcedureError
-from layerjam.units import QuantitySpec, exact_text
+from layerjam.units import QuantitySpec, check, exact_text
 
 _VACUUM = QuantitySpec("Pa", "vacuum")
 _SPEED = QuantitySpec("m/s", "crosshead speed", lo=1e-6, hi=100)
-_PLACE = QuantitySpec("m", "elongation", hi=10)
+_POSITION = QuantitySpec("m", "elongation", hi=10)
 _TIME = QuantitySpec("s", "duration", hi=1e7)
 MAX_STEPS = 200
 
 
+def _of(spec: QuantitySpec) -> Any:
+    return field(metadata={"quantity": spec})
+
+
+class _Step:
+    """What every step can do; `sentence` holds its quantities in braces."""
+
+    sentence: ClassVar[str]
+
+    def text(self) -> str:
+        """Its sentence."""
+        said = {}
+        for one in fields(self):  # type: ignore[arg-type]
+            said[one.name] = exact_text(getattr(self, one.name), one.metadata["quantity"].unit)
+        return self.sentence.format(**said)
+
+
 @dataclass(frozen=True, kw_only=True)
-class Evacuate:
+class Evacuate(_Step):
     """Bring the vacuum to `to` [Pa] with the crosshead at rest, then wait `hold` [s]."""
 
-    to: float
-    hold: float = 0.0
+    to: float = _of(_VACUUM)
+    hold: float = field(default=0.0, metadata={"quantity": _TIME})
 
-    def text(self) -> str:
-        """Its sentence."""
-        wait = f" and hold {exact_text(self.hold, 's')}" if self.hold else ""
-        return f"evacuate to {exact_text(self.to, 'Pa')}{wait}"
+    @property
+    def sentence(self) -> str:  # type: ignore[override]
+        """It says nothing of a hold of no time."""
+        return "evacuate to {to} and hold {hold}" if self.hold else "evacuate to {to}"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Vent:
+class Vent(_Step):
     """Let the vacuum go."""
 
-    def text(self) -> str:
-        """Its sentence."""
-        return "vent"
+    sentence = "vent"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hold:
+class Hold(_Step):
     """Wait `duration` [s]."""
 
-    duration: float
-
-    def text(self) -> str:
-        """Its sentence."""
-        return f"hold {exact_text(self.duration, 's')}"
+    sentence = "hold {duration}"
+    duration: float = _of(_TIME)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pull:
+class Pull(_Step):
     """Move the crosshead out at `speed` [m/s] until elongation `until` [m]."""
 
-    speed: float
-    until: float
+    sentence = "pull at {speed} until {until}"
+    speed: float = _of(_SPEED)
+    until: float = _of(_POSITION)
 
-    def text(self) -> str:
-        """Its sentence."""
-        return f"pull at {exact_text(self.speed, 'm/s')} until {exact_text(self.until, 'm')}"
+    @property
+    def end(self) -> float:
+        """Elongation where it ends [m]."""
+        return self.until
 
 
 @dataclass(frozen=True, kw_only=True)
-class Return:
+class Return(_Step):
     """Move the crosshead back at `speed` [m/s] to elongation `to` [m]."""
 
-    speed: float
-    to: float
+    sentence = "return at {speed} to {to}"
+    speed: float = _of(_SPEED)
+    to: float = _of(_POSITION)
 
-    def text(self) -> str:
-        """Its sentence."""
-        return f"return at {exact_text(self.speed, 'm/s')} to {exact_text(self.to, 'm')}"
+    @property
+    def end(self) -> float:
+        """Elongation where it ends [m]."""
+        return self.to
 
 
 Step = Evacuate | Vent | Hold | Pull | Return
@@ -94,23 +111,17 @@ class Procedure:
             raise ProcedureError("procedure: it has no step")
         if len(self.steps) > MAX_STEPS:
             raise ProcedureError(f"procedure: {len(self.steps)} steps; at most {MAX_STEPS}")
-        place = 0.0
+        position = 0.0
         for step in self.steps:
-            _check(step)
-            if isinstance(step, Pull):
-                if step.until <= place:
+            check(step, f"procedure, {type(step).__name__.lower()}, ")
+            if isinstance(step, Pull | Return):
+                out = isinstance(step, Pull)
+                if step.end == position or (step.end > position) != out:
                     raise ProcedureError(
-                        f"procedure: '{step.text()}' does not pull: the crosshead is at "
-                        f"{exact_text(place, 'm')} already"
+                        f"procedure: '{step.text()}' does not {'pull' if out else 'go back'}: the "
+                        f"crosshead is at {exact_text(position, 'm')} already"
                     )
-                place = step.until
-            elif isinstance(step, Return):
-                if step.to >= place:
-                    raise ProcedureError(
-                        f"procedure: '{step.text()}' does not go back: the crosshead is at "
-                        f"{exact_text(place, 'm')}"
-                    )
-                place = step.to
+                position = step.end
 
     def text(self) -> str:
         """The procedure as a sentence; `parse_procedure` reads it back exactly."""
@@ -126,13 +137,6 @@ def simple_pull(vacuum: float, speed: float, travel: float) -> Procedure:
     return Procedure((Evacuate(to=vacuum), Pull(speed=speed, until=travel)))
 
 
-def _check(step: Step) -> None:
-    rules = {"speed": _SPEED, "until": _PLACE, "hold": _TIME, "duration": _TIME}
-    for name, value in vars(step).items():
-        rule = rules.get(name) or (_VACUUM if isinstance(step, Evacuate) else _PLACE)
-        rule.check(value, f"procedure, {type(step).__name__.lower()}, {name}")
-
-
 _Maker = Callable[[Sequence[str]], list[Step]]
 
 
@@ -144,7 +148,7 @@ def _cycle(found: Sequence[str]) -> list[Step]:
     times = int(found[0])
     if times * 2 > MAX_STEPS:
         raise ProcedureError(f"procedure: {times} cycles; at most {MAX_STEPS // 2}")
-    low, high, speed = _q(_PLACE, found[1]), _q(_PLACE, found[2]), _q(_SPEED, found[3])
+    low, high, speed = _q(_POSITION, found[1]), _q(_POSITION, found[2]), _q(_SPEED, found[3])
     return [Pull(speed=speed, until=high), Return(speed=speed, to=low)] * times
 
 
@@ -157,11 +161,11 @@ _SENTENCES: dict[str, tuple[str, _Maker]] = {
     "hold 5 s": (r"hold (?:for )?(.+)", lambda f: [Hold(duration=_q(_TIME, f[0]))]),
     "pull at 13 mm/s until 40 mm": (
         r"pull at (.+?) (?:until|to) (.+)",
-        lambda f: [Pull(speed=_q(_SPEED, f[0]), until=_q(_PLACE, f[1]))],
+        lambda f: [Pull(speed=_q(_SPEED, f[0]), until=_q(_POSITION, f[1]))],
     ),
     "return at 13 mm/s to 0 mm": (
         r"return at (.+?) (?:until|to) (.+)",
-        lambda f: [Return(speed=_q(_SPEED, f[0]), to=_q(_PLACE, f[1]))],
+        lambda f: [Return(speed=_q(_SPEED, f[0]), to=_q(_POSITION, f[1]))],
     ),
     "cycle 3 times between 10 mm and 20 mm at 13 mm/s": (
         r"cycle (\d{1,4}) times between (.+?) and (.+?) at (.+)",

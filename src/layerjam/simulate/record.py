@@ -126,23 +126,36 @@ class Record:
         raise FileError(path, f"the ending '{suffix}' is not known; use .csv or .nc")
 
 
+def stated(record: Record, **units: str) -> dict[str, str]:
+    """Numbers of a record with their units, as its header states them."""
+    return {
+        name.replace("_", " "): f"{getattr(record, name)!r} {unit}" for name, unit in units.items()
+    }
+
+
 @dataclass(frozen=True, kw_only=True)
-class TensileRecord(Record):
+class PullRecord(Record):
+    """What every pull of a crosshead has; arrays have shape (N,), SI units."""
+
+    time: np.ndarray = column("s", "time from the start")
+    elongation: np.ndarray = column("m", "crosshead elongation")
+    force: np.ndarray = column("N", "force at the crosshead")
+    slip: np.ndarray = column("m", "slip of the sheets")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TensileRecord(PullRecord):
     """A simulated pull; arrays have shape (N,), SI units.
 
     `outcome` says how it ended; `brake`, `procedure` (its text) and `model` run it again.
     """
 
     command: ClassVar[str] = "tensile"
-    time: np.ndarray = column("s", "time from the start of the procedure")
-    elongation: np.ndarray = column("m", "crosshead elongation")
-    force: np.ndarray = column("N", "force at the crosshead")
-    slip: np.ndarray = column("m", "slip of the sheets")
-    sleeve_force: np.ndarray = column("N", "part of the force the sleeve carries while sliding")
-    vacuum: np.ndarray = column("Pa", "vacuum inside the sleeve")
+    sleeve_force: np.ndarray = column("N", "force the enclosure carries while sliding")
+    vacuum: np.ndarray = column("Pa", "vacuum inside the enclosure")
     work: np.ndarray = column("J", "work done on the brake")
     dissipated_energy: np.ndarray = column("J", "energy turned into heat")
-    stored_energy: np.ndarray = column("J", "elastic energy held in sleeve, sheets and mount")
+    stored_energy: np.ndarray = column("J", "elastic energy held in enclosure, sheets and mount")
     procedure: str
     model: str = "lumped"
 
@@ -162,11 +175,11 @@ class DropRecord(Record):
 
     command: ClassVar[str] = "drop"
     time: np.ndarray = column("s", "time from the taut rope")
-    travel: np.ndarray = column("m", "way of the mass from the taut rope")
+    travel: np.ndarray = column("m", "displacement of the mass from the taut rope")
     speed_of_mass: np.ndarray = column("m/s", "speed of the mass")
     force: np.ndarray = column("N", "force on the mass")
     slip: np.ndarray = column("m", "slip of the sheets")
-    vacuum_in_time: np.ndarray = column("Pa", "vacuum inside the sleeve")
+    vacuum_in_time: np.ndarray = column("Pa", "vacuum inside the enclosure")
     dissipated_energy: np.ndarray = column("J", "energy turned into heat in brake and rope")
     mass: float
     speed: float
@@ -187,11 +200,10 @@ class DropRecord(Record):
         changes = bool((self.vacuum_in_time != self.vacuum).any())
         solver = "exact" if self.step is None else f"in time, steps of {self.step!r} s"
         return {
-            "mass": f"{self.mass!r} kg",
-            "speed": f"{self.speed!r} m/s",
+            **stated(self, mass="kg", speed="m/s"),
             "vacuum": "as in the column" if changes else f"{self.vacuum!r} Pa",
             "rope stiffness": rope,
-            "rope damping": f"{self.rope_damping!r} N s/m",
+            **stated(self, rope_damping="N s/m"),
             "gravity along the pull": f"{self.gravity!r} m/s^2",
             "solver": solver,
         }
@@ -218,5 +230,5 @@ def read_header(path: str | Path) -> tuple[BrakeFile, str]:
     except (OSError, UnicodeDecodeError) as err:
         raise FileError(path, f"cannot be read: {err}") from None
     if not (procedure and brake_lines):
-        raise FileError(path, "has no header that tells brake and procedure")
+        raise FileError(path, "has no header with brake and procedure")
     return read_brake("".join(brake_lines), path), procedure

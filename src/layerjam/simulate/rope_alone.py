@@ -3,7 +3,7 @@
 The rope is a spring and a damper side by side that only pull. With d = c/2M and w0^2 = k/M speed,
 acceleration and jerk of the mass all obey x'' + 2 d x' + w0^2 x = 0, under-, critically or
 overdamped, and (a^2 + 2 d a v + w0^2 v^2) e^(2 d t) does not change: that gives force and heat at
-the standstill without the way there.
+the standstill without what is between.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class BareDrop(NamedTuple):
     gravity: float
     """The site's [m/s^2], what a reading in g counts in."""
     travel: Array
-    """Way of the mass from the taut rope [m]."""
+    """Displacement of the mass from the taut rope [m]."""
     mass: float
     along: float
     """Gravity along the pull [m/s^2]."""
@@ -112,13 +112,6 @@ def _top(mass: float, speed: float, of: _Damped, gravity: float, stands: float) 
         return max(2 / of.decay - speed / against, 0.0)
     ratio = math.log(against / (gravity - slow * speed)) / (2 * split)
     return max(ratio + 2 * math.atanh(split / of.decay) / split, 0.0)
-
-
-def rope_only(mass: float, speed: float, spring: float, gravity: float) -> tuple[float, float]:
-    """Peak force [N] and time to the first standstill [s] of a mass on a spring alone."""
-    weight = mass * gravity
-    force = weight + math.sqrt(weight**2 + spring * mass * speed**2)
-    return force, standstill(mass, speed, spring, 0.0, gravity)
 
 
 def damped_rope_only(

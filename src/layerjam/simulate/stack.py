@@ -10,63 +10,58 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import ProcedureError
-from layerjam.mechanics.pull import least_stiffness, peak
+from layerjam.mechanics.pull import peak
 from layerjam.mechanics.stack.pull import StackPull, pull_stack
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
 from layerjam.simulate.record import Outcome, TensileRecord
 from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
-from layerjam.units import show
+from layerjam.simulate.tensile import remarks
 
 FINE, COARSE = 2400, 1200
 _NUMBERS = 50_000_000
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def _checked(procedure: Procedure) -> float:
-    """The one vacuum of a procedure [Pa]; ProcedureError for what the stack cannot follow."""
+def _checked(procedure: Procedure) -> tuple[Evacuate, list[Pull | Return | Hold]]:
+    """The evacuation and what follows; ProcedureError for what the stack cannot follow."""
     first, *rest = procedure.steps
     if not isinstance(first, Evacuate) or not any(isinstance(s, Pull) for s in rest):
         raise ProcedureError(
             "procedure: the stack model starts with an evacuation and then pulls at least once"
         )
+    moves = []
     for step in rest:
         if not isinstance(step, Pull | Return | Hold):
             raise ProcedureError(
                 f"procedure: the stack model keeps the vacuum it starts with; '{step.text()}' "
                 "needs the lumped model"
             )
-    return first.to
+        moves.append(step)
+    return first, moves
 
 
-def _path(procedure: Procedure, brake: Brake) -> tuple[Array, Array]:
+def _path(first: Evacuate, rest: list[Pull | Return | Hold], brake: Brake) -> tuple[Array, Array]:
     """Time and elongation of every sample, dense where the sheets let go one after another."""
-    first, *rest = procedure.steps
-    assert isinstance(first, Evacuate)
     top = float(peak(first.to, brake.sheets.overlap, brake).force)
     near = 2.0 * top / float(working_stiffness(brake))
     moves = sum(not isinstance(s, Hold) for s in rest)
     # a stack of thousands of sheets is smooth anyway, and a long history large
     most = _NUMBERS // (4 * int(brake.sheets.count) * moves)
     fine, coarse = (max(50, min(n, most * n // (FINE + COARSE))) for n in (FINE, COARSE))
-    times, places = [np.array([first.hold])], [np.array([0.0])]
+    times, positions = [np.array([first.hold])], [np.array([0.0])]
     for step in rest:
-        at, place = float(times[-1][-1]), float(places[-1][-1])
+        at, start = float(times[-1][-1]), float(positions[-1][-1])
         if isinstance(step, Hold):
             times.append(np.array([at + step.duration]))
-            places.append(np.array([place]))
+            positions.append(np.array([start]))
             continue
-        assert isinstance(step, Pull | Return)
-        end = step.until if isinstance(step, Pull) else step.to
-        far = abs(end - place)
-        way = np.union1d(np.linspace(0, min(far, near), fine + 1), np.linspace(0, far, coarse + 1))[
-            1:
-        ]
-        times.append(at + way / step.speed)
-        way = place + way * np.sign(end - place)
-        way[-1] = end
-        places.append(way)
-    return np.concatenate(times), np.concatenate(places)
+        end, far = step.end, abs(step.end - start)
+        dense, sparse = np.linspace(0, min(far, near), fine + 1), np.linspace(0, far, coarse + 1)
+        distance = np.union1d(dense, sparse)[1:]
+        times.append(at + distance / step.speed)
+        positions.append(np.append(start + distance[:-1] * np.sign(end - start), end))
+    return np.concatenate(times), np.concatenate(positions)
 
 
 def tensile_stack(
@@ -85,36 +80,21 @@ def tensile_stack(
     `progress` is told the share done. Raises ProcedureError for a procedure that changes the vacuum
     or does not pull.
     """
-    brake, vacuum = file.brake, _checked(procedure)
+    brake, (first_step, moves) = file.brake, _checked(procedure)
+    vacuum = first_step.to
     stack = stack_of(brake, vacuum, interfaces=interfaces, housing=housing, static=static)
-    time, path = _path(procedure, brake)
+    time, path = _path(first_step, moves, brake)
     result = pull_stack(path, stack, progress)
     count = len(result.force)
     first, last = stack.ends
     slip = result.slip[:, first:last]
-    warnings = list(file.warnings())
     outcome = Outcome.FINISHED
     if result.snapped:
-        least, k = float(least_stiffness(vacuum, brake)), float(working_stiffness(brake))
         outcome = Outcome.SNAPS
-        warnings.append(
-            f"the brake softens by {show(least, 'N/m')} once it slides: on a rig of "
-            f"{show(k, 'N/m')} it snaps; needed is more than that"
-        )
     elif (slip[-1] >= stack.length[first:last]).all():
         outcome = Outcome.SEPARATED
-        warnings.append(
-            f"the sheets came apart at {show(float(path[count - 1]), 'm')} of elongation; the "
-            "record ends there"
-        )
     elif _closed(slip, result.slack, brake):
         outcome = Outcome.CLOSED_BY_SLEEVE
-    most = float(slip.max(initial=0.0))
-    if most > brake.sheets.usable_travel and outcome is not Outcome.SEPARATED:
-        warnings.append(
-            f"slip {show(most, 'm')} is beyond the usable travel of "
-            f"{show(brake.sheets.usable_travel, 'm')}"
-        )
     record = TensileRecord(
         time=time[:count],
         elongation=path[:count],
@@ -129,7 +109,7 @@ def tensile_stack(
         procedure=procedure.text(),
         brake=file,
         model="stack",
-        warnings=tuple(warnings),
+        warnings=(*file.warnings(), *remarks(outcome, vacuum, path[:count], slip, brake)),
     )
     return record, result
 

@@ -20,7 +20,7 @@ CHUNK = 2000
 """Stacks between two words of progress."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Spread:
     """What the stacks did; arrays have shape (M,), M at most `asked` (less if it was stopped)."""
 
@@ -105,16 +105,7 @@ def peak_spread(
     except KeyboardInterrupt:
         if not parts:
             raise
-    force, elongation, slip, stiffness, onset = np.concatenate(parts, axis=1)
-    if (force < 0).any():
+    spread = Spread(*(*np.concatenate(parts, axis=1), samples, scatter, seed))
+    if (spread.peak < 0).any():
         raise LayerjamError("stack: no equilibrium was found; please report this brake")
-    return Spread(
-        peak=force,
-        elongation=elongation,
-        slip=slip,
-        stiffness=stiffness,
-        onset=onset,
-        asked=samples,
-        scatter=scatter,
-        seed=seed,
-    )
+    return spread

@@ -21,7 +21,6 @@ from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.mechanics.stick_slip.laws import critical_speed, of_film, slow_saw
 from layerjam.mechanics.stick_slip.slide import (
     CLOSED,
-    EVENT_COLUMNS,
     SEPARATED,
     STEADY,
     TOO_LONG,
@@ -29,7 +28,7 @@ from layerjam.mechanics.stick_slip.slide import (
 )
 from layerjam.mechanics.stick_slip.slide_step import Slide
 from layerjam.mechanics.stiffness import stiffness_before_slip, working_stiffness
-from layerjam.simulate.record import Outcome, Record, column
+from layerjam.simulate.record import Outcome, PullRecord, column, stated
 from layerjam.units import show
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -39,7 +38,15 @@ EVENTS, SAMPLES, TOLERANCE = 512, 60_000, 1e-9
 MAP_TOLERANCE, MAP_ACTIONS = 1e-7, 20_000
 
 
-@dataclass(frozen=True, kw_only=True)
+ENDS = {
+    SEPARATED: Outcome.SEPARATED,
+    CLOSED: Outcome.CLOSED_BY_SLEEVE,
+    STEADY: Outcome.STEADY_SLIDING,
+}
+"""Outcomes of a run by the reason for which it ended; others depend on what happened in it."""
+
+
+@dataclass(frozen=True)
 class Events:
     """The slips of a run, arrays of shape (events,), SI units."""
 
@@ -55,7 +62,7 @@ class Events:
 
 
 @dataclass(frozen=True, kw_only=True)
-class JudderRecord(Record):
+class StickSlipRecord(PullRecord):
     """A pull with stick and slip; arrays have shape (N,), SI units; N differs from run to run.
 
     While the sheets stick there is a sample at either end only: force and elongation are straight
@@ -63,16 +70,12 @@ class JudderRecord(Record):
     JUDDERS, STUCK, SEPARATED or CLOSED_BY_SLEEVE.
     """
 
-    command: ClassVar[str] = "judder"
-    time: Array = column("s", "time from the start of the pull")
-    elongation: Array = column("m", "crosshead elongation")
-    force: Array = column("N", "force of spring and damper on the brake")
-    slip: Array = column("m", "slip of the sheets")
+    command: ClassVar[str] = "stick-slip"
     speed_of_mass: Array = column("m/s", "speed of the moving mass, that of the sliding sheets")
     sliding: Array = column("1", "1 while the sheets slide, 0 while they stick")
     work: Array = column("J", "work done by the crosshead")
     dissipated_energy: Array = column("J", "energy turned into heat")
-    stored_energy: Array = column("J", "energy held in spring, sleeve and moving mass")
+    stored_energy: Array = column("J", "energy held in spring, enclosure and moving mass")
     events: Events
     vacuum: float
     speed: float
@@ -85,11 +88,7 @@ class JudderRecord(Record):
         """Vacuum, speed, mass, spring, damper and friction in SI."""
         curve = self.stribeck
         return {
-            "vacuum": f"{self.vacuum!r} Pa",
-            "speed": f"{self.speed!r} m/s",
-            "mass": f"{self.mass!r} kg",
-            "stiffness": f"{self.stiffness!r} N/m",
-            "damping": f"{self.damping!r} N s/m",
+            **stated(self, vacuum="Pa", speed="m/s", mass="kg", stiffness="N/m", damping="N s/m"),
             "static friction": f"{curve.static!r}",
             "kinetic friction": f"{curve.kinetic!r}",
             "Stribeck speed": f"{curve.speed!r} m/s",
@@ -173,7 +172,7 @@ def bounds_at(at: Slide) -> Bounds:
 
 
 @in_double_precision
-def judder(
+def stick_slip(
     file: BrakeFile,
     *,
     vacuum: float,
@@ -186,7 +185,7 @@ def judder(
     travel: float | None = None,
     hold: float = 0.0,
     step: float = np.inf,
-) -> JudderRecord:
+) -> StickSlipRecord:
     """Pull a brake at `speed` [m/s] from rest at `slip` [m], over a `travel` of the crosshead [m].
 
     `mass` [kg] is by default `moving_mass`, the spring `series_stiffness`; `damping` [N s/m] acts
@@ -199,38 +198,42 @@ def judder(
         raise QuantityError(
             f"vacuum: {vacuum:g} Pa is not allowed; 0 to {show(brake.site.atmosphere, 'Pa')} is"
         )
-    for name, value, unit in (
-        ("speed", speed, "m/s"), ("mass", mass, "kg"), ("travel", travel, "m"), ("step", step, "s"),
-        ("mount stiffness", mount_stiffness, "N/m"),
-    ):  # fmt: skip
+    some = {"speed m/s": speed, "mass kg": mass, "mount stiffness N/m": mount_stiffness}
+    for name, value in {**some, "travel m": travel, "step s": step}.items():
         if value is not None and not value > 0:
-            raise QuantityError(f"{name}: {value:g} {unit} is not allowed; more than 0 is")
+            what, unit = name.rsplit(" ", 1)
+            raise QuantityError(f"{what}: {value:g} {unit} is not allowed; more than 0 is")
     for name, value, unit in (("damping", damping, "N s/m"), ("hold", hold, "s")):
         if not 0 <= value < np.inf:
             raise QuantityError(f"{name}: {value:g} {unit} is not allowed; 0 or more is")
     if not hold / step <= 0.9 * SAMPLES:
         raise QuantityError(
             f"step: {step:g} s makes too many steps ({hold / step:.0f}) of the hold of {hold:g} s; "
-            "longer steps give the same answer"
+            "longer steps give the same result"
         )
     curve = stribeck or of_film(brake)
     weighs = moving_mass(brake) if mass is None else mass
     spring = series_stiffness(brake, mount_stiffness)
     at = slide_of(
-        brake, vacuum=vacuum, speed=speed, mass=weighs, stiffness=spring, damping=damping,
-        stribeck=curve, slip=slip,
-    )  # fmt: skip
-    warnings = list(file.warnings())
-    way = _travel(at, brake, speed, slip) if travel is None else travel
-    ramp = way / speed
+        brake,
+        vacuum=vacuum,
+        speed=speed,
+        mass=weighs,
+        stiffness=spring,
+        damping=damping,
+        stribeck=curve,
+        slip=slip,
+    )
+    travel = _travel(at, brake, speed, slip) if travel is None else travel
+    ramp = travel / speed
     at = at._replace(ramp=ramp, end=ramp + hold, step=step)
     state = slide(at, events=EVENTS, samples=SAMPLES, most=4 * SAMPLES)
     reason, count = int(state.reason), int(state.count)
     if reason == TOO_LONG:
         raise FitError(
-            f"speed: at {show(speed, 'm/s')} the motion over {show(way, 'm')} has more than "
-            f"{SAMPLES} steps; pull a shorter way, give more damping or, if the Stribeck speed is "
-            "very small, 0 for it"
+            f"speed: at {show(speed, 'm/s')} the motion over {show(travel, 'm')} has more than "
+            f"{SAMPLES} steps; pull over a shorter travel, give more damping or, if the Stribeck "
+            "speed is very small, 0 for it"
         )
     table = np.asarray(state.table)[: min(count, EVENTS)]
     rows = np.asarray(state.trace)[: int(state.written)]
@@ -239,7 +242,7 @@ def judder(
     time, crosshead, force, slips, pace, work, heat, sliding = rows.T
     held = np.asarray(backbone_stored(slips, sleeve))
     spring_held = spring * np.maximum(crosshead - slips, 0.0) ** 2 / 2
-    return JudderRecord(
+    return StickSlipRecord(
         time=time,
         elongation=crosshead - slip,
         force=force,
@@ -250,7 +253,7 @@ def judder(
         # friction of the sleeve is part of the resistance, but half of its work is stored
         dissipated_energy=heat - (held - held[0]),
         stored_energy=spring_held + weighs * pace**2 / 2 + held,
-        events=Events(**dict(zip(EVENT_COLUMNS, table.T, strict=True))),
+        events=Events(*table.T),
         vacuum=vacuum,
         speed=speed,
         mass=weighs,
@@ -259,7 +262,7 @@ def judder(
         stribeck=curve,
         outcome=outcome,
         brake=file,
-        warnings=tuple(warnings),
+        warnings=tuple(file.warnings()),
     )
 
 
@@ -277,10 +280,8 @@ def _travel(at: Slide, brake: Brake, speed: float, slip: float) -> float:
 
 
 def _outcome(state: Any, rows: Array, table: Array) -> Outcome:
-    ends = {SEPARATED: Outcome.SEPARATED, CLOSED: Outcome.CLOSED_BY_SLEEVE,
-            STEADY: Outcome.STEADY_SLIDING}  # fmt: skip
-    if int(state.reason) in ends:
-        return ends[int(state.reason)]
+    if int(state.reason) in ENDS:
+        return ENDS[int(state.reason)]
     if not rows[:, 7].any():
         return Outcome.STUCK
     # once the sheets have stuck again the next slip starts as the one before
@@ -337,13 +338,18 @@ def amplitude_map(
     `mass` [kg], `stiffness` [N/m] and `damping` [N s/m] may be arrays that broadcast with them.
     """
     speeds, vacuums = np.broadcast_arrays(speeds, vacuums)
-    return tooth(
-        slide_of(
-            brake, vacuum=vacuums, speed=speeds, mass=mass, stiffness=stiffness, damping=damping,
-            stribeck=stribeck, slip=slip, frozen=True,
-        ),
-        swings,
-    )  # fmt: skip
+    at = slide_of(
+        brake,
+        vacuum=vacuums,
+        speed=speeds,
+        mass=mass,
+        stiffness=stiffness,
+        damping=damping,
+        stribeck=stribeck,
+        slip=slip,
+        frozen=True,
+    )
+    return tooth(at, swings)
 
 
 def critical_speed_of(at: Slide) -> float:

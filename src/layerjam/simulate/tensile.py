@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from layerjam.device.brake import Brake
@@ -21,6 +23,7 @@ from layerjam.units import show
 SAMPLES = 400
 RISE = 80
 _BLOCK = 512
+Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @law
@@ -32,39 +35,43 @@ def _events(vacuum: float, brake: Brake) -> tuple[float, float, float]:
     return onset, peak(vacuum, overlap, brake).elongation, apart
 
 
-def _path(procedure: Procedure, brake: Brake) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _path(procedure: Procedure, brake: Brake) -> tuple[Array, Array, Array]:
     """Time, elongation and vacuum at every sample; onset, peak and separation are samples."""
     rows: list[tuple[float, float, float]] = [(0.0, 0.0, 0.0)]
     for step in procedure.steps:
-        time, place, vacuum = rows[-1]
+        time, start, vacuum = rows[-1]
         if isinstance(step, Evacuate):
             # the first evacuation stands at the start: a record need not show two times zero
             rows = [] if len(rows) == 1 else rows
-            rows.append((time, place, step.to))
+            rows.append((time, start, step.to))
             if step.hold:
-                rows.append((time + step.hold, place, step.to))
+                rows.append((time + step.hold, start, step.to))
         elif isinstance(step, Vent):
-            rows.append((time, place, 0.0))
+            rows.append((time, start, 0.0))
         elif isinstance(step, Hold):
-            rows.append((time + step.duration, place, vacuum))
-        elif isinstance(step, Pull | Return):
-            end = step.until if isinstance(step, Pull) else step.to
-            if isinstance(step, Pull):
-                events = np.array([float(e) for e in _events(vacuum, brake)])
-                # past separation nothing is simulated: the grid need not reach the end of travel
-                end = min(end, max(place, *events) * 1.001 + 1e-9)
-            places = np.linspace(place, end, SAMPLES + 1)[1:]
-            if isinstance(step, Pull):
-                events = events[(events > place) & (events < end)]
-                # the rise to the peak takes a millimetre or two: enough samples to measure it on
-                near = np.linspace(place, min(end, 2 * float(_events(vacuum, brake)[1])), RISE + 1)
-                places = np.union1d(np.union1d(places, events), near[near > place])
-            rows += [(time + abs(p - place) / step.speed, float(p), vacuum) for p in places]
+            rows.append((time + step.duration, start, vacuum))
+        else:
+            positions = _positions(step, start, vacuum, brake)
+            rows += [(time + abs(p - start) / step.speed, float(p), vacuum) for p in positions]
     times, elongations, vacuums = np.array(rows).T
     return times, elongations, vacuums
 
 
-def _run(elongation: np.ndarray, vacuum: np.ndarray, brake: Brake) -> Cycle:
+def _positions(step: Pull | Return, start: float, vacuum: float, brake: Brake) -> Array:
+    """Elongations of a move's samples, of a pull with its events among them."""
+    if isinstance(step, Return):
+        return np.linspace(start, step.end, SAMPLES + 1)[1:]
+    events = np.array([float(e) for e in _events(vacuum, brake)])
+    # past separation nothing is simulated: the grid need not reach the end of travel
+    end = min(step.end, max(start, *events) * 1.001 + 1e-9)
+    # the rise to the peak takes a millimetre or two: enough samples to measure it on
+    near = np.linspace(start, min(end, 2 * events[1]), RISE + 1)
+    events = events[(events > start) & (events < end)]
+    grid = np.append(np.linspace(start, end, SAMPLES + 1)[1:], near[near > start])
+    return np.union1d(grid, events)
+
+
+def _run(elongation: Array, vacuum: Array, brake: Brake) -> Cycle:
     """`brake_cycle` with the history padded to whole blocks, so that few shapes are compiled."""
     count = len(elongation)
     pad = -count % _BLOCK
@@ -74,19 +81,41 @@ def _run(elongation: np.ndarray, vacuum: np.ndarray, brake: Brake) -> Cycle:
     return Cycle(*(np.asarray(values)[:count] for values in result))
 
 
-def _fell(slip: np.ndarray) -> float:
+def _fell(slip: Array) -> float:
     """How far the slip came back from its greatest value so far [m]; rounding is no closing."""
     return float((np.maximum.accumulate(slip) - slip).max())
+
+
+def remarks(
+    outcome: Outcome, vacuum: float, elongation: Array, slip: Array, brake: Brake
+) -> list[str]:
+    """What to know of how a pull at a vacuum [Pa] ended, whichever model followed it."""
+    said = []
+    if outcome is Outcome.SNAPS:
+        least = show(float(least_stiffness(vacuum, brake)), "N/m")
+        said.append(
+            f"the brake softens by {least} once it slides: on a rig of "
+            f"{show(float(working_stiffness(brake)), 'N/m')} it snaps; more than {least} is needed"
+        )
+    if outcome is Outcome.SEPARATED:
+        said.append(
+            f"the sheets came apart at {show(float(elongation[-1]), 'm')} of elongation; the "
+            "record ends there"
+        )
+    most, usable = float(slip.max(initial=0.0)), brake.sheets.usable_travel
+    if outcome is not Outcome.SEPARATED and most > usable:
+        said.append(f"slip {show(most, 'm')} is beyond the usable travel of {show(usable, 'm')}")
+    return said
 
 
 def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
     """Pull a brake through a procedure.
 
     The outcome is FINISHED, SEPARATED (the overlap was used up; the record ends there),
-    CLOSED_BY_SLEEVE (unloaded, the sleeve drew the brake back by itself) or SNAPS (the rig is
+    CLOSED_BY_SLEEVE (unloaded, the enclosure drew the brake back by itself) or SNAPS (the rig is
     softer than the brake's softening; the record ends before it). Raises QuantityError for a
     vacuum above the site's atmosphere and ProcedureError where the nested turns exceed what the
-    sleeve's memory holds.
+    enclosure's memory holds.
     """
     brake = file.brake
     highest, atmosphere = procedure.highest_vacuum(), brake.site.atmosphere
@@ -96,32 +125,19 @@ def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
         )
     time, elongation, vacuum = _path(procedure, brake)
     cycle = _run(elongation, vacuum, brake)
-    warnings = list(file.warnings())
     end, outcome = len(time), Outcome.FINISHED
     if cycle.overflow.any():
         raise ProcedureError(
-            f"procedure: more than {DEPTH} turns nested in each other; the sleeve remembers no more"
+            f"procedure: more than {DEPTH} turns nested in each other; the enclosure remembers no "
+            "more"
         )
     if cycle.snapped.any():
         end, outcome = int(np.argmax(cycle.snapped)), Outcome.SNAPS
-        least = float(least_stiffness(highest, brake))
-        warnings.append(
-            f"the brake softens by {show(least, 'N/m')} once it slides: on a rig of "
-            f"{show(float(working_stiffness(brake)), 'N/m')} it snaps; needed is more than that"
-        )
     elif cycle.separated.any():
         end, outcome = int(np.argmax(cycle.separated)) + 1, Outcome.SEPARATED
-        warnings.append(
-            f"the sheets came apart at {show(float(elongation[end - 1]), 'm')} of elongation; the "
-            "record ends there"
-        )
     elif cycle.closed.any() and _fell(cycle.slip) > 1e-9 * brake.sheets.overlap:
         outcome = Outcome.CLOSED_BY_SLEEVE
-    if outcome is not Outcome.SEPARATED and cycle.slip[:end].max() > brake.sheets.usable_travel:
-        warnings.append(
-            f"slip {show(float(cycle.slip[:end].max()), 'm')} is beyond the usable travel of "
-            f"{show(brake.sheets.usable_travel, 'm')}"
-        )
+    warnings = remarks(outcome, highest, elongation[:end], cycle.slip[:end], brake)
     return TensileRecord(
         time=time[:end],
         elongation=elongation[:end],
@@ -135,5 +151,5 @@ def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
         outcome=outcome,
         procedure=procedure.text(),
         brake=file,
-        warnings=tuple(warnings),
+        warnings=(*file.warnings(), *warnings),
     )

@@ -196,7 +196,7 @@ def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping
 
 
 @law
-def stiffness_without_judder(
+def stiffness_without_stick_slip(
     speed: Any, static: Any, kinetic: Any, mass: Any, damping_ratio: Any
 ) -> Any:
     """Least stiffness [N/m] at which a pull at `speed` [m/s] does not judder, jump law.

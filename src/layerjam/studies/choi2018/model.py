@@ -11,7 +11,7 @@ from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
 from layerjam.device.load import load
 from layerjam.fluid.closed_forms import rise_time
 from layerjam.fluid.file import load_line
-from layerjam.mechanics.enclosure import enclosure_force, sleeve_stretch
+from layerjam.mechanics.enclosure import enclosure_force, enclosure_stretch
 from layerjam.mechanics.energy import slip_work
 from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.limits import buckling_force
@@ -23,8 +23,9 @@ from layerjam.mechanics.stiffness import (
 )
 from layerjam.mechanics.stop.exact import STOPPED, stop
 from layerjam.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
-from layerjam.simulate.drop import rope_only, spring_of
+from layerjam.simulate.drop import spring_of
 from layerjam.simulate.procedure import simple_pull
+from layerjam.simulate.rope_alone import damped_rope_only
 from layerjam.simulate.tensile import tensile
 from layerjam.studies.choi2018.claims import Claim, beyond, number, statement
 from layerjam.units import show
@@ -79,7 +80,7 @@ def equations() -> list[Claim]:
     springs = [(6, sheets.free_left), (11, sheets.overlap), (5, sheets.free_right)]
     series = 1 / sum(length / (kapton.film.modulus * n * section) for n, length in springs)
     stuck = float(stiffness_before_slip(kapton))
-    stretch = float(sleeve_stretch(TESTED, FULL, kapton))
+    stretch = float(enclosure_stretch(TESTED, FULL, kapton))
     at_once = float(brake_force(0.02, FULL, kapton))
     parts = float(sheet_friction(0.02, FULL, kapton)) + right
     return [
@@ -253,7 +254,7 @@ def damping() -> list[Claim]:
     spring = spring_of(kapton, rope)
     work = float(slip_work(TESTED, FULL, kapton))
     numeric = quad(lambda x: float(brake_force(x, FULL, kapton)), 0, TESTED)[0]
-    bare = rope_only(1.0, 3.7, rope, G)[0] / G
+    bare = damped_rope_only(1.0, 3.7, rope, 0.0, G)[0] / G
     full = stop(1.0, 2.5, FULL, spring, G, kapton)
     fast = stop(1.0, 3.7, FULL, spring, G, kapton)
     tuned = float(tuned_vacuum(1.0, 2.5, TESTED, spring, G, kapton))

@@ -19,14 +19,14 @@ from layerjam.mechanics.stick_slip.slide import slide
 from layerjam.mechanics.stick_slip.slide_step import Slide
 from layerjam.simulate.record import Outcome
 from layerjam.simulate.stick_slip import (
-    JudderRecord,
+    StickSlipRecord,
     amplitude_map,
     bounds_at,
     critical_speed_of,
-    judder,
     moving_mass,
     series_stiffness,
     slide_of,
+    stick_slip,
 )
 
 FULL = 94.5e3
@@ -55,7 +55,7 @@ def test_a_load_below_static_friction_is_held_for_an_hour(
         KAPTON.brake, vacuum=FULL, speed=1e-3, mass=0.01, stiffness=131e3, slip=start, frozen=True
     )
     load = 0.999 * float(bounds_at(frozen).static)
-    record = judder(
+    record = stick_slip(
         KAPTON, vacuum=FULL, speed=1e-3, slip=start, travel=load / 131e3, hold=3600.0, step=step,
         stribeck=of_film(KAPTON.brake, pace),
     )  # fmt: skip
@@ -73,7 +73,7 @@ def test_a_load_below_static_friction_is_held_for_an_hour(
 
 def test_a_little_more_breaks_loose() -> None:
     static = float(holding_force(FULL, KAPTON.brake))
-    record = judder(KAPTON, vacuum=FULL, speed=1e-3, travel=1.001 * static / 131e3, hold=1.0)
+    record = stick_slip(KAPTON, vacuum=FULL, speed=1e-3, travel=1.001 * static / 131e3, hold=1.0)
     assert len(record.events) == 1
     assert record.events.force_at_break[0] == pytest.approx(static, rel=1e-13)
     # it holds again on the lower force for the rest of the second
@@ -160,7 +160,7 @@ def test_energy_is_kept(
     speed: float, ratio: float, pace: float, vacuum: float, file: BrakeFile, slip: float
 ) -> None:
     mass, spring = moving_mass(file.brake), series_stiffness(file.brake)
-    record = judder(
+    record = stick_slip(
         file, vacuum=vacuum, speed=speed, damping=2 * ratio * np.sqrt(mass * spring), slip=slip,
         stribeck=of_film(file.brake, pace),
     )  # fmt: skip
@@ -177,7 +177,7 @@ def test_energy_is_kept(
 
 def test_kapton_saws_and_ptfe_goes_slack() -> None:
     for file, high, slack in ((KAPTON, 233.9064, False), (PTFE, 124.3045, True)):
-        record = judder(file, vacuum=FULL, speed=1e-3)
+        record = stick_slip(file, vacuum=FULL, speed=1e-3)
         assert record.outcome is Outcome.JUDDERS and len(record.events) >= 12
         assert record.events.force_high[0] == pytest.approx(high, rel=1e-6)
         kinetic = float(sheet_friction(0.0, FULL, file.brake))
@@ -222,25 +222,25 @@ def test_critical_speed_of_a_steep_curve_is_the_jump_laws() -> None:
 
 
 def test_faster_than_critical_it_slides_steadily() -> None:
-    record = judder(KAPTON, vacuum=FULL, speed=2.5, damping=7.2)
+    record = stick_slip(KAPTON, vacuum=FULL, speed=2.5, damping=7.2)
     assert record.outcome is Outcome.STEADY_SLIDING and len(record.events) == 0
     assert record.speed_of_mass[-1] == pytest.approx(2.5, rel=0.03)
 
 
 def test_other_ends() -> None:
-    assert judder(KAPTON, vacuum=FULL, speed=1e-3, travel=1e-3).outcome is Outcome.STUCK
-    heavy = judder(PTFE, vacuum=FULL, speed=0.5, mass=20.0, slip=0.02, travel=0.047)
+    assert stick_slip(KAPTON, vacuum=FULL, speed=1e-3, travel=1e-3).outcome is Outcome.STUCK
+    heavy = stick_slip(PTFE, vacuum=FULL, speed=0.5, mass=20.0, slip=0.02, travel=0.047)
     assert heavy.outcome is Outcome.SEPARATED
-    closed = judder(KAPTON, vacuum=1e3, speed=1e-3, slip=0.04, travel=1e-6)
+    closed = stick_slip(KAPTON, vacuum=1e3, speed=1e-3, slip=0.04, travel=1e-6)
     assert closed.outcome is Outcome.CLOSED_BY_SLEEVE
     flat = dataclasses.replace(of_film(KAPTON.brake), static=KAPTON.brake.film.kinetic)
     with pytest.raises(FitError, match="more than"):
-        judder(KAPTON, vacuum=FULL, speed=1e-3, stribeck=flat, mass=1e-6, travel=0.03)
+        stick_slip(KAPTON, vacuum=FULL, speed=1e-3, stribeck=flat, mass=1e-6, travel=0.03)
 
 
 def test_record_states_its_conditions(tmp_path: Any) -> None:
-    record = judder(KAPTON, vacuum=FULL, speed=1e-3, travel=3e-3)
-    assert isinstance(record, JudderRecord)
+    record = stick_slip(KAPTON, vacuum=FULL, speed=1e-3, travel=3e-3)
+    assert isinstance(record, StickSlipRecord)
     frame = record.to_frame()
     assert frame.attrs["units"]["speed_of_mass"] == "m/s"
     text = record.to_csv(tmp_path / "run.csv").read_text()
@@ -257,7 +257,7 @@ def test_record_states_its_conditions(tmp_path: Any) -> None:
 
 
 def test_without_vacuum_nothing_sticks() -> None:
-    run = judder(KAPTON, vacuum=0.0, speed=1e-3)
+    run = stick_slip(KAPTON, vacuum=0.0, speed=1e-3)
     assert np.isfinite(run.force).all()
     # only the unloaded sleeve is left
     assert run.force.max() < 0.1
@@ -273,4 +273,4 @@ def test_without_vacuum_nothing_sticks() -> None:
 )  # fmt: skip
 def test_what_cannot_be_pulled_is_refused(given: dict[str, float], word: str) -> None:
     with pytest.raises(QuantityError, match=word):
-        judder(KAPTON, **{"vacuum": 94.5e3, "speed": 1e-3, **given})
+        stick_slip(KAPTON, **{"vacuum": 94.5e3, "speed": 1e-3, **given})
