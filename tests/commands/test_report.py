@@ -25,7 +25,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures and pages are looked at elsewhere."""
-    monkeypatch.setattr(writer, "drawings", lambda report: ())
+    monkeypatch.setattr(writer, "drawn_all", lambda pictures, tell: {})
     monkeypatch.setattr(writer, "html", lambda shown, pictures: json.dumps(shown))
     monkeypatch.setattr(typeset, "pdf", lambda shown, pictures: b"%PDF")
 
@@ -91,7 +91,7 @@ def test_whole_curves(files: Campaign, tmp_path: Path) -> None:
     assert answer.calibration["depth"] == "curves"
     numbers = {n["quantity"]: n["value"] for n in json.loads(
         (tmp_path / "out" / "results.json").read_text())["numbers"]}  # fmt: skip
-    assert numbers["calibration: factor on the sleeve's force"] == pytest.approx(1, abs=0.1)
+    assert numbers["calibration: factor on the enclosure's force"] == pytest.approx(1, abs=0.1)
     assert numbers["calibration: scale factor a"] == pytest.approx(0.875, rel=0.05)
 
 
@@ -102,7 +102,9 @@ def test_refused_files_are_named(files: Campaign, tmp_path: Path) -> None:
     answer = run(tmp_path, pulls=files.pulls, validate=[*files.validate, bad])
     assert list(answer.refused) == ["bad.csv"]
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "bad.csv" in page and answer.refused["bad.csv"] in json.loads(page)["refused"][0]["why"]
+    assert (
+        "bad.csv" in page and answer.refused["bad.csv"] in json.loads(page)["parts"][0]["notes"][0]
+    )
     whole = json.loads((tmp_path / "out" / "results.json").read_text())
     assert whole["refused"][0]["file"] == "bad.csv" and whole["refused"][0]["stage"] == "validation"
     with pytest.raises(FileError):

@@ -98,7 +98,11 @@ def books(steps: int) -> float:
     made = ride(push, dt, Body(mass, 1.4, 0.005), strap)
     assert 0.06 < made.slip[-1] < 0.24
     end = -1
-    out = mass * made.speed[end] ** 2 / 2 + restraint.stored(made, strap)[end] + made.heat[end]
+    out = (
+        mass * made.speed[end] ** 2 / 2
+        + made.force[end] ** 2 / (2 * float(strap.stiffness))
+        + made.heat[end]
+    )
     return float(abs(made.put_in[end] - out) / made.put_in.max())
 
 

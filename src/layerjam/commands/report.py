@@ -219,7 +219,11 @@ def _calibration(work: _Work, files: Paths, depth: str, place: Path) -> Calibrat
     work.file = brake_at(load(place), work.atmosphere)
     work.keep("calibration", answer, traces)
     return Calibrated(
-        values=answer.values, fits=fits, checks=result.checks, count=len(result.files)
+        values=answer.values,
+        fits=fits,
+        checks=result.checks,
+        count=len(result.files),
+        record=result,
     )
 
 

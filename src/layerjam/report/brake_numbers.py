@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
+from layerjam.report.page import NONE, Table
 from layerjam.units import show, unit_factor
-
-NONE = "–"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,30 +37,26 @@ class Number:
         """The columns of numbers.csv."""
         return {name: getattr(self, name) for name in COLUMNS}
 
+    def shown(self, with_unit: bool) -> dict[str, str]:
+        """As a table's cell takes it."""
+        return {"text": self.text(with_unit), "kind": "number"}
+
     def text(self, with_unit: bool = True) -> str:
         """As a page shows it."""
         if self.value is None or not math.isfinite(self.value):
             return NONE
-        unit = self.page_unit()
-        number = _fixed(self.value / _factor(unit, self.unit), self._places(unit))
-        return f"{number} {unit}" if with_unit and unit not in ("1", "") else number
+        return self._scaled(self.value) + (self._after() if with_unit else "")
 
     def error_text(self) -> str:
         """Its standard error, in the unit of `text`."""
-        if self.standard_error is None:
-            return NONE
-        unit = self.page_unit()
-        scaled = self.standard_error / _factor(unit, self.unit)
-        number = _fixed(scaled, self._places(unit))
-        return f"{number} {unit}" if unit not in ("1", "") else number
+        error = self.standard_error
+        return NONE if error is None else self._scaled(error) + self._after()
 
     def interval_text(self) -> str:
         """Its 95 % interval, in the unit of `text`."""
         if self.low is None or self.high is None:
             return NONE
-        unit, places = self.page_unit(), self._places(self.page_unit())
-        low, high = (_fixed(v / _factor(unit, self.unit), places) for v in (self.low, self.high))
-        return f"{low} to {high}" + (f" {unit}" if unit not in ("1", "") else "")
+        return f"{self._scaled(self.low)} to {self._scaled(self.high)}{self._after()}"
 
     def page_unit(self) -> str:
         """The unit the page shows it in; "1" for a pure number."""
@@ -69,76 +64,46 @@ class Number:
             return self.shown_in or self.unit
         return show(self.value, self.unit).split(" ", 1)[1]
 
-    def _places(self, unit: str) -> int | None:
-        if self.decimals is not None:
-            return self.decimals
-        error = self.standard_error
-        if not error or not math.isfinite(error):
-            return None
-        return max(0, 1 - math.floor(math.log10(error / _factor(unit, self.unit))))
+    def _after(self) -> str:
+        unit = self.page_unit()
+        return "" if unit in ("1", "") else f" {unit}"
+
+    def _scaled(self, value: float) -> str:
+        """A value in the page's unit, without it."""
+        factor, error, places = self._factor(), self.standard_error, self.decimals
+        if places is None and error and math.isfinite(error):
+            places = max(0, 1 - math.floor(math.log10(error / factor)))
+        return _fixed(value / factor, places)
+
+    def _factor(self) -> float:
+        unit = self.page_unit()
+        return 1.0 if unit in ("", self.unit) else float(unit_factor(unit, self.unit) or 1)
 
 
 COLUMNS = ("quantity", "value", "unit", "standard_error", "low", "high", "n", "source")
 Cell = Number | str
 
 
-@dataclass(frozen=True, kw_only=True)
-class Table:
-    """A table of a page; a cell is a Number or a word. `total` rows at the end stand apart.
-
-    `groups` are (title, columns) above the head. `whole` False: the printed pages leave it out
-    where they run short, the HTML page and the CSV never.
-    """
-
-    id: str
-    caption: str
-    head: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
-    groups: Sequence[tuple[str, int]] = ()
-    total: int = 0
-    note: str = ""
-    unit_in_head: bool = False
-    printed: bool = True
-    extra: Sequence[Number] = field(default_factory=tuple)
-    """Numbers of the note or of an interval's cell that no cell holds."""
-
-    def numbers(self) -> list[Number]:
-        """Every number of it, in order of reading."""
-        cells = [cell for row in self.rows for cell in row if isinstance(cell, Number)]
-        return [*cells, *self.extra]
-
-    def cells(self) -> list[list[dict[str, Any]]]:
-        """Rows as the pages' templates take them."""
-        return [[self._cell(cell) for cell in row] for row in self.rows]
-
-    def _cell(self, cell: Cell) -> dict[str, Any]:
-        if isinstance(cell, Number):
-            return {"text": cell.text(with_unit=not self.unit_in_head), "number": True}
-        return {"text": cell, "number": cell == NONE or cell[:1].isdigit() or cell[:1] == "≈"}
+def numbers_of(table: Table) -> list[Number]:
+    """Every number of a table, in order of reading."""
+    cells = [cell for row in table.rows for cell in row if isinstance(cell, Number)]
+    return [*cells, *table.extra]
 
 
-def estimates(identity: str, caption: str, numbers: Sequence[Number], note: str = "") -> Table:
+def estimates(numbers: Sequence[Number], **table: Any) -> Table:
     """A table of fitted numbers: a row each, with standard error, interval, count and source."""
     return Table(
-        id=identity,
-        caption=caption,
         head=["quantity", "value", "standard error", "95 % interval", "n", "rests on"],
         rows=[
             [_words(n), n, n.error_text(), n.interval_text(), str(n.n or NONE), n.source]
             for n in numbers
         ],
-        note=note,
+        **table,
     )
 
 
 def _words(number: Number) -> str:
     return number.quantity.split(": ", 1)[-1]
-
-
-def _factor(unit: str, si: str) -> float:
-    if unit in ("", si):
-        return 1.0
-    return float(unit_factor(unit, si) or 1)
 
 
 def _fixed(value: float, places: int | None) -> str:

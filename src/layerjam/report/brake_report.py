@@ -1,37 +1,37 @@
-"""The report of one brake: what stands in it, the same on every page."""
+"""The report of one brake: what stands in it, the same as HTML and as PDF."""
 
 from __future__ import annotations
 
 import functools
-import shlex
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from layerjam._version import __version__
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.identify.checks import Check
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.validation.metrics import WINDOW, Validation
 from layerjam.identify.validation.table import validation_checks
 from layerjam.measure.trace import Trace
-from layerjam.report import brake_figures, brake_tables
-from layerjam.report.brake_numbers import Number, Table
+from layerjam.report import brake_figures, brake_tables, figures
+from layerjam.report.brake_numbers import Number, numbers_of
 from layerjam.report.brake_tables import Calibrated, FileUsed
+from layerjam.report.page import Page, Part, Picture
 from layerjam.units import show
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+STAGES = ("friction", "calibration", "validation")
 SYNTHETIC = (
     "Synthetic data: the files marked so were written by a program from a stated truth, not "
     "measured. What follows shows the procedure; it says nothing about a real brake."
 )
-
-
-MOST_WORDS = 3
-"""Words after an option that the printed pages' command shows one by one."""
+HEADLINE = {
+    "friction: kinetic, mean": "kinetic friction",
+    "calibration: scale factor a": "scale factor a",
+    "calibration: stiffness k of brake and rig": "stiffness k of brake and rig",
+    "validation, all: MAPE, calibrated": "MAPE",
+}
+"""The numbers one looks for first, and what they are called."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +39,7 @@ class BrakeReport:
     """What a report is made of. `file` is the brake the model's lines were drawn with.
 
     `names` {name of a file: what the pages call it} is for files that lie under other names.
-    `stages` maps friction, calibration and validation to the keys of the verbs' answers, for the
+    `stages` maps friction, calibration and validation to the keys of the commands' results, for the
     stages there are; `refused` is (file, stage, why); `seen` names validation files that the brake
     was calibrated on; `command` made the report, on `date` (ISO).
     """
@@ -70,172 +70,167 @@ class BrakeReport:
         return any(f.synthetic for f in self.files)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Drawing:
-    """A figure of the report: its name, how it is drawn, and its caption."""
-
-    name: str
-    figure: Callable[[], Figure]
-    caption: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class Section:
-    """A part of the report, the same on every page."""
-
-    id: str
-    title: str
-    text: Sequence[str] = ()
-    tables: Sequence[Table] = ()
-    drawings: Sequence[Drawing] = ()
-    checks: Sequence[Check] = ()
-    notes: Sequence[str] = ()
-
-
-def sections(report: BrakeReport) -> list[Section]:
-    """The parts there is something to say in."""
-    makers = (_friction, _calibration, _validation)
-    return [part for make in makers if (part := make(report)) is not None]
-
-
-def _friction(report: BrakeReport) -> Section | None:
-    if report.friction is None:
-        return None
-    traces, result = report.friction
-    return Section(
-        id="friction",
-        title="Friction",
-        tables=[brake_tables.friction_table(result)],
-        drawings=[
-            Drawing(
-                name="friction", figure=functools.partial(brake_figures.friction, traces, result),
-                caption="Friction tests: force over normal force against travel. Dots: greatest "
-                "value of each repeat; red: mean over the shaded window.",
-            )
+def page(report: BrakeReport) -> Page:
+    """The page, its PDF and their numbers."""
+    refused = [f"{name} ({stage}): {why}" for name, stage, why in report.refused]
+    parts = _stages(report)
+    if refused:
+        title = "Refused, and not part of any number here"
+        parts.insert(0, Part(id="refused", title=title, notes=refused))
+    files = Part(
+        id="provenance",
+        title="Where this comes from",
+        tables=[brake_tables.files_table(report.files)],
+        notes=[
+            f"Brake: {report.file.name}, SHA-256 {report.brake_sha256}",
+            "Every number of this page is in numbers.csv (SI units), all else in results.json.",
         ],
-        notes=report.warnings.get("friction", ()),
-    )  # fmt: skip
-
-
-def _calibration(report: BrakeReport) -> Section | None:
-    result = report.calibration
-    if result is None:
-        return None
-    table = brake_tables.calibration_table(result, report.brake.film.kinetic)
-    factor = table.numbers()[0]
-    text = [
-        f"Peaks fix only the product of scale factor and kinetic friction; the factor a holds "
-        f"together with the friction it was fitted with, {report.brake.film.kinetic:.4g}."
-    ]
-    return Section(
-        id="calibration",
-        title="Calibration",
-        text=text,
-        tables=[table, brake_tables.pulls_table(result)] if result.fits else [table],
-        drawings=[]
-        if not result.fits
-        else [
-            Drawing(
-                name="calibration",
-                figure=functools.partial(
-                    brake_figures.calibration, report.brake, result, factor.low, factor.high
-                ),
-                caption="Calibration. Left: the pulls near their peaks, the slope that gave k and "
-                "the calibrated law. Right: the scale factor each pull gives.",
-            )
-        ],
-        checks=result.checks,
-        notes=report.warnings.get("calibration", ()),
+    )
+    return Page(
+        title=f"Test report: {report.file.name}",
+        lead=_lead(report),
+        banner=[SYNTHETIC] if report.synthetic else [],
+        numbers=headline(report),
+        parts=[*parts, files],
+        footer=f"layerjam {__version__}, {report.date}",
+        more={"date": report.date, "command": report.command},
     )
 
 
-def _validation(report: BrakeReport) -> Section | None:
-    result = report.validation
-    if result is None:
-        return None
+def _stages(report: BrakeReport) -> list[Part]:
+    """The stages there is something to say of."""
+    parts = []
+    if report.friction is not None:
+        parts.append(_friction(report, *report.friction))
+    if report.calibration is not None:
+        parts.append(_calibration(report, report.calibration))
+    if report.validation is not None:
+        parts.append(_validation(report, report.validation))
+    return parts
+
+
+def _friction(report: BrakeReport, traces: Sequence[Trace], result: FrictionResult) -> Part:
+    drawing = Picture(
+        name="friction",
+        figure=functools.partial(figures.friction, traces, result),
+        caption="Friction tests: force over normal force against slip. Circles: greatest value of "
+        "each repeat; red: mean over the shaded window.",
+    )
+    return Part(
+        id="friction",
+        title="Friction",
+        tables=[brake_tables.friction_table(result)],
+        pictures=[drawing],
+        notes=_notes(report, "friction"),
+    )
+
+
+def _calibration(report: BrakeReport, result: Calibrated) -> Part:
+    kinetic = report.brake.film.kinetic
+    tables = [brake_tables.calibration_table(result, kinetic)]
+    factor = numbers_of(tables[0])[0]
+    curves = functools.partial(figures.calibration, report.file, result.record, report.synthetic)
+    caption = "The pulls and the calibrated law, whole and near the peaks; below, what is left."
+    pictures = [Picture(name="calibration", figure=curves, caption=caption)]
+    if result.fits:
+        tables.append(brake_tables.pulls_table(result))
+        each = functools.partial(brake_figures.factors, result, factor.low, factor.high)
+        caption = "The scale factor that each pull gives alone."
+        pictures.append(Picture(name="scale-factors", figure=each, caption=caption))
+    return Part(
+        id="calibration",
+        title="Calibration",
+        text=[
+            "Peaks fix only the product of scale factor and kinetic friction; the factor a holds "
+            f"together with the friction it was fitted with, {kinetic:.4g}."
+        ],
+        tables=tables,
+        pictures=pictures,
+        checks=result.checks,
+        notes=_notes(report, "calibration"),
+    )
+
+
+def _validation(report: BrakeReport, result: Validation) -> Part:
+    before = report.before
+    model = functools.partial(brake_figures.overlay, report.brake, result, before is not None)
+    dotted = "" if before is None else " and before it (dotted)"
+    own = len(report.seen) == len(result.curves)
+    return Part(
+        id="validation",
+        title="Fit to the calibration's own pulls" if own else "Validation",
+        text=_said_of_validation(report, result),
+        tables=[
+            brake_tables.validation_table(result, before),
+            brake_tables.curves_table(result, before),
+        ],
+        pictures=[
+            Picture(
+                name="validation",
+                figure=model,
+                caption="Measured force, mean of the repeats with a band of ± 1 SD, and the model "
+                f"after calibration (dashed){dotted}.",
+            ),
+            Picture(
+                name="residuals",
+                figure=functools.partial(brake_figures.residuals, result),
+                caption="Residuals, model less measured, over the window: mean of the repeats with "
+                "a band of ± 1 SD. A model without fault leaves bands that hold the zero line.",
+            ),
+        ],
+        checks=validation_checks(result, len(report.seen)),
+        notes=_notes(report, "validation"),
+    )
+
+
+def _said_of_validation(report: BrakeReport, result: Validation) -> list[str]:
     text = []
     if report.seen:
         count, of = len(report.seen), len(result.curves)
         which = "all" if count == of else f"{count} of {of}"
+        more = f" and {count - 4} more" if count > 4 else ""
         text.append(
             f"This is no test of the model: {which} pulls below were also calibrated on "
-            f"({_some(report.seen)}). It shows how well the law fits, not how well it predicts."
+            f"({', '.join(report.seen[:4])}{more}). It shows how well the law fits, not how well "
+            "it predicts."
         )
     elif report.calibration is not None:
         text.append("None of these pulls was calibrated on.")
     if report.calibration is None:
         spring = report.brake.stiffness_measured
         stiff = "that of eq. 1" if spring is None else show(spring, "N/m")
+        factor = report.brake.scale_factor
         text.append(
-            f"Model: the brake as its file has it, scale factor {report.brake.scale_factor:.4g}, "
-            f"stiffness {stiff}."
+            f"Model: the brake as its file has it, scale factor {factor:.4g}, stiffness {stiff}."
         )
-    text.append(f"Window: {WINDOW}.")
-    both = " and before it (dotted)" if report.before is not None else ""
-    return Section(
-        id="validation",
-        title="Fit to the calibration's own pulls" if _all_seen(report) else "Validation",
-        text=text,
-        tables=[
-            brake_tables.validation_table(result, report.before),
-            brake_tables.curves_table(result, report.before),
-        ],
-        drawings=[
-            Drawing(
-                name="validation",
-                figure=functools.partial(
-                    brake_figures.overlay, report.brake, result, report.before is not None
-                ),
-                caption="Measured force, mean of the repeats with a band of ± 1 SD, and the model "
-                f"after calibration (dashed){both}.",
-            ),
-            Drawing(
-                name="residuals", figure=functools.partial(brake_figures.residuals, result),
-                caption="Residuals, model less measured, over the window: mean of the repeats with "
-                "a band of ± 1 SD. A model without fault leaves bands that hold the zero line.",
-            ),
-        ],
-        checks=validation_checks(result, len(report.seen)),
-        notes=report.warnings.get("validation", ()),
-    )  # fmt: skip
+    return [*text, f"Window: {WINDOW}."]
 
 
-def _all_seen(report: BrakeReport) -> bool:
-    return report.validation is not None and len(report.seen) == len(report.validation.curves)
-
-
-def _some(names: Sequence[str], most: int = 4) -> str:
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
+def _notes(report: BrakeReport, stage: str) -> list[str]:
+    return [f"Note: {note}" for note in report.warnings.get(stage, ())]
 
 
 def headline(report: BrakeReport) -> list[tuple[str, str]]:
     """(value, words): the results one looks for first."""
+    numbers = {n.quantity: n for n in all_numbers(report)}
     out = []
-    for part in sections(report):
-        numbers = {n.quantity: n for t in part.tables for n in t.numbers()}
-        wanted = {
-            "friction: kinetic, mean": "kinetic friction",
-            "calibration: scale factor a": "scale factor a",
-            "calibration: stiffness k of brake and rig": "stiffness k of brake and rig",
-            "validation, all: MAPE, calibrated": "MAPE" + (" (fit)" if report.seen else ""),
-        }
-        for name, words in wanted.items():
-            if name in numbers and numbers[name].value is not None:
-                number = numbers[name]
-                between = number.interval_text()
-                more = f", 95 % interval {between}" if number.low is not None else ""
-                out.append((number.text(), words + more))
-        if part.id == "validation" and report.before is not None:
-            out.append((f"{report.before.mape:.2%}".replace("%", " %"), "MAPE before calibration"))
+    for name, words in HEADLINE.items():
+        number = numbers.get(name)
+        if number is not None and number.value is not None:
+            fit = " (fit)" if report.seen and words == "MAPE" else ""
+            known = number.low is not None
+            between = f", 95 % interval {number.interval_text()}" if known else ""
+            out.append((number.text(), words + fit + between))
+    if report.validation is not None and report.before is not None:
+        out.append((f"{100 * report.before.mape:.2f} %", "MAPE before calibration"))
     return out
 
 
 def all_numbers(report: BrakeReport) -> list[Number]:
     """Every number of the pages, in order of reading."""
-    tables = [t for part in sections(report) for t in part.tables]
+    tables = [t for part in _stages(report) for t in part.tables]
     tables.append(brake_tables.files_table(report.files))
-    return [number for table in tables for number in table.numbers()]
+    return [number for table in tables for number in numbers_of(table)]
 
 
 def _lead(report: BrakeReport) -> str:
@@ -254,81 +249,3 @@ def _lead(report: BrakeReport) -> str:
         f"{what}{sheets.count} sheets, {size}, overlapping by {show(sheets.overlap, 'm')}. "
         f"Tested: {', '.join(counts)}."
     )
-
-
-def context(report: BrakeReport) -> dict[str, Any]:
-    """What the templates of both pages show, all of it text."""
-    banner = [SYNTHETIC] if report.synthetic else []
-    parts = []
-    for part in sections(report):
-        parts.append(
-            {
-                "id": part.id,
-                "title": part.title,
-                "text": list(part.text),
-                "tables": [_table(t) for t in part.tables],
-                "figures": [{"name": d.name, "caption": d.caption} for d in part.drawings],
-                "checks": [
-                    {"name": c.name, "passed": c.passed, "sentence": c.sentence}
-                    for c in part.checks
-                ],
-                "notes": list(dict.fromkeys(part.notes)),
-            }
-        )
-    files = brake_tables.files_table(report.files)
-    return {
-        "title": f"Test report: {report.file.name}",
-        "lead": _lead(report),
-        "banner": banner,
-        "headline": [{"value": v, "words": w} for v, w in headline(report)],
-        "parts": parts,
-        "refused": [{"file": n, "stage": s, "why": w} for n, s, w in report.refused],
-        "files": _table(files),
-        "digests": [
-            {"name": f.name, "role": f.role, "sha": f.sha256, "synthetic": f.synthetic}
-            for f in report.files
-        ],
-        "made": f"layerjam {__version__}, {report.date}",
-        "date": report.date,
-        "brake_file": f"{report.file.name}, SHA-256 {report.brake_sha256}",
-        "command": report.command,
-        "short_command": _short(report.command),
-    }
-
-
-def _short(command: str) -> str:
-    """The command with runs of files cut to the first and their number."""
-    words = shlex.split(command)
-    out: list[str] = []
-    run: list[str] = []
-    for word in [*words, "--"]:
-        if word.startswith("-"):
-            many = len(run) > MOST_WORDS
-            out += [shlex.quote(w) for w in (run[:1] if many else run)]
-            out += [f"… ({len(run)} in all)"] if many else []
-            out.append(word)
-            run = []
-        elif out and out[-1].startswith("--"):
-            run.append(word)
-        else:
-            out.append(shlex.quote(word))
-    return " ".join(out[:-1])
-
-
-def _table(table: Table) -> dict[str, Any]:
-    return {
-        "id": table.id,
-        "caption": table.caption,
-        "head": list(table.head),
-        "groups": [{"title": t, "span": n} for t, n in table.groups],
-        "rows": table.cells(),
-        "total": table.total,
-        "note": table.note,
-        "printed": table.printed,
-    }
-
-
-def drawings(report: BrakeReport) -> Iterator[Drawing]:
-    """Every figure, in order of reading."""
-    for part in sections(report):
-        yield from part.drawings

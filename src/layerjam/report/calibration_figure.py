@@ -4,36 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.identify.calibration.forward import FINE, Reduced, law_with_error, reduce
 from layerjam.identify.calibration.intervals import quantile
 from layerjam.identify.calibration.peaks import Calibration
 from layerjam.identify.calibration.whole_curves import CurvesCalibration
 from layerjam.identify.curves import Curve, levels
-from layerjam.report.style import (
-    FAINT,
-    GREY,
-    ORANGE,
-    RED,
-    VACUUMS,
-    canvas,
-    label,
-    labels_right,
-    look,
-    title,
-)  # fmt: skip
+from layerjam.report import style
+from layerjam.report.style import FAINT, GREY, MM, ORANGE, RED
 from layerjam.units import show
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-MM = 1e3
-POINTS = 600
+POINTS = 200
 TOGETHER = 4
 NEAR = 4.0
 """The right half shows this times the elongation at the peak."""
@@ -43,7 +29,7 @@ NEAR = 4.0
 class Drawn:
     """What the figure needs of a fit: by curve, its law and how sure that is.
 
-    `shapes` (curves, 3) are (a, k, sleeve's factor); `sure` and `scatter` (curves, 3, 3) the
+    `shapes` (curves, 3) are (a, k, the enclosure's factor); `sure` and `scatter` (curves, 3, 3) the
     covariances of (ln a, ln k, factor): of the law itself, and of a further pull about it (None
     where no repeats tell); `origins` (curves,) [m] where each curve's rise begins, `offsets` [N] of
     its force; `t` Student's quantile for the bands.
@@ -58,141 +44,120 @@ class Drawn:
     t: float
 
 
-def calibration(file: BrakeFile, result: Any, synthetic: bool) -> Figure:
+@style.styled
+def calibration(file: BrakeFile, result: Any, synthetic: bool) -> style.Figure:
     """Pulls and law over elongation, whole and near the peak; residuals below, part of the peak."""
     drawn = _drawn(result)
+    figure, panels = style.canvas(
+        2, 2, 9.6, 5.6, sharex="col", sharey="row", height_ratios=(2.1, 1), width_ratios=(1.25, 1)
+    )
+    whole, near, rest, close = panels
     level = np.array(levels([c.vacuum for c in drawn.curves]))
-    order = sorted(set(level.tolist()), reverse=True)
-    colours = {n: VACUUMS[min(i * len(VACUUMS) // max(len(order), 2), len(VACUUMS) - 1)]
-               for i, n in enumerate(order)}  # fmt: skip
-    with look():
-        figure, places = canvas(
-            rows=2, columns=2, width=9.0, height=5.6, sharex="col", sharey="row",
-            gridspec_kw={"height_ratios": [2.1, 1], "width_ratios": [1.25, 1]},
-        )  # fmt: skip
-        whole, near, rest, close = places
-        highest = max(float(c.pull.peak_force) for c in drawn.curves)
-        reduced = reduce(drawn.curves)
-        for place, curve in enumerate(drawn.curves):
-            colour = colours[int(level[place])]
-            u, force = _points(reduced, place)
-            u, force = u - drawn.origins[place], force - drawn.offsets[place]
-            law, _ = law_with_error(
-                np.maximum(u, 0.0), curve.vacuum, drawn.shapes[place], np.zeros((3, 3)), file.brake
-            )
-            for axes in (whole, near):
-                axes.plot(u * MM, force, color=colour, lw=1.0, alpha=0.55)
-            for axes in (rest, close):
-                left = (force - law) / float(curve.pull.peak_force)
-                axes.plot(u * MM, left * 100, color=colour, lw=0.8, alpha=0.7)
-        ends = []
-        for one in order:
-            place = int(np.flatnonzero(level == one)[0])
-            members = [drawn.curves[i] for i in np.flatnonzero(level == one)]
-            far = max(float(c.elongation[-1]) for c in members)
-            end = _law(places, drawn, place, far, colours[one], file, one == order[0])
-            ends.append((end, show(members[0].vacuum, "Pa"), colours[one]))
-        _finish(places, ends, highest, max(float(c.pull.peak_elongation) for c in drawn.curves))
+    names = {n: show(c.vacuum, "Pa") for n, c in zip(level[::-1], drawn.curves[::-1], strict=True)}
+    order = sorted(names, reverse=True)
+    colors = dict(zip(order, style.scheme([str(n) for n in order]).values(), strict=True))
+    _curves(panels, drawn, [colors[n] for n in level], file.brake)
+    ends = []
+    for one in order:
+        members = np.flatnonzero(level == one)
+        far = max(float(drawn.curves[i].elongation[-1]) for i in members)
+        below = (rest, close) if one == order[0] else ()
+        end = _law((whole, near), below, drawn, int(members[0]), far, colors[one], file.brake)
+        ends.append((end, names[one], colors[one]))
+    highest = max(float(c.pull.peak_force) for c in drawn.curves)
+    peak = max(float(c.pull.peak_elongation) for c in drawn.curves)
+    count = len(drawn.curves)
+    words = f"{file.name}, {count} pull{'s' * (count > 1)}" + ", synthetic data" * synthetic
+    style.panel(whole, ylabel="force [N]", ylim=(0, highest * 1.15), xlim=(0, None))
+    style.title(whole, "Pulls and calibrated law", f"{words}; law dashed")
+    style.labels_right(whole, whole.get_xlim()[1], ends)
+    near.set_xlim(0, NEAR * peak * MM)
+    factor = getattr(result, "values", {}).get("enclosure_factor")
+    numbers = f"k = {show(result.stiffness, 'N/m')}, a = {result.scale_factor:.4g}"
+    numbers += "" if factor is None else f", enclosure × {factor:.3g}"
+    style.title(near, "Near the peak", numbers)
+    if isinstance(result, Calibration):
         _peaks(near, result)
-        count = len(drawn.curves)
-        words = f"{file.name}, {count} pull{'s' * (count > 1)}"
-        words += ", synthetic data" if synthetic else ""
-        title(whole, "Pulls and calibrated law", f"{words}; law dashed")
-        numbers = f"k = {show(result.stiffness, 'N/m')}, a = {result.scale_factor:.4g}"
-        title(near, "Near the peak", numbers + _sleeve(result))
-        rest.set_title(_bands(drawn), fontsize=8.5, fontweight="normal", color=GREY)
+    sure = "bands, 95 %: the law (dark), a further pull (pale)"
+    words = "one pull: no repeats tell how sure the law is" if drawn.sure is None else sure
+    rest.set_title(words, fontsize=8.5, fontweight="normal", color=GREY)
+    most = min(max(abs(edge) for edge in rest.get_ylim()), 30.0)
+    style.panel(rest, ylabel="pull − law [% of peak]", ylim=(-most, most))
+    for axes in (rest, close):
+        axes.axhline(0, color=FAINT, lw=1)
+        axes.set(xlabel="elongation [mm]")
     return figure
 
 
-def _points(reduced: Reduced, place: int) -> tuple[np.ndarray, np.ndarray]:
+def _curves(
+    panels: Sequence[style.Axes], drawn: Drawn, colors: Sequence[str], brake: Brake
+) -> None:
+    """The pulls over elongation, and what the law leaves of them, in percent of the peak."""
+    whole, near, rest, close = panels
+    reduced = reduce(drawn.curves)
+    for index, curve in enumerate(drawn.curves):
+        u, force = _points(reduced, index)
+        u, force = u - drawn.origins[index], force - drawn.offsets[index]
+        law, _ = law_with_error(
+            np.maximum(u, 0.0), curve.vacuum, drawn.shapes[index], np.zeros((3, 3)), brake
+        )
+        left = (force - law) / float(curve.pull.peak_force) * 100
+        for axes in (whole, near):
+            axes.plot(*style.thinned(u * MM, force, 200), color=colors[index], lw=1.0, alpha=0.55)
+        for axes in (rest, close):
+            axes.plot(*style.thinned(u * MM, left, 200), color=colors[index], lw=0.8, alpha=0.7)
+
+
+def _points(reduced: Reduced, index: int) -> tuple[np.ndarray, np.ndarray]:
     """Elongation and force of a curve, the fine stretches in fours, so that noise looks alike."""
-    weight = reduced.weight[place]
+    weight = reduced.weight[index]
     group = np.arange(len(weight))
     group[:FINE] = group[:FINE] // TOGETHER * TOGETHER
     total = np.bincount(group, weight)
     some = total > 0
-    means = (
-        np.bincount(group, weight * values[place])[some] / total[some]
+    u, force = (
+        np.bincount(group, weight * values[index])[some] / total[some]
         for values in (reduced.elongation, reduced.force)
     )
-    u, force = means
     return u, force
 
 
 def _law(
-    places: Sequence[Axes],
+    panels: Sequence[style.Axes],
+    below: Sequence[style.Axes],
     drawn: Drawn,
-    place: int,
+    index: int,
     far: float,
-    colour: str,
-    file: BrakeFile,
-    below: bool,
+    color: str,
+    brake: Brake,
 ) -> float:
-    """The law at one vacuum with its bands, around zero too if `below`; its force at the end."""
-    vacuum, shape = drawn.curves[place].vacuum, drawn.shapes[place]
-    near_end = NEAR * float(drawn.curves[place].pull.peak_elongation)
-    u = np.concatenate([np.linspace(0, near_end, POINTS), np.linspace(0, far, POINTS)])
-    u = np.unique(u)
+    """The law at one vacuum with its bands, these about zero too `below`; its force at the end."""
+    curve, shape = drawn.curves[index], drawn.shapes[index]
+    close = NEAR * float(curve.pull.peak_elongation)
+    u = np.union1d(np.linspace(0, close, POINTS), np.linspace(0, far, POINTS))
     u = u[u <= far]
-    whole, near, rest, close = places
-    peak = float(drawn.curves[place].pull.peak_force)
+    law, _ = law_with_error(u, curve.vacuum, shape, np.zeros((3, 3)), brake)
+    for axes in panels:
+        axes.plot(u * MM, law, color=color, lw=1.3, ls=style.DASHED)
     if drawn.sure is not None and drawn.scatter is not None:
-        for covariance, depth in (
-            (drawn.sure[place] + drawn.scatter[place], 0.13), (drawn.sure[place], 0.30),
-        ):  # fmt: skip
-            law, error = law_with_error(u, vacuum, shape, covariance, file.brake)
-            wide = drawn.t * error
-            for axes in (whole, near):
-                axes.fill_between(u * MM, law - wide, law + wide, color=colour, alpha=depth, lw=0)
-            for axes in (rest, close) if below else ():
-                axes.fill_between(
-                    u * MM, -wide / peak * 100, wide / peak * 100, color=colour,
-                    alpha=depth / 2, lw=0,
-                )  # fmt: skip
-    law, _ = law_with_error(u, vacuum, shape, np.zeros((3, 3)), file.brake)
-    for axes in (whole, near):
-        axes.plot(u * MM, law, color=colour, lw=1.3, ls=(0, (5, 2)))
+        sure = drawn.sure[index]
+        for covariance, strength in ((sure + drawn.scatter[index], 0.13), (sure, 0.30)):
+            wide = drawn.t * law_with_error(u, curve.vacuum, shape, covariance, brake)[1]
+            part = wide / float(curve.pull.peak_force) * 100
+            for axes in panels:
+                style.band(axes, u * MM, law - wide, law + wide, color, strength)
+            for axes in below:
+                style.band(axes, u * MM, -part, part, color, strength / 2)
     return float(law[-1])
 
 
-def _finish(
-    places: Sequence[Axes], ends: Sequence[tuple[float, str, str]], highest: float, peak: float
-) -> None:
-    whole, near, rest, close = places
-    whole.set(ylabel="force [N]", ylim=(0, highest * 1.15), xlim=(0, None))
-    near.set(xlim=(0, NEAR * peak * MM))
-    rest.set(xlabel="elongation [mm]", ylabel="pull − law [% of peak]")
-    close.set(xlabel="elongation [mm]")
-    low, high = rest.get_ylim()
-    most = min(max(abs(low), abs(high)), 30.0)
-    rest.set_ylim(-most, most)
-    for axes in (rest, close):
-        axes.axhline(0, color=FAINT, lw=1)
-    labels_right(whole, whole.get_xlim()[1], ends)
-
-
-def _peaks(near: Axes, result: Any) -> None:
-    """At depth exact: the fitted peaks and the slope that gave k."""
-    if not isinstance(result, Calibration):
-        return
+def _peaks(near: style.Axes, result: Calibration) -> None:
+    """By the exact method: the fitted peaks and the slope that gave k."""
     for one in result.fits:
-        near.plot(one.pull.peak_elongation * MM, one.pull.peak_force, "o", color=RED, ms=4)
-    top = max(result.fits, key=lambda one: one.pull.peak_force).pull
-    line = np.array([0, top.peak_force / result.stiffness])
-    near.plot(line * MM, result.stiffness * line, color=ORANGE, lw=1.5)
-    x, y = near.get_xlim()[1] * 0.97, near.get_ylim()[1] * 0.12
-    label(near, x, y, "slope k (orange)\nfitted peaks (red)", GREY, ha="right")
-
-
-def _sleeve(result: Any) -> str:
-    factor = getattr(result, "values", {}).get("enclosure_factor")
-    return "" if factor is None else f", sleeve × {factor:.3g}"
-
-
-def _bands(drawn: Drawn) -> str:
-    if drawn.sure is None:
-        return "one pull: no repeats tell how sure the law is"
-    return "bands, 95 %: the law (dark), a further pull (pale)"
+        style.spot(near, one.pull.peak_elongation * MM, one.pull.peak_force, ms=4)
+    top = max(one.pull.peak_force for one in result.fits)
+    near.plot([0, top / result.stiffness * MM], [0, top], color=ORANGE, lw=1.5)
+    style.key(near, ("slope k", ORANGE), ("fitted peaks", RED), at="lower right")
 
 
 def _drawn(result: Any) -> Drawn:
@@ -204,27 +169,22 @@ def _drawn(result: Any) -> Drawn:
 
 
 def _of_exact(result: Calibration) -> Drawn:
-    curves = tuple(
-        Curve(
-            elongation=f.pull.elongation, force=f.pull.force, vacuum=f.vacuum, speed=None,
-            repeat=None, path=f.pull.path, pull=f.pull,
-        )
-        for f in result.fits
-    )  # fmt: skip
-    count = len(curves)
-    shape = np.array([result.scale_factor, result.stiffness, 1.0])
-    spread = np.array([
-        [np.log(f.scale_factor), np.log(f.stiffness), 0.0] for f in result.fits
-    ])  # fmt: skip
-    scatter = np.atleast_2d(np.cov(spread.T)) if count > 1 else None
-    every = (count, 1, 1)
+    count = len(result.fits)
+    curves = []
+    for fit in result.fits:
+        pull = fit.pull
+        of: dict[str, Any] = {"path": pull.path, "pull": pull, "speed": None, "repeat": None}
+        of |= {"elongation": pull.elongation, "force": pull.force, "vacuum": fit.vacuum}
+        curves.append(Curve(**of))
+    own = np.log([[f.scale_factor, f.stiffness, 1.0] for f in result.fits])
+    scatter = np.tile(np.atleast_2d(np.cov(own.T)), (count, 1, 1)) if count > 1 else None
     return Drawn(
-        curves=curves,
-        shapes=np.tile(shape, (count, 1)),
+        curves=tuple(curves),
+        shapes=np.tile([result.scale_factor, result.stiffness, 1.0], (count, 1)),
         origins=np.zeros(count),
         offsets=np.zeros(count),
-        sure=None if scatter is None else np.tile(scatter / count, every),
-        scatter=None if scatter is None else np.tile(scatter, every),
+        sure=None if scatter is None else scatter / count,
+        scatter=scatter,
         t=quantile(count - 1) if count > 1 else float("nan"),
     )
 
@@ -251,10 +211,7 @@ def _of_curves(result: CurvesCalibration) -> Drawn:
 def _of_draws(result: Any) -> Drawn:
     """A posterior, taken as normal in (ln a, ln k, factor), which it nearly is."""
     fit, count = result.fit, len(result.curves)
-    draws = np.column_stack([
-        np.log(fit.scale_factor.ravel()), np.log(fit.stiffness.ravel()),
-        fit.enclosure_factor.ravel(),
-    ])  # fmt: skip
+    parts = np.log(fit.scale_factor), np.log(fit.stiffness), fit.enclosure_factor
     shape = np.array([result.scale_factor, result.stiffness, result.values["enclosure_factor"]])
     repeats = np.median(fit.scale_factor_sd) ** 2, np.median(fit.stiffness_sd) ** 2, 0.0
     every = (count, 1, 1)
@@ -263,7 +220,7 @@ def _of_draws(result: Any) -> Drawn:
         shapes=np.tile(shape, (count, 1)),
         origins=np.median(fit.slack, axis=(0, 1)),
         offsets=np.zeros(count),
-        sure=np.tile(np.cov(draws.T), every),
+        sure=np.tile(np.cov(np.stack([part.ravel() for part in parts])), every),
         scatter=np.tile(np.diag(repeats), every),
         t=quantile(1e6),
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,23 +11,20 @@ import numpy.typing as npt
 from layerjam.fluid import closed_forms as forms
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Line, Reservoir
-from layerjam.fluid.network import Drive, Response, at_pressure, respond
+from layerjam.fluid.network import Drive, at_pressure, respond
 from layerjam.fluid.timing import pumped
-from layerjam.report.style import BLUE, GREEN, GREY, INK, canvas, label, look, save, title
+from layerjam.report import style
+from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA
 from layerjam.units import show
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 Array = npt.NDArray[np.float64]
-__all__ = ["fig5", "rise_figure", "save"]
-FULL, KPA = 94.5e3, 1e3
+save = style.save
+FULL = 94.5e3
 TANK = Reservoir(volume=0.5e-3, conductance=2e-9)
 STORED = 2e3
 """Absolute pressure of the reservoir before it is joined [Pa], where the pump comes so low."""
 LONG, TOP = 1.6, 1.12
-"""Of the way to the target, and of the target itself, how much a figure shows."""
+"""How much a figure shows, over the time to the target and over the target itself."""
 
 
 def with_reservoir(line: Line, target: float, at_most: float) -> float | None:
@@ -67,60 +64,53 @@ def _in_air(line: Line, twice: Line, more: str, target: float) -> list[tuple[str
 
 
 def _in_water(line: Line, twice: Line, more: str, target: float) -> list[tuple[str, float | None]]:
-    assert line.chamber.compliance is not None
-    stiff = replace(line.chamber, compliance=line.chamber.compliance / 2)
+    stiff = replace(line.chamber, compliance=(line.chamber.compliance or np.nan) / 2)
     water = [("as it is", line), ("half the compliance", replace(line, chamber=stiff))]
     found = [(w, forms.rise_time(target, c, water=True)) for w, c in [*water, (more, twice)]]
     return [*found, ("air in place of water", pumped(target, line)[0])]
 
 
-def bars_of(axes: Axes, made: list[tuple[str, float]], detail: str) -> None:
-    """Rise times as rows, the first on top."""
-    rows = made[::-1]
-    places, most = np.arange(len(rows)), max((time for _, time in made), default=1.0)
-    for y, (what, time) in zip(places.tolist(), rows, strict=True):
+def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> None:
+    """What would make the line faster: rise times as rows, the first on top."""
+    rows = changes(line, target, water)[::-1]
+    longest = max((time for _, time in rows), default=1.0)
+    for y, (what, time) in enumerate(rows):
         color = INK if what == "as it is" else GREEN
         axes.plot([0, time], [y, y], color=color, lw=1.2)
-        axes.plot([time], [y], "o", color=color, ms=5)
-        axes.text(time + 0.03 * most, y, show(time, "s", 3), va="center", fontsize=8.8, color=color)
-    axes.set_yticks(places, [what for what, _ in rows])
-    axes.set(
-        xlim=(0, 1.23 * most), ylim=(-0.6, max(len(rows), 1) - 0.4),
-        xlabel="rise time 10 to 90 % [s]",
-    )  # fmt: skip
+        style.spot(axes, time, y, color=color, ms=5)
+        style.label(axes, time + 0.03 * longest, y, show(time, "s", 3), color)
+    if not rows:
+        middle: dict[str, Any] = {"transform": axes.transAxes, "ha": "center"}
+        style.label(axes, 0.5, 0.5, "none of these reaches the target", GREY, **middle)
+    axes.set_yticks(range(len(rows)), [what for what, _ in rows])
+    axes.set(xlim=(0, 1.3 * longest), ylim=(-0.6, max(len(rows), 1) - 0.4))
     axes.grid(axis="y", visible=False)
-    title(axes, "What would make it faster", detail)
+    detail = "each alone, all else as it is"
+    if line.reservoir is None and not water:
+        stored = max(STORED, forms.lowest(line))
+        detail = f"reservoir at {stored * KPA:.3g} kPa absolute, its valve 0.2 L/(s bar)"
+    style.panel(axes, "What would make it faster", detail, xlabel="rise time 10 to 90 % [s]")
 
 
-def levels(axes: Axes, target: float, end: float) -> None:
+def _levels(axes: style.Axes, target: float) -> None:
     """The two vacuums between which a rise is timed."""
-    for part, away in ((0.1, 0.015), (0.9, -0.05)):
-        axes.axhline(part * target / KPA, color=GREY, lw=0.7, ls=(0, (2, 2)))
-        height = (part + away) * target / KPA
-        axes.text(0.99 * end, height, f"{100 * part:.0f} %", fontsize=8.2, color=GREY, ha="right")
+    for part in (0.1, 0.9):
+        style.level(axes, part * target * KPA, f"{100 * part:.0f} %", GREY, 0.99, part > 0.5)
+    axes.set(xlabel="time [s]", ylabel="vacuum [kPa]")
 
 
-def tank_detail(line: Line, water: bool = False) -> str:
-    """What stands under the chart."""
-    if line.reservoir is not None or water:
-        return "each alone, all else as it is"
-    stored = max(STORED, forms.lowest(line))
-    return f"reservoir at {stored / KPA:.3g} kPa absolute, its valve 0.2 L/(s bar)"
-
-
-def in_water(line: Line, target: float) -> tuple[Array, Array]:
+def _pumped_water(line: Line, target: float) -> tuple[Array, Array]:
     """Time [s] and vacuum [Pa] of a line filled with water, up to the target or where it boils."""
-    assert line.chamber.compliance is not None
     end = min(target, forms.reachable(line, water=True))
-    whole = end * line.chamber.compliance / forms.pumps_flow(line)
+    whole = end * (line.chamber.compliance or np.nan) / forms.pumps_flow(line)
     return np.array([0.0, whole, LONG * whole]), np.array([0.0, end, end])
 
 
-def rise_figure(line: Line, target: float, water: bool = False, name: str = "") -> Figure:
+@style.styled
+def rise_figure(line: Line, target: float, water: bool = False, name: str = "") -> style.Figure:
     """Vacuum over time, and what would make the line faster; all in SI, checked by the caller."""
-    made: Response | None = None
     if water:
-        time, vacuum = in_water(line, target)
+        time, vacuum = _pumped_water(line, target)
         rise = forms.rise_time(target, line, water=True)
     else:
         rise, made = pumped(target, line)
@@ -130,51 +120,34 @@ def rise_figure(line: Line, target: float, water: bool = False, name: str = "") 
     reached = np.flatnonzero(vacuum >= target)
     end = LONG * float(time[reached[0]]) if len(reached) else np.inf
     seen = (time <= end) & (vacuum <= TOP * target)
-    time, vacuum = time[seen], vacuum[seen]
-    end = float(time[-1])
-    with look():
-        figure, (steps, bars) = canvas(columns=2, width=9.6, height=3.9)
-        steps.plot(time, vacuum / KPA, color=BLUE if water else INK)
-        steps.axhline(target / KPA, color=GREY, lw=0.9)
-        steps.text(
-            0.01 * end,
-            target / KPA * 1.015,
-            f"target {show(target, 'Pa')}",
-            fontsize=8.8,
-            color=INK,
-        )
-        levels(steps, target, end)
-        steps.set(xlim=(0, end), ylim=(0, TOP * target / KPA), xlabel="time [s]",
-                  ylabel="vacuum [kPa]")  # fmt: skip
-        said = "never reached" if rise is None else f"10 to 90 % in {show(rise, 's', 3)}"
-        title(steps, f"{name or 'the line'} in {'water' if water else 'air'}", said)
-        found = changes(line, target, water)
-        bars_of(bars, found, tank_detail(line, water))
-        if not found:
-            bars.text(0.5, 0.5, "none of these reaches the target", ha="center", color=GREY,
-                      transform=bars.transAxes)  # fmt: skip
+    figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
+    steps.plot(time[seen], vacuum[seen] * KPA, color=BLUE if water else INK)
+    steps.set(xlim=(0, float(time[seen][-1])), ylim=(0, TOP * target * KPA))
+    style.level(steps, target * KPA, f"target {show(target, 'Pa')}", INK, 0.01)
+    _levels(steps, target)
+    said = "never reached" if rise is None else f"10 to 90 % in {show(rise, 's', 3)}"
+    style.title(steps, f"{name or 'the line'} in {'water' if water else 'air'}", said)
+    _bars(bars, line, target, water)
     return figure
 
 
-def fig5() -> Figure:
+@style.styled
+def fig5() -> style.Figure:
     """Vacuum over time in air and water, and rise times of other lines."""
     line = load_line("choi2018").line
-    air = respond(line, 8.0)
-    water = np.minimum(
-        forms.pumps_flow(line) * air.time / (line.chamber.compliance or np.nan), FULL
-    )
-    with look():
-        figure, (steps, bars) = canvas(columns=2, width=9.6, height=3.9)
-        levels(steps, FULL, 8.0)
-        shown = np.minimum(air.vacuum, FULL)
-        steps.plot(air.time, shown / KPA, color=INK)
-        steps.plot(air.time, water / KPA, color=BLUE)
-        for name, color, place, paper, level in (
-            ("air", INK, forms.rise_time(FULL, line), 3.9, (2.5, 60.0)),
-            ("water", BLUE, forms.rise_time(FULL, line, water=True), 1.5, (0.95, 20.0)),
-        ):
-            label(steps, *level, f"{name}: {place:.2f} s (paper {paper} s)", color)
-        steps.set(xlim=(0, 8), ylim=(0, 100), xlabel="time [s]", ylabel="vacuum [kPa]")
-        title(steps, "Fig. 5: rise to 94.5 kPa", "7.50 mL and 0.0661 mL/kPa are inferred from it")
-        bars_of(bars, changes(line, FULL), tank_detail(line))
+    made = respond(line, 8.0)
+    flow = forms.pumps_flow(line) / (line.chamber.compliance or np.nan)
+    figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
+    for name, vacuum, color, printed in (
+        ("air", made.vacuum, INK, 3.9),
+        ("water", flow * made.time, BLUE, 1.5),
+    ):
+        rise = forms.rise_time(FULL, line, water=name == "water") or np.nan
+        words = f"{name}: {rise:.2f} s (paper {printed} s)"
+        steps.plot(made.time, np.minimum(vacuum, FULL) * KPA, color=color, label=words)
+    steps.set(xlim=(0, 8), ylim=(0, 100))
+    _levels(steps, FULL)
+    style.key(steps, at="center right")
+    style.title(steps, "Fig. 5: rise to 94.5 kPa", "7.50 mL and 0.0661 mL/kPa are inferred from it")
+    _bars(bars, line, FULL)
     return figure

@@ -2,66 +2,45 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from layerjam.device.load import load
 from layerjam.mechanics.pull import peak
 from layerjam.mechanics.stop.exact import BOTTOMED_OUT, stop
 from layerjam.mechanics.stop.tune import tuned_vacuum
-from layerjam.report.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    INK,
-    RED,
-    canvas,
-    label,
-    look,
-    save,
-    title,
-)
+from layerjam.report import style
+from layerjam.report.style import BLUE, GREEN, GREY, INK, MM, MS, RED
 from layerjam.simulate.drop import spring_of
 from layerjam.simulate.record import DropRecord
 from layerjam.units import show
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-__all__ = ["drop", "fig11", "save"]
+save = style.save
 SLIP = 0.040
 
 
-def drop(record: DropRecord) -> Figure:
-    """Force and speed over time, and force over the way of the mass."""
-    time = record.time * 1e3
-    with look():
-        figure, (force, speed, way) = canvas(columns=3, width=9.6, height=3.5)
-        top = int(np.argmax(record.force))
-        force.plot(time, record.force, color=BLUE)
-        force.plot(time[top], record.force[top], "o", color=RED, ms=5)
-        label(
-            force, time[top] + 0.05 * time[-1], record.force[top] * 1.06,
-            show(float(record.force[top]), "N"), RED,
-        )  # fmt: skip
-        force.set(xlabel="time [ms]", ylabel="force [N]", xlim=(0, None))
-        force.set_ylim(0, float(record.force.max()) * 1.15)
-        speed.plot(time, record.speed_of_mass, color=BLUE)
-        speed.set(xlabel="time [ms]", ylabel="speed of the mass [m/s]", xlim=(0, None))
-        speed.set_ylim(0, None)
-        way.fill_between(record.travel * 1e3, 0, record.force, color=BLUE, alpha=0.15, lw=0)
-        way.plot(record.travel * 1e3, record.force, color=BLUE)
-        way.set(xlabel="way of the mass [mm]", ylabel="force [N]", xlim=(0, None))
-        way.set_ylim(0, float(record.force.max()) * 1.15)
-        words = f"simulated; {show(record.mass, 'kg')} at {show(record.speed, 'm/s')}, "
-        title(force, f"{record.brake.name}: {record.outcome}", words + show(record.vacuum, "Pa"))
-        title(speed, "Speed")
-        title(way, "Work")
+@style.styled
+def drop(record: DropRecord) -> style.Figure:
+    """Force and speed over time, and force over the displacement of the mass."""
+    time, top = record.time * MS, int(np.argmax(record.force))
+    high = float(record.force.max()) * 1.18 or 1.0
+    figure, (force, speed, work) = style.canvas(columns=3, width=11.4, height=3.5)
+    force.plot(time, record.force, color=BLUE)
+    force.set(xlabel="time [ms]", ylabel="force [N]", xlim=(0, None), ylim=(0, high))
+    style.spot(force, time[top], record.force[top], show(float(record.force[top]), "N"))
+    speed.plot(time, record.speed_of_mass, color=BLUE)
+    speed.set(xlabel="time [ms]", ylabel="speed of the mass [m/s]", xlim=(0, None), ylim=(0, None))
+    style.band(work, record.travel * MM, 0, record.force, BLUE, 0.15)
+    work.plot(record.travel * MM, record.force, color=BLUE)
+    work.set(xlabel="displacement of the mass [mm]", ylabel="force [N]", ylim=(0, high))
+    words = f"simulated; {show(record.mass, 'kg')} at {show(record.speed, 'm/s')}, "
+    style.title(force, f"{record.brake.name}: {record.outcome}", words + show(record.vacuum, "Pa"))
+    style.title(speed, "Speed")
+    style.panel(work, "Work", xlim=(0, None))
     return figure
 
 
-def fig11() -> Figure:
+@style.styled
+def fig11() -> style.Figure:
     """Peak acceleration over the speed of impact: no brake, full vacuum, tuned vacuum."""
     brake = load("choi2018-kapton").brake
     rope = float(brake.rope.stiffness) if brake.rope is not None else np.inf
@@ -69,34 +48,25 @@ def fig11() -> Figure:
     spring = spring_of(brake, rope)
     speed = np.linspace(0.02, 3.7, 370)
     bare = 1 + np.sqrt(1 + rope * speed**2 / g**2)
-    hard = stop(1.0, speed, full, spring, g, brake)
+    run = stop(1.0, speed, full, spring, g, brake)
+    hard, out = np.asarray(run.peak_force) / g, np.asarray(run.outcome) == BOTTOMED_OUT
     vacuum = np.asarray(tuned_vacuum(1.0, speed, SLIP, spring, g, brake))
     within = np.isfinite(vacuum) & (vacuum <= full)
     soft = np.asarray(peak(np.where(within, vacuum, full), 0.06, brake).force) / g
-    stretch = SLIP + soft * g / spring
-    floor = 1 + speed**2 / (2 * g * stretch)
-    out = np.asarray(hard.outcome) == BOTTOMED_OUT
-    with look():
-        figure, (axes,) = canvas(width=7.6, height=4.8)
-        axes.plot(speed, bare, color=INK)
-        axes.plot(speed[~out], (np.asarray(hard.peak_force) / g)[~out], color=BLUE)
-        axes.plot(speed[out], (np.asarray(hard.peak_force) / g)[out], color=BLUE, ls=(0, (2, 2)))
-        axes.plot(speed[within], soft[within], color=GREEN)
-        axes.plot(speed[within], floor[within], color=GREY, lw=1.1, ls=(0, (4, 2)))
-        axes.plot(3.7, 50, "^", color=RED, ms=7)
-        axes.plot([3.7], [10], "s", color=RED, ms=6)
-        axes.plot([0.5, 2.5], [2, 2], color=RED, lw=3)
-        label(axes, 2.7, 42, "no brake", INK, ha="right")
-        label(axes, 1.5, 20, "full vacuum, 94.5 kPa", BLUE)
-        label(axes, 3.62, 21, "out of travel", BLUE, ha="right")
-        label(axes, 2.2, 11.8, "tuned for 40 mm", GREEN, ha="right")
-        label(axes, 2.62, 5.4, "least possible, 1 + v²/2gz", GREY)
-        label(axes, 3.62, 50, "paper: 50 g", RED, ha="right")
-        label(axes, 3.62, 9.2, "paper: about a fifth", RED, ha="right")
-        label(axes, 0.5, 3.4, "paper: under 2 g", RED)
-        axes.set(xlabel="speed at impact [m/s]", ylabel="peak acceleration [g]")
-        axes.set(xlim=(0, 3.8), ylim=(0, 54))
-        title(
-            axes, "Fig. 11 from the model", "1 kg on the inferred rope; the paper's claims in red"
-        )
+    floor = 1 + speed**2 / (2 * g * (SLIP + soft * g / spring))
+    figure, (axes,) = style.canvas(width=7.6, height=4.8)
+    axes.plot(speed, bare, color=INK, label="no brake")
+    axes.plot(speed[~out], hard[~out], color=BLUE, label="full vacuum, 94.5 kPa")
+    axes.plot(speed[out], hard[out], color=BLUE, ls=style.DOTTED, label="out of travel")
+    axes.plot(speed[within], soft[within], color=GREEN, label="tuned for 40 mm")
+    (least,) = axes.plot(speed[within], floor[within], color=GREY, lw=1.1, ls=style.DASHED)
+    least.set_label("least possible, 1 + v²/2gz")
+    axes.plot([0.5, 2.5], [2, 2], color=RED, lw=3)
+    axes.set(xlabel="speed at impact [m/s]", ylabel="peak acceleration [g]")
+    axes.set(xlim=(0, 3.8), ylim=(0, 54))
+    style.spot(axes, 3.7, 50, "paper: 50 g", shape="^")
+    style.spot(axes, 3.7, 10, "paper: about a fifth", shape="s")
+    style.label(axes, 0.5, 3.9, "paper: under 2 g", RED)
+    style.key(axes, at="upper left")
+    style.title(axes, "Fig. 11 from the model", "1 kg on the inferred rope; the paper's in red")
     return figure

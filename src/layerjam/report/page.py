@@ -1,20 +1,21 @@
-"""What every self-contained HTML page needs: pictures inside, one style, no outside address."""
+"""One self-contained HTML page for every report: a style, pictures inside, no outside address."""
 
 from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib.resources import files
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from layerjam.errors import MissingExtraError
-from layerjam.report.style import look
+from layerjam.report import style
 
 if TYPE_CHECKING:
     import jinja2
-    from matplotlib.figure import Figure
+
+NONE = "–"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,16 +23,149 @@ class Picture:
     """A figure, how to draw it, its file name and caption."""
 
     name: str
-    figure: Callable[[], Figure]
+    figure: Callable[[], style.Figure]
     caption: str
 
 
-def drawn(figure: Figure) -> str:
+@dataclass(frozen=True)
+class Word:
+    """A cell that is no number, with the class the style sheet knows it by."""
+
+    text: str
+    kind: str = ""
+
+    def shown(self, with_unit: bool) -> dict[str, str]:
+        """As the templates take it."""
+        return {"text": self.text, "kind": self.kind}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table of a page; its cells are texts, Words and Numbers.
+
+    `total` rows at the end stand apart; `groups` are (title, columns).
+
+    `extra` are numbers of the note or of an interval's cell that no cell holds.
+    """
+
+    id: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    caption: str = ""
+    groups: Sequence[tuple[str, int]] = ()
+    total: int = 0
+    note: str = ""
+    unit_in_head: bool = False
+    extra: Sequence[Any] = ()
+
+    def shown(self) -> dict[str, Any]:
+        """As the templates take it, all of it text."""
+        return {
+            "id": self.id,
+            "caption": self.caption,
+            "head": list(self.head),
+            "groups": [{"title": title, "span": span} for title, span in self.groups],
+            "rows": [[self._cell(cell) for cell in row] for row in self.rows],
+            "total": self.total,
+            "note": self.note,
+        }
+
+    def _cell(self, cell: Any) -> dict[str, str]:
+        if not isinstance(cell, str):
+            return dict(cell.shown(not self.unit_in_head))
+        numeric = cell == NONE or cell[:1].isdigit() or cell[:1] == "≈"
+        digest = len(cell) == 64 and " " not in cell
+        return {"text": cell, "kind": "sha" if digest else "number" if numeric else ""}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A section of a page; of `checks` each has name, passed and sentence."""
+
+    id: str
+    title: str
+    text: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    pictures: Sequence[Picture] = ()
+    checks: Sequence[Any] = ()
+    notes: Sequence[str] = ()
+
+    def shown(self) -> dict[str, Any]:
+        """As the templates take it, all of it text."""
+        return {
+            "id": self.id,
+            "title": self.title,
+            "text": list(self.text),
+            "tables": [table.shown() for table in self.tables],
+            "figures": [{"name": p.name, "caption": p.caption} for p in self.pictures],
+            "checks": [
+                {"name": c.name, "passed": c.passed, "sentence": c.sentence} for c in self.checks
+            ],
+            "notes": list(dict.fromkeys(self.notes)),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Page:
+    """A page: `numbers` are (value, words) to be seen first, `verdicts` words with their class."""
+
+    title: str
+    lead: str
+    parts: Sequence[Part]
+    footer: str
+    numbers: Sequence[tuple[str, str]] = ()
+    verdicts: Sequence[Word] = ()
+    banner: Sequence[str] = ()
+    navigation: bool = False
+    more: Mapping[str, str] = field(default_factory=dict)
+    """What only one page has."""
+
+    def pictures(self) -> list[Picture]:
+        """Every picture, in order of reading."""
+        return [picture for part in self.parts for picture in part.pictures]
+
+    def shown(self) -> dict[str, Any]:
+        """What the templates of HTML and PDF show, all of it text."""
+        return {
+            "title": self.title,
+            "lead": self.lead,
+            "parts": [part.shown() for part in self.parts],
+            "numbers": [{"value": value, "words": words} for value, words in self.numbers],
+            "verdicts": [word.shown(False) for word in self.verdicts],
+            "banner": list(self.banner),
+            "navigation": self.navigation,
+            "footer": self.footer,
+            **self.more,
+        }
+
+
+def html(shown: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
+    """The page from what `Page.shown` gives and the drawn SVGs by name: no script, no address."""
+    inside = {name: themed(svg_of(svg, name)) for name, svg in pictures.items()}
+    made = page_environment().from_string(_text("page.html.j2"))
+    return made.render(**shown, pictures=inside, style=_text("page.css"))
+
+
+def drawn(figure: style.Figure) -> str:
     """The figure as an SVG file's text; the same figure gives the same bytes."""
     buffer = io.StringIO()
-    with look():
+    with style.look():
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     return buffer.getvalue()
+
+
+def drawn_all(
+    pictures: Sequence[Picture],
+    tell: Callable[[str, float], None],
+    start: float = 0.0,
+    end: float = 1.0,
+) -> dict[str, str]:
+    """Every picture as an SVG file's text by its name; `tell` hears of each, and the share done."""
+    made = {}
+    for index, picture in enumerate(pictures):
+        tell(f"figure {picture.name}", start + (end - start) * index / len(pictures))
+        made[picture.name] = drawn(picture.figure())
+    return made
 
 
 def svg_of(file: str, name: str) -> str:
@@ -43,20 +177,26 @@ def svg_of(file: str, name: str) -> str:
     text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
     # every figure at one scale: its own width on paper, smaller only where the window is
     points = float(width.group(1)) if width else 600.0
-    return re.sub(
-        r'(<svg[^>]*?) width="[^"]*"', rf'\1 style="max-width:{points * 1.45:.0f}px"', text, count=1
-    )
+    wide = rf'\1 style="max-width:{points * 1.45:.0f}px"'
+    return re.sub(r'(<svg[^>]*?) width="[^"]*"', wide, text, count=1)
 
 
-def page_style() -> str:
-    """The style sheet that all pages share."""
-    return (files("layerjam.report") / "page.css").read_text(encoding="utf-8")
+def themed(svg: str) -> str:
+    """An inline figure whose colours follow the page, so that it reads on a dark one too."""
+    svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)
+    for name, color in re.findall(r"--(\w+):(#[0-9a-f]{6})", _text("page.css").split("}")[0]):
+        svg = re.sub(rf"{color}\b", f"var(--{name})", svg, flags=re.IGNORECASE)
+    return svg
+
+
+def _text(name: str) -> str:
+    return (files("layerjam.report") / name).read_text(encoding="utf-8")
 
 
 def check_extras() -> None:
     """Raise MissingExtraError where the page could not be drawn or written."""
     page_environment()
-    with look():
+    with style.look():
         pass
 
 

@@ -1,26 +1,46 @@
-"""One look for every figure: quiet axes, colours a colour-blind reader can tell apart."""
+"""The drawing kit: one look, panels that name their units, words that keep clear of the curves.
+
+A figure is a function under `@styled`: it takes a `canvas`, draws curves, `band`s, `spot`s and
+lines (`level`, `upright`), and closes every axes with `panel`, which names the axes. Words beside
+what they name are placed by the kit, in the colour of the thing, never by coordinates of one brake.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import functools
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec
+
+import numpy as np
 
 from layerjam.device.load import write_whole
 from layerjam.errors import MissingExtraError
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib import axes as _axes
+    from matplotlib import figure as _figure
 
+    Axes = _axes.Axes
+    Figure = _figure.Figure
+
+P = ParamSpec("P")
 # Okabe and Ito's palette, ordered so that neighbours differ in lightness too
-BLUE, ORANGE, GREEN, RED, PURPLE, SKY = (
-    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9",
-)  # fmt: skip
-INK, GREY, FAINT = "#1c2530", "#66717d", "#c9d0d6"
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+PURPLE, SKY = "#CC79A7", "#56B4E9"
+INK, GREY, FAINT, SHADE = "#1c2530", "#66717d", "#C9D0D6", "#f1f4f6"
+CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY)
 VACUUMS = ("#08306b", "#2171b5", "#4f9bcb", "#8c96a0")
 """Dark to pale for falling vacuum."""
+DASHED, LONG, DOTTED = (0, (4, 2)), (0, (5, 3)), (0, (1, 2))
+MM, MS, KPA, KN = 1e3, 1e3, 1e-3, 1e-3
+"""Factors from SI to the units on the axes."""
+WORDS = 8.8
+"""Size of the words in a figure [pt]."""
+_READABLE = {ORANGE: "#8a5f00", PURPLE: "#8e4a79", SKY: "#2a7fb0", FAINT: GREY}
+"""Darker shades for words in a colour too pale to be read."""
+_GROUND = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.8}
 
 _RC: dict[Any, Any] = {
     "font.size": 9.5,
@@ -44,7 +64,14 @@ _RC: dict[Any, Any] = {
     "ytick.labelcolor": INK,
     "lines.linewidth": 1.8,
     "lines.solid_capstyle": "round",
-    "legend.frameon": False,
+    "legend.frameon": True,
+    "legend.framealpha": 0.8,
+    "legend.edgecolor": "none",
+    "legend.fancybox": False,
+    "legend.fontsize": WORDS,
+    "legend.handlelength": 1.5,
+    "legend.labelspacing": 0.3,
+    "legend.borderaxespad": 0.3,
     "figure.dpi": 110,
     "savefig.dpi": 160,
     "svg.hashsalt": "layerjam",
@@ -64,6 +91,17 @@ def look() -> Iterator[None]:
         yield
 
 
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """The function that draws a figure, in the style."""
+
+    @functools.wraps(draw)
+    def drawn(*given: P.args, **named: P.kwargs) -> Figure:
+        with look():
+            return draw(*given, **named)
+
+    return drawn
+
+
 def canvas(
     columns: int = 1, rows: int = 1, width: float = 6.4, height: float = 3.9, **grid: Any
 ) -> tuple[Figure, list[Axes]]:
@@ -75,39 +113,168 @@ def canvas(
     return figure, list(axes.ravel())
 
 
-def title(axes: Axes, what: str, detail: str = "") -> None:
+def panel(axes: Axes, headline: str = "", detail: str = "", **axis: Any) -> None:
+    """Name the axes with their units, bound them, and say what is seen; `axis` as in Axes.set."""
+    axes.set(**axis)
+    if headline or detail:
+        title(axes, headline, detail)
+
+
+def title(axes: Axes, headline: str, detail: str = "") -> None:
     """A headline that says what is seen, and a quiet line under it."""
-    axes.set_title(what, pad=20 if detail else 8)
+    axes.set_title(headline, pad=20 if detail else 8)
     if detail:
-        axes.text(
-            0, 1.0, detail, transform=axes.transAxes, fontsize=8.5, color=GREY, va="bottom"
-        ).set_position((0, 1.015))
+        axes.text(0, 1.015, detail, transform=axes.transAxes, fontsize=8.5, color=GREY, va="bottom")
 
 
-def label(axes: Axes, x: float, y: float, text: str, color: str, **how: Any) -> None:
-    """A word beside a curve, in its colour, on a pale ground."""
-    how = {"fontsize": 8.8, "color": color, "va": "center", **how}
-    axes.text(
-        x,
-        y,
-        text,
-        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.8},
-        **how,
-    )
+def readable(color: str) -> str:
+    """The colour for words about a curve of this colour."""
+    return _READABLE.get(color.upper(), color)
+
+
+def label(axes: Axes, x: float, y: float, text: str, color: str = INK, **how: Any) -> None:
+    """A word at a point, in a curve's colour, on a pale ground."""
+    how = {"fontsize": WORDS, "color": readable(color), "va": "center", "bbox": _GROUND, **how}
+    axes.text(x, y, text, **how)
 
 
 def labels_right(axes: Axes, x: float, items: Sequence[tuple[float, str, str]]) -> None:
     """(y, text, colour) labels at the right end of curves, moved apart where they would touch."""
     low, high = axes.get_ylim()
-    gap = (high - low) * 0.058
-    places: list[float] = []
-    for y, _, _ in sorted(items):
-        places.append(max(y, places[-1] + gap) if places else y)
-    for (_, text, color), y in zip(sorted(items), places, strict=True):
-        axes.annotate(
-            text, (x, y), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8.8,
-            color=color, annotation_clip=False,
-        )  # fmt: skip
+    spec, figure = axes.get_subplotspec(), axes.get_figure(root=True)
+    if spec is None or figure is None or not items:
+        return
+    points = spec.get_position(figure).height * figure.get_figheight() * 72
+    gap = (high - low) * 1.25 * WORDS / points
+    known = sorted(item for item in items if np.isfinite(item[0]))
+    heights: list[float] = []
+    for y, _, _ in known:
+        heights.append(max(y, heights[-1] + gap, low) if heights else max(y, low))
+    over = max(heights[-1] - high, 0.0) if heights else 0.0
+    for (_, text, color), y in zip(known, heights, strict=True):
+        _beside(axes, text, x, y - over, color, (4, 0), va="center", annotation_clip=False)
+    axes.set_ylim(low, high)
+
+
+def key(axes: Axes | Figure, *items: tuple[str, str], at: str = "best", **how: Any) -> None:
+    """Names in the curves' colours, in a corner that they leave free; (text, colour) or labels."""
+    from matplotlib.colors import to_hex
+    from matplotlib.lines import Line2D
+
+    if items:
+        how["handles"] = [Line2D([], [], color=color, label=text) for text, color in items]
+    legend = axes.legend(**{"loc": at, "labelcolor": "linecolor", **how})
+    for text in legend.get_texts():
+        text.set_color(readable(to_hex(text.get_color())))
+
+
+def spot(
+    axes: Axes, x: float, y: float, text: str = "", color: str = RED, shape: str = "o", **how: Any
+) -> None:
+    """A point of a curve, with its words on the side where there is room."""
+    axes.plot(x, y, shape, **{"color": color, "ms": 5.5, "zorder": 4, **how})
+    if text:
+        across, up = axes.transAxes.inverted().transform(axes.transData.transform((x, y)))
+        side = -7 if across > 0.6 else 7
+        height = -7 if up > 0.9 else 7
+        ha, va = ("right" if side < 0 else "left"), ("top" if height < 0 else "bottom")
+        _beside(axes, text, x, y, color, (side, height), ha=ha, va=va, bbox=_GROUND, zorder=5)
+
+
+def level(
+    axes: Axes, y: float, text: str = "", color: str = RED, at: float = 0.02, below: bool = False
+) -> None:
+    """A line across at a height, named on it at a share of the width."""
+    axes.axhline(y, color=color, lw=1.1, ls=LONG)
+    if text:
+        _beside(
+            axes,
+            text,
+            at,
+            y,
+            color,
+            (0, -4 if below else 4),
+            xycoords=axes.get_yaxis_transform(),
+            va="top" if below else "bottom",
+            ha="right" if at > 0.5 else "left",
+        )
+
+
+def upright(axes: Axes, x: float, text: str = "", color: str = GREY, at: float = 0.97) -> None:
+    """A line upright at an x, named beside it at a share of the height."""
+    axes.axvline(x, color=color, lw=1.0, ls=DASHED)
+    if text:
+        corner = axes.transData.transform((x, axes.get_ylim()[0]))
+        side = -4 if axes.transAxes.inverted().transform(corner)[0] > 0.5 else 4
+        _beside(
+            axes,
+            text,
+            x,
+            at,
+            color,
+            (side, 0),
+            xycoords=axes.get_xaxis_transform(),
+            ha="right" if side < 0 else "left",
+            va="top" if at > 0.5 else "bottom",
+            bbox=_GROUND,
+        )
+
+
+def _beside(
+    axes: Axes, text: str, x: float, y: float, color: str, shift: tuple[float, float], **how: Any
+) -> None:
+    """Words at a shift [pt] from a point."""
+    how = {"fontsize": WORDS, "color": readable(color), "textcoords": "offset points", **how}
+    axes.annotate(text, (x, y), shift, **how)
+
+
+def pointed(
+    axes: Axes,
+    text: str,
+    point: tuple[float, float],
+    at: tuple[float, float],
+    color: str,
+    **how: Any,
+) -> None:
+    """Words at a place of the axes' data, with a thin line to the point that they name."""
+    line = {"arrowstyle": "-", "color": color, "lw": 0.5, "shrinkA": 1, "shrinkB": 4}
+    line |= how.pop("line", {})
+    how = {"fontsize": WORDS, "va": "center", "zorder": 5, "bbox": _GROUND, **how}
+    axes.annotate(text, point, at, color=readable(color), arrowprops=line, **how)
+
+
+def band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2) -> None:
+    """A pale band between two curves."""
+    axes.fill_between(x, low, high, color=color, alpha=alpha, lw=0)
+
+
+def plain(axes: Axes, which: str = "x") -> None:
+    """A logarithmic scale with plain numbers."""
+    for name in which:
+        axis = axes.xaxis if name == "x" else axes.yaxis
+        axes.set(**{f"{name}scale": "log"})
+        axis.set_major_formatter("{x:g}")
+
+
+def thinned(x: Any, y: Any, bins: int = 400) -> tuple[Any, Any]:
+    """At most 2 * `bins` samples of a long record: the least and the greatest of each bin."""
+    if len(y) <= 2 * bins:
+        return x, y
+    kept = []
+    for part in np.array_split(np.arange(len(y)), bins):
+        kept += sorted({int(part[np.argmin(y[part])]), int(part[np.argmax(y[part])])})
+    return x[kept], y[kept]
+
+
+def scheme(names: Sequence[str]) -> dict[str, str]:
+    """A colour for each of the names, in their order; a ramp from dark to pale of many."""
+    if len(names) <= 4:
+        return dict(zip(names, (BLUE, RED, GREEN, PURPLE), strict=False))
+    ramp = np.array([[int(c[i : i + 2], 16) for i in (1, 3, 5)] for c in VACUUMS], float)
+    at = np.linspace(0, len(VACUUMS) - 1, len(names))
+    mixed = np.stack([np.interp(at, range(len(VACUUMS)), channel) for channel in ramp.T], axis=1)
+    shades = (f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in mixed.round().astype(int))
+    return dict(zip(names, shades, strict=True))
 
 
 def save(figure: Figure, path: Path, force: bool = False) -> Path:

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import tomllib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from enum import StrEnum
+from functools import cache
+from importlib.resources import files
+from types import MappingProxyType
+from typing import Any
 
 
 class Verdict(StrEnum):
@@ -16,13 +22,22 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Claim:
-    """One row of the report.
+class Printed:
+    """A claim as paper.toml has it, with what the paper prints in `unit`; see there."""
 
-    `paper` is what the paper prints and `ours` what was computed in this run, both in `unit`
-    (numbers, or words where the claim has none); `tolerance` is half of the last digit printed,
-    unless said otherwise.
-    """
+    claim: str
+    section: str
+    paper: float | str | None = None
+    unit: str = ""
+    tolerance: float | None = None
+    ours: str = ""
+    why: str = ""
+    otherwise: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """One row of the report: `paper` is what is printed, `ours` what was computed, in `unit`."""
 
     claim: str
     section: str
@@ -34,64 +49,56 @@ class Claim:
 
     def row(self) -> dict[str, float | str | None]:
         """The row of results.json."""
-        return {
-            "claim": self.claim,
-            "section": self.section,
-            "paper": self.paper,
-            "ours": self.ours,
-            "unit": self.unit,
-            "verdict": str(self.verdict),
-            "why": self.why,
-        }
+        return asdict(self) | {"verdict": str(self.verdict)}
 
 
-def number(
-    claim: str,
-    section: str,
-    paper: float,
-    ours: float,
-    unit: str,
-    tolerance: float,
-    why: str = "",
-    otherwise: str = "",
+@cache
+def paper() -> Mapping[str, Any]:
+    """The tables of paper.toml: `part` a list, `claim` by key."""
+    text = (files("layerjam.studies.choi2018") / "paper.toml").read_text(encoding="utf-8")
+    return MappingProxyType(tomllib.loads(text))
+
+
+def claim(
+    key: str,
+    ours: float | str | None = None,
+    *,
+    holds: bool | None = None,
+    instead: Mapping[str, Any] | None = None,
+    **words: Any,
 ) -> Claim:
-    """A printed number against a computed one: reproduced within `tolerance`, else differs.
+    """A claim of paper.toml by its key, with our number, or whether it `holds`.
 
-    `why` goes with either verdict, `otherwise` only with "differs".
+    `words` are what its sentences have in braces; `instead` replaces entries of the file.
     """
-    same = abs(ours - paper) <= tolerance
-    off = f"{(ours - paper) / paper:+.1%} against the paper" if paper else ""
-    words = [why] if same else [off, why, otherwise]
-    return Claim(
-        claim=claim,
-        section=section,
-        paper=paper,
-        ours=ours,
-        unit=unit,
-        verdict=Verdict.REPRODUCED if same else Verdict.DIFFERS,
-        why="; ".join(w for w in words if w),
-    )
+    return judged(Printed(**(paper()["claim"][key] | (instead or {}))), ours, holds, **words)
 
 
-def statement(claim: str, section: str, holds: bool, ours: str, why: str) -> Claim:
-    """A claim in words that a computation confirms or not."""
+def judged(
+    row: Printed, ours: float | str | None = None, holds: bool | None = None, **words: Any
+) -> Claim:
+    """What becomes of a claim: a number against a computed one, a statement, or neither.
+
+    A number is reproduced within its tolerance, half of the last digit printed unless said
+    otherwise.
+    """
+    printed, why, otherwise = row.paper, row.why.format(**words), row.otherwise.format(**words)
+    verdict = Verdict.NOT_REPRODUCIBLE
+    if holds is not None:
+        verdict = Verdict.REPRODUCED if holds else Verdict.DIFFERS
+        printed, ours = "as stated", row.ours.format(**words)
+    elif row.tolerance is not None and isinstance(ours, float) and isinstance(printed, float):
+        verdict = Verdict.REPRODUCED
+        if abs(ours - printed) > row.tolerance:
+            verdict = Verdict.DIFFERS
+            off = f"{(ours - printed) / printed:+.1%} against the paper" if printed else ""
+            why = "; ".join(word for word in (off, why, otherwise) if word)
     return Claim(
-        claim=claim,
-        section=section,
-        paper="as stated",
+        claim=row.claim.format(**words),
+        section=row.section,
+        paper=printed,
         ours=ours,
-        unit="",
-        verdict=Verdict.REPRODUCED if holds else Verdict.DIFFERS,
+        unit=row.unit,
+        verdict=verdict,
         why=why,
     )
-
-
-def beyond(
-    claim: str, section: str, paper: float | str | None, unit: str, why: str, *,
-    ours: float | str | None = None,
-) -> Claim:  # fmt: skip
-    """A claim that nobody can recompute from what the paper gives."""
-    return Claim(
-        claim=claim, section=section, paper=paper, ours=ours, unit=unit,
-        verdict=Verdict.NOT_REPRODUCIBLE, why=why,
-    )  # fmt: skip

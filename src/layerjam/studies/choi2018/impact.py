@@ -16,7 +16,7 @@ from layerjam.simulate.accelerometer import ADXL193, CLASSES, cfc_filter, memory
 from layerjam.simulate.accelerometer import specific_force as specific_force_of
 from layerjam.simulate.drop import drop, spring_of
 from layerjam.simulate.record import DropRecord
-from layerjam.studies.choi2018.claims import Claim, number, statement
+from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.units import show
 
 MASS, SPEED, FASTEST, SLIP, FULL, G = 1.0, 2.5, 3.7, 0.040, 94.5e3, 9.80665
@@ -121,6 +121,8 @@ def rope_study(points: int = 400) -> RopeStudy:
 
 def claims() -> list[Claim]:
     """The peaks of Fig. 11 as its accelerometer would show them; what filter or rope they take."""
+    from scipy.optimize import brentq
+
     (full, tuned), study = stops(), rope_study()
     shown = [seen(run, ADXL193).peak / G for run in (full, tuned)]
     signals = [specific_force_of(run) for run in (full, tuned)]
@@ -128,41 +130,17 @@ def claims() -> list[Claim]:
     ten, two = cutoff_for(signals[0], PAPER_FULL), cutoff_for(signals[1], PAPER_TUNED)
     # the rope that `bare_peak` says gives 10 g at 2.5 m/s
     soft = ((PAPER_FULL - 1) ** 2 - 1) * MASS * G**2 / SPEED**2
+    bare = {"soft": show(soft, "N/m", 2), "bare": bare_peak(soft, FASTEST)}
     best = int(np.nanargmin(study.tuned))
-    way = SPEED**2 / (2 * G * (PAPER_TUNED - 1))
-    return [
-        number(
-            "Fig. 11: 10 g at full vacuum, as an ADXL193 shows it", "III-E", PAPER_FULL, shown[0],
-            "g", 0.5, "400 Hz low-pass, 2-pole Bessel (assumed); with SAE J211-1 CFC 60 to 1000 "
-            f"behind it the loss is at most {most:.1%}",
-            f"10 g would take a low-pass of {ten:.1f} Hz (4 poles, no phase). A softer rope does "
-            "not help: once the brake slips it has met its peak force. 10 g come on a rope of "
-            f"{show(soft, 'N/m', 2)}, where it never slips; bare, that rope gives "
-            f"{bare_peak(soft, FASTEST):.0f} g at 3.7 m/s, not 50",
-        ),
-        number(
-            "Fig. 11: under 2 g tuned, as an ADXL193 shows it", "III-E", PAPER_TUNED, shown[1],
-            "g", 0.5, f"at 2.5 m/s; {shown[1] - 1:.1f} g if gravity is taken off",
-            f"2 g would take a low-pass of {two:.1f} Hz. On a softer rope the peak is at least "
-            f"{study.tuned[best]:.1f} g (at {show(float(study.rope[best]), 'N/m', 2)}; below that "
-            "the brake does not slip 40 mm, and no rope alone stays under 2 g). Under 2 g the way "
-            f"is {way * 1e3:.0f} mm at least, v²/2g",
-        ),
-        _one_chain(ten, two, signals),
-    ]  # fmt: skip
-
-
-def _one_chain(ten: float, two: float, signals: list[tuple[np.ndarray, np.ndarray]]) -> Claim:
-    """Whether one filter can have shown the three peaks."""
-    from scipy.optimize import brentq
-
-    most = most_without_brake(ten)
+    rope = {"best": study.tuned[best], "rope": show(float(study.rope[best]), "N/m", 2)}
+    way = SPEED**2 / (2 * G * (PAPER_TUNED - 1)) * 1e3
+    # whether one filter can have shown the three peaks
+    reach = most_without_brake(ten)
     least = float(brentq(lambda x: most_without_brake(x) - PAPER_BARE, 10, 60, rtol=1e-3))
     left = [filtered_peak(signal, least) for signal in signals]
-    return statement(
-        "Fig. 11: one accelerometer showed 50 g bare, 10 g at full vacuum, 2 g tuned", "III-E",
-        most >= PAPER_BARE and abs(ten / two - 1) < 0.1, f"50 g takes {least:.0f} Hz or more",
-        f"with a filter behind it: the {ten:.1f} Hz of 10 g show at most {most:.0f} g without a "
-        f"brake, on any rope. At {least:.0f} Hz full vacuum shows {left[0]:.1f} g, tuned "
-        f"{left[1]:.1f} g. Bounces after the first are left out",
-    )  # fmt: skip
+    one = reach >= PAPER_BARE and abs(ten / two - 1) < 0.1
+    return [
+        claim("adxl-full", shown[0], most=most, ten=ten, **bare),
+        claim("adxl-tuned", shown[1], less=shown[1] - 1, two=two, way=way, **rope),
+        claim("one-chain", holds=one, least=least, ten=ten, most=reach, left=left),
+    ]

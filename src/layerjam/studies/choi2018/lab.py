@@ -6,7 +6,7 @@ this software on files of a virtual test machine whose truth is the paper's resu
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,7 +23,7 @@ from layerjam.lab.exports import LAYOUTS, write_trace
 from layerjam.lab.faults import Faults
 from layerjam.lab.spec import FrictionTests, Pulls, Spec, Truth
 from layerjam.measure.readers.read import read_trace
-from layerjam.studies.choi2018.claims import Claim, beyond, number, statement
+from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.studies.choi2018.figures import CALIBRATED, FIG7, FULL, NAMES, TESTED
 
 NORMAL_FORCE = 0.250 * 9.80665
@@ -118,81 +118,44 @@ def run_lab(folder: Path, say: Callable[[str], None]) -> dict[str, FilmRun]:
     return {name: run_film(name, folder, say) for name in CALIBRATED}
 
 
-def friction_claims(runs: dict[str, FilmRun]) -> list[Claim]:
+def friction_claims(runs: Mapping[str, FilmRun]) -> list[Claim]:
     """Section III-C: table I."""
-    out = [
-        number(
-            "pressure of the friction test", "III-D", 3.9, NORMAL_FORCE / CONTACT_AREA / 1e3, "kPa",
-            0.05, "250 g on 25 × 25 mm²; the brake is used up to 101 kPa, 26 times that",
-        )
-    ]  # fmt: skip
+    out = [claim("test-pressure", NORMAL_FORCE / CONTACT_AREA / 1e3)]
     for name, run in runs.items():
-        film, sds = run.file.brake.film, TABLE_SD[name]
-        why = (
-            "procedure only: three synthetic repeats that scatter by the paper's SD around its "
-            "value, reduced as the paper does; agreement within that SD"
-        )
-        for kind, sd in zip(("static", "kinetic"), sds, strict=True):
-            printed = getattr(film, kind)
+        for kind, sd in zip(("static", "kinetic"), TABLE_SD[name], strict=True):
+            paper = getattr(run.file.brake.film, kind)
+            printed = {"paper": paper, "tolerance": sd * paper}
             ours = getattr(run.friction, kind)
-            out.append(
-                number(
-                    f"table I: {kind} friction, {NAMES[name]}",
-                    "III-C",
-                    printed,
-                    ours,
-                    "1",
-                    sd * printed,
-                    why,
-                )
-            )
+            out.append(claim("table-1", ours, instead=printed, kind=kind, film=NAMES[name]))
     return out
 
 
-def calibration_claims(runs: dict[str, FilmRun]) -> list[Claim]:
+def calibration_claims(runs: Mapping[str, FilmRun]) -> list[Claim]:
     """Section III-D: Fig. 8 and 9, eq. 7 to 9."""
     out = []
     for name, run in runs.items():
-        factor = run.file.brake.scale_factor
-        spring = (run.file.brake.stiffness_measured or np.nan) / 1e3
-        half = 0.0005 if factor < 1 else 0.005
-        result = run.calibration
-        why = "procedure only: a synthetic pull with the paper's value as truth"
+        factor, result = run.file.brake.scale_factor, run.calibration
+        a = {"paper": factor, "tolerance": 0.0005 if factor < 1 else 0.005}
+        k = {"paper": (run.file.brake.stiffness_measured or np.nan) / 1e3}
+        eq9 = (result.stiffness_eq9 or np.nan) / 1e3
+        error = result.scale_factor_se or 0
+        film = NAMES[name]
         out += [
-            number(f"scale factor, {NAMES[name]}", "III-D", factor, result.scale_factor, "1",
-                   half, f"{why}; exact form, standard error {result.scale_factor_se or 0:.1g}"),
-            number(f"eq. 8 gives it, {NAMES[name]}", "III-D", factor, result.scale_factor_eq8, "1",
-                   half, otherwise="eq. 8 puts the crosshead's displacement where slip belongs, "
-                   "and so errs on the model's own curve"),
-            number(f"stiffness from the slope, {NAMES[name]}", "III-D", spring,
-                   result.stiffness / 1e3, "kN/m", 0.5, why),
-            number(f"eq. 9 gives it, {NAMES[name]}", "III-D", spring,
-                   (result.stiffness_eq9 or np.nan) / 1e3, "kN/m", 0.5,
-                   otherwise="peak force over peak displacement is no stiffness: "
-                   "the brake slides before its peak"),
-        ]  # fmt: skip
+            claim("scale-factor", result.scale_factor, instead=a, film=film, error=error),
+            claim("eq8", result.scale_factor_eq8, instead=a, film=film),
+            claim("slope", result.stiffness / 1e3, instead=k, film=film),
+            claim("eq9", eq9, instead=k, film=film),
+        ]
     return out
 
 
-def validation_claims(runs: dict[str, FilmRun]) -> list[Claim]:
+def validation_claims(runs: Mapping[str, FilmRun]) -> list[Claim]:
     """Section III-C and III-D: MAPE before and after calibration."""
     before = [c.mape for run in runs.values() for c in run.uncalibrated.curves]
     after = [c.mape for run in runs.values() for c in run.calibrated.curves]
     alone = [abs(1 / run.file.brake.scale_factor - 1) for run in runs.values()]
-    procedure = (
-        "the raw curves are not published; 'ours' is the same procedure on "
-        f"{len(before)} synthetic pulls whose truth is the calibrated model, so that only "
-    )
     return [
-        beyond("MAPE before calibration", "III-C", 32.0, "%",
-               procedure + "the missing factor shows", ours=100 * float(np.mean(before))),
-        statement(
-            "a scale factor explains the error before calibration", "III-D",
-            float(np.mean(alone)) > 0.27,
-            " and ".join(f"{a:.0%}" for a in alone),
-            "what a = 0.875 and 1.24 alone explain of the friction's error, against 32 ± 11 % "
-            "printed: more than half of it has another cause",
-        ),
-        beyond("MAPE after calibration", "III-D", 7.2, "%",
-               procedure + "noise is left", ours=100 * float(np.mean(after))),
-    ]  # fmt: skip
+        claim("mape-before", 100 * float(np.mean(before)), pulls=len(before)),
+        claim("explains", holds=float(np.mean(alone)) > 0.27, alone=alone),
+        claim("mape-after", 100 * float(np.mean(after)), pulls=len(before)),
+    ]

@@ -2,31 +2,19 @@
 
 from __future__ import annotations
 
-from functools import cache, partial
-from typing import TYPE_CHECKING
+from functools import cache
 
-from layerjam.report.page import Picture
-from layerjam.studies.choi2018.claims import Claim, beyond
-from layerjam.studies.choi2018.page import Part
-from layerjam.studies.machines import figures as draw
+from layerjam.report import style
+from layerjam.studies.choi2018.claims import Claim, claim
+from layerjam.studies.machines import figures
 from layerjam.studies.machines.registry import analyse, load_scenario
 from layerjam.studies.machines.verdict import Result
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-MACHINES = {
-    "seat-belt": ("a seat belt that takes up a crash", draw.belt_over_way),
-    "neck-guard": ("a neck guard against head rotation", draw.neck_in_time),
-    "ankle-clutch": ("a clutch of an ankle exoskeleton", draw.ankle_stride),
-    "rehabilitation": ("resistance for rehabilitation", draw.exercise_in_time),
-}
-CAPTIONS = {
-    "seat-belt": "Seat belt: force over the way of the chest, with eight brakes, with webbing "
-    "alone, and with the least load limiter of constant force that stops in the space.",
-    "neck-guard": "Neck guard: the blow with and without two brakes.",
-    "ankle-clutch": "Ankle clutch: one stride, what the clutch must hold and when it must let go.",
-    "rehabilitation": "Finger or elbow: the resistance wanted and given over one exercise.",
+PICTURES = {
+    "seat-belt": figures.belt_over_displacement,
+    "neck-guard": figures.neck_in_time,
+    "ankle-clutch": figures.ankle_stride,
+    "rehabilitation": figures.exercise_in_time,
 }
 
 
@@ -37,28 +25,11 @@ def _result(name: str) -> Result:
 
 def claims() -> list[Claim]:
     """What the paper proposes, and our verdict on it."""
-    return [
-        beyond(f"Fig. 13: {what}", "III-F", "proposed", "", _result(name).reason,
-               ours="feasible" if _result(name).feasible else "not as built")
-        for name, (what, _) in MACHINES.items()
-    ]  # fmt: skip
+    results = {name: _result(name) for name in PICTURES}
+    words = {True: "feasible", False: "not as built"}
+    return [claim(name, words[r.feasible], reason=r.reason) for name, r in results.items()]
 
 
-def _figure(name: str) -> Figure:
-    return MACHINES[name][1](_result(name).record)  # type: ignore[operator, no-any-return]
-
-
-def part() -> Part:
-    """The part of the page; its claims come from `claims`."""
-    return Part(
-        id="machines",
-        title="Four machines (Fig. 13)",
-        text=["The paper draws four uses and computes none. Here each is a scenario with the "
-              "paper's brake and line, human data from named sources and what had to be assumed "
-              "marked so; 'layerjam apply' writes a page on each, with what it would take."],
-        pictures=[
-            Picture(name=f"machine-{name}", figure=partial(_figure, name),
-                    caption=CAPTIONS[name])
-            for name in MACHINES
-        ],
-    )  # fmt: skip
+def picture(name: str) -> style.Figure:
+    """The figure of a machine that stands on the paper's page."""
+    return PICTURES[name](_result(name))

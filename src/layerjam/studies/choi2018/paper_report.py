@@ -2,37 +2,48 @@
 
 from __future__ import annotations
 
-import functools
-import json
 import os
 import tempfile
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 from layerjam._version import __version__
 from layerjam.commands.declare import Progress
 from layerjam.device.file import BrakeFile
-from layerjam.device.load import write_whole
-from layerjam.errors import FileError
 from layerjam.identify.calibration.peaks import Calibration
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.validation.metrics import Validation
 from layerjam.measure.trace import Trace
 from layerjam.mechanics.threads import Workers
-from layerjam.report import stack_figures
-from layerjam.report.figures import calibration, force_over_vacuum, friction, validation
-from layerjam.report.page import Picture, check_extras, drawn
-from layerjam.studies.choi2018 import impact as paper_impact
-from layerjam.studies.choi2018 import lab as paper_lab
-from layerjam.studies.choi2018 import machines as paper_machines
-from layerjam.studies.choi2018 import model as paper_model
-from layerjam.studies.choi2018 import speed as paper_speed
-from layerjam.studies.choi2018.claims import Claim
+from layerjam.report import (
+    density_figures,
+    figures,
+    fluid_figures,
+    impact_figures,
+    line_pictures,
+    stack_figures,
+    style,
+)
+from layerjam.report.folder import check_folder, figures_of, json_text, write_folder
+from layerjam.report.page import (
+    NONE,
+    Page,
+    Part,
+    Picture,
+    Table,
+    Word,
+    check_extras,
+    drawn_all,
+    html,
+)
+from layerjam.studies.choi2018 import figures as paper_figures
+from layerjam.studies.choi2018 import impact, machines, model, sensor_figures, speed, speed_figures
+from layerjam.studies.choi2018 import lab as laboratory
+from layerjam.studies.choi2018.claims import Claim, Verdict, paper
 from layerjam.studies.choi2018.lab import FilmRun
-from layerjam.studies.choi2018.page import Part, render_page, tally
-from layerjam.studies.choi2018.paper_page import paper_parts
 
 TITLE = "A soft brake on paper, recomputed"
 LEAD = (
@@ -40,13 +51,62 @@ LEAD = (
     "Layer Jamming (IEEE RA-L 2018, DOI 10.1109/LRA.2017.2761938). Every number, table and figure "
     "that this software can compute, beside what the paper prints."
 )
-LAB_SHARE = 0.2
-"""Share of the time that the procedures on synthetic files take."""
 BANNER = (
     "Every curve here is computed or comes from files of a virtual test machine; those are "
     "synthetic and named so. No measured curve of the paper is published. What the paper prints is "
     "quoted as the paper's; 'ours' was computed in this run."
 )
+FOOTER = (
+    "Verdicts are computed: 'reproduced' means within half of the last digit printed, unless the "
+    "row says otherwise."
+)
+MARKS = {
+    Verdict.REPRODUCED: "✓",
+    Verdict.DIFFERS: "≠",
+    Verdict.NOT_REPRODUCIBLE: "?",
+    Verdict.NOT_YET: "…",
+}
+LAB_SHARE = 0.2
+"""Share of the time that the procedures on synthetic files take."""
+Draw = Callable[[], "style.Figure"]
+Lab = Mapping[str, FilmRun]
+FIGURES: dict[str, Draw] = {
+    "eq5": paper_figures.eq5,
+    "closing": paper_figures.closing,
+    "fig4": paper_figures.fig4,
+    "fig4-judder": speed_figures.fig4_judder,
+    "judder-map": speed_figures.amplitude,
+    "fig5": fluid_figures.fig5,
+    "fig6": speed_figures.fig6,
+    "fig7-9": paper_figures.fig7_9,
+    "stack-onset": stack_figures.onset,
+    "stack-spread": stack_figures.spread,
+    "fig11": impact_figures.fig11,
+    "accelerometer": sensor_figures.readings,
+    "filter-and-rope": sensor_figures.what_it_takes,
+    "regulators": line_pictures.regulators,
+    "forces": line_pictures.forces,
+    "plan": line_pictures.warned,
+    "sheets": paper_figures.sheets_and_mass,
+    "fig12": density_figures.fig12,
+    **{f"machine-{name}": partial(machines.picture, name) for name in machines.PICTURES},
+}
+"""What draws each picture of paper.toml; fig8 needs the laboratory's numbers."""
+CLAIMS: dict[str, Sequence[Callable[[Lab], list[Claim]]]] = {
+    "device": [lambda _: model.structure(), lambda _: model.equations()],
+    "materials": [
+        lambda _: model.materials(),
+        lambda _: speed.judder_claims(),
+        lambda _: model.fluids(),
+        lambda _: speed.wet_claims(),
+    ],
+    "friction": [laboratory.friction_claims, laboratory.validation_claims],
+    "calibration": [laboratory.calibration_claims, lambda _: model.stiffnesses()],
+    "damping": [lambda _: model.damping(), lambda _: impact.claims()],
+    "density": [lambda _: model.force_density()],
+    "machines": [lambda _: machines.claims()],
+}
+"""What works out the claims of each part of paper.toml, from the laboratory's runs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,87 +133,93 @@ def write_report(
     """
     tell: Progress = progress or (lambda *_: None)
     check_extras()
-    report, results = out / "report.html", out / "results.json"
-    for path in (report, results):
-        if _there(path) and not force:
-            raise FileError(path, "exists already; --force replaces it")
-    try:
-        (out / "figures").mkdir(parents=True, exist_ok=True)
-    except OSError as err:
-        raise FileError(out, f"cannot be made: {err.strerror}") from None
+    check_folder(out, force)
     tell("procedures of the paper on synthetic files", 0.01)
     with tempfile.TemporaryDirectory() as folder:
-        lab = paper_lab.run_lab(Path(folder), lambda what: tell(what, LAB_SHARE / 2))
+        lab = laboratory.run_lab(Path(folder), lambda what: tell(what, LAB_SHARE / 2))
     tell("figures and claims", LAB_SHARE)
+    parts = [part["id"] for part in paper()["part"] if part["id"] != "main-job"]
+    draw = FIGURES | {"fig8": partial(paper_figures.fig8, _exact(lab))}
     pool = Workers(2)
     try:
-        claims = _claims(lab, pool)
-        parts = [*extra, *paper_parts(lab)]
-        planned = [p for part in parts for p in part.pictures]
-        pictures = {}
-        for index, picture in enumerate(planned):
-            share = LAB_SHARE + (0.9 - LAB_SHARE) * index / len(planned)
-            tell(f"figure {picture.name}", share)
-            pictures[picture.name] = drawn(picture.figure())
+        # the claims are worked out while the figures are drawn
+        pool.submit(stack_figures.warm_up)
+        begun = {name: [pool.submit(work, lab) for work in CLAIMS.get(name, ())] for name in parts}
+        every = [*extra, *(part_of(name, draw) for name in parts)]
+        pictures = [picture for part in every for picture in part.pictures]
+        svgs = drawn_all(pictures, tell, LAB_SHARE, 0.9)
         tell("claims", 0.9)
-        parts = [replace(part, claims=claims(part.id) or part.claims) for part in parts]
+        claims = {name: [c for some in begun[name] for c in some.result()] for name in parts}
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
-    for name, svg in pictures.items():
-        write_whole(out / "figures" / f"{name}.svg", functools.partial(_fill, text=svg), True)
-    page = render_page(
+    rows = [claim for some in claims.values() for claim in some]
+    counts = {v: [claim.verdict for claim in rows].count(v) for v in Verdict}
+    page = Page(
         title=TITLE,
         lead=LEAD,
-        parts=parts,
-        pictures=pictures,
+        navigation=True,
         numbers=numbers,
-        banner=BANNER,
-        footer=f"layerjam {__version__}, {datetime.now(UTC).date().isoformat()}. Verdicts are "
-        "computed: 'reproduced' means within half of the last digit printed, unless the row says "
-        "otherwise.",
+        verdicts=[Word(f"{MARKS[v]} {count} {v}", _kind(v)) for v, count in counts.items()],
+        banner=[BANNER],
+        parts=[*extra, *(part_of(name, draw, claims[name]) for name in parts)],
+        footer=f"layerjam {__version__}, {datetime.now(UTC).date().isoformat()}. {FOOTER}",
     )
-    rows = [claim.row() for part in parts for claim in part.claims]
-    text = json.dumps(rows, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    write_whole(results, lambda p: _fill(p, text), True)
-    write_whole(report, lambda p: _fill(p, page), True)
+    results = json_text([claim.row() for claim in rows])
+    content = {"report.html": html(page.shown(), svgs), "results.json": results}
+    write_folder(out, content | figures_of(svgs))
+    report = out / "report.html"
     tell(f"report {os.fspath(report)}", 1.0)
-    return PaperReport(report=report, results=results, counts=tally(parts))
+    tally = {str(verdict): count for verdict, count in counts.items()}
+    return PaperReport(report=report, results=out / "results.json", counts=tally)
 
 
-def _there(path: Path) -> bool:
-    try:
-        return path.exists()
-    except (OSError, ValueError) as err:
-        reason = getattr(err, "strerror", None) or str(err)
-        raise FileError(str(path)[:200], f"cannot be written: {reason}") from None
+def part_of(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -> Part:
+    """A part of paper.toml with its pictures and the claims that were worked out."""
+    row = next(part for part in paper()["part"] if part["id"] == name)
+    pictures = [
+        Picture(name=p["name"], figure=draw[p["name"]], caption=p["caption"])
+        for p in row["picture"]
+    ]
+    head = ["claim", "section", "paper", "ours", "verdict", "why"]
+    table = Table(id=f"claims-{name}", head=head, rows=[_row(claim) for claim in claims])
+    return Part(
+        id=name,
+        title=row["title"],
+        text=row.get("text", ()),
+        tables=[table] if claims else [],
+        pictures=pictures,
+    )
 
 
-def _fill(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
+def _row(claim: Claim) -> list[Word]:
+    """A claim as a row of its part's table."""
+    return [
+        Word(claim.claim, "claim"),
+        Word(claim.section),
+        _value(claim.paper, claim.unit),
+        _value(claim.ours, claim.unit),
+        Word(f"{MARKS[claim.verdict]} {claim.verdict}", f"verdict {_kind(claim.verdict)}"),
+        Word(claim.why, "why"),
+    ]
 
 
-def _claims(lab: dict[str, FilmRun], pool: Workers) -> Callable[[str], list[Claim]]:
-    """The claims of each part, worked out while the figures are drawn."""
-    pool.submit(stack_figures.warm_up)
-    of: dict[str, list[Callable[[], list[Claim]]]] = {
-        "device": [paper_model.structure, paper_model.equations],
-        "materials": [
-            paper_model.materials, paper_speed.judder_claims, paper_model.fluids,
-            paper_speed.wet_claims,
-        ],
-        "friction": [
-            functools.partial(paper_lab.friction_claims, lab),
-            functools.partial(paper_lab.validation_claims, lab),
-        ],
-        "calibration": [
-            functools.partial(paper_lab.calibration_claims, lab), paper_model.stiffnesses,
-        ],
-        "damping": [paper_model.damping, paper_impact.claims],
-        "density": [paper_model.force_density],
-        "machines": [paper_machines.claims],
-    }  # fmt: skip
-    begun = {part: [pool.submit(claims) for claims in each] for part, each in of.items()}
-    return lambda part: [claim for some in begun.get(part, ()) for claim in some.result()]
+def _kind(verdict: Verdict) -> str:
+    return verdict.replace(" ", "-")
+
+
+def _value(value: float | str | None, unit: str) -> Word:
+    if value is None or isinstance(value, str):
+        return Word(value or NONE, "words")
+    text = f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
+    return Word(text if unit in ("", "1") else f"{text} {unit}", "value")
+
+
+def _exact(runs: Lab) -> dict[str, dict[str, float]]:
+    """What the procedure gave for each film, as Fig. 8 marks it."""
+    fits = {name: run.calibration for name, run in runs.items()}
+    return {
+        n: {"scale_factor": f.scale_factor, "eq9": f.stiffness_eq9 or 0.0} for n, f in fits.items()
+    }
 
 
 def main_job(
@@ -168,31 +234,10 @@ def main_job(
 
     `vacuum` is (slip [m], force wanted [N], vacuum [Pa]).
     """
-    names = ("friction", "calibration", "validation", "vacuum")
-    figures = (
-        functools.partial(friction, traces, reduced),
-        functools.partial(calibration, file, fitted, synthetic=True),
-        functools.partial(validation, file, compared, synthetic=True),
-        functools.partial(force_over_vacuum, file, *vacuum),
-    )
-    captions = (
-        "Three friction tests read from Bluehill files. Static is the maximum of each, kinetic the "
-        "mean over the shaded window.",
-        "One pull read from a testXpert file. Stiffness is the slope before onset; the scale "
-        "factor follows from the fitted peak.",
-        "Pulls at other vacuums and speeds, which the calibration has not seen.",
-        "The calibrated brake, asked for the vacuum that gives a force.",
-    )
-    return Part(
-        id="main-job",
-        title="This run: from files to a vacuum",
-        text=[
-            "Friction tests and pulls of the paper's Kapton brake, written by the virtual test "
-            "machine from a stated truth and seed, then read, reduced, calibrated, validated and "
-            "inverted as measured files would be. The data is synthetic."
-        ],
-        pictures=[
-            Picture(name=f"run-{name}", figure=figure, caption=caption)
-            for name, figure, caption in zip(names, figures, captions, strict=True)
-        ],
-    )
+    draw: dict[str, Draw] = {
+        "run-friction": partial(figures.friction, traces, reduced),
+        "run-calibration": partial(figures.calibration, file, fitted, synthetic=True),
+        "run-validation": partial(figures.validation, file, compared, synthetic=True),
+        "run-vacuum": partial(figures.force_over_vacuum, file, *vacuum),
+    }
+    return part_of("main-job", draw)

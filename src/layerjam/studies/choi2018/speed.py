@@ -17,7 +17,7 @@ from layerjam.mechanics.stick_slip.wet import ILLUSTRATIVE, ILLUSTRATIVE_VISCOUS
 from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.stack import tensile_stack
 from layerjam.simulate.stick_slip import moving_mass, series_stiffness, slide_of, tooth
-from layerjam.studies.choi2018.claims import Claim, beyond, statement
+from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.units import show
 
 FULL, SLOW, FAST = 94.5e3, 1e-3, 25e-3
@@ -92,10 +92,17 @@ def _study(name: str) -> FilmJudder:
     )
     at = at._replace(rise=ratio - 1, stribeck=STRIBECK[None, :], damping=DAMPING[:, None])
     return FilmJudder(
-        static=static, kinetic=kinetic, staggered=staggered, together=together, apart=apart,
-        slack=slack, stiffness=spring, mass=mass, judders=tooth(at, swings=60).judders,
+        static=static,
+        kinetic=kinetic,
+        staggered=staggered,
+        together=together,
+        apart=apart,
+        slack=slack,
+        stiffness=spring,
+        mass=mass,
+        judders=tooth(at, swings=60).judders,
         settles=_least_damping(staggered, kinetic, spring, mass),
-    )  # fmt: skip
+    )
 
 
 @cache
@@ -105,48 +112,31 @@ def fig4_study() -> dict[str, FilmJudder]:
 
 
 def judder_claims() -> list[Claim]:
-    """Section III-A: which film judders."""
+    """Section III-A: which film sticks and slips."""
     study = fig4_study()
     kapton, ptfe = study["Kapton"], study["PTFE"]
     only = kapton.judders & ~ptfe.judders
     slow = STRIBECK[only.any(axis=0)]
-    window = sorted((ptfe.settles, kapton.settles))
-    ratios = [f"{f.settles / (2 * (f.stiffness * f.mass) ** 0.5):.2f}" for f in (ptfe, kapton)]
-    holds = kapton.apart > ptfe.apart
-    slack = ", the spring going slack" if ptfe.slack else ""
-    words = (
-        f"swing of the force over kinetic force: by table I alone ±{kapton.together:.0%} (Kapton) "
-        f"and ±{ptfe.together:.0%} (PTFE{slack}); sheets that let go one after another leave "
-        f"±{kapton.apart:.0%} and ±{ptfe.apart:.0%}. The order stays the opposite of Fig. 4"
-    )
-    found = (
-        f"Kapton alone judders in {only.mean():.0%} of a wide prior"
-        if only.any()
-        else "nowhere in a wide prior does Kapton alone judder"
-    )
-    why = (
-        f"v_s from {show(STRIBECK[0], 'm/s')} to {show(STRIBECK[-1], 'm/s')} and damping from "
-        f"{show(DAMPING[0], 'N s/m')} to {show(DAMPING[-1], 'N s/m')}, log-uniform and alike for "
-        f"both films, on a moving mass of half a brake (assumed). For small v_s it takes a damping "
-        f"between {window[0]:.0f} and {window[1]:.0f} N s/m: PTFE's rig is softer, so that the "
-        f"same damper creeps there (damping ratio {ratios[0]}; Kapton's limit is {ratios[1]})"
-    )
+    found = "nowhere in a wide prior does Kapton alone judder"
+    between = ""
     if only.any():
-        why += (
-            f"; v_s between {show(float(slow.min()), 'm/s', 2)} and "
-            f"{show(float(slow.max()), 'm/s', 2)}"
-        )
+        found = f"Kapton alone judders in {only.mean():.0%} of a wide prior"
+        edges = (show(float(v), "m/s", 2) for v in (slow.min(), slow.max()))
+        between = f"; v_s between {' and '.join(edges)}"
+    together: dict[str, Any] = {"kapton": kapton.together, "ptfe": ptfe.together}
+    apart: dict[str, Any] = {"kapton_apart": kapton.apart, "ptfe_apart": ptfe.apart}
+    slack = ", the spring going slack" if ptfe.slack else ""
+    tried: dict[str, Any] = {
+        "speeds": [show(v, "m/s") for v in (STRIBECK[0], STRIBECK[-1])],
+        "dampings": [show(v, "N s/m") for v in (DAMPING[0], DAMPING[-1])],
+        "window": sorted((ptfe.settles, kapton.settles)),
+        "ratios": [f.settles / (2 * (f.stiffness * f.mass) ** 0.5) for f in (ptfe, kapton)],
+    }
+    holds = kapton.apart > ptfe.apart
     return [
-        statement(
-            "Fig. 4: Kapton and polyester judder at 1 mm/s, PTFE hardly does", "III-A", holds,
-            f"±{kapton.together:.0%} and ±{ptfe.together:.0%}", words,
-        ),
-        beyond(
-            "Fig. 4: what would make Kapton judder and PTFE not", "III-A", "stick–slip", "",
-            f"{why}. v_s, damping and mass are fitted to one sentence of the paper, none is "
-            "measured; weakening with speed alone does not do it", ours=found,
-        ),
-    ]  # fmt: skip
+        claim("fig4-judder", holds=holds, slack=slack, **together, **apart),
+        claim("why-judder", found, between=between, **tried),
+    ]
 
 
 def wet_claims() -> list[Claim]:
@@ -154,16 +144,8 @@ def wet_claims() -> list[Claim]:
     brake = load("choi2018-kapton").brake
     dry, dry_end = (float(brake_force(x, FULL, brake)) for x in (0.0, 0.04))
     slow, slow_end = (float(wet_force(x, SLOW, FULL, brake, ILLUSTRATIVE)) for x in (0.0, 0.04))
-    fast = float(wet_force(0.0, FAST, FULL, brake, ILLUSTRATIVE))
-    other = float(wet_force(0.0, FAST, FULL, brake, ILLUSTRATIVE_VISCOUS))
+    sets = ILLUSTRATIVE, ILLUSTRATIVE_VISCOUS
+    fast, other = (float(wet_force(0.0, FAST, FULL, brake, film)) for film in sets)
     steeper = (slow - slow_end) / (dry - dry_end)
-    return [
-        beyond(
-            "Fig. 6: wet force at two speeds", "III-B", "curves", "",
-            "the curves are not published, so nothing can be fitted; the law (Stribeck, adhesion, "
-            "viscous part) can be, from your own pulls. An illustrative set gives a higher peak at "
-            f"1 mm/s and a fall {steeper:.1f} times as steep, as the paper says. At 25 mm/s it "
-            f"gives {fast:.0f} N, a second set {other:.0f} N: the two readings of the sentence",
-            ours=f"illustrative: {slow:.0f} N wet, {dry:.0f} N dry at 1 mm/s",
-        )
-    ]  # fmt: skip
+    ours = f"illustrative: {slow:.0f} N wet, {dry:.0f} N dry at 1 mm/s"
+    return [claim("wet", ours, steeper=steeper, fast=fast, other=other)]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -17,20 +18,8 @@ from layerjam.mechanics.stick_slip.wet import (
     wet_stress,
 )
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.report.style import (
-    BLUE,
-    GREY,
-    INK,
-    ORANGE,
-    RED,
-    VACUUMS,
-    canvas,
-    label,
-    labels_right,
-    look,
-    save,
-    title,
-)
+from layerjam.report import style
+from layerjam.report.style import BLUE, GREY, INK, KPA, MM, ORANGE, RED, VACUUMS
 from layerjam.simulate.stick_slip import (
     amplitude_map,
     bounds_at,
@@ -38,177 +27,141 @@ from layerjam.simulate.stick_slip import (
     series_stiffness,
     slide_of,
 )
-from layerjam.studies.choi2018.speed import DAMPING, FILMS, STRIBECK, fig4_study
+from layerjam.studies.choi2018.figures import FIG4, FULL
+from layerjam.studies.choi2018.speed import DAMPING, FAST, FILMS, SLOW, STRIBECK, fig4_study
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-__all__ = ["amplitude", "fig4_judder", "fig6", "save"]
-MM, KPA = 1e3, 1e3
-FULL, SLOW, FAST = 94.5e3, 1e-3, 25e-3
-FIG6 = (94.5e3, 65.5e3, 31.0e3, 0.0)
 RATIO = 0.05
 """Damping ratio of the map: assumed."""
-DARK_ORANGE = "#8a5f00"
 
 
-def amplitude() -> Figure:
-    """Judder over pulling speed and vacuum for both films, and the mount that stops it."""
-    speeds = np.geomspace(1e-3, 20, 44)
-    vacuums = np.linspace(2e3, 100e3, 22)
-    with look():
-        figure, (*maps, design) = canvas(columns=3, width=11.4, height=4.0)
-        shown: Any = None
-        for axes, (film, name) in zip(maps, FILMS.items(), strict=True):
-            brake = load(name).brake
-            mass, spring = moving_mass(brake), series_stiffness(brake)
-            drag = 2 * RATIO * (spring * mass) ** 0.5
-            found = amplitude_map(
-                brake, speeds[:, None], vacuums[None, :], mass=mass, stiffness=spring,
-                damping=drag, swings=60,
-            )  # fmt: skip
-            force = np.where(found.judders, found.amplitude, np.nan)
-            # filled contours, not an image: the page embeds none
-            shown = axes.contourf(
-                speeds, vacuums / KPA, force.T, levels=np.arange(0, 81, 8), cmap="viridis"
-            )
-            at = slide_of(
-                brake, vacuum=vacuums, speed=1.0, mass=mass, stiffness=spring, frozen=True
-            )
-            edge = np.asarray(critical_speed(*bounds_at(at), spring, mass, drag))
-            axes.plot(edge, vacuums / KPA, color=RED, lw=1.6)
-            axes.set(xscale="log", xlabel="pulling speed [m/s]", xlim=(1e-3, 20))
-            label(axes, 12, 12, "slides\nsteadily", GREY, ha="center")
-            label(axes, float(edge[-1]) * 1.3, 98, "critical\nspeed\n(taut)", RED, va="top")
-            title(axes, film, f"model; jump law, damping ratio {RATIO:g} (assumed)")
-        maps[0].set_ylabel("vacuum [kPa]")
-        figure.colorbar(shown, ax=maps[1], label="half of the force's swing [N]", pad=0.02)
-        _mount(design)
+@style.styled
+def amplitude() -> style.Figure:
+    """Stick–slip over pulling speed and vacuum for both films, and the mount that stops it."""
+    speeds, vacuums = np.geomspace(1e-3, 20, 44), np.linspace(2e3, 100e3, 22)
+    figure, (*maps, design) = style.canvas(columns=3, width=12.4, height=4.0)
+    for axes, (film, name) in zip(maps, FILMS.items(), strict=True):
+        brake = load(name).brake
+        mass, spring = moving_mass(brake), series_stiffness(brake)
+        drag = 2 * RATIO * (spring * mass) ** 0.5
+        moving: dict[str, Any] = {"mass": mass, "stiffness": spring}
+        over = speeds[:, None], vacuums[None, :]
+        found = amplitude_map(brake, *over, damping=drag, swings=60, **moving)
+        force = np.where(found.judders, found.amplitude, np.nan)
+        # filled contours, not an image: the page embeds none
+        scale: dict[str, Any] = {"levels": np.arange(0, 81, 8), "cmap": "viridis"}
+        shown = axes.contourf(speeds, vacuums * KPA, force.T, **scale)
+        at = slide_of(brake, vacuum=vacuums, speed=1.0, frozen=True, **moving)
+        edge = np.asarray(critical_speed(*bounds_at(at), spring, mass, drag))
+        axes.plot(edge, vacuums * KPA, color=RED, lw=1.6, label="critical\nspeed (taut)")
+        axes.set(xscale="log", xlabel="pulling speed [m/s]", xlim=(1e-3, 20))
+        axes.set_ylabel("vacuum [kPa]")
+        style.label(axes, 12, 12, "slides\nsteadily", GREY, ha="right")
+        style.key(axes, at="upper right")
+        style.title(axes, film, f"model; jump law, damping ratio {RATIO:g} (assumed)")
+    figure.colorbar(shown, ax=maps[1], label="half of the force's swing [N]", pad=0.02)
+    _mount(design)
     return figure
 
 
-def _mount(axes: Axes) -> None:
+def _mount(axes: style.Axes) -> None:
     """Critical speed over the stiffness of brake and mount."""
     stiffness = np.geomspace(5e3, 2e6, 200)
-    for (film, name), color in zip(FILMS.items(), (BLUE, ORANGE), strict=True):
+    for name, color in zip(FILMS.values(), (BLUE, ORANGE), strict=True):
         brake = load(name).brake
-        mass = moving_mass(brake)
-        static, kinetic = bounds_at(
-            slide_of(brake, vacuum=FULL, speed=1.0, mass=mass, stiffness=1.0, frozen=True)
-        )
-        for ratio, dash in ((RATIO, "-"), (0.5, (0, (4, 2)))):
+        mass, own = moving_mass(brake), float(working_stiffness(brake))
+        at = slide_of(brake, vacuum=FULL, speed=1.0, mass=mass, stiffness=1.0, frozen=True)
+        for ratio, dash in ((RATIO, "-"), (0.5, style.DASHED)):
             drag = 2 * ratio * np.sqrt(stiffness * mass)
-            speed = np.asarray(critical_speed(static, kinetic, stiffness, mass, drag))
+            speed = np.asarray(critical_speed(*bounds_at(at), stiffness, mass, drag))
             axes.plot(stiffness / 1e3, speed, color=color, ls=dash)
-            own = float(working_stiffness(brake))
-            here = float(np.interp(own, stiffness, speed))
-            axes.plot(own / 1e3, here, "o", color=color, ms=5)
-            if ratio == RATIO:
-                word, share = (DARK_ORANGE, 1.5) if color == ORANGE else (color, 0.62)
-                label(axes, own / 1e3, here * share, film, word, ha="center")
+            style.spot(axes, own / 1e3, float(np.interp(own, stiffness, speed)), color=color)
     axes.set(xscale="log", yscale="log", xlabel="stiffness of brake and mount [kN/m]")
     axes.set(ylabel="critical speed [m/s]", xlim=(5, 2e3), ylim=(0.02, 40))
-    label(axes, 1800, 11, "solid: damping ratio 0.05\ndashed: 0.5; dots: as measured", GREY,
-          ha="right", va="bottom")  # fmt: skip
-    title(axes, "How fast, how stiff", "94.5 kPa; judder dies above the line")
+    style.key(axes, *zip(FILMS, (BLUE, ORANGE), strict=True))
+    detail = f"94.5 kPa; damping ratio {RATIO:g} (solid), 0.5 (dashed); dots: as measured"
+    style.title(axes, "How fast, how stiff", detail)
 
 
-def fig4_judder() -> Figure:
-    """What table I gives, what staggered sliding leaves, and where Kapton alone would judder."""
+@style.styled
+def fig4_judder() -> style.Figure:
+    """What table I gives, what staggered sliding leaves, where Kapton alone sticks and slips."""
     from matplotlib.colors import ListedColormap
 
     study = fig4_study()
     kapton, ptfe = study["Kapton"], study["PTFE"]
-    with look():
-        figure, (bars, grid) = canvas(columns=2, width=9.6, height=4.1, width_ratios=(1, 1.35))
-        for place, color in zip((0, 1), (BLUE, ORANGE), strict=True):
-            film = (kapton, ptfe)[place]
-            values = (film.together * 100, film.apart * 100)
-            for side, value in enumerate(values):
-                x = place + (side - 0.5) * 0.36
-                bars.bar(x, value, 0.32, color=color, alpha=1.0 if side == 0 else 0.45)
-                bars.text(x, value + 2, f"{value:.0f} %", ha="center", fontsize=8.8)
-        bars.set_xticks([0, 1], ["Kapton", "PTFE"])
-        bars.tick_params(axis="x", length=0)
-        bars.set(ylabel="half of the swing over kinetic force [%]", ylim=(0, 150))
-        bars.grid(axis="x", visible=False)
-        bars.text(-0.4, 142, "left: table I, all sheets at once", fontsize=8.6, color=INK)
-        bars.text(-0.4, 133, "right: sheets let go one by one", fontsize=8.6, color=INK)
-        title(bars, "Slow pull, 94.5 kPa", "model; Fig. 4 shows the opposite order")
-        code = kapton.judders.astype(int) + 2 * ptfe.judders.astype(int)
-        colors = ListedColormap(["#eef1f3", BLUE, ORANGE, "#b9c2ca"])
-        grid.pcolormesh(
-            STRIBECK, DAMPING, code, cmap=colors, vmin=-0.5, vmax=3.5, shading="nearest"
-        )  # fmt: skip
-        for film, dash in ((ptfe, (0, (4, 2))), (kapton, "-")):
-            grid.axhline(film.settles, color=INK, lw=1.0, ls=dash)
-        label(grid, 70, kapton.settles * 1.3, "Kapton's limit, small $v_s$", INK, ha="right")
-        label(grid, 70, ptfe.settles * 0.76, "PTFE's", INK, ha="right")
-        grid.set(xscale="log", yscale="log", xlabel="Stribeck speed $v_s$ [m/s]")
-        grid.set(ylabel="damping [N s/m]")
-        label(grid, 0.02, 3, "both judder", INK, ha="center")
-        label(grid, 9, 210, "neither", INK, ha="center")
-        if (code == 1).any():
-            grid.annotate(
-                "Kapton alone, as in Fig. 4", (3e-5, (ptfe.settles * kapton.settles) ** 0.5),
-                xytext=(2.2e-5, 190), fontsize=8.8, color=BLUE,
-                arrowprops={"arrowstyle": "-", "color": BLUE, "lw": 0.8},
-            )  # fmt: skip
-        if (code == 2).any():
-            label(grid, 30, 0.42, "PTFE alone", DARK_ORANGE, ha="right")
-        title(grid, "At 1 mm/s, same law for both films", "model; nothing here is measured")
+    figure, (bars, grid) = style.canvas(columns=2, width=10.4, height=4.1, width_ratios=(1, 1.35))
+    for at, (film, color) in enumerate(zip((kapton, ptfe), (BLUE, ORANGE), strict=True)):
+        for shift, value, alpha in ((-0.18, film.together, 1.0), (0.18, film.apart, 0.45)):
+            bars.bar(at + shift, value * 100, 0.32, color=color, alpha=alpha)
+            style.label(bars, at + shift, value * 100 + 4, f"{value:.0%}", ha="center")
+    bars.set_xticks([0, 1], ["Kapton", "PTFE"])
+    bars.tick_params(axis="x", length=0)
+    bars.set(ylabel="half of the swing over kinetic force [%]", ylim=(0, 150))
+    bars.grid(axis="x", visible=False)
+    words = "left: table I, all sheets at once", "right: sheets let go one by one"
+    style.key(bars, *((text, INK) for text in words), at="upper left", handlelength=0)
+    style.title(bars, "Slow pull, 94.5 kPa", "model; Fig. 4 shows the opposite order")
+    code = kapton.judders.astype(int) + 2 * ptfe.judders.astype(int)
+    names = "neither", "Kapton alone, as in Fig. 4", "PTFE alone", "both stick and slip"
+    shades = "#eef1f3", BLUE, ORANGE, "#b9c2ca"
+    scale: dict[str, Any] = {"cmap": ListedColormap(shades), "vmin": -0.5, "vmax": 3.5}
+    grid.pcolormesh(STRIBECK, DAMPING, code, shading="nearest", **scale)
+    grid.set(xscale="log", yscale="log", xlabel="Stribeck speed $v_s$ [m/s]")
+    grid.set_ylabel("damping [N s/m]")
+    style.level(grid, ptfe.settles, "PTFE's limit", INK, at=0.99, below=True)
+    style.level(grid, kapton.settles, "Kapton's limit, small $v_s$", INK, at=0.99)
+    colors = dict(zip(names, (GREY, BLUE, ORANGE, GREY), strict=True))
+    seen = [names[value] for value in (1, 2) if (code == value).any()]
+    style.key(grid, *((name, colors[name]) for name in seen), at="lower right")
+    style.label(grid, 2e-2, 3, names[3], INK, ha="center")
+    style.label(grid, 2e-2, 210, names[0], INK, ha="center")
+    style.title(grid, "At 1 mm/s, same law for both films", "model; nothing here is measured")
     return figure
 
 
-def _pull(axes: Axes, speed: float, films: tuple[tuple[WetFilm | None, Any], ...]) -> None:
+Pulled = Sequence[tuple[WetFilm | None, Any]]
+
+
+def _pull(axes: style.Axes, speed: float, films: Pulled) -> None:
+    """Pulls of Kapton at one speed, dry (None) and wet, each film in its dash."""
     brake = load("choi2018-kapton").brake
-    slip = np.concatenate([np.linspace(0, 1e-3, 60), np.linspace(1e-3, 0.04, 120)[1:]])
+    slip = np.union1d(np.linspace(0, 1e-3, 60), np.linspace(1e-3, 0.04, 120))
     spring = float(working_stiffness(brake))
-    for vacuum, color in zip(FIG6, VACUUMS, strict=True):
+    for vacuum, color in zip(FIG4, VACUUMS, strict=True):
         for film, dash in films:
-            force = np.asarray(
-                brake_force(slip, vacuum, brake)
-                if film is None
-                else wet_force(slip, speed, vacuum, brake, film)
-            )
-            u = np.append(0.0, slip + force / spring)
-            axes.plot(
-                u * MM, np.append(0.0, force), color=color, ls=dash, lw=1.8 if dash == "-" else 1.3
-            )
-    axes.set(xlim=(0, 40), ylim=(0, 245), xlabel="elongation [mm]")
+            dry = brake_force(slip, vacuum, brake)
+            force = np.asarray(dry if film is None else wet_force(slip, speed, vacuum, brake, film))
+            u = np.append(0.0, slip + force / spring) * MM
+            width = 1.8 if film is None else 1.3
+            axes.plot(u, np.append(0.0, force), color=color, ls=dash, lw=width)
+    axes.set(xlim=(0, 40), ylim=(0, 245), xlabel="elongation [mm]", ylabel="force [N]")
 
 
-def fig6() -> Figure:
+@style.styled
+def fig6() -> style.Figure:
     """Dry and wet Kapton at two speeds; the wet sets are illustrative."""
     brake = load("choi2018-kapton").brake
     speed = np.geomspace(1e-4, 0.1, 200)
-    dash, dots = (0, (5, 2)), (0, (1, 1.6))
-    with look():
-        figure, (law, slow, fast) = canvas(columns=3, width=11.4, height=4.1)
-        dry = brake.scale_factor * brake.film.kinetic * FULL / KPA
-        law.plot(speed * MM, np.full_like(speed, dry), color=INK)
-        sets = ((ILLUSTRATIVE, dash, BLUE), (ILLUSTRATIVE_VISCOUS, dots, RED))
-        for film, style, color in sets:
-            stress = np.asarray(wet_stress(speed, FULL, film, brake.scale_factor)) / KPA
-            law.plot(speed * MM, stress, color=color, ls=style)
-        for place in (SLOW, FAST):
-            law.axvline(place * MM, color=GREY, lw=0.8)
-            law.text(place * MM * 1.1, 1.0, f"{place * MM:g} mm/s", fontsize=8.4, color=GREY)
-        law.set(xscale="log", xlabel="sliding speed [mm/s]", ylabel="shear stress [kPa]")
-        law.set(xlim=(0.1, 100), ylim=(0, 36))
-        label(law, 0.13, dry - 1.6, "dry", INK)
-        label(law, 0.13, 12.5, "wet, lower at speed", BLUE)
-        label(law, 0.13, 31.0, "wet, higher at speed", RED)
-        title(law, "Stress of an interface, 94.5 kPa", "wet: ILLUSTRATIVE, not measured")
-        _pull(slow, SLOW, ((None, "-"), (ILLUSTRATIVE, dash)))
-        _pull(fast, FAST, ((None, "-"), (ILLUSTRATIVE, dash), (ILLUSTRATIVE_VISCOUS, dots)))
-        slow.set_ylabel("force [N]")
-        ends = [
-            (float(brake_force(0.04, p, brake)), f"{p / KPA:.1f} kPa", c)
-            for p, c in zip(FIG6, VACUUMS, strict=True)
-        ]
-        labels_right(fast, 40, ends)
-        title(slow, "Fig. 6: Kapton at 1 mm/s", "solid: dry; dashed: wet, ILLUSTRATIVE")
-        title(fast, "Kapton at 25 mm/s", "solid: dry; dashed and dotted: the two readings")
+    lower, higher = (ILLUSTRATIVE, style.LONG), (ILLUSTRATIVE_VISCOUS, style.DOTTED)
+    figure, (law, slow, fast) = style.canvas(columns=3, width=12.4, height=4.1)
+    dry = brake.scale_factor * brake.film.kinetic * FULL * KPA
+    law.plot(speed * MM, np.full_like(speed, dry), color=INK, label="dry")
+    names = "wet, lower at speed", "wet, higher at speed"
+    for (film, dash), color, name in zip((lower, higher), (BLUE, RED), names, strict=True):
+        stress = np.asarray(wet_stress(speed, FULL, film, brake.scale_factor)) * KPA
+        law.plot(speed * MM, stress, color=color, ls=dash, label=name)
+    law.set(xscale="log", xlabel="sliding speed [mm/s]", ylabel="shear stress [kPa]")
+    law.set(xlim=(0.1, 100), ylim=(0, 45))
+    for at in (SLOW, FAST):
+        style.upright(law, at * MM, f"{at * MM:g} mm/s", at=0.03)
+    style.key(law, at="upper left")
+    style.title(law, "Stress of an interface, 94.5 kPa", "wet: ILLUSTRATIVE, not measured")
+    _pull(slow, SLOW, ((None, "-"), lower))
+    _pull(fast, FAST, ((None, "-"), lower, higher))
+    end = [float(brake_force(0.04, p, brake)) for p in FIG4]
+    ends = [(f, f"{p * KPA:.1f} kPa", c) for f, p, c in zip(end, FIG4, VACUUMS, strict=True)]
+    style.labels_right(fast, 40, ends)
+    style.title(slow, "Fig. 6: Kapton at 1 mm/s", "solid: dry; dashed: wet, ILLUSTRATIVE")
+    detail = "solid: dry; dashed and dotted: the two readings"
+    style.title(fast, "Kapton at 25 mm/s", detail)
     return figure

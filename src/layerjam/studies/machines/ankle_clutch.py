@@ -27,7 +27,7 @@ from layerjam.studies.machines import restraint
 from layerjam.studies.machines.readiness import line_for
 from layerjam.studies.machines.restraint import Strap
 from layerjam.studies.machines.scenario import Array, Brakes, Curve, Kind, Scenario
-from layerjam.studies.machines.verdict import Limit, Result
+from layerjam.studies.machines.verdict import Bound, Facts, Result
 from layerjam.units import nested, quantity, record, show
 
 SAMPLES = 1200
@@ -92,12 +92,14 @@ KIND = Kind(
         "gait.part": Curve(unit="1", text="parts of the stride, from heel strike on", hi=1),
         "gait.angle": Curve(unit="rad", text="ankle angle, dorsiflexion above zero", lo=-2, hi=2),
         "gait.moment": Curve(
-            unit="N m/kg", text="moment of the ankle over body mass, plantarflexing above zero",
-            lo=-10, hi=10,
+            unit="N m/kg",
+            text="moment of the ankle over body mass, plantarflexing above zero",
+            lo=-10,
+            hi=10,
         ),
     },
     together=_together,
-)  # fmt: skip
+)
 
 
 class Stride(NamedTuple):
@@ -192,10 +194,9 @@ def walked(scenario: Scenario, rate: float, line: Line | None) -> Stride:
     straps = straps_at(vacuum, numbers, scenario.brake.brake)
     slip, force = (np.asarray(a) for a in _drawn(jnp.asarray(payout), straps))
     own = np.interp(part % 1.0, scenario.curves["gait.part"], scenario.curves["gait.moment"])
-    return Stride(
-        part, angle, payout, force, slip, np.asarray(straps.onset), vacuum,
-        force * numbers.spring.lever, own * numbers.gait.body_mass,
-    )  # fmt: skip
+    hold, torque = np.asarray(straps.onset), force * numbers.spring.lever
+    moment = own * numbers.gait.body_mass
+    return Stride(part, angle, payout, force, slip, hold, vacuum, torque, moment)
 
 
 def slips(scenario: Scenario, line: Line, rates: Array) -> Array:
@@ -236,77 +237,59 @@ def last_before(values: Array, fine: Any) -> float:
 def analyse(scenario: Scenario) -> Result:
     """Whether the clutch holds, whether it is there in time, what it gives back, and how fast."""
     numbers: AnkleClutch = scenario.numbers
-    assert scenario.line is not None
-    brakes, limits = numbers.brakes, numbers.limits
-    count, rate = brakes.parallel * brakes.series, numbers.gait.stride_rate
-    line = line_for(scenario.line.line, count)
+    brakes, limits, brake = numbers.brakes, numbers.limits, scenario.brake.brake
+    rate = numbers.gait.stride_rate
+    line = line_for(scenario.known_line.line, brakes.count)
     stride, ready = walked(scenario, rate, line), walked(scenario, rate, None)
     _, _, payout, window = stretched(scenario)
     slipped = slips(scenario, line, RATES)
     fastest = last_before(RATES, slipped <= limits.slip)
-    release, swing = fall_time(brakes.vacuum, line), (window[0] + 1 - window[1]) / rate
-    stiff = 1 / (
-        1 / numbers.spring.stiffness
-        + brakes.series / (brakes.parallel * float(working_stiffness(scenario.brake.brake)))
-    )
-    most, hold = stiff * float(payout.max()), float(ready.hold[0])
+    chain = brakes.series / (brakes.parallel * float(working_stiffness(brake)))
+    most = float(payout.max()) / (1 / numbers.spring.stiffness + chain)
+    hold, top = float(ready.hold[0]), int(np.argmax(payout))
     needed = math.ceil(limits.margin * most / (hold / brakes.parallel)) * brakes.series
     put_in, given, lost = energies(stride)
     full_in, full_given, _ = energies(ready)
-    own = {
-        "stride_rate": rate, "spring_force": most, "spring_torque": most * numbers.spring.lever,
-        "ankle_moment": float(stride.moment.max()), "stretch": float(payout.max()),
-        "holding_force": hold,
-        "static_holding_force": float(holding_force(brakes.vacuum, scenario.brake.brake))
-        * brakes.parallel,
-        "holding_margin": hold / most if most else math.inf, "slip": float(stride.slip.max()),
-        "fastest_stride_rate": fastest, "flow_factor": rate / fastest if fastest else math.inf,
-        "loading_time": int(np.argmax(payout)) / SAMPLES / rate,
-        "vacuum_at_peak": float(stride.vacuum[int(np.argmax(payout))]),
-        "release_time": release, "swing_time": swing,
-        "energy_stored": put_in - lost, "energy_returned": given, "energy_lost": lost,
-        "energy_stored_if_ready": full_in, "energy_returned_if_ready": full_given,
-        "pump_work": jam_work(brakes.vacuum, line),
-    }  # fmt: skip
-    return Result(
-        scenario=scenario, limits=_limits(own, limits, count * scenario.mass),
-        brakes_needed=needed, needed=_needed(scenario, needed, own),
-        mass=count * scenario.mass, own=own, units=UNITS,
+    own = Facts(scenario)
+    own.add("Hz", stride_rate=rate, fastest_stride_rate=fastest)
+    own.add("1", holding_margin=hold / most if most else math.inf)
+    own.add("1", flow_factor=rate / fastest if fastest else math.inf)
+    static = float(holding_force(brakes.vacuum, brake)) * brakes.parallel
+    own.add("N", spring_force=most, holding_force=hold, static_holding_force=static)
+    torque = most * numbers.spring.lever
+    own.add("N m", spring_torque=torque, ankle_moment=float(stride.moment.max()))
+    own.add("m", stretch=float(payout.max()), slip=float(stride.slip.max()))
+    swing = (window[0] + 1 - window[1]) / rate
+    own.add("s", release_time=fall_time(brakes.vacuum, line), swing_time=swing)
+    own.add("s", loading_time=top / SAMPLES / rate)
+    own.add("Pa", vacuum_at_peak=float(stride.vacuum[top]))
+    own.add("J", energy_stored=put_in - lost, energy_returned=given, energy_lost=lost)
+    own.add("J", energy_stored_if_ready=full_in, energy_returned_if_ready=full_given)
+    own.add("J", pump_work=jam_work(brakes.vacuum, line))
+    return own.result(
+        own.limits(BOUNDS),
+        brakes_needed=needed,
+        needed=_needed(scenario, needed, own.values),
         warnings=[
             "the gait is taken as it is without the device; people walk otherwise with one",
-            f"pump_work is the least an ideal pump spends on one jam of {count} brakes",
+            f"pump_work is the least an ideal pump spends on one jam of {brakes.count} brakes",
         ],
         record=Record(stride, ready, RATES, slipped, limits, window),
-    )  # fmt: skip
+    )
 
 
-def _limits(own: dict[str, Any], limits: ClutchLimits, mass: float) -> list[Limit]:
-    return [
-        Limit(
-            name="holding force over the spring's greatest, vacuum standing",
-            value=own["holding_margin"], limit=limits.margin, unit="1", least=True,
-        ),
-        Limit(
-            name="slip of the clutch in a stride", value=own["slip"], limit=limits.slip, unit="m"
-        ),
-        Limit(
-            name="stride rate the vacuum can follow", value=own["fastest_stride_rate"],
-            limit=own["stride_rate"], unit="Hz", least=True,
-        ),
-        Limit(
-            name="time to let go", value=own["release_time"], limit=own["swing_time"], unit="s"
-        ),
-        Limit(name="mass of the brakes", value=mass, limit=limits.mass, unit="kg"),
-    ]  # fmt: skip
-
-
-UNITS = {
-    "stride_rate": "Hz", "spring_force": "N", "spring_torque": "N m", "ankle_moment": "N m",
-    "stretch": "m", "holding_force": "N", "static_holding_force": "N", "slip": "m",
-    "fastest_stride_rate": "Hz", "loading_time": "s", "vacuum_at_peak": "Pa", "release_time": "s",
-    "swing_time": "s", "energy_stored": "J", "energy_returned": "J", "energy_lost": "J",
-    "energy_stored_if_ready": "J", "energy_returned_if_ready": "J", "pump_work": "J",
-}  # fmt: skip
+BOUNDS = (
+    Bound(
+        "holding force over the spring's greatest, vacuum standing",
+        "holding_margin",
+        "margin",
+        least=True,
+    ),
+    Bound("slip of the clutch in a stride", "slip", "slip"),
+    Bound("stride rate the vacuum can follow", "fastest_stride_rate", "stride_rate", least=True),
+    Bound("time to let go", "release_time", "swing_time"),
+    Bound("mass of the brakes", "mass", "mass"),
+)
 
 
 def _needed(scenario: Scenario, needed: int, own: dict[str, Any]) -> str:

@@ -98,6 +98,8 @@ def apply(
     does. `results` holds the machine's own keys; `units` names the unit of each. Raises FileError
     for a file that is none, QuantityError for values out of bounds.
     """
+    from layerjam.report.folder import check_folder
+    from layerjam.report.page import check_extras
     from layerjam.studies.machines import page
     from layerjam.studies.machines.registry import analyse, load_scenario
 
@@ -107,7 +109,8 @@ def apply(
         raise QuantityError(f"say which scenario: {', '.join(machines())}, or a TOML file")
     given = load_scenario(scenario)
     if out is not None:
-        page.check_folder(Path(out), force)
+        check_extras()
+        check_folder(Path(out), force)
     tell: Progress = progress or (lambda *_: None)
     tell(f"machine {given.machine}", 0.0)
     found = analyse(given)

@@ -22,7 +22,7 @@ from layerjam.studies.machines.pulse import SHAPES, drive
 from layerjam.studies.machines.readiness import MODE, VacuumSupply, readiness
 from layerjam.studies.machines.restraint import Body, Ride, Strap, extremes, limiter_of, ride
 from layerjam.studies.machines.scenario import Array, Brakes, Kind, Scenario, Word
-from layerjam.studies.machines.verdict import Limit, Result
+from layerjam.studies.machines.verdict import Bound, Facts, Result
 from layerjam.units import nested, quantity, record, show
 
 STEPS = 8000
@@ -93,12 +93,10 @@ class NeckGuard:
 KIND = Kind(
     numbers=NeckGuard,
     words={
-        "blow.pulse": Word(
-            text="half-sine, haversine or trapezoid", choices=SHAPES
-        ),
+        "blow.pulse": Word(text="half-sine, haversine or trapezoid", choices=SHAPES),
         "supply.mode": MODE,
     },
-)  # fmt: skip
+)
 
 
 class Turned(NamedTuple):
@@ -152,11 +150,9 @@ def turned(name: str, numbers: NeckGuard, free: Array, dt: float, strap: Strap) 
     made = ride(free * r, dt, body, strap)
     angular = made.acceleration / r
     linear = head_acceleration(angular, made.speed / r, numbers.head.height)
-    speed = float(np.abs(made.speed).max()) / r
-    return Turned(
-        name, made, angular, float(np.abs(angular).max()), speed, float(made.way.max()) / r,
-        bric(y=speed), hic15(linear, dt),
-    )  # fmt: skip
+    top, speed = float(np.abs(angular).max()), float(np.abs(made.speed).max()) / r
+    rotation, injury = float(made.way.max()) / r, hic15(linear, dt)
+    return Turned(name, made, angular, top, speed, rotation, bric(y=speed), injury)
 
 
 def analyse(scenario: Scenario) -> Result:
@@ -165,38 +161,59 @@ def analyse(scenario: Scenario) -> Result:
     brakes = numbers.brakes
     free, dt, change = blow_of(numbers, scenario.words["blow.pulse"])
     strap = restraint.strap_of(
-        brakes.parallel, brakes.series, brakes.vacuum, numbers.guard.stiffness,
+        brakes.parallel,
+        brakes.series,
+        brakes.vacuum,
+        numbers.guard.stiffness,
         scenario.brake.brake,
-    )  # fmt: skip
+    )
     bare = turned("without brakes", numbers, free, dt, limiter_of(0.0, 1.0))
     guarded = turned("with brakes", numbers, free, dt, strap)
     counts, peaks, need = search(scenario, free, dt)
-    count, mode = brakes.parallel * brakes.series, scenario.words["supply.mode"]
-    ready = readiness(scenario, numbers.supply, mode, brakes.vacuum, count, tuned=False)
+    mode = scenario.words["supply.mode"]
+    ready = readiness(scenario, numbers.supply, mode, brakes.vacuum, brakes.count, tuned=False)
     locked = brakes.parallel * _peak(scenario) * numbers.guard.lever
-    felt = locked if mode == "standing" else 0.0
     force, end = float(guarded.ride.force.max()), float(strap.travel) * brakes.series
-    own = {
-        "inertia": inertia(numbers.head), "change": change,
-        **{f"bare_{k}": v for k, v in _numbers(bare).items()}, **_numbers(guarded),
-        "reduction": 1 - guarded.peak / bare.peak, "brake_force": force,
-        "brake_torque": force * numbers.guard.lever, "neck_compression": force,
-        "slip": float(guarded.ride.slip[-1]), "travel": end,
-        "bottomed_out": bool(guarded.ride.slip[-1] >= end * (1 - 1e-9)),
-        "locked_torque": locked, "vacuum_time": ready.time, **need,
-    }  # fmt: skip
+    slip = float(guarded.ride.slip[-1])
+    own = Facts(scenario)
+    own.add("kg m^2", inertia=inertia(numbers.head))
+    own.add("rad/s", change=change)
+    for prefix, one in (("bare_", bare), ("", guarded)):
+        for unit, values in _numbers(one).items():
+            own.add(unit, **{prefix + key: value for key, value in values.items()})
+    own.add("1", reduction=1 - guarded.peak / bare.peak)
+    own.add("N", brake_force=force, neck_compression=force)
+    own.add("N m", brake_torque=force * numbers.guard.lever, locked_torque=locked)
+    own.add("m", slip=slip, travel=end)
+    own.add("1", bottomed_out=bool(slip >= end * (1 - 1e-9)))
+    own.add("s", vacuum_time=ready.time)
+    for unit, keys in NEEDED.items():
+        own.add(unit, **{key: need[key] for key in keys})
+    own.bound("N/m", stiffness=strap.stiffness, fall=strap.fall)
+    own.bound("N m", felt=locked if mode == "standing" else 0.0)
     said = [
         *ready.said,
         f"the brakes press head and neck together with up to {show(force, 'N')}; no limit for that "
         "was found in a source",
         "only the turning is modelled: HIC15 leaves the blow's straight push out",
     ]
-    return Result(
-        scenario=scenario, limits=[*_limits(numbers, guarded, strap, felt), *ready.limits],
-        brakes_needed=need["needed_count"], needed=_needed(need, scenario, ready.time),
-        mass=count * scenario.mass, own=own, units=UNITS, warnings=said,
+    return own.result(
+        [*own.limits(BOUNDS), *ready.limits],
+        brakes_needed=need["needed_count"],
+        needed=_needed(need, scenario, ready.time),
+        warnings=said,
         record=Record((bare, guarded), counts, peaks, numbers.limits, numbers.guard.lever),
-    )  # fmt: skip
+    )
+
+
+BOUNDS = (
+    Bound("greatest angular acceleration of the head", "acceleration", "acceleration"),
+    Bound("turn of the head", "rotation", "rotation"),
+    Bound("BrIC", "bric", "bric"),
+    Bound("HIC15 from turning alone", "hic", "hic"),
+    Bound("stiffness of the straps, below which the brakes snap", "stiffness", "fall", least=True),
+    Bound("torque against the wearer's own turning", "felt", "free_torque"),
+)
 
 
 def _peak(scenario: Scenario) -> float:
@@ -206,41 +223,14 @@ def _peak(scenario: Scenario) -> float:
     return float(peak(vacuum, brake.sheets.usable_travel, brake).force)
 
 
-def _limits(numbers: NeckGuard, made: Turned, strap: Strap, felt: float) -> list[Limit]:
-    limits = numbers.limits
-    return [
-        Limit(
-            name="greatest angular acceleration of the head", value=made.peak,
-            limit=limits.acceleration, unit="rad/s^2",
-        ),
-        Limit(name="turn of the head", value=made.rotation, limit=limits.rotation, unit="rad"),
-        Limit(name="BrIC", value=made.bric, limit=limits.bric, unit="1"),
-        Limit(name="HIC15 from turning alone", value=made.hic, limit=limits.hic, unit="1"),
-        Limit(
-            name="stiffness of the straps, below which the brakes snap",
-            value=float(strap.stiffness), limit=float(strap.fall), unit="N/m", least=True,
-        ),
-        Limit(
-            name="torque against the wearer's own turning", value=felt, limit=limits.free_torque,
-            unit="N m",
-        ),
-    ]  # fmt: skip
-
-
-UNITS = {
-    "inertia": "kg m^2", "change": "rad/s", "bare_acceleration": "rad/s^2", "bare_speed": "rad/s",
-    "bare_rotation": "rad", "acceleration": "rad/s^2", "speed": "rad/s", "rotation": "rad",
-    "brake_force": "N", "brake_torque": "N m", "neck_compression": "N", "slip": "m",
-    "travel": "m", "locked_torque": "N m", "vacuum_time": "s", "needed_mass": "kg",
-    "needed_torque": "N m", "needed_stiffness": "N/m",
-}  # fmt: skip
-
-
-def _numbers(made: Turned) -> dict[str, float]:
+def _numbers(made: Turned) -> dict[str, dict[str, float]]:
+    """Of one blow, by unit and key."""
     return {
-        "acceleration": made.peak, "speed": made.speed, "rotation": made.rotation,
-        "bric": made.bric, "risk": concussion_risk(made.bric), "hic": made.hic,
-    }  # fmt: skip
+        "rad/s^2": {"acceleration": made.peak},
+        "rad/s": {"speed": made.speed},
+        "rad": {"rotation": made.rotation},
+        "1": {"bric": made.bric, "risk": concussion_risk(made.bric), "hic": made.hic},
+    }
 
 
 def peaks_of(
@@ -274,17 +264,25 @@ def search(scenario: Scenario, free: Array, dt: float) -> tuple[Array, Array, di
     shown = counts.astype(float), peaks[:MOST]
     fine = np.flatnonzero((peaks <= limit) & sound)
     if not len(fine):
-        return *shown, dict.fromkeys(_KEYS)
+        return *shown, dict.fromkeys(key for keys in NEEDED.values() for key in keys)
     first, stiffness = int(lanes[fine[0]]), float(grid[fine[0]])
     count = first * numbers.brakes.series
-    values = (
-        count, count * scenario.mass, first * _peak(scenario) * numbers.guard.lever, stiffness,
-        stiffness == numbers.guard.stiffness,
-    )  # fmt: skip
-    return *shown, dict(zip(_KEYS, values, strict=True))
+    return *shown, {
+        "needed_count": count,
+        "needed_as_built": stiffness == numbers.guard.stiffness,
+        "needed_mass": count * scenario.mass,
+        "needed_torque": first * _peak(scenario) * numbers.guard.lever,
+        "needed_stiffness": stiffness,
+    }
 
 
-_KEYS = ("needed_count", "needed_mass", "needed_torque", "needed_stiffness", "needed_as_built")
+NEEDED = {
+    "1": ("needed_count", "needed_as_built"),
+    "kg": ("needed_mass",),
+    "N m": ("needed_torque",),
+    "N/m": ("needed_stiffness",),
+}
+"""What it would take, by unit."""
 
 
 def _needed(need: dict[str, Any], scenario: Scenario, time: float) -> str:

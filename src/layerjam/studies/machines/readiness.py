@@ -40,13 +40,14 @@ def line_for(line: Line, brakes: float) -> Line:
     """
     chamber = line.chamber
     water = None if chamber.compliance is None else chamber.compliance * brakes
-    return replace(
-        line,
-        chamber=replace(
-            chamber, volume=chamber.volume * brakes, compliance=water,
-            volume_per_slip=chamber.volume_per_slip * brakes, shrink=chamber.shrink * brakes,
-        ),
-    )  # fmt: skip
+    more = replace(
+        chamber,
+        volume=chamber.volume * brakes,
+        compliance=water,
+        volume_per_slip=chamber.volume_per_slip * brakes,
+        shrink=chamber.shrink * brakes,
+    )
+    return replace(line, chamber=more)
 
 
 def vacuum_time(vacuum: float, line: Line) -> float:
@@ -62,10 +63,10 @@ def readiness(
     scenario: Scenario, supply: VacuumSupply, mode: str, vacuum: float, brakes: int, *, tuned: bool
 ) -> Ready:
     """The limit on the vacuum's time, where it has to be made, and what to say of it."""
-    assert scenario.line is not None
-    time = vacuum_time(vacuum, line_for(scenario.line.line, brakes))
+    line = scenario.known_line
+    time = vacuum_time(vacuum, line_for(line.line, brakes))
     words = show(time, "s", 3) if math.isfinite(time) else "for ever"
-    what = f"{scenario.line.name} takes {words} to {show(vacuum, 'Pa')} in {brakes} brakes"
+    what = f"{line.name} takes {words} to {show(vacuum, 'Pa')} in {brakes} brakes"
     if mode == "standing" and not tuned:
         return Ready(time, [], [f"the vacuum stands all the time; from none, {what}"])
     limit = Limit(name="time for the vacuum", value=time, limit=supply.warning, unit="s")

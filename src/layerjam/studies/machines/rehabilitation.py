@@ -25,7 +25,7 @@ from layerjam.mechanics.pull import force_limits
 from layerjam.studies.machines.ankle_clutch import fall_time, last_before
 from layerjam.studies.machines.readiness import line_for
 from layerjam.studies.machines.scenario import Array, Brakes, Curve, Kind, Scenario, Word
-from layerjam.studies.machines.verdict import Limit, Result
+from layerjam.studies.machines.verdict import Bound, Facts, Result
 from layerjam.units import nested, quantity, record, show
 
 SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
@@ -126,7 +126,9 @@ def _together(scenario: Scenario) -> None:
 
 
 KIND = Kind(
-    numbers=Rehabilitation, regulated=True, together=_together,
+    numbers=Rehabilitation,
+    regulated=True,
+    together=_together,
     words={
         "control.regulator": Word(
             text="bang-bang, pi or scheduled", choices=("bang-bang", "pi", "scheduled")
@@ -136,7 +138,7 @@ KIND = Kind(
         "resistance.angle": Curve(unit="rad", text="angles of the resistance wanted", lo=-7, hi=7),
         "resistance.torque": Curve(unit="N m", text="resistance wanted at the angles", hi=1e3),
     },
-)  # fmt: skip
+)
 
 
 class Session(NamedTuple):
@@ -190,16 +192,18 @@ def regulator_of(scenario: Scenario) -> Regulator:
     Raises QuantityError for a line that cannot vent, and without a safe state.
     """
     numbers: Rehabilitation = scenario.numbers
-    assert scenario.line is not None
-    count = numbers.brakes.parallel
-    line = line_for(scenario.line.line, count)
+    line = line_for(scenario.known_line.line, numbers.brakes.parallel)
     at = 0.6 * min(numbers.brakes.vacuum, line.site.atmosphere)
     plant = plant_of(line, vacuum=at)
     return Regulator(
-        plant=plant, sensor=Sensor(range=numbers.control.sensor_range, noise=numbers.control.noise),
-        kind=scenario.words["control.regulator"], safe_state=scenario.words.get("safe_state", ""),
-        sample_time=numbers.control.sample_time, reversible=line.valve is None, tuned_at=at,
-    )  # fmt: skip
+        plant=plant,
+        sensor=Sensor(range=numbers.control.sensor_range, noise=numbers.control.noise),
+        kind=scenario.words["control.regulator"],
+        safe_state=scenario.words.get("safe_state", ""),
+        sample_time=numbers.control.sample_time,
+        reversible=line.valve is None,
+        tuned_at=at,
+    )
 
 
 def followed_at(scenario: Scenario, regulator: Regulator, speed: float) -> tuple[float, list[str]]:
@@ -235,7 +239,6 @@ def analyse(scenario: Scenario) -> Result:
     numbers: Rehabilitation = scenario.numbers
     limits, brakes, r = numbers.limits, numbers.brakes, numbers.orthosis.pulley
     exercise, brake = numbers.exercise, scenario.brake.brake
-    assert scenario.line is not None
     made = regulator_of(scenario)
     asked = session(scenario, exercise.speed, exercise.repetitions, made.sample_time)
     slip, arm = r * (asked.angle - exercise.start), r * brakes.parallel
@@ -249,67 +252,47 @@ def analyse(scenario: Scenario) -> Result:
     high = np.asarray(force_limits(r * (grid - exercise.start), brake)[1]) * r
     wanted = wanted_at(scenario, grid, np.full_like(grid, exercise.speed))
     needed = math.ceil(float(np.max(wanted / high)) - 1e-9)
-    line = line_for(scenario.line.line, brakes.parallel)
-    own = {
-        "greatest_torque": float(asked.torque.max()),
-        "rms_error": float(np.sqrt(np.mean(error**2))),
-        "greatest_error": float(np.abs(error).max()), "possible": share, "reasons": reasons,
-        "fastest_speed": last_before(SPEEDS, shares >= limits.followed),
-        "slip": float(slip.max()), "vacuum_left": left,
-        "lost_angle": _lost_angle(left, float(slip.max()), scenario),
-        "release_time": fall_time(made.plant.reach * MARGIN, line),
-        "reachable_torque": float(high.min()) * brakes.parallel, "outcome": done.loop.outcome,
-        "safe_state": scenario.words["safe_state"],
-        "greatest_vacuum": float(done.loop.vacuum.max()),
-        "pump_switches": done.loop.pump_switches, "vent_switches": done.loop.vent_switches,
-    }  # fmt: skip
+    line = line_for(scenario.known_line.line, brakes.parallel)
+    loop, greatest = done.loop, float(asked.torque.max())
+    rms, release = float(np.sqrt(np.mean(error**2))), scenario.words["safe_state"] == "release"
+    own = Facts(scenario)
+    own.add("N m", greatest_torque=greatest, rms_error=rms)
+    own.add("N m", greatest_error=float(np.abs(error).max()))
+    own.add("N m", reachable_torque=float(high.min()) * brakes.parallel)
+    own.add("1", possible=share, reasons=reasons)
+    own.add("rad/s", fastest_speed=last_before(SPEEDS, shares >= limits.followed))
+    own.add("m", slip=float(slip.max()))
+    own.add("Pa", vacuum_left=left, greatest_vacuum=float(loop.vacuum.max()))
+    own.add("rad", lost_angle=_lost_angle(left, float(slip.max()), scenario))
+    own.add("s", release_time=fall_time(made.plant.reach * MARGIN, line))
+    own.add("1", outcome=loop.outcome, safe_state=scenario.words["safe_state"])
+    own.add("1", pump_switches=loop.pump_switches, vent_switches=loop.vent_switches)
+    own.bound("1", share_of_error=rms / greatest, yes=1.0, lets_go=float(release))
+    own.bound("m", usable_travel=brake.sheets.usable_travel)
     said = []
-    if own["safe_state"] != "release":
+    if not release:
         said.append("safe_state hold: a fault of the sensor or the pump locks the arm where it is")
-    if scenario.line.line.valve is None:
+    if line.valve is None:
         said.append("the line has no valve: a fault of the pump leaves the arm held")
-    return Result(
-        scenario=scenario, limits=_limits(scenario, own), brakes_needed=needed,
-        needed=_needed(scenario, needed, own), mass=brakes.parallel * scenario.mass, own=own,
-        units=UNITS, warnings=said,
-        record=Record(
-            asked, done, given, SPEEDS, shares, np.stack([grid, high * brakes.parallel]), limits
-        ),
-    )  # fmt: skip
+    reach = np.stack([grid, high * brakes.parallel])
+    return own.result(
+        own.limits(BOUNDS),
+        brakes_needed=needed,
+        needed=_needed(scenario, needed, own.values),
+        warnings=said,
+        record=Record(asked, done, given, SPEEDS, shares, reach, limits),
+    )
 
 
-def _limits(scenario: Scenario, own: dict[str, Any]) -> list[Limit]:
-    limits: RehabilitationLimits = scenario.numbers.limits
-    travel = scenario.brake.brake.sheets.usable_travel
-    mass = scenario.numbers.brakes.parallel * scenario.mass
-    return [
-        Limit(
-            name="error of the torque, RMS, over the greatest wanted",
-            value=own["rms_error"] / own["greatest_torque"], limit=limits.error, unit="1",
-        ),
-        Limit(
-            name="part of the flexion that can be followed", value=own["possible"],
-            limit=limits.followed, unit="1", least=True,
-        ),
-        Limit(name="slip of the brakes", value=own["slip"], limit=travel, unit="m"),
-        Limit(
-            name="angle lost at the next flexion", value=own["lost_angle"],
-            limit=limits.lost_angle, unit="rad",
-        ),
-        Limit(
-            name="safe state lets the arm go (1 is yes)",
-            value=float(own["safe_state"] == "release"), limit=1.0, unit="1", least=True,
-        ),
-        Limit(name="time to let go", value=own["release_time"], limit=limits.release, unit="s"),
-        Limit(name="mass of the brakes", value=mass, limit=limits.mass, unit="kg"),
-    ]  # fmt: skip
-
-
-UNITS = {
-    "greatest_torque": "N m", "rms_error": "N m", "greatest_error": "N m", "fastest_speed": "rad/s",
-    "slip": "m", "vacuum_left": "Pa", "lost_angle": "rad", "release_time": "s",
-    "reachable_torque": "N m", "greatest_vacuum": "Pa",
-}  # fmt: skip
+BOUNDS = (
+    Bound("error of the torque, RMS, over the greatest wanted", "share_of_error", "error"),
+    Bound("part of the flexion that can be followed", "possible", "followed", least=True),
+    Bound("slip of the brakes", "slip", "usable_travel"),
+    Bound("angle lost at the next flexion", "lost_angle", "lost_angle"),
+    Bound("safe state lets the arm go (1 is yes)", "lets_go", "yes", least=True),
+    Bound("time to let go", "release_time", "release"),
+    Bound("mass of the brakes", "mass", "mass"),
+)
 
 
 def _vacuum_left(asked: Session, done: Following) -> float:

@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import Sleeve, backbone, sleeve_of
+from layerjam.mechanics.enclosure import Sleeve, sleeve_of
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import rising_root
@@ -108,11 +108,6 @@ def tension(payout: Any, slipped: Any, strap: Strap) -> Any:
     return jnp.maximum(strap.stiffness * (payout - slipped), 0.0)
 
 
-def resistance(slipped: Any, strap: Strap) -> Any:
-    """Force [N] of the brake that slides at a slip [m] of its own, 0 to the travel."""
-    return strap.onset - strap.fall * slipped + backbone(slipped, strap.sleeve)
-
-
 class Body(NamedTuple):
     """What is held: mass [kg], payout per way of the body, slack of the strap [m], start [m/s]."""
 
@@ -168,9 +163,7 @@ class _State(NamedTuple):
 
 
 def _start(drive: Any, body: Body, strap: Strap) -> _State:
-    lanes = jnp.broadcast_shapes(
-        *(jnp.shape(a) for a in jax.tree.leaves((drive, body, strap)))
-    )  # fmt: skip
+    lanes = jnp.broadcast_shapes(*(jnp.shape(a) for a in jax.tree.leaves((drive, body, strap))))
     zero = jnp.zeros(lanes)
     return _State(zero, zero + body.speed, zero + drive, zero, zero, zero, zero)
 
@@ -184,11 +177,9 @@ def _next(now: _State, drive: Any, dt: Any, body: Body, strap: Strap) -> _State:
     force = tension(payout, slip, strap)
     push = drive - body.ratio * force / body.mass
     before = now.push + body.ratio * now.force / body.mass
-    return _State(
-        way, half + push * dt / 2, push, force, slip,
-        now.heat + (force + now.force) / 2 * (slip - now.slip),
-        now.put_in + body.mass * (before + drive) / 2 * (way - now.way),
-    )  # fmt: skip
+    heat = now.heat + (force + now.force) / 2 * (slip - now.slip)
+    put_in = now.put_in + body.mass * (before + drive) / 2 * (way - now.way)
+    return _State(way, half + push * dt / 2, push, force, slip, heat, put_in)
 
 
 @jax.jit
@@ -206,16 +197,10 @@ def _extremes(drive: Any, dt: Any, body: Body, strap: Strap) -> Extremes:
     def on(state: tuple[_State, Extremes], push: Any) -> tuple[tuple[_State, Extremes], None]:
         now, most = state
         new = _next(now, push, dt, body, strap)
-        held = body.ratio * new.force / body.mass
-        return (
-            new,
-            Extremes(
-                jnp.maximum(most.way, new.way), jnp.maximum(most.force, new.force),
-                jnp.maximum(most.held, held),
-                jnp.maximum(most.acceleration, jnp.abs(new.push)),
-                jnp.maximum(most.speed, jnp.abs(new.speed)), new.speed, new.slip,
-            ),
-        ), None  # fmt: skip
+        held, push = body.ratio * new.force / body.mass, jnp.abs(new.push)
+        seen = new.way, new.force, held, push, jnp.abs(new.speed)
+        most = Extremes._make([*map(jnp.maximum, most[:5], seen), new.speed, new.slip])
+        return (new, most), None
 
     start = _start(drive[0], body, strap)
     zero = jnp.zeros_like(start.way)
@@ -232,10 +217,7 @@ def ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
     drive = np.asarray(drive, float)
     start, states = _ride(drive, np.float64(dt), _doubles(body), strap)
     rows = jax.tree.map(lambda a, b: np.concatenate([np.asarray(a)[None], b]), start, states)
-    return Ride(
-        np.arange(len(drive)) * dt, rows.way, rows.speed, rows.push, rows.force, rows.slip,
-        rows.heat, rows.put_in,
-    )  # fmt: skip
+    return Ride(np.arange(len(drive)) * dt, *rows)
 
 
 def extremes(drive: Any, dt: float, body: Body, strap: Strap) -> Extremes:
@@ -252,8 +234,3 @@ def extremes(drive: Any, dt: float, body: Body, strap: Strap) -> Extremes:
 
 def _doubles(body: Body) -> Body:
     return Body(*(jnp.asarray(a, jnp.float64) for a in body))
-
-
-def stored(made: Ride, strap: Strap) -> Any:
-    """Elastic energy of the strap along a ride [J], the sleeves' apart."""
-    return made.force**2 / (2 * np.asarray(strap.stiffness))

@@ -50,6 +50,11 @@ class Brakes:
     )
     vacuum: float = quantity("Pa", "vacuum the brakes are used at", lo=1, hi=1.2e5)
 
+    @property
+    def count(self) -> int:
+        """Brakes in all."""
+        return self.parallel * self.series
+
 
 @dataclass(frozen=True, kw_only=True)
 class Word(TextSpec):
@@ -128,9 +133,21 @@ class Scenario:
         return made
 
     @property
+    def known_line(self) -> LineFile:
+        """The vacuum line of a machine that needs one; raises QuantityError for any other."""
+        if self.line is None:
+            raise QuantityError.of("line", f"a {self.machine} has no vacuum line")
+        return self.line
+
+    @property
     def mass(self) -> float:
         """Mass of one brake [kg]."""
         return mass(self.brake.brake)
+
+    @property
+    def mass_of_all(self) -> float:
+        """Mass of all brakes [kg]."""
+        return float(self.numbers.brakes.count * self.mass)
 
 
 _NAMES = ("machine", "brake", "line", "safe_state")

@@ -27,7 +27,7 @@ from layerjam.studies.machines.restraint import (
     ride,
 )
 from layerjam.studies.machines.scenario import Array, Brakes, Kind, Scenario, Word
-from layerjam.studies.machines.verdict import Limit, Result
+from layerjam.studies.machines.verdict import Bound, Facts, Result
 from layerjam.units import nested, quantity, record, show
 
 STEPS, COARSE = 8000, 4
@@ -60,7 +60,7 @@ class Belt:
     """The belt without the brakes."""
 
     stiffness: float = quantity("N/m", "stiffness of the belt's webbing", lo=100, hi=1e9)
-    payout: float = quantity("1", "payout of the belt a metre of the chest's way", lo=0.1, hi=3)
+    payout: float = quantity("1", "payout of the belt per displacement of the chest", lo=0.1, hi=3)
     slack: float = quantity("m", "slack of the belt", hi=0.5, default=0.0)
 
 
@@ -78,7 +78,9 @@ class BeltLimits:
 
     chest: float = quantity("m/s^2", "acceleration of the chest", open_lo=True, hi=1e5)
     belt: float = quantity("N", "force in the belt", open_lo=True, hi=1e6)
-    space: float = quantity("m", "way of the chest before it strikes something", lo=1e-3, hi=5)
+    space: float = quantity(
+        "m", "displacement of the chest before it strikes something", lo=1e-3, hi=5
+    )
     mass: float = quantity("kg", "mass of all brakes", open_lo=True, hi=1e3)
 
 
@@ -119,6 +121,11 @@ class Held(NamedTuple):
     peak_belt: float
     bottomed: bool
 
+    @property
+    def loads(self) -> tuple[float, float, float]:
+        """Excursion [m], peak of the chest [m/s^2] and of the belt [N]."""
+        return self.excursion, self.peak_chest, self.peak_belt
+
 
 class Record(NamedTuple):
     """For the pictures."""
@@ -138,10 +145,9 @@ def held(name: str, scenario: Scenario, push: Array, dt: float, strap: Strap) ->
     chest = filtered(made.force * numbers.belt.payout / float(body.mass), dt, numbers.filter.chest)
     belt = filtered(made.force, dt, numbers.filter.belt)
     end = float(strap.travel) * float(strap.series)
-    return Held(
-        name, made, chest, belt, float(made.way.max()), float(chest.max()), float(belt.max()),
-        bool(made.slip[-1] >= end * (1 - 1e-9)),
-    )  # fmt: skip
+    bottomed = bool(made.slip[-1] >= end * (1 - 1e-9))
+    way, most_chest, most_belt = (float(array.max()) for array in (made.way, chest, belt))
+    return Held(name, made, chest, belt, way, most_chest, most_belt, bottomed)
 
 
 def body_of(numbers: SeatBelt) -> Body:
@@ -156,10 +162,8 @@ def analyse(scenario: Scenario) -> Result:
     brakes, belt, words = numbers.brakes, numbers.belt, scenario.words
     # a constant force takes twice the space over the speed to stop; then the rebound
     after = numbers.crash.duration + 4 * numbers.limits.space / numbers.crash.change
-    push, dt, change = drive(
-        words["crash.pulse"], numbers.crash.change, numbers.crash.duration, after, STEPS,
-        scenario.folder,
-    )  # fmt: skip
+    crash, pulse = numbers.crash, words["crash.pulse"]
+    push, dt, change = drive(pulse, crash.change, crash.duration, after, STEPS, scenario.folder)
     coarse, long = push[::COARSE], COARSE * dt
     adjusts = words["brakes.mode"] == "tuned"
     vacuum = tuned(scenario, coarse, long) if adjusts else brakes.vacuum
@@ -167,87 +171,56 @@ def analyse(scenario: Scenario) -> Result:
         brakes.parallel, brakes.series, vacuum, belt.stiffness, scenario.brake.brake
     )
     force = least_limiter(scenario, coarse, long)
-    made = (
-        held("with brakes", scenario, push, dt, strap),
-        held("webbing alone", scenario, push, dt, limiter_of(math.inf, belt.stiffness)),
-        held("limiter of constant force", scenario, push, dt, limiter_of(force, belt.stiffness)),
-    )
+    ways = {
+        "with brakes": strap,
+        "webbing alone": limiter_of(math.inf, belt.stiffness),
+        "limiter of constant force": limiter_of(force, belt.stiffness),
+    }
+    made = tuple(held(name, scenario, push, dt, way) for name, way in ways.items())
     need = search(scenario, coarse, long)
-    count = brakes.parallel * brakes.series
-    ready = readiness(scenario, numbers.supply, words["supply.mode"], vacuum, count, tuned=adjusts)
-    own = {
-        **_own(scenario, made[0], strap), "vacuum": vacuum, "change": change,
-        "vacuum_time": ready.time, **_beside("webbing", made[1]), **_beside("limiter", made[2]),
-        "limiter_force": force, **need,
-    }  # fmt: skip
+    mode = words["supply.mode"]
+    ready = readiness(scenario, numbers.supply, mode, vacuum, brakes.count, tuned=adjusts)
+    own, braked = Facts(scenario), made[0]
+    for prefix, one in zip(("", "webbing_", "limiter_"), made, strict=True):
+        for (unit, key), load in zip(LOADS.items(), one.loads, strict=True):
+            own.add(unit, **{prefix + key: load})
+    brake, end = scenario.brake.brake, float(strap.travel) * brakes.series
+    own.add("N", chest_force=float(braked.ride.force.max()) * belt.payout, limiter_force=force)
+    own.add("N", steady_force=belt.stiffness * brake.sheets.overlap)
+    own.add("m", slip=float(braked.ride.slip[-1]), travel=end)
+    own.add("1", bottomed_out=braked.bottomed, snaps=bool(restraint.snaps(strap)))
+    own.add("J", energy_capacity=brakes.count * float(energy_capacity(brake)))
+    own.add("J", energy_put_in=float(braked.ride.put_in.max()))
+    own.add("J", energy_slipped=float(braked.ride.heat[-1]))
+    own.add("Pa", vacuum=vacuum)
+    own.add("m/s", change=change)
+    own.add("s", vacuum_time=ready.time)
+    for unit, keys in NEEDED.items():
+        own.add(unit, **{key: need[key] for key in keys})
+    own.bound("N/m", stiffness=strap.stiffness, fall=strap.fall)
     said = list(ready.said)
-    if own["snaps"]:
+    if own.values["snaps"]:
         said.append("the belt is softer than the brakes' force falls: they snap through")
-    if own["bottomed_out"]:
-        said.append(
-            f"the brakes use up their {show(own['travel'], 'm')}; behind it the belt holds on stops"
-        )
-    return Result(
-        scenario=scenario, limits=[*_limits(scenario, made[0], strap), *ready.limits],
-        brakes_needed=need["needed_count"], needed=_needed(need, scenario, force),
-        mass=count * scenario.mass, own=own, units=UNITS, warnings=said,
+    if braked.bottomed:
+        said.append(f"the brakes use up their {show(end, 'm')}; behind it the belt holds on stops")
+    return own.result(
+        [*own.limits(BOUNDS), *ready.limits],
+        brakes_needed=need["needed_count"],
+        needed=_needed(need, scenario, force),
+        warnings=said,
         record=Record(push, dt, made, need, numbers.limits),
-    )  # fmt: skip
+    )
 
 
-def _limits(scenario: Scenario, made: Held, strap: Strap) -> list[Limit]:
-    numbers: SeatBelt = scenario.numbers
-    limits = numbers.limits
-    mass = numbers.brakes.parallel * numbers.brakes.series * scenario.mass
-    return [
-        Limit(name="way of the chest", value=made.excursion, limit=limits.space, unit="m"),
-        Limit(
-            name="acceleration of the chest", value=made.peak_chest, limit=limits.chest,
-            unit="m/s^2",
-        ),
-        Limit(name="force in the belt", value=made.peak_belt, limit=limits.belt, unit="N"),
-        Limit(
-            name="stiffness of the belt, below which the brakes snap",
-            value=float(strap.stiffness), limit=float(strap.fall), unit="N/m", least=True,
-        ),
-        Limit(name="mass of the brakes", value=mass, limit=limits.mass, unit="kg"),
-    ]  # fmt: skip
-
-
-def _own(scenario: Scenario, made: Held, strap: Strap) -> dict[str, Any]:
-    """What the brakes did, by key."""
-    numbers: SeatBelt = scenario.numbers
-    brakes, moving, brake = numbers.brakes, made.ride, scenario.brake.brake
-    return {
-        "excursion": made.excursion, "chest_acceleration": made.peak_chest,
-        "chest_force": float(moving.force.max()) * numbers.belt.payout,
-        "belt_force": made.peak_belt, "slip": float(moving.slip[-1]),
-        "travel": float(strap.travel) * brakes.series, "bottomed_out": made.bottomed,
-        "snaps": bool(restraint.snaps(strap)),
-        "steady_force": numbers.belt.stiffness * brake.sheets.overlap,
-        "energy_capacity": brakes.parallel * brakes.series * float(energy_capacity(brake)),
-        "energy_put_in": float(moving.put_in.max()), "energy_slipped": float(moving.heat[-1]),
-    }  # fmt: skip
-
-
-UNITS = {
-    "excursion": "m", "chest_acceleration": "m/s^2", "chest_force": "N", "belt_force": "N",
-    "slip": "m", "travel": "m", "vacuum": "Pa", "change": "m/s", "energy_capacity": "J",
-    "energy_put_in": "J", "energy_slipped": "J", "vacuum_time": "s", "limiter_force": "N",
-    "webbing_excursion": "m", "webbing_chest_acceleration": "m/s^2", "webbing_belt_force": "N",
-    "limiter_excursion": "m", "limiter_chest_acceleration": "m/s^2", "limiter_belt_force": "N",
-    "needed_mass": "kg", "needed_excursion": "m", "needed_chest_acceleration": "m/s^2",
-    "needed_belt_force": "N", "needed_stiffness": "N/m", "least_belt_force": "N",
-    "steady_force": "N",
-}  # fmt: skip
-
-
-def _beside(name: str, made: Held) -> dict[str, float]:
-    """The same loads of another way of holding."""
-    return {
-        f"{name}_excursion": made.excursion, f"{name}_chest_acceleration": made.peak_chest,
-        f"{name}_belt_force": made.peak_belt,
-    }  # fmt: skip
+BOUNDS = (
+    Bound("displacement of the chest", "excursion", "space"),
+    Bound("acceleration of the chest", "chest_acceleration", "chest"),
+    Bound("force in the belt", "belt_force", "belt"),
+    Bound("stiffness of the belt, below which the brakes snap", "stiffness", "fall", least=True),
+    Bound("mass of the brakes", "mass", "mass"),
+)
+LOADS = {"m": "excursion", "m/s^2": "chest_acceleration", "N": "belt_force"}
+"""Keys of a way of holding, by unit."""
 
 
 def tuned(scenario: Scenario, push: Array, dt: float) -> float:
@@ -324,10 +297,14 @@ def tried(
     stops = (most.way <= numbers.limits.space) & (most.end_speed <= 0) & left
     stops &= ~np.asarray(restraint.snaps(straps))
     return [
-        Row(float(webbing[i]), int(series[i]), int(parallel[i]), float(most.way[i]),
-            float(most.held[i]), float(most.force[i]))
+        Row(
+            float(webbing[i]),
+            int(series[i]),
+            int(parallel[i]),
+            *(float(array[i]) for array in (most.way, most.held, most.force)),
+        )
         for i in np.flatnonzero(stops)
-    ]  # fmt: skip
+    ]
 
 
 def search(scenario: Scenario, push: Array, dt: float) -> dict[str, Any]:
@@ -348,26 +325,39 @@ def search(scenario: Scenario, push: Array, dt: float) -> dict[str, Any]:
     parallel = np.unique(np.round(np.geomspace(1, MOST_PARALLEL, 40))).astype(int)
     rows = tried(scenario, push, dt, numbers.belt.stiffness * STIFFER, series, parallel)
     if not rows:
-        return dict.fromkeys(_KEYS)
+        return dict.fromkeys(key for keys in NEEDED.values() for key in keys)
     softest = min(row.webbing for row in rows)
     best = _best([row for row in rows if row.webbing == softest], limits)
     at = int(np.searchsorted(parallel, best.parallel))
     near = np.arange(parallel[max(at - 1, 0)], best.parallel + 1)
     best = _best([best, *tried(scenario, push, dt, softest, best.series, near)], limits)
     least = min(rows, key=lambda row: row.belt)
-    values = (
-        best.series, best.parallel, best.brakes, best.brakes * scenario.mass, best.way, best.chest,
-        best.belt, best.inside(limits), best.webbing, best.webbing == numbers.belt.stiffness,
-        least.belt, least.brakes,
-    )  # fmt: skip
-    return dict(zip(_KEYS, values, strict=True))
+    return {
+        "needed_series": best.series,
+        "needed_parallel": best.parallel,
+        "needed_count": best.brakes,
+        "needed_meets_loads": best.inside(limits),
+        "needed_as_built": best.webbing == numbers.belt.stiffness,
+        "least_belt_force_count": least.brakes,
+        "needed_mass": best.brakes * scenario.mass,
+        "needed_excursion": best.way,
+        "needed_chest_acceleration": best.chest,
+        "needed_belt_force": best.belt,
+        "least_belt_force": least.belt,
+        "needed_stiffness": best.webbing,
+    }
 
 
-_KEYS = (
-    "needed_series", "needed_parallel", "needed_count", "needed_mass", "needed_excursion",
-    "needed_chest_acceleration", "needed_belt_force", "needed_meets_loads", "needed_stiffness",
-    "needed_as_built", "least_belt_force", "least_belt_force_count",
-)  # fmt: skip
+_COUNTS = "needed_series needed_parallel needed_count needed_meets_loads needed_as_built"
+NEEDED = {
+    "1": (*_COUNTS.split(), "least_belt_force_count"),
+    "kg": ("needed_mass",),
+    "m": ("needed_excursion",),
+    "m/s^2": ("needed_chest_acceleration",),
+    "N": ("needed_belt_force", "least_belt_force"),
+    "N/m": ("needed_stiffness",),
+}
+"""What it would take, by unit."""
 
 
 def _best(rows: list[Row], limits: BeltLimits) -> Row:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from layerjam.studies.machines.scenario import Scenario
-from layerjam.units import show
+from layerjam.units import quantities, show
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,10 +43,7 @@ class Limit:
 
     def row(self) -> dict[str, Any]:
         """For JSON."""
-        return {
-            "name": self.name, "value": self.value, "limit": self.limit, "unit": self.unit,
-            "least": self.least, "met": self.met,
-        }  # fmt: skip
+        return asdict(self) | {"met": self.met}
 
     def sentence(self) -> str:
         """What it is, what it may be, and the factor."""
@@ -56,6 +53,68 @@ class Limit:
         if self.met or not math.isfinite(self.factor):
             return said
         return f"{said} (missed by a factor of {self.factor:.3g})"
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A limit as a machine declares it: its name, the fact it bounds, and the limit by its name.
+
+    The limit is an entry of the scenario's `limits`, or another fact.
+    """
+
+    name: str
+    fact: str
+    limit: str
+    least: bool = False
+
+
+class Facts:
+    """What a machine found: `values` by key, SI, with their `units`.
+
+    `bounding` holds what no result shows, but a limit is about.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.values: dict[str, Any] = {}
+        self.bounding: dict[str, Any] = {"mass": scenario.mass_of_all}
+        self.units = {"mass": "kg"}
+
+    def add(self, unit: str, **values: Any) -> None:
+        """Results of one unit."""
+        self.values |= values
+        self.units |= dict.fromkeys(values, unit)
+
+    def bound(self, unit: str, **values: Any) -> None:
+        """Values that only limits are about, of one unit."""
+        self.bounding |= values
+        self.units |= dict.fromkeys(values, unit)
+
+    def limits(self, bounds: Sequence[Bound]) -> list[Limit]:
+        """Every bound with its values."""
+        limits = self.scenario.numbers.limits
+        known = self.values | self.bounding
+        own = known | {path: getattr(limits, path) for path, _, _ in quantities(type(limits))}
+        return [
+            Limit(
+                name=bound.name,
+                value=float(known[bound.fact]),
+                limit=float(own[bound.limit]),
+                unit=self.units[bound.fact],
+                least=bound.least,
+            )
+            for bound in bounds
+        ]
+
+    def result(self, limits: Sequence[Limit], **more: Any) -> Result:
+        """The machine's result; `more` are its other entries."""
+        units = {k: unit for k, unit in self.units.items() if k in self.values and unit != "1"}
+        given: dict[str, Any] = {
+            "own": self.values,
+            "units": units,
+            "mass": self.scenario.mass_of_all,
+        }
+        return Result(scenario=self.scenario, limits=limits, **given, **more)
 
 
 def deciding(limits: Sequence[Limit]) -> Limit:

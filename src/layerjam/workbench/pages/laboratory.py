@@ -145,7 +145,7 @@ class Laboratory(Page):
             self.report_problem = ui.label("").classes("text-negative").props('role="alert"')
             self.report_words = (
                 ui.label(
-                    "Friction, calibration and validation on two pages, with every file's digest."
+                    "Friction, calibration and validation on a few pages, with every file's digest."
                 )
                 .classes("opacity-80")
                 .props('data-testid="laboratory-report-words"')

@@ -9,8 +9,7 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.commands.answer import Answer
-from layerjam.report.brake_files import themed
-from layerjam.report.page import drawn, svg_of
+from layerjam.report.page import drawn, svg_of, themed
 from layerjam.units import show
 from layerjam.workbench.pages.laboratory_steps import Done
 

@@ -1,0 +1,90 @@
+"""A report as a folder: checked before the work begins, written whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import uuid
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from layerjam.errors import FileError
+
+NAMES = ("report.html", "results.json")
+
+
+def check_folder(out: Path, force: bool, names: Sequence[str] = NAMES) -> None:
+    """Raise FileError where a report could not be written into `out`, before anything is done."""
+    try:
+        if os.path.lexists(out) and not out.is_dir():
+            raise FileError(out, "is a file, not a folder")
+        for name in names:
+            if os.path.lexists(out / name) and not force:
+                raise FileError(out / name, "exists already; --force replaces it")
+        there = _nearest(out)
+        if not os.access(there, os.W_OK):
+            raise FileError(out, f"cannot be made: the folder {there} is read-only")
+    except (OSError, ValueError) as err:
+        reason = getattr(err, "strerror", None) or str(err)
+        raise FileError(str(out)[:200], f"cannot be made: {reason}") from None
+
+
+def _nearest(out: Path) -> Path:
+    """The folder itself, or the first above it that exists."""
+    for folder in (out.absolute(), *out.absolute().parents):
+        if folder.is_dir():
+            return folder
+        if os.path.lexists(folder):
+            raise FileError(out, f"cannot be made: {folder} is no folder")
+    raise FileError(out, "cannot be made")
+
+
+def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[str] = ()) -> None:
+    """Write {path inside `out`: content}, whole or not at all; of `old` what is not new goes.
+
+    Everything is made in a folder beside it first. Other files in `out` stay. Raises FileError.
+    """
+    staging = _nearest(out.parent) / f".layerjam-report-{uuid.uuid4().hex}"
+    try:
+        for name, text in content.items():
+            path = staging / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        if not out.exists():
+            out.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(staging, out)
+            return
+        for name in content:
+            (out / name).parent.mkdir(exist_ok=True)
+            os.replace(staging / name, out / name)
+        for name in set(old) - set(content):
+            (out / name).unlink(missing_ok=True)
+    except OSError as err:
+        raise FileError(out, f"cannot be written: {err.strerror or err}") from None
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+
+
+def figures_of(drawings: Mapping[str, str]) -> dict[str, str | bytes]:
+    """Drawn SVGs by name as files of a report's folder."""
+    return {f"figures/{name}.svg": svg for name, svg in drawings.items()}
+
+
+def json_text(value: Any) -> str:
+    """A JSON file's text."""
+    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def plain(value: Any) -> Any:
+    """For JSON: what is not finite is not known."""
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if isinstance(value, bool | int | str) or value is None:
+        return value
+    number = float(value)
+    return number if math.isfinite(number) else None

@@ -1,0 +1,407 @@
+"""Every figure of every shipped brake: axes name their units, no word hides another or leaves."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from itertools import combinations
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lab import bench as virtual
+from layerjam.control.closed_loop import simulate
+from layerjam.control.follow import bode, follow, rehabilitation
+from layerjam.control.plan import plan
+from layerjam.design.comparison import comparison
+from layerjam.design.requirements import Objective
+from layerjam.device.load import catalogue, load
+from layerjam.fluid.file import load_line
+from layerjam.identify.bayes.model import Prior
+from layerjam.identify.bayes.posterior import BayesFit
+from layerjam.identify.calibration.peaks import calibrate, fit_pull
+from layerjam.identify.calibration.whole_curves import calibrate_curves
+from layerjam.identify.curves import Curve, curves_of
+from layerjam.identify.friction.reduction import reduce_friction
+from layerjam.identify.logs.crash import crash
+from layerjam.identify.logs.leak import fit_leak
+from layerjam.identify.logs.leak import pressure as leaked
+from layerjam.identify.logs.pump_down import fit_pump_down
+from layerjam.identify.logs.pump_down import pressure as pumped
+from layerjam.identify.pull.features import pull_features
+from layerjam.identify.pull.summary import pull_summary
+from layerjam.identify.validation.metrics import validate_curves
+from layerjam.measure.trace import Trace
+from layerjam.mechanics.pull import brake_force
+from layerjam.report import (
+    bayes_figures,
+    brake_figures,
+    control_figures,
+    density_figures,
+    design_figures,
+    figures,
+    fluid_figures,
+    impact_figures,
+    line_pictures,
+    measurement_figures,
+    plan_figures,
+    pull_figures,
+    stack_figures,
+    stick_slip_figures,
+)
+from layerjam.report.brake_tables import Calibrated
+from layerjam.simulate.drop import drop
+from layerjam.simulate.procedure import simple_pull
+from layerjam.simulate.stack_spread import peak_spread
+from layerjam.simulate.stick_slip import stick_slip
+from layerjam.simulate.tensile import tensile
+from layerjam.studies.choi2018 import figures as paper
+from layerjam.studies.choi2018 import sensor_figures, speed_figures
+from layerjam.studies.machines import figures as machine_figures
+from layerjam.studies.machines.registry import analyse, load_scenario, scenarios
+
+pytest.importorskip("matplotlib")
+FULL, PART = 94.5e3, 46.1e3
+BRAKES = ("choi2018-kapton", "choi2018-ptfe", "choi2018-polyester", "choi2018-ptfe-fiberglass")
+MACHINE = virtual.Machine(sampling_rate=10e3, load_cell_noise=0.15, seed=7)
+SLED = virtual.Machine(sampling_rate=40.0, load_cell_noise=0.002, load_cell_range=10.0, seed=2)
+A = 101325.0
+
+
+# inputs
+
+
+@cache
+def pulls(
+    name: str, vacuums: tuple[float, ...] = (FULL, PART), speed: float = 0.013
+) -> list[Trace]:
+    """Two pulls at each vacuum, from brakes that scatter by 3 %."""
+    brake, random = load(name).brake, np.random.default_rng(5)
+    made = []
+    for count, vacuum in enumerate(v for v in vacuums for _ in range(2)):
+        factor = brake.scale_factor * (1 + 0.03 * random.standard_normal())
+        some = replace(brake, scale_factor=factor)
+        made.append(virtual.pull(some, vacuum, speed, 0.03, MACHINE, repeat=count, name=name))
+    return made
+
+
+@cache
+def curves(name: str, *speeds: float) -> tuple[Curve, ...]:
+    traces = [t for v in speeds or (0.013,) for t in pulls(name, speed=v)]
+    return curves_of([(t, pull_features(t), t.facts.vacuum or 0.0) for t in traces])
+
+
+@cache
+def exact(name: str, count: int = 4) -> Any:
+    some = [(c.pull, c.vacuum) for c in curves(name)[:count]]
+    return calibrate(some, replace(load(name).brake, scale_factor=1.0))
+
+
+@cache
+def validated(name: str, *speeds: float) -> Any:
+    return validate_curves(curves(name, *speeds), load(name).brake)
+
+
+def rubbed(name: str) -> Any:
+    film = load(name).brake.film
+    traces = [
+        virtual.friction(film.static, film.kinetic, 2.45, machine=SLED, repeat=n, kinetic_sd=0.004)
+        for n in (1, 2, 3)
+    ]
+    return traces, reduce_friction(traces, 2.45)
+
+
+def stuck_and_slipped() -> Any:
+    """Sleds whose string lets go again and again: teeth."""
+    sled = replace(SLED, sampling_rate=100.0, load_cell_noise=0.0005)
+    trace = virtual.friction(0.3, 0.2, 2.45, machine=sled)
+    slip = np.abs(trace.elongation - trace.elongation[0])
+    saw = 2.45 * (0.2 + 0.1 * (slip / 2e-3 % 1.0))
+    made = replace(trace, force=np.where(slip < 6e-4, trace.force, saw))
+    return [made], reduce_friction([made], 2.45)
+
+
+def factors(name: str) -> Calibrated:
+    result = exact(name)
+    fits = [fit_pull(c.pull, c.vacuum, load(name).brake) for c in curves(name)]
+    return Calibrated(values={"scale_factor": result.scale_factor}, fits=fits, checks=(), count=4)
+
+
+@cache
+def posterior(name: str) -> BayesFit:
+    """Draws as a sampler would leave them, without the sampler."""
+    brake, random = load(name).brake, np.random.default_rng(1)
+    shape, count = (2, 200), len(curves(name))
+    k, a = exact(name).stiffness, brake.scale_factor
+
+    def about(value: float, part: float, *more: int) -> Any:
+        return value * np.exp(part * random.standard_normal((*shape, *more)))
+
+    return BayesFit(
+        brake=brake,
+        paths=tuple(c.path for c in curves(name)),
+        vacuum=tuple(c.vacuum for c in curves(name)),
+        scale_factor=about(a, 0.01),
+        stiffness=about(k, 0.02),
+        enclosure_factor=about(1.0, 0.05),
+        scale_factor_sd=about(0.03, 0.2),
+        stiffness_sd=about(0.02, 0.2),
+        correlation=np.zeros(shape),
+        curve_scale_factor=about(a, 0.02, count),
+        curve_stiffness=about(k, 0.03, count),
+        slack=about(1e-6, 0.1, count),
+        residual=about(0.002, 0.1, count),
+        divergences=0,
+        seed=1,
+        asked=200,
+        priors={
+            "scale_factor": Prior(1.0, 0.5, "1", True, "wide"),
+            "stiffness": Prior(1e5, 0.7, "N/m", True, "wide"),
+        },
+    )
+
+
+def found(name: str, count: int) -> Any:
+    return [(t, pull_summary(t)) for t in pulls(name)[:count]]
+
+
+def designs(name: str) -> Any:
+    """What `design` gives, of a front made up around a brake."""
+    mass, hold = 0.02 * np.linspace(0.5, 2, 12), 200 * np.linspace(0.6, 1.8, 12)
+    every = [{"mass": m, "holding_force": f} for m, f in zip(mass, hold, strict=True)]
+    goals = [Objective("mass", True), Objective("holding_force", False)]
+    values = {"chosen": every[4], "runner_up": every[5], "refined": every[4] | {"mass": 0.0149}}
+    return SimpleNamespace(
+        name=name,
+        record=SimpleNamespace(spec=SimpleNamespace(objectives=goals)),
+        feasible_designs=12,
+        designs=40,
+        front=every,
+        front_size=12,
+        values=values,
+        forbidden=[{"short": 0.1, "constraint": "length ≤ 110 mm", "design": every[9]}],
+        units={"mass": "kg", "holding_force": "N"},
+    )
+
+
+@cache
+def regulated() -> Any:
+    regulator = line_pictures.regulator("pi")
+    return regulator, simulate(regulator, [(8.0, 60e3)])
+
+
+@cache
+def followed(name: str) -> Any:
+    brake, regulator = load(name).brake, line_pictures.regulator("scheduled")
+    time = np.arange(1200) * regulator.sample_time
+    top = 0.8 * float(brake_force(0.01, FULL, brake))
+    wanted = rehabilitation(time, low=0.3 * top, high=top, period=6.0)
+    run = follow(regulator, brake, wanted, 0.01 + 0 * time)
+    sine = {"slip": 0.01, "mean": 0.5 * top, "amplitude": 0.1 * top}
+    return run, bode(regulator, brake, frequencies=[0.3, 1.0], **sine)
+
+
+def planned(name: str) -> Any:
+    return plan(load(name), load_line("choi2018").line, line_pictures.COLLISION)
+
+
+def dropped(name: str) -> Any:
+    return drop(load(name), mass=1.0, speed=2.0, vacuum=FULL, rope_stiffness=2e4)[1]
+
+
+def compared() -> Any:
+    brakes = [load(n) for n in catalogue()]
+    rows, sheet, lines, others = comparison(brakes, [A] * len(brakes))
+    return rows, lines, sheet, list(others.looked_for)
+
+
+def held() -> Any:
+    t = np.arange(0, 200, 0.5)
+    noise = np.random.default_rng(1).normal(0, 20, len(t))
+    return fit_leak(t, leaked("laminar", t, 7e3, 0.004, A) + noise)
+
+
+def emptied() -> Any:
+    t = np.arange(0, 15, 0.02)
+    noise = np.random.default_rng(0).normal(0, 50, len(t))
+    return fit_pump_down(t, np.where(t < 1, A, pumped(np.maximum(t - 1, 0), A, 6e3, 0.4)) + noise)
+
+
+def struck() -> Any:
+    t = np.arange(0, 0.15, 1e-4)
+    inside = (t > 0.06) & (t < 0.08)
+    pulse = np.where(inside, 180 * np.sin(np.pi * (t - 0.06) / 0.02), 0.0)
+    return crash(t, pulse + np.random.default_rng(3).normal(0, 0.5, len(t)))
+
+
+def specimens(tmp_path: Path, count: int) -> Any:
+    from layerjam.commands.measurements import sleeve
+    from layerjam.identify.rubber import hyperelastic
+
+    strain, files = np.linspace(0.01, 3, 300), []
+    for number in range(count):
+        stress = hyperelastic.stress("neo-hookean", {"C1": 3e4 + 2e3 * number}, strain)
+        rows = (f"{e * 100:.4f};{s / 1e6:.8f}" for e, s in zip(strain, stress, strict=True))
+        files.append(tmp_path / f"specimen-{number}.csv")
+        files[-1].write_text("\n".join(["Strain (%);Stress (MPa)", *rows]), encoding="utf-8")
+    record = sleeve(files).record
+    return record, {path: 1.1e5 for path in record}
+
+
+OF_BRAKE: dict[str, Callable[[str], Any]] = {
+    "force": lambda n: figures.force_over_slip(load(n), FULL, 0.02),
+    "force-at-the-end": lambda n: figures.force_over_slip(load(n), 5e3, 0.065),
+    "vacuum": lambda n: figures.force_over_vacuum(load(n), 0.02, 40.0, 60e3),
+    "vacuum-none": lambda n: figures.force_over_vacuum(load(n), 0.02, 900.0, np.inf),
+    "tensile": lambda n: figures.tensile(tensile(load(n), simple_pull(FULL, 0.013, 0.04))),
+    "friction": lambda n: figures.friction(*rubbed(n)),
+    "calibration": lambda n: figures.calibration(load(n), exact(n), True),
+    "calibration-of-one": lambda n: figures.calibration(load(n), exact(n, 1), False),
+    "validation": lambda n: figures.validation(load(n), validated(n), True),
+    "overlay": lambda n: brake_figures.overlay(load(n).brake, validated(n, 0.007, 0.019), True),
+    "residuals": lambda n: brake_figures.residuals(validated(n, 0.007, 0.019)),
+    "scale-factors": lambda n: brake_figures.factors(factors(n), 0.8, 0.9),
+    "posterior": lambda n: bayes_figures.posterior(posterior(n)),
+    "bands": lambda n: bayes_figures.bands(posterior(n), curves(n)),
+    "deviations": lambda n: bayes_figures.deviations(posterior(n), curves(n)),
+    "vacuum-for-force": lambda n: bayes_figures.vacuum_for_force(posterior(n), 0.02, 30.0),
+    "following": lambda n: control_figures.following(*followed(n)),
+    "following-alone": lambda n: control_figures.following(followed(n)[0], None),
+    "front": lambda n: design_figures.front(designs(n)),
+    "drop": lambda n: impact_figures.drop(dropped(n)),
+    "plan": lambda n: plan_figures.planned(planned(n)),
+    "pull": lambda n: pull_figures.pulls(found(n, 1)),
+    "pulls": lambda n: pull_figures.pulls(found(n, 4)),
+    "stick-slip": lambda n: stick_slip_figures.stick_slip(
+        stick_slip(load(n), vacuum=FULL, speed=1e-3, travel=4e-3)
+    ),
+}
+
+
+def _exact_of_paper() -> dict[str, dict[str, float]]:
+    given = {"choi2018-kapton": (0.875, 1.07e5), "choi2018-ptfe": (1.24, 4.2e4)}
+    return {name: {"scale_factor": a, "eq9": k} for name, (a, k) in given.items()}
+
+
+ALONE: dict[str, Callable[[], Any]] = {
+    "stick-slip-friction": lambda: figures.friction(*stuck_and_slipped()),
+    "calibration-of-curves": lambda: figures.calibration(
+        load(BRAKES[0]), calibrate_curves(curves(BRAKES[0]), load(BRAKES[0]).brake), True
+    ),
+    "loop": lambda: control_figures.loop(*regulated()),
+    "density": lambda: density_figures.density(*compared()),
+    "rise-air": lambda: fluid_figures.rise_figure(load_line("choi2018").line, 80e3),
+    "rise-water": lambda: fluid_figures.rise_figure(load_line("choi2018").line, 80e3, True, "mine"),
+    "rise-never": lambda: fluid_figures.rise_figure(load_line("choi2018").line, 1.01e5),
+    "fig5": fluid_figures.fig5,
+    "fig11": impact_figures.fig11,
+    "regulators": line_pictures.regulators,
+    "forces": line_pictures.forces,
+    "leak": lambda: measurement_figures.leak(held()),
+    "pump-down": lambda: measurement_figures.pump_down(emptied(), None, None),
+    "crash": lambda: measurement_figures.crash(struck()),
+    "stack-onset": stack_figures.onset,
+    "stack-spread": lambda: stack_figures.spread(
+        peak_spread(load(BRAKES[0]), FULL, 0.1, samples=99)
+    ),
+    "fig4": paper.fig4,
+    "fig7-9": paper.fig7_9,
+    "fig8": lambda: paper.fig8(_exact_of_paper()),
+    "eq5": paper.eq5,
+    "sheets": paper.sheets_and_mass,
+    "closing": paper.closing,
+    "accelerometer": sensor_figures.readings,
+    "filter-and-rope": sensor_figures.what_it_takes,
+    "fig4-judder": speed_figures.fig4_judder,
+    "judder-map": speed_figures.amplitude,
+    "fig6": speed_figures.fig6,
+}
+
+
+# measures
+
+
+def words_of(figure: Any) -> list[Any]:
+    """Every text that is drawn."""
+    from matplotlib.text import Text
+
+    ticks, drawn = set(), set()
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            every = [*axis.get_major_ticks(), *axis.get_minor_ticks()]
+            ticks |= {label for tick in every for label in (tick.label1, tick.label2)}
+            if axes.get_visible() and axis.get_visible() and axes.axison:
+                seen = axis._update_ticks()
+                drawn |= {label for tick in seen for label in (tick.label1, tick.label2)}
+    hidden = {t for axes in figure.axes if not axes.get_visible() for t in axes.findobj(Text)}
+    return [
+        t
+        for t in set(figure.findobj(Text)) - hidden
+        if t.get_visible() and t.get_text().strip() and (t not in ticks or t in drawn)
+    ]
+
+
+def faults(figure: Any) -> list[str]:
+    """What is wrong with a figure, in words."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.text import Text
+
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw_without_rendering()
+    out, boxes = [], []
+    for text in words_of(figure):
+        box = Text.get_window_extent(text, renderer)
+        whole = figure.bbox
+        if box.x0 < -1 or box.y0 < -1 or box.x1 > whole.x1 + 1 or box.y1 > whole.y1 + 1:
+            out.append(f"leaves the canvas: {text.get_text()!r}")
+        boxes.append((text.get_text(), box.padded(-1.0, -0.12 * box.height)))
+    for (one, first), (other, second) in combinations(boxes, 2):
+        if first.overlaps(second):
+            out.append(f"overlap: {one!r} and {other!r}")
+    for axes in (a for a in figure.axes if a.get_visible()):
+        for axis in (axes.xaxis, axes.yaxis):
+            ticks = [label for tick in axis._update_ticks() for label in (tick.label1, tick.label2)]
+            said = [label.get_text() for label in ticks if label.get_visible()]
+            words = [re.search(r"[a-z]{2}", s.replace("mathdefault", "")) for s in said]
+            if not axis.get_visible() or not said or any(words):
+                continue
+            label = axis.label.get_text()
+            if not (re.search(r"\[[^\]]+\]", label) or label.startswith("number of")):
+                out.append(f"no unit: {label!r} of {axes.get_title(loc='left')!r}")
+    return out
+
+
+@pytest.mark.parametrize("brake", BRAKES)
+@pytest.mark.parametrize("name", OF_BRAKE)
+def test_a_figure_of_a_brake(name: str, brake: str) -> None:
+    assert faults(OF_BRAKE[name](brake)) == []
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_a_figure_of_its_own(name: str) -> None:
+    assert faults(ALONE[name]()) == []
+
+
+@pytest.mark.slow
+def test_the_coupling() -> None:
+    assert faults(line_pictures.coupling((50e3,))) == []
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_figures_of_specimens(tmp_path: Path, count: int) -> None:
+    assert faults(measurement_figures.sleeve(*specimens(tmp_path, count))) == []
+
+
+@pytest.mark.parametrize("name", scenarios())
+def test_figures_of_a_machine(name: str) -> None:
+    for picture in machine_figures.pictures(analyse(load_scenario(name))):
+        assert faults(picture.figure()) == [], picture.name
+
+
+def test_every_shipped_brake_is_drawn() -> None:
+    assert set(BRAKES) <= set(catalogue())
