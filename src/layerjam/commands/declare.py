@@ -148,14 +148,12 @@ class Parameter:
                 raise QuantityError(
                     f"{self.label}: '{value}' is not known; did you mean '{value.strip().lower()}'?"
                 )
-            return self._quantity(value, notices)
+            return self._quantity(self.spec, value, notices)
         if self.words:
             raise UnknownNameError(self.label, str(value), self.words)
         return value
 
-    def _quantity(self, value: Any, notices: list[Notice]) -> Any:
-        spec = self.spec
-        assert_spec(spec)
+    def _quantity(self, spec: QuantitySpec, value: Any, notices: list[Notice]) -> Any:
         if isinstance(value, str):
             return spec.read(value, self.label)
         if self.array and not isinstance(value, int | float):
@@ -184,11 +182,6 @@ class Parameter:
                 )
             )
         return int(number) if spec.whole else number
-
-
-def assert_spec(spec: QuantitySpec | None) -> typing.TypeGuard[QuantitySpec]:
-    """That there is a specification; for the type checker."""
-    return spec is not None
 
 
 def _union(kind: Any) -> Iterator[Any]:
