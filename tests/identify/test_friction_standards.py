@@ -158,7 +158,7 @@ def test_one_repeat_that_judders_leaves_the_kinetic_open() -> None:
     mixed = reduce_friction([smooth, sled(0.32, 0.24)], NORMAL)
     assert mixed.kinetic is None and len(mixed.judders) == 1
     file = load("choi2018-kapton")
-    with pytest.raises(FitError, match=r"judder.*--accept-judder"):
+    with pytest.raises(FitError, match=r"stick and slip.*--accept-judder"):
         with_friction(file, mixed, "mine")
     accepted = reduce_friction([smooth, sled(0.32, 0.24)], NORMAL, accept_judder=True)
     made = read_brake(with_friction(file, accepted, "mine")[0], "mine.toml", materials())
