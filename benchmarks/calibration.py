@@ -10,10 +10,10 @@ from benchmarks.timing import Row, median
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
-from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.pull.features import pull_features
+from layerjam.identify.shape import with_shape
 from layerjam.lab import campaign as lab
 from layerjam.lab.faults import Faults
 from layerjam.lab.spec import Pulls, Spec, Truth

@@ -25,12 +25,12 @@ jax.config.update("jax_enable_x64", True)
 from lab import bench as virtual  # noqa: E402
 from layerjam.device.brake import Brake  # noqa: E402
 from layerjam.device.load import load  # noqa: E402
-from layerjam.identify.calibration.forward import with_shape  # noqa: E402
 from layerjam.identify.calibration.intervals import Interval  # noqa: E402
 from layerjam.identify.calibration.peaks import calibrate  # noqa: E402
 from layerjam.identify.calibration.whole_curves import calibrate_curves  # noqa: E402
 from layerjam.identify.curves import Curve, curves_of  # noqa: E402
 from layerjam.identify.pull.features import PullFeatures, pull_features  # noqa: E402
+from layerjam.identify.shape import with_shape  # noqa: E402
 from layerjam.measure.trace import Trace  # noqa: E402
 
 PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"

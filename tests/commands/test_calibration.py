@@ -13,8 +13,8 @@ from layerjam.cli import calibration as command
 from layerjam.commands.calibration import DEEPER, UNITS
 from layerjam.device.load import load
 from layerjam.errors import FitError, UnknownNameError
-from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.provenance import calibrated_on, sha256
+from layerjam.identify.shape import with_shape
 from strategies import KAPTON
 
 

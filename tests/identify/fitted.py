@@ -9,9 +9,9 @@ import numpy as np
 from lab import bench as virtual
 from lab.bench import FULL, QUIET
 from layerjam.device.brake import Brake
-from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.pull.features import pull_features
+from layerjam.identify.shape import with_shape
 from strategies import KAPTON
 
 TRUTH = (0.9, 120e3, 1.3)

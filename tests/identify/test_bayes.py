@@ -39,9 +39,9 @@ from layerjam.identify.bayes.model import (
 from layerjam.identify.bayes.posterior import BayesFit
 from layerjam.identify.bayes.predictive import peak_band, vacuum_band
 from layerjam.identify.bayes.sampler import WARMUP, values_at
-from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.pull.features import pull_features
+from layerjam.identify.shape import with_shape
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.pull import force_at_elongation, peak, slip_at_elongation
 from layerjam.report import bayes_figures

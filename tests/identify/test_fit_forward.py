@@ -6,7 +6,8 @@ import jax
 import numpy as np
 import pytest
 
-from layerjam.identify.calibration.forward import law_with_error, plain, pull_force, with_shape
+from layerjam.identify.calibration.forward import law_with_error, pull_force
+from layerjam.identify.shape import plain, with_shape
 from layerjam.mechanics.enclosure import enclosure_force, saturation_slip
 from layerjam.mechanics.pull import force_at_elongation, peak
 from strategies import KAPTON, PTFE

@@ -13,7 +13,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
 from layerjam.errors import QuantityError
-from layerjam.identify.calibration.forward import with_shape
+from layerjam.identify.shape import with_shape
 from layerjam.lab import faults
 from layerjam.lab.faults import Faults, LoadCell
 from layerjam.lab.spec import MOST_SAMPLES, Spec, Truth

@@ -9,7 +9,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
-from layerjam.identify.calibration.forward import with_shape
+from layerjam.identify.shape import with_shape
 from layerjam.lab import faults
 from layerjam.lab.faults import Array, Faults
 from layerjam.lab.plan import Subject, Trial, samples, sled_machine

@@ -15,9 +15,9 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.curves import Curve, fitted_part
 from layerjam.identify.pull.features import LINEAR
+from layerjam.identify.shape import with_shape
 from layerjam.identify.stick_slip import noise_of
 from layerjam.mechanics.pull import brake_force, force_at_elongation
 from layerjam.mechanics.stiffness import working_stiffness
@@ -51,9 +51,9 @@ class Prior(NamedTuple):
     """The median, in the quantity's unit."""
     sd: float
     """Of the logarithm where `log`, otherwise in the quantity's unit."""
-    unit: str
-    log: bool
     why: str
+    unit: str = "1"
+    log: bool = True
 
     def text(self) -> str:
         """The prior in words."""
@@ -70,47 +70,30 @@ class Prior(NamedTuple):
 def priors(brake: Brake) -> dict[str, Prior]:
     """Every prior of the model, for a brake, by the name of its quantity; the only place."""
     stiffness = float(working_stiffness(brake))
+    spring = Prior(stiffness, 0.7, "the brake file's, perhaps in another rig", "N/m")
     if brake.stiffness_measured is None:
-        spring = Prior(stiffness / 2, 1.2, "N/m", True, "half of the sheets' own: rigs are softer")
-    else:
-        spring = Prior(stiffness, 0.7, "N/m", True, "the brake file's, perhaps in another rig")
+        spring = Prior(stiffness / 2, 1.2, "half of the sheets' own: rigs are softer", "N/m")
+    moduli = (
+        "moduli published for one silicone differ 1.6 and 2.3 times (catalogue: Ecoflex 00-50, "
+        "00-30), its friction is taken as known within 1.5; the force goes with the root"
+    )
+    films = "the brake file's; the paper's two films differ 1.4 times"
+    repeat = (
+        "films repeat within 3 to 8 % (paper, table I); so wide that three repeats give about "
+        "Student's interval"
+    )
+    slack = "a curve's zero is already where its rise begins"
+    law = "part of the greatest force: from a good load cell to a law that is 10 % off"
+    alike = "the logit of the correlation of neighbouring means: 0.05 to 0.95"
     return {
-        "scale_factor": Prior(
-            float(brake.scale_factor),
-            0.5,
-            "1",
-            True,
-            "the brake file's; the paper's two films differ 1.4 times",
-        ),
+        "scale_factor": Prior(float(brake.scale_factor), 0.5, films),
         "stiffness": spring,
-        "enclosure_factor": Prior(
-            1.0,
-            0.4,
-            "1",
-            True,
-            "moduli published for one silicone differ 1.6 and 2.3 times (catalogue: Ecoflex 00-50, "
-            "00-30), its friction is taken as known within 1.5; the force goes with the root",
-        ),
-        "scale_factor_sd": Prior(
-            0.05,
-            2.0,
-            "1",
-            True,
-            "films repeat within 3 to 8 % (paper, table I); so wide that three repeats give about "
-            "Student's interval",
-        ),
-        "stiffness_sd": Prior(0.05, 2.0, "1", True, "as for the scale factor"),
-        "slack": Prior(0.0, 1e-4, "m", False, "a curve's zero is already where its rise begins"),
-        "residual": Prior(
-            0.005,
-            1.5,
-            "1",
-            True,
-            "part of the greatest force: from a good load cell to a law that is 10 % off",
-        ),
-        "correlation": Prior(
-            0.0, 1.5, "1", False, "the logit of the correlation of neighbouring means: 0.05 to 0.95"
-        ),
+        "enclosure_factor": Prior(1.0, 0.4, moduli),
+        "scale_factor_sd": Prior(0.05, 2.0, repeat),
+        "stiffness_sd": Prior(0.05, 2.0, "as for the scale factor"),
+        "slack": Prior(0.0, 1e-4, slack, "m", log=False),
+        "residual": Prior(0.005, 1.5, law),
+        "correlation": Prior(0.0, 1.5, alike, log=False),
     }
 
 

@@ -14,8 +14,8 @@ from layerjam.device.brake import Brake
 from layerjam.device.load import write_whole
 from layerjam.errors import MissingExtraError
 from layerjam.identify.bayes.model import FLOOR, RULE, Prior
-from layerjam.identify.calibration.forward import with_shape
 from layerjam.identify.checks import Check
+from layerjam.identify.shape import with_shape
 from layerjam.simulate.record import column
 from layerjam.units import QuantitySpec
 

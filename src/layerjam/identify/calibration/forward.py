@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import jax
@@ -17,6 +17,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.identify.curves import Curve, fitted_part
+from layerjam.identify.shape import plain, with_shape
 from layerjam.mechanics.pull import force_at_elongation
 
 FINE, COARSE = 320, 320
@@ -86,21 +87,6 @@ def _reduce(curve: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return mean_u, mean_f, count / count[count > 0].mean()
 
 
-def with_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Brake:
-    """The brake with another scale factor, stiffness [N/m] and factor on the enclosure's force.
-
-    Only the product of the enclosure's modulus and friction shows in its force: both are multiplied
-    alike, so that the slip from which the whole enclosure moves stays as it was.
-    """
-    return replace(
-        brake,
-        scale_factor=factor,
-        stiffness_measured=stiffness,
-        enclosure=replace(brake.enclosure, modulus=brake.enclosure.modulus * enclosure),
-        film=replace(brake.film, friction_on_silicone=brake.film.friction_on_silicone * enclosure),
-    )
-
-
 def pull_force(
     own: Any, elongation: Any, vacuum: Any, height: Any, onset: Any, brake: Brake
 ) -> Any:
@@ -113,11 +99,6 @@ def pull_force(
     brake = with_shape(brake, jnp.exp(own[0]), jnp.exp(own[1]), enclosure)
     taut = jnp.maximum(elongation - own[3] * onset, 0.0)
     return force_at_elongation(taut, vacuum, brake) + own[4] * height
-
-
-def plain(brake: Brake) -> Brake:
-    """The brake without its pressure exponent, which a fit over curves keeps apart."""
-    return replace(brake, pressure_exponent=None, test_pressure=None)
 
 
 @functools.cache

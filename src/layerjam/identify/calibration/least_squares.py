@@ -20,9 +20,10 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.identify.calibration.forward import Reduced, plain, pull_force, reduce
+from layerjam.identify.calibration.forward import Reduced, pull_force, reduce
 from layerjam.identify.calibration.intervals import Population
 from layerjam.identify.curves import Curve, conditions
+from layerjam.identify.shape import plain
 from layerjam.mechanics.pull import scale_factor_of_peak
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import show

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from layerjam.identify.calibration.intervals import Interval
 from layerjam.identify.checks import Check
 from layerjam.identify.curves import Curve
+from layerjam.records.source import Source
+from layerjam.units import show
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,3 +41,11 @@ class OverCurves:
         """Of a parameter: from the scatter between curves, or the posterior's deviation."""
         found = self.intervals.get(name)
         return None if found is None else found.standard_error
+
+
+def calibrated(
+    value: float, text: str, error: float | None, unit: str, word: str = "standard error"
+) -> tuple[float, Source]:
+    """A value for a brake file with its source; `word` says what `error` is, in `unit`."""
+    spread = "" if error is None else f"{word} {show(error, unit, 2)}"
+    return float(value), Source(kind="calibrated", text=text, spread=spread)

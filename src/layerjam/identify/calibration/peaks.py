@@ -13,6 +13,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError
 from layerjam.identify.calibration.influence import Move, bootstrap_intervals, moves
 from layerjam.identify.calibration.intervals import Interval, Population, mean_interval
+from layerjam.identify.calibration.over_curves import calibrated
 from layerjam.identify.checks import (
     Check,
     agreement,
@@ -24,6 +25,7 @@ from layerjam.identify.checks import (
 )
 from layerjam.identify.curves import levels
 from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, PullFeatures
+from layerjam.identify.repeats import over_repeats
 from layerjam.mechanics.enclosure import sleeve_at
 from layerjam.mechanics.pull import (
     force_at_elongation,
@@ -89,22 +91,11 @@ class Calibration:
         """What to write into a brake file: {path: (value, Source)}."""
         files = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in self.fits)
         friction = old.brake.film.kinetic
-        texts = {
-            "scale_factor": f"peak of {files}, with kinetic friction {friction:.4g}",
-            "stiffness_measured": f"slope before onset of {files}",
-        }
-        errors = {
-            "scale_factor": f"standard error {self.scale_factor_se:.2g}"
-            if self.scale_factor_se is not None
-            else "",
-            "stiffness_measured": f"standard error {show(self.stiffness_se, 'N/m', 2)}"
-            if self.stiffness_se is not None
-            else "",
-        }
-        values = {"scale_factor": self.scale_factor, "stiffness_measured": self.stiffness}
+        peak = f"peak of {files}, with kinetic friction {friction:.4g}"
+        slope = f"slope before onset of {files}"
         return {
-            path: (value, Source(kind="calibrated", text=texts[path], spread=errors[path]))
-            for path, value in values.items()
+            "scale_factor": calibrated(self.scale_factor, peak, self.scale_factor_se, "1"),
+            "stiffness_measured": calibrated(self.stiffness, slope, self.stiffness_se, "N/m"),
         }
 
 
@@ -166,11 +157,8 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
     factors = np.array([f.scale_factor for f in fits])
     springs = np.array([f.stiffness for f in fits])
     count = len(fits)
-    factor_se: float | None
-    spring_se: float | None
+    factor_se, spring_se = (over_repeats(v.tolist()).standard_error for v in (factors, springs))
     if count > 1:
-        factor_se = float(factors.std(ddof=1) / np.sqrt(count))
-        spring_se = float(springs.std(ddof=1) / np.sqrt(count))
         rest = f"the scatter between {count} pulls"
     elif (
         fits[0].pull.noise > 1e-9 * fits[0].pull.peak_force
@@ -179,7 +167,6 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
         factor_se, spring_se = fits[0].scale_factor_se, fits[0].pull.stiffness_se
         rest = "the noise within one pull; says nothing about repeatability"
     else:
-        factor_se = spring_se = None
         rest = "nothing: the record is free of noise"
     values = {"scale_factor": float(factors.mean()), "stiffness": float(springs.mean())}
     vacuums = [f.vacuum for f in fits]

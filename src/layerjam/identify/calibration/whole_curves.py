@@ -13,7 +13,7 @@ from layerjam.errors import FitError
 from layerjam.identify.calibration.influence import Move, bootstrap_intervals, moves
 from layerjam.identify.calibration.intervals import Interval, quantile
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
-from layerjam.identify.calibration.over_curves import OverCurves
+from layerjam.identify.calibration.over_curves import OverCurves, calibrated
 from layerjam.identify.calibration.verdict import (
     Identifiability,
     curve_checks,
@@ -59,13 +59,11 @@ class CurvesCalibration(OverCurves):
         errors = {name: self.standard_error(name) for name in self.values}
         made = shape_sources(old.brake, self.values, errors, text, "standard error", self._at())
         if "pressure_exponent" in self.values and self.reference_pressure is not None:
-            spread = _spread(errors["pressure_exponent"], "1", "standard error")
-            source = Source(kind="calibrated", text=text, spread=spread)
-            made["pressure_exponent"] = (self.values["pressure_exponent"], source)
+            exponent, error = self.values["pressure_exponent"], errors["pressure_exponent"]
+            made["pressure_exponent"] = calibrated(exponent, text, error, "1")
             if old.brake.test_pressure is None:
                 where = "where the scale factor holds: mean vacuum of the pulls, no friction test"
-                source = Source(kind="calibrated", text=where)
-                made["test_pressure"] = (self.reference_pressure, source)
+                made["test_pressure"] = calibrated(self.reference_pressure, where, None, "Pa")
         return made
 
     def _at(self) -> str:
@@ -91,35 +89,24 @@ def shape_sources(
     `text` says how they were found, `word` what `errors` are. The enclosure's modulus and
     friction are scaled alike, since only their product is known.
     """
-    factor = values["enclosure_factor"]
-    of_sleeve = errors["enclosure_factor"]
-    spread = "" if of_sleeve is None else f"{word} {of_sleeve:.2g} of the factor {factor:.4g}"
-    sleeve = (
-        f"{text}; the product of the enclosure's modulus and friction is known, both are scaled"
+    factor, error = values["enclosure_factor"], errors["enclosure_factor"]
+    both = Source(
+        kind="calibrated",
+        text=f"{text}; only the product of the enclosure's modulus and friction is known, so both "
+        "are scaled",
+        spread="" if error is None else f"{word} {error:.2g} of the factor {factor:.4g}",
     )
     friction = f"{text}, with kinetic friction {brake.film.kinetic:.4g}{at}"
-    made = {
-        "scale_factor": (
-            values["scale_factor"],
-            friction,
-            _spread(errors["scale_factor"], "1", word),
-        ),
-        "stiffness_measured": (
-            values["stiffness"],
-            text,
-            _spread(errors["stiffness"], "N/m", word),
-        ),
-        "enclosure.modulus": (brake.enclosure.modulus * factor, sleeve, spread),
-        "film.friction_on_silicone": (brake.film.friction_on_silicone * factor, sleeve, spread),
-    }
     return {
-        path: (float(number), Source(kind="calibrated", text=words, spread=within))
-        for path, (number, words, within) in made.items()
+        "scale_factor": calibrated(
+            values["scale_factor"], friction, errors["scale_factor"], "1", word
+        ),
+        "stiffness_measured": calibrated(
+            values["stiffness"], text, errors["stiffness"], "N/m", word
+        ),
+        "enclosure.modulus": (float(brake.enclosure.modulus * factor), both),
+        "film.friction_on_silicone": (float(brake.film.friction_on_silicone * factor), both),
     }
-
-
-def _spread(error: float | None, unit: str, word: str) -> str:
-    return "" if error is None else f"{word} {show(error, unit, 2)}"
 
 
 def calibrate_curves(

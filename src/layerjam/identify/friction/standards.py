@@ -26,48 +26,36 @@ class Standard:
 
     name: str
     title: str
-    sled_mass: float | None
     area: float
     speed: float
-    speed_tolerance: float
     window: tuple[float, float]
-    from_sliding: bool
-    first_maximum: bool
+    speed_tolerance: float = 0.2
+    sled_mass: float | None = 0.200
+    from_sliding: bool = True
+    first_maximum: bool = True
     dwell: float | None = None
 
 
 PAPER = Standard(
     name="paper",
     title="Choi 2018, section III-C",
-    sled_mass=None,
     area=0.025**2,
     speed=2.5e-3,
-    speed_tolerance=0.2,
     window=(0.040, 0.100),
+    sled_mass=None,
     from_sliding=False,
     first_maximum=False,
 )
 D1894 = Standard(
-    name="d1894",
-    title="ASTM D1894",
-    sled_mass=0.200,
-    area=0.0635**2,
-    speed=150e-3 / 60,
-    speed_tolerance=0.2,
-    window=(0.0, 0.130),
-    from_sliding=True,
-    first_maximum=True,
+    name="d1894", title="ASTM D1894", area=0.0635**2, speed=150e-3 / 60, window=(0.0, 0.130)
 )
 ISO8295 = Standard(
     name="iso8295",
     title="ISO 8295",
-    sled_mass=0.200,
     area=40e-4,
     speed=100e-3 / 60,
-    speed_tolerance=0.1,
     window=(0.0, 0.060),
-    from_sliding=True,
-    first_maximum=True,
+    speed_tolerance=0.1,
     dwell=15.0,
 )
 STANDARDS = {s.name: s for s in (PAPER, D1894, ISO8295)}

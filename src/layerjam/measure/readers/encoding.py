@@ -15,23 +15,12 @@ _MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-# In all of these digits, separators, quotes and line ends are the bytes they are in ASCII.
-_PAGES = (
-    "cp1252",
-    "cp1250",
-    "cp1251",
-    "cp932",
-    "gb18030",
-    "big5",
-    "cp949",
-    "euc-jp",
-    "koi8-r",
-    "cp1253",
-    "cp1254",
-)
 _TWO_BYTES = ("cp932", "gb18030", "big5", "cp949", "euc-jp")
+# In all of these digits, separators, quotes and line ends are the bytes they are in ASCII.
+_PAGES = ("cp1252", "cp1250", "cp1251", *_TWO_BYTES, "koi8-r", "cp1253", "cp1254")
 _HEAD = 16_384
-_TYPOGRAPHY = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'"}
+TYPOGRAPHY = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'"}
+"""Minus signs, hard blanks and apostrophes of typesetters, and what they stand for."""
 _ALLOWED = b"\t\n\r\f\x1a"
 
 
@@ -56,7 +45,7 @@ def decoded(name: str, data: bytes) -> tuple[bytes, str]:
         raise FileError(name, "is binary, not a text file of numbers")
     encoding = _encoding(data)
     if not data.isascii():
-        for mark, plain in _TYPOGRAPHY.items():
+        for mark, plain in TYPOGRAPHY.items():
             data = _replaced(data, mark, plain, encoding)
     return data, encoding
 

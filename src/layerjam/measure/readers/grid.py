@@ -11,6 +11,7 @@ import numpy.typing as npt
 from layerjam.errors import FileError
 from layerjam.measure.readers.columns import Header, cut
 from layerjam.measure.readers.content import Source
+from layerjam.measure.readers.encoding import TYPOGRAPHY
 from layerjam.measure.readers.lines import looks_numeric, split
 
 _SAMPLE = 6000
@@ -207,9 +208,10 @@ def count_of(number: int) -> str:
 
 
 def _ascii(body: bytes, encoding: str) -> bytes:
-    """Minus signs, hard blanks and apostrophes of typesetters as ASCII, the rest as '?'."""
-    text = body.decode(encoding, errors="replace")
-    text = text.translate({0x2212: "-", 0xA0: " ", 0x202F: " ", 0x2009: " ", 0x2019: "'"})
+    """Signs of typesetters as ASCII, what else is not ASCII as '?'."""
+    text = body.decode(encoding, errors="replace").translate(
+        {ord(k): v for k, v in TYPOGRAPHY.items()}
+    )
     return text.encode("ascii", errors="replace")
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import FileError
+from layerjam.measure.readers.columns import cut
 from layerjam.measure.readers.grid import Grid, no_row_of_numbers
 from layerjam.measure.readers.lines import looks_numeric
 
@@ -168,9 +169,7 @@ def _bad_cell(
             # A row without any number is no damaged number: a footer, or the next table.
             if not any(looks_numeric(field.strip()) for field in fields):
                 return no_row_of_numbers(grid.path, fields, grid.line(row))
-            shown = cell if len(cell) <= 40 else cell[:37] + "..."
-            shown = "".join(c if c.isprintable() else "?" for c in shown)
-            what = f"'{shown}' in column '{name[:40]}' is no finite number"
+            what = f"'{cut(cell)}' in column '{name[:40]}' is no finite number"
             if not cell:
                 what = f"column '{name[:40]}' is empty"
             if row == len(grid.lines) - 1 and not grid.ended:

@@ -10,42 +10,17 @@ import unicodedata
 from fractions import Fraction
 from functools import lru_cache
 
+from layerjam.measure.readers.words import VOCABULARY
 from layerjam.units import unit_factor
 
 ROLES = {"time": "s", "elongation": "m", "force": "N"}
 
-_POUND = Fraction(44482216152605, 10**13)
-_KILOGRAM = Fraction(980665, 100000)
-_INCH = Fraction(254, 10000)
-_WRITTEN: dict[tuple[str, Fraction], str] = {
-    ("time", Fraction(1)): "s sec secs sek second seconds sekunde sekunden seconde secondes "
-    "secondi segundo segundos seg sekund sekundy sekunder sn с сек секунд секунды 秒 초",
-    ("time", Fraction(1, 1000)): "ms msec millisecond milliseconds millisekunden мс "
-    "мсек 毫秒 ミリ秒",
-    ("time", Fraction(1, 10**6)): "us μs usec мкс 微秒",
-    ("time", Fraction(60)): "min mins minute minutes minuten minuto minutos minuti мин 分 分钟 분",
-    ("time", Fraction(3600)): "h hr hrs hour hours stunden heures ч час 小时",
-    ("elongation", Fraction(1)): "m meter meters metre metres м 米",
-    ("elongation", Fraction(1, 100)): "cm centimeter centimeters centimetre centimetres см 厘米",
-    ("elongation", Fraction(1, 1000)): "mm millimeter millimeters millimetre millimetres "
-    "millimetri milimetro milimetros milimetry мм 毫米 ミリ ミリメートル",
-    ("elongation", Fraction(1, 10**6)): "um μm micron microns micrometer micrometre мкм 微米",
-    ("elongation", _INCH): 'in inch inches zoll pouce pouces pulg pulgada pulgadas pollici '
-    'polegada polegadas дюйм дюймы 英寸 " inç',
-    ("elongation", _INCH / 1000): "mil mils thou",
-    ("elongation", 12 * _INCH): "ft foot feet",
-    ("force", Fraction(1)): "newton newtons niuton newtony н ньютон 牛 牛顿 ニュートン 뉴턴",
-    ("force", Fraction(1, 100)): "cn сн",
-    ("force", Fraction(10)): "dan дан",
-    ("force", Fraction(1000)): "kn kilonewton kilonewtons кн 千牛",
-    ("force", _KILOGRAM): "kgf kg-f kp kilopond кгс 公斤力 千克力",
-    ("force", _KILOGRAM / 1000): "gf g-f грс гс 克力",
-    ("force", _KILOGRAM * 1000): "tf тс",
-    ("force", _POUND): "lbf lb-f lbsf lbs-f lbforce",
-    ("force", _POUND / 16): "ozf oz-f",
-    ("force", _POUND * 1000): "klbf kip kips",
-}  # fmt: skip
-_KNOWN = {word: spec for spec, words in _WRITTEN.items() for word in words.split()}
+_KNOWN = {
+    word: (role, Fraction(size))
+    for role, sizes in VOCABULARY["units"].items()
+    for size, words in sizes.items()
+    for word in words.split()
+}
 # Where upper and lower case differ in meaning.
 _CASED = {
     "N": ("force", Fraction(1)),
