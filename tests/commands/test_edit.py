@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.commands.edit import BRAKE_FIELDS, edit, stale
-from layerjam.device.file import read_brake
+from layerjam.device.file import BrakeFile
 from layerjam.device.load import load, materials
 from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.units import get
@@ -17,7 +17,7 @@ KAPTON = "choi2018-kapton"
 
 def test_one_number_changes_and_the_rest_of_the_text_stays():
     text = load(KAPTON).text.replace("[film]", "# our own remark\n[film]")
-    file = read_brake(text, "it", materials())
+    file = BrakeFile.read(text, "it")
     made = edit(file, {"sheets.width": "15 mm"})
     changed = [
         (a, b) for a, b in zip(text.splitlines(), made.text.splitlines(), strict=True) if a != b
@@ -48,7 +48,7 @@ def test_any_number_reads_back_as_it_was_set(path, factor):
     assert made.record.sources[path].kind == "measured"
     assert made.record.sources[path].text == "a test"
     # the text alone says it all
-    assert read_brake(made.text, "again", materials()).brake == made.record.brake
+    assert BrakeFile.read(made.text, "again").brake == made.record.brake
 
 
 def test_what_is_taken_back_is_not_known_or_what_the_material_says():
@@ -66,7 +66,7 @@ def test_what_is_taken_back_is_not_known_or_what_the_material_says():
 def test_the_first_source_outlives_several_edits():
     twice = edit(edit(KAPTON, {"sheets.count": 13}).record, {"sheets.count": 15}).record
     assert twice.sources["sheets.count"].was == "11, paper: Choi 2018, section II-A"
-    again = read_brake(twice.text, "again", materials())
+    again = BrakeFile.read(twice.text, "again")
     assert again.sources == twice.sources
 
 

@@ -7,7 +7,7 @@ import pytest
 from layerjam.commands.edit import LINE_FIELDS, edit_line
 from layerjam.commands.vacuum_line import rise
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
-from layerjam.fluid.file import load_line, read_line
+from layerjam.fluid.file import LineFile, load_line
 from layerjam.units import get
 
 
@@ -22,7 +22,7 @@ def test_numbers_change_and_say_where_they_come_from():
     # what was not touched keeps its source
     old = load_line("choi2018")
     assert file.sources["chamber.compliance"] == old.sources["chamber.compliance"]
-    assert read_line(made.text, "x").line == file.line
+    assert LineFile.read(made.text, "x").line == file.line
     back = edit_line(file, {"chamber.volume": old.line.chamber.volume, "polytropic": None})
     assert back.record.line == old.line
 
@@ -44,7 +44,7 @@ def test_parts_take_the_place_of_a_table_and_leave_it():
 
 def test_comments_stay():
     text = "# mine\n" + load_line("choi2018").text.replace("[pump]", "[pump] # two")
-    file = read_line(text, "x")
+    file = LineFile.read(text, "x")
     made = edit_line(file, {"chamber.volume": "5 mL", "polytropic": 1.1}).text
     assert "# mine" in made and "# two" in made
 

@@ -10,7 +10,7 @@ import pytest
 from layerjam.cli.main import main
 from layerjam.commands.plan import plan
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.fluid.file import read_line
+from layerjam.fluid.file import LineFile
 
 CASE = {"mass": "1 kg", "speed": "2.5 m/s", "warning": "3 s", "travel": "40 mm"}
 TANK = """name = "tank"
@@ -82,7 +82,7 @@ def test_uncertain():
 
 
 def test_a_reservoir_a_leak_and_their_cost():
-    line = read_line(TANK, "tank.toml")
+    line = LineFile.read(TANK, "tank.toml")
     made = asked(line, warning="0.2 s", standing="20 kPa", stored="90 kPa")
     assert made.standing_power > 0
     assert made.standing_electric > made.standing_power
@@ -94,7 +94,7 @@ def test_a_reservoir_a_leak_and_their_cost():
 
 def test_a_stretching_sleeve():
     text = TANK.replace('volume = "12 mL"', 'volume = "12 mL"\nvolume_per_slip = "40 mm^2"', 1)
-    made = asked(read_line(text, "tank.toml"), speed="1.8 m/s", warning="0.5 s")
+    made = asked(LineFile.read(text, "tank.toml"), speed="1.8 m/s", warning="0.5 s")
     assert made.coupling_remaining <= 1e-6
     assert made.tuned_vacuum_change > 0 and made.tuned_slip_change < 0
     assert made.tuned_coupling_matters is True
@@ -136,15 +136,15 @@ def test_other_refusals():
         asked(fluid="oil")
     with pytest.raises(UnknownNameError, match="line"):
         asked("choi2019")
-    tank = read_line(TANK, "tank.toml")
+    tank = LineFile.read(TANK, "tank.toml")
     with pytest.raises(QuantityError, match="chamber.compliance: the line has none"):
         asked(tank, fluid="water")
-    wet = read_line(TANK.replace("[pump]", 'compliance = "0.07 mL/kPa"\n[pump]'), "t")
+    wet = LineFile.read(TANK.replace("[pump]", 'compliance = "0.07 mL/kPa"\n[pump]'), "t")
     with pytest.raises(QuantityError, match="tank has a reservoir, which is one of gas"):
         asked(wet, fluid="water")
     with pytest.raises(QuantityError, match="stored: 110 kPa is more than the atmosphere"):
         asked(tank, stored="110 kPa")
-    high = read_line(TANK + '[site]\natmosphere = "80 kPa"\n', "t")
+    high = LineFile.read(TANK + '[site]\natmosphere = "80 kPa"\n', "t")
     with pytest.raises(QuantityError, match="80 kPa in the line tank and 101.325 kPa in the"):
         asked(high)
     assert asked(high, atmosphere="80 kPa").reached < 75e3

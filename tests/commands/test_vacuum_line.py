@@ -7,7 +7,7 @@ import pytest
 from layerjam.cli.main import main
 from layerjam.commands.vacuum_line import rise
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.fluid.file import load_line, read_line
+from layerjam.fluid.file import LineFile, load_line
 from layerjam.report.fluid_figures import changes
 
 BENCH = """name = "bench"
@@ -32,17 +32,17 @@ def test_the_papers_line():
 
 
 def test_fall_by_valve_integrated_where_no_closed_form_holds():
-    plain = rise(read_line(BENCH, "a"), target="50 kPa")
+    plain = rise(LineFile.read(BENCH, "a"), target="50 kPa")
     assert plain.fall_by == "valve"
     text = BENCH.replace('volume = "12 mL"', 'volume = "12 mL"\nshrink = "1e-9 mL/kPa"')
-    shrinking = rise(read_line(text, "a"), target="50 kPa")
+    shrinking = rise(LineFile.read(text, "a"), target="50 kPa")
     assert shrinking.closed_form is None
     assert shrinking.fall_time == pytest.approx(plain.fall_time, rel=1e-6)
     assert shrinking.rise_time == pytest.approx(plain.rise_time, rel=1e-6)
 
 
 def test_what_cannot_be_reached_is_an_answer():
-    answer = rise(read_line(BENCH, "a"), target="72 kPa")
+    answer = rise(LineFile.read(BENCH, "a"), target="72 kPa")
     assert answer.feasible is False
     assert answer.rise_time is answer.fall_time is None
     assert "never reached: at 71.3" in answer.reason
@@ -60,7 +60,7 @@ def test_altitude():
 
 def test_what_is_refused():
     with pytest.raises(QuantityError, match="chamber.compliance: the line has none"):
-        rise(read_line(BENCH, "a"), target="50 kPa", fluid="water")
+        rise(LineFile.read(BENCH, "a"), target="50 kPa", fluid="water")
     with pytest.raises(UnknownNameError, match="fluid"):
         rise("choi2018", target="50 kPa", fluid="oil")
     with pytest.raises(QuantityError, match="target: 0"):
@@ -73,36 +73,36 @@ TUBED = BENCH + '[tube]\nlength = "2 m"\nbore = "2 mm"\n'
 
 
 def test_a_tubes_delay_and_lag_are_said_where_they_matter():
-    long = rise(read_line(TUBED, "a"), target="50 kPa")
+    long = rise(LineFile.read(TUBED, "a"), target="50 kPa")
     assert long.tube_delay == pytest.approx(2.0 / 290.1, rel=1e-3)
     assert 0 < long.tube_lag < 0.05 * long.rise_time
     assert long.warnings == []
-    strong = rise(read_line(TUBED.replace("20 mL/s", "2 L/s"), "a"), target="50 kPa")
+    strong = rise(LineFile.read(TUBED.replace("20 mL/s", "2 L/s"), "a"), target="50 kPa")
     said = " ".join(strong.warnings)
     assert "its resistance makes a lag of" in said and "Reynolds number is" in said
     # so strong and wide that the wave counts; counted where the tube is in cells
     wide = TUBED.replace("20 mL/s", "2 L/s").replace('"2 mm"', '"8 mm"')
     assert "a pressure wave takes 6.895 ms" in str(
-        rise(read_line(wide, "a"), target="50 kPa").warnings
+        rise(LineFile.read(wide, "a"), target="50 kPa").warnings
     )
-    cells = rise(read_line(wide + "cells = 4\n", "a"), target="50 kPa")
+    cells = rise(LineFile.read(wide + "cells = 4\n", "a"), target="50 kPa")
     assert "pressure wave" not in str(cells.warnings)
     assert cells.record.imbalance < 1e-10
-    none = rise(read_line(BENCH, "a"), target="50 kPa")
+    none = rise(LineFile.read(BENCH, "a"), target="50 kPa")
     assert none.tube_delay is none.tube_lag is None
 
 
 def test_fall_integrated_beside_its_closed_form():
-    for line in ("choi2018", read_line(BENCH, "a")):
+    for line in ("choi2018", LineFile.read(BENCH, "a")):
         answer = rise(line, target="60 kPa")
         assert answer.fall_time == pytest.approx(answer.closed_form_fall, rel=1e-6)
-    leaky = rise(read_line(BENCH + '[leak]\nlaminar = "0.1 mL/s"\n', "a"), target="60 kPa")
+    leaky = rise(LineFile.read(BENCH + '[leak]\nlaminar = "0.1 mL/s"\n', "a"), target="60 kPa")
     assert leaky.closed_form_fall is None
-    assert leaky.fall_time < rise(read_line(BENCH, "a"), target="60 kPa").fall_time
+    assert leaky.fall_time < rise(LineFile.read(BENCH, "a"), target="60 kPa").fall_time
 
 
 def test_a_pump_alone_is_not_said_to_balance_a_leak():
-    assert "the pump takes in no more" in rise(read_line(BENCH, "a"), target="72 kPa").reason
+    assert "the pump takes in no more" in rise(LineFile.read(BENCH, "a"), target="72 kPa").reason
 
 
 def test_what_would_make_it_faster():
@@ -115,8 +115,8 @@ def test_what_would_make_it_faster():
     wet = dict(changes(line, 60e3, water=True))
     assert wet["half the compliance"] == pytest.approx(wet["as it is"] / 2)
     assert wet["air in place of water"] > wet["as it is"]
-    assert "tube half as long" in dict(changes(read_line(TUBED, "a").line, 50e3))
-    assert changes(read_line(BENCH, "a").line, 72e3) == []
+    assert "tube half as long" in dict(changes(LineFile.read(TUBED, "a").line, 50e3))
+    assert changes(LineFile.read(BENCH, "a").line, 72e3) == []
 
 
 @pytest.mark.parametrize("words", [["94.5kPa"], ["60kPa", "--fluid", "water"], ["101325Pa"]])

@@ -12,7 +12,7 @@ from layerjam.commands.predict import force, show
 from layerjam.design.few_numbers import hold, stop
 from layerjam.design.request import read_request, reader_of
 from layerjam.design.specification import read_spec, specification
-from layerjam.device.file import read_brake
+from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FileError, QuantityError
 
@@ -108,7 +108,7 @@ def test_a_design_as_a_brake_gives_the_numbers_of_the_search(small):
     rows = {d["number"]: d for d in [*small.front, small.chosen, small.runner_up] if d}
     assert {d["film"] for d in rows.values()}
     for number, row in list(rows.items())[::3]:
-        file = read_brake(brake_of(small, number).text, "x", {})
+        file = BrakeFile.read(brake_of(small, number).text, "x")
         (told,) = compare(file, vacuum=row["vacuum"]).devices[:1]
         assert told["mass"] == pytest.approx(row["mass"], rel=1e-9)
         assert told["max_force"] == pytest.approx(row["max_force"], rel=1e-9)

@@ -8,8 +8,8 @@ import time
 import pytest
 from hypothesis import given
 
-from layerjam.device.file import read_brake, render, updated_text
-from layerjam.device.load import catalogue, load, materials, write_whole
+from layerjam.device.file import BrakeFile, updated_text
+from layerjam.device.load import catalogue, load, write_whole
 from layerjam.errors import FileError, LayerjamError
 from layerjam.records.source import Source
 from layerjam.records.toml import line_of, parse_toml
@@ -20,13 +20,13 @@ TEXT = load("choi2018-kapton").text
 
 
 def read(text: str):
-    return read_brake(text, "my.toml", materials())
+    return BrakeFile.read(text, "my.toml")
 
 
 @pytest.mark.parametrize("name", catalogue())
 def test_render_and_read_is_the_same_brake(name):
     file = load(name)
-    again = read(render(file, "copy"))
+    again = read(file.rendered("copy"))
     assert again.brake == file.brake and again.name == "copy" and again.title == file.title
     assert dict(again.sources) == dict(file.sources) | {
         p: Source() for p in again.sources if p not in file.sources
@@ -39,14 +39,14 @@ def test_any_brake_is_written_and_read_bit_for_bit(seed):
 
     brake = one(random_brakes(seed, 1, exponent=seed % 2 == 0), 0)
     file = BrakeFile(name="x", brake=brake, sources={}, text="")
-    assert read(render(file, "x")).brake == brake
+    assert read(file.rendered("x")).brake == brake
 
 
 def test_strange_text_in_sources_survives():
     file = load("choi2018-kapton")
     odd = Source(kind="measured", text='quote " back \\ tab \t ü 😀 \x01', conflict="'''")
     file = type(file)(**{**vars(file), "sources": {"sheets.width": odd}})
-    assert read(render(file, "x")).sources["sheets.width"] == odd
+    assert read(file.rendered("x")).sources["sheets.width"] == odd
 
 
 def test_update_keeps_comments_and_the_rest():

@@ -9,7 +9,7 @@ import time
 import pytest
 
 from layerjam.device.brake import validate
-from layerjam.device.file import read_brake, render, updated_text
+from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.load import catalogue, load, materials
 from layerjam.errors import LayerjamError
 from layerjam.records.source import Source
@@ -64,7 +64,7 @@ def read_all(seed: int, count: int) -> tuple[int, float]:
         text = mutated(rng)
         begun = time.perf_counter()
         try:
-            file = read_brake(text, "fuzz.toml", MATERIALS)
+            file = BrakeFile.read(text, "fuzz.toml")
         except LayerjamError as err:
             assert "fuzz.toml" in str(err) or "material" in str(err)
             assert len(str(err)) < 700
@@ -72,10 +72,10 @@ def read_all(seed: int, count: int) -> tuple[int, float]:
             read += 1
             validate(file.brake)
             if read % 5 == 0:
-                assert read_brake(render(file, "x"), "x", {}).brake == file.brake
+                assert BrakeFile.read(file.rendered("x"), "x").brake == file.brake
                 changes = {"scale_factor": (0.5, Source())}
                 text = updated_text(file, "y", changes)
-                assert read_brake(text, "y", MATERIALS).brake.scale_factor == 0.5
+                assert BrakeFile.read(text, "y").brake.scale_factor == 0.5
         slowest = max(slowest, time.perf_counter() - begun)
     return read, slowest
 

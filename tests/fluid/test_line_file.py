@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from layerjam.errors import FileError, UnknownNameError
-from layerjam.fluid.file import lines, load_line, read_line
+from layerjam.fluid.file import LineFile, lines, load_line
 
 LEAST = 'name = "mine"\n[chamber]\nvolume = "8 mL"\n[pump]\nflow = "2 mL/s"\n'
 
@@ -18,7 +18,7 @@ def test_the_catalogue_loads_and_says_what_is_inferred():
 
 
 def test_the_least_file():
-    line = read_line(LEAST, "mine.toml").line
+    line = LineFile.read(LEAST, "mine.toml").line
     assert (line.chamber.volume, line.pump.flow, line.pump.count) == (8e-6, 2e-6, 1)
     assert line.valve is None and line.leak.laminar == 0.0
 
@@ -40,7 +40,7 @@ def test_the_least_file():
 )
 def test_what_is_refused(text, words):
     with pytest.raises(FileError, match=words):
-        read_line(text, "mine.toml")
+        LineFile.read(text, "mine.toml")
 
 
 def test_unknown_lines_and_files(tmp_path):

@@ -10,7 +10,7 @@ from layerjam.commands.vacuum_line import rise
 from layerjam.errors import FileError, UnknownNameError
 from layerjam.fluid.closed_forms import reachable
 from layerjam.fluid.curve import STANDARD
-from layerjam.fluid.file import read_line
+from layerjam.fluid.file import LineFile
 from layerjam.fluid.parts import FAMILIES, NEEDED, PRINTED, family_fields, parts, read_parts
 
 EVERY = [p for family in FAMILIES for p in parts(family).values()]
@@ -18,7 +18,7 @@ LINE = 'name = "mine"\n[chamber]\nvolume = "10 mL"\n'
 
 
 def line_with(*tables):
-    return read_line(LINE + "\n".join(tables) + "\n", "mine.toml")
+    return LineFile.read(LINE + "\n".join(tables) + "\n", "mine.toml")
 
 
 @pytest.mark.parametrize("part", EVERY, ids=lambda p: p.name)

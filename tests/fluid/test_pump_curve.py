@@ -15,7 +15,7 @@ from layerjam.control.plant import plant_of
 from layerjam.errors import FileError, QuantityError
 from layerjam.fluid import closed_forms as forms
 from layerjam.fluid.curve import STANDARD, check_curve, free_flow
-from layerjam.fluid.file import read_line
+from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Chamber, Leak, Line, Pump, Tube, validate
 from layerjam.fluid.network import respond
 from layerjam.fluid.pump import displacement_at, intake, lowest_pressure
@@ -138,15 +138,15 @@ def test_release_needs_something_that_lets_in():
 
 def test_a_curve_in_a_file():
     text = TEXT.format('[["0 kPa", "3 L/min"], ["300 mbar", "1 L/min"], ["60 kPa", "0 L/min"]]')
-    line = read_line(text, "a.toml").line
+    line = LineFile.read(text, "a.toml").line
     assert line.pump.flow is None
     assert line.pump.curve[1] == pytest.approx((30e3, 1e-3 / 60))
-    answer = rise(read_line(text, "a.toml"), target="50 kPa")
+    answer = rise(LineFile.read(text, "a.toml"), target="50 kPa")
     assert answer.rise_time == pytest.approx(answer.closed_form, rel=1e-7)
     sourced = TEXT.format(
         '{ value = [["0 kPa", "3 L/min"], ["60 kPa", "0 L/min"]], kind = "measured" }'
     )
-    assert read_line(sourced, "a.toml").sources["pump.curve"].kind == "measured"
+    assert LineFile.read(sourced, "a.toml").sources["pump.curve"].kind == "measured"
     assert get(line, "pump.ultimate") == 0.0
 
 
@@ -177,7 +177,7 @@ GOOD = '[["0 kPa", "3 L/min"], ["60 kPa", "0 L/min"]]'
 )
 def test_what_is_refused(curve, words):
     with pytest.raises(FileError, match=f"line [56]: .*{words}"):
-        read_line(TEXT.format(curve), "a.toml")
+        LineFile.read(TEXT.format(curve), "a.toml")
 
 
 def test_a_record_is_checked_too():

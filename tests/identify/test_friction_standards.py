@@ -12,8 +12,8 @@ from scipy.stats import t as student
 
 from identify.saw import GRAVITY, sled
 from lab import bench as virtual
-from layerjam.device.file import read_brake
-from layerjam.device.load import load, materials
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import load
 from layerjam.errors import FileError, FitError, UnknownNameError
 from layerjam.identify.friction.breakaway import find_breakaway, inertia_of
 from layerjam.identify.friction.reduction import reduce_friction, reduce_repeat, with_friction
@@ -161,7 +161,7 @@ def test_one_repeat_that_judders_leaves_the_kinetic_open() -> None:
     with pytest.raises(FitError, match=r"stick and slip.*--accept-judder"):
         with_friction(file, mixed, "mine")
     accepted = reduce_friction([smooth, sled(0.32, 0.24)], NORMAL, accept_judder=True)
-    made = read_brake(with_friction(file, accepted, "mine")[0], "mine.toml", materials())
+    made = BrakeFile.read(with_friction(file, accepted, "mine")[0], "mine.toml")
     assert "middle of the stick-slip" in made.sources["film.kinetic"].text
     assert "1 of 2" in made.notes["stick_slip"]
 
@@ -210,7 +210,7 @@ def test_a_brake_names_files_digests_standard_and_interval(tmp_path) -> None:
         traces.append(dataclasses.replace(made, path=str(path)))
     result = reduce_friction(traces, NORMAL, None, ISO8295)
     text, _ = with_friction(load("choi2018-kapton"), result, "mine")
-    brake = read_brake(text, "mine.toml", materials())
+    brake = BrakeFile.read(text, "mine.toml")
     source = brake.sources["film.kinetic"].text
     assert "ISO 8295" in source and "1.csv (SHA-256 " in source and "95 % interval" in source
     assert [len(f["sha256"]) for f in brake.notes["files"]] == [64] * 3

@@ -9,8 +9,8 @@ import pytest
 
 from lab import bench as virtual
 from lab.bench import QUIET
-from layerjam.device.file import read_brake
-from layerjam.device.load import load, materials
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import load
 from layerjam.errors import FileError, FitError
 from layerjam.identify.friction.reduction import (
     WINDOW,
@@ -143,7 +143,7 @@ def test_friction_written_into_a_brake_voids_its_scale_factor() -> None:
     file = load("choi2018-kapton")
     result = reduce_friction([by_hand(0.33, 0.25), by_hand(0.35, 0.26)], 2.0)
     text, warnings = with_friction(file, result, "mine")
-    made_file = read_brake(text, "mine.toml", materials())
+    made_file = BrakeFile.read(text, "mine.toml")
     assert made_file.name == "mine"
     assert made_file.brake.film.static == pytest.approx(0.34) == result.static
     assert made_file.brake.film.kinetic == result.kinetic

@@ -90,9 +90,9 @@ def test_netcdf(record: TensileRecord, tmp_path: Path) -> None:
             np.testing.assert_array_equal(data[name].to_numpy(), getattr(record, name))
             if name != "time":
                 assert data[name].attrs["units"] == unit
-        from layerjam.device.file import read_brake
+        from layerjam.device.file import BrakeFile
 
-        file = read_brake(data.attrs["brake"], "header")
+        file = BrakeFile.read(data.attrs["brake"], "header")
         same(record, tensile(file, parse_procedure(data.attrs["procedure"])))
 
 

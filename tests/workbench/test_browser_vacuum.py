@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.fluid.file import load_line, read_line
+from layerjam.fluid.file import LineFile, load_line
 
 pytestmark = pytest.mark.slow
 LONG = 60_000
@@ -57,7 +57,7 @@ def test_a_line_is_opened_changed_and_saved(vacuum, tmp_path):
     with vacuum.expect_download() as saved:
         vacuum.click(at("save"))
     text = Path(saved.value.path()).read_text()
-    assert read_line(text, "x").line.chamber.volume == pytest.approx(15.006e-6)
+    assert LineFile.read(text, "x").line.chamber.volume == pytest.approx(15.006e-6)
     for name, content in (("rubbish.toml", b"\xff\x00\xfe"), ("other.toml", b"a = 1\nb = 2\n"),
                           ("empty.toml", b"")):  # fmt: skip
         wrong = tmp_path / name

@@ -8,8 +8,8 @@ from typing import TypeVar
 
 from layerjam.commands.answer import Quantity, vacuum_of
 from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile, read_brake
-from layerjam.device.load import catalogue, materials, write_whole
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import catalogue, write_whole
 from layerjam.errors import FileError, FitError, LayerjamError
 from layerjam.identify.provenance import sha256
 from layerjam.identify.pull.features import PullFeatures, pull_features
@@ -192,7 +192,7 @@ def write_brake(
     if refused and not partial:
         return None, [f"{out} was not written because files were refused; --partial writes it"]
     content = text(Path(out).stem)
-    read_brake(content, out, materials())
+    BrakeFile.read(content, out)
     write_whole(out, lambda p: _fill(p, content), force)
     return str(out), []
 

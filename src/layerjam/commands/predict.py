@@ -21,8 +21,8 @@ from layerjam.commands.quantities import (
     vacuum_within,
 )
 from layerjam.commands.results import Result, fact, number, result
-from layerjam.device.file import read_brake, render
-from layerjam.device.load import load, materials, write_whole
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import load, write_whole
 from layerjam.errors import Notice
 from layerjam.units import show as in_words
 
@@ -60,8 +60,8 @@ def new(
     Raises FileError where `out` exists and `force` is not set, or the name will not do.
     """
     # the title names the brake it was; the new one is its owner's to name
-    text = render(replace(load(start), title=""), name)
-    read_brake(text, f"brake named '{name[:80]}'", materials())
+    text = replace(load(start), title="").rendered(name)
+    BrakeFile.read(text, f"brake named '{name[:80]}'")
     write_whole(out, lambda path: _fill(path, text), force)
     return NewBrake(name=name, file=str(out))
 

@@ -17,8 +17,8 @@ from layerjam.commands import friction as friction_verb
 from layerjam.commands import validation as validation_verb
 from layerjam.commands.answer import VACUUM, Answer, AnyBrake, Quantity, brake_at
 from layerjam.commands.files import Paths, Progress
-from layerjam.device.file import BrakeFile, read_brake
-from layerjam.device.load import load, materials
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import load
 from layerjam.errors import FitError, LayerjamError, QuantityError
 from layerjam.identify.calibration.peaks import Calibration, PullFit, fit_pull
 from layerjam.identify.curves import speed_of
@@ -199,7 +199,7 @@ def _friction(work: _Work, files: Paths, **how: Any) -> tuple[Sequence[Trace], F
         )
     else:
         text, _ = with_friction(work.file, result, work.file.name)
-        made = read_brake(text, work.file.name, materials())
+        made = BrakeFile.read(text, work.file.name)
         work.file = brake_at(made, work.atmosphere)
     return traces, result
 

@@ -10,7 +10,7 @@ from typing import Any
 from layerjam.design.merit import Point, brake_of
 from layerjam.design.requirements import DesignSpecification
 from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile, read_brake, render
+from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load, materials
 from layerjam.records.source import Source
 from layerjam.units import get, quantities
@@ -47,7 +47,7 @@ def design_file(
         name=name, brake=made, sources=sources, text="",
         title=f"{spec.name}, designed from {base.name}",
     )  # fmt: skip
-    return read_brake(render(file, name), name, materials())
+    return BrakeFile.read(file.rendered(name), name)
 
 
 def plain_name(text: str) -> str:

@@ -12,6 +12,7 @@ from layerjam.design.merit import MERITS, VARIABLES
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile
+from layerjam.records.values import AsItIs
 from layerjam.units import QuantitySpec, exact_text, show
 
 NAMEABLE = {**MERITS, **VARIABLES}
@@ -67,7 +68,7 @@ class Objective:
 
 
 @dataclass(frozen=True)
-class ConstraintSpec:
+class ConstraintSpec(AsItIs):
     """How a file says a constraint: 'mass <= 30 g'."""
 
     text: str = "what must hold, such as 'mass <= 30 g'"
@@ -89,11 +90,6 @@ class ConstraintSpec:
             err.quantity = str(text)
             raise
 
-    def check(self, value: Any, name: str) -> Any:
-        """`value`, if it names a quantity of a design."""
-        _known("constraint", value.name, name)
-        return value
-
     def written(self, value: Constraint) -> object:
         """The text that `read` turns back into it."""
         limit = repr(value.limit) if value.unit == "1" else exact_text(value.limit, value.unit)
@@ -101,7 +97,7 @@ class ConstraintSpec:
 
 
 @dataclass(frozen=True)
-class ObjectiveSpec:
+class ObjectiveSpec(AsItIs):
     """How a file says an objective: 'minimise mass'."""
 
     text: str = "what is wanted, such as 'minimise mass'"
@@ -116,11 +112,6 @@ class ObjectiveSpec:
         sense, wanted = _words(pattern, text, name, "objective", self.allowed())
         _known("objective", wanted, text)
         return Objective(wanted, sense.startswith("min"))
-
-    def check(self, value: Any, name: str) -> Any:
-        """`value`, if it names a figure of merit."""
-        _known("objective", value.name, name)
-        return value
 
     def written(self, value: Objective) -> object:
         """The text; the weight stands in a list of its own."""

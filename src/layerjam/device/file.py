@@ -55,17 +55,17 @@ class BrakeFile(RecordFile[Brake]):
 
     @classmethod
     def read(cls, text: str, path: object) -> Self:
-        """The file from its TOML text, with the materials of the catalogue."""
-        return cls._read(text, path, materials())
+        """The file from its TOML text; ``use`` takes from the materials of the catalogue.
 
-    @classmethod
-    def _read(cls, text: str, path: object, known: Mapping[str, Mapping[str, str]]) -> Self:
+        Raises FileError with file and line for broken TOML, an unknown or missing key, a value
+        without unit, of the wrong dimension or out of bounds, or values that contradict each other.
+        """
         reader = Reader(text, path, cls.fields)
         tables = parse_toml(text, path)
         for table, folder in _USE.items():
             inner = tables.get(table)
             if isinstance(inner, dict) and "use" in inner:
-                _take_material(reader, table, inner.pop("use"), known.get(folder, {}))
+                _take_material(reader, table, inner.pop("use"), materials()[folder])
         reader.take(tables)
         reader.require()
         with reader.located():
@@ -110,22 +110,10 @@ def materials() -> dict[str, dict[str, str]]:
     return {folder: shipped("layerjam.device", "catalogue", folder) for folder in _USE.values()}
 
 
-def read_brake(
-    text: str, path: object, known: Mapping[str, Mapping[str, str]] | None = None
-) -> BrakeFile:
-    """A BrakeFile from TOML text.
-
-    `known` maps "films" and "silicones" to {name: TOML text}, for ``use``; the catalogue's unless
-    given. Raises FileError with file and line for broken TOML, an unknown or missing key, a value
-    without unit, of the wrong dimension or out of bounds, or values that contradict each other.
-    """
-    return BrakeFile._read(text, path, materials() if known is None else known)
-
-
 def _take_material(reader: Reader, table: str, use: object, known: Mapping[str, str]) -> None:
     """What a `use` names, from the catalogue."""
     if not isinstance(use, str) or use not in known:
-        unknown = UnknownNameError(f"material for [{table}]", str(use), known or ["none here"])
+        unknown = UnknownNameError(f"material for [{table}]", str(use), known)
         raise reader.fail(f"{table}.use", unknown)
     inner = Reader(known[use], f"material {use}", reader.fields)
     material = parse_toml(known[use], f"material {use}")
@@ -145,8 +133,3 @@ def updated_text(
     `made_by` becomes the [made_by] table, which describes and does not count.
     """
     return updated(file.text, file.fields, changes, name=name, tables={"made_by": made_by})
-
-
-def render(file: BrakeFile, name: str) -> str:
-    """A complete, commented file: every field with its meaning and what is allowed."""
-    return file.rendered(name)

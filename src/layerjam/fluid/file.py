@@ -82,11 +82,6 @@ def load_line(line: str | Path) -> LineFile:
     return LineFile.read(*text_of("line", line, _texts()))
 
 
-def read_line(text: str, path: object) -> LineFile:
-    """A LineFile from TOML text; FileError with file and line for what it cannot be."""
-    return LineFile.read(text, path)
-
-
 def _with_parts(tables: dict[str, Any], reader: Reader) -> dict[str, str]:
     """Replace `part` in a line's tables by the part's entries; the names by table."""
     found = {}

@@ -32,8 +32,24 @@ class ValueSpec(Protocol):
         """What TOML holds of a value in SI; `read` gives the same value back."""
 
 
+class AsItIs:
+    """The usual answers of a ValueSpec: everything that can be read is allowed, and written so."""
+
+    def allowed(self) -> str:
+        """Nothing to add."""
+        return "any"
+
+    def check(self, value: Any, name: str) -> Any:
+        """`value` itself."""
+        return value
+
+    def written(self, value: Any) -> object:
+        """`value` itself."""
+        return value
+
+
 @dataclass(frozen=True, kw_only=True)
-class TextSpec:
+class TextSpec(AsItIs):
     """A text, one of `choices` where there are any."""
 
     text: str = ""
@@ -65,7 +81,7 @@ class TextSpec:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlagSpec:
+class FlagSpec(AsItIs):
     """True or false."""
 
     text: str
@@ -80,17 +96,9 @@ class FlagSpec:
             raise QuantityError.of(name, "must be true or false")
         return text
 
-    def check(self, value: Any, name: str) -> Any:
-        """`value`, if it is a switch."""
-        return self.read(value, name)
-
-    def written(self, value: Any) -> object:
-        """The switch."""
-        return bool(value)
-
 
 @dataclass(frozen=True, kw_only=True)
-class ListSpec:
+class ListSpec(AsItIs):
     """A list of values of one kind."""
 
     each: ValueSpec

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from layerjam._version import __version__
-from layerjam.device.file import BrakeFile, read_brake, render
+from layerjam.device.file import BrakeFile
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.units import QuantitySpec
@@ -93,7 +93,7 @@ class Record:
             **self.conditions(),
             "outcome": str(self.outcome),
             "warnings": " | ".join(self.warnings),
-            "brake": render(self.brake, self.brake.name),
+            "brake": self.brake.rendered(self.brake.name),
         }
 
     def to_csv(self, path: str | Path, *, force: bool = False) -> Path:
@@ -231,4 +231,4 @@ def read_header(path: str | Path) -> tuple[BrakeFile, str]:
         raise FileError(path, f"cannot be read: {err}") from None
     if not (procedure and brake_lines):
         raise FileError(path, "has no header with brake and procedure")
-    return read_brake("".join(brake_lines), path), procedure
+    return BrakeFile.read("".join(brake_lines), path), procedure

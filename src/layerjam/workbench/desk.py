@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from layerjam.device.file import BrakeFile, read_brake
-from layerjam.device.load import catalogue, load, materials
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import catalogue, load
 from layerjam.errors import QuantityError
-from layerjam.fluid.file import LineFile, lines, load_line, read_line
+from layerjam.fluid.file import LineFile, lines, load_line
 from layerjam.workbench.call import Subject
 from layerjam.workbench.state import State, Value
 
@@ -140,7 +140,7 @@ def read_any_brake(text: str) -> BrakeFile:
         return load(text)
     if "\n" not in text:
         raise QuantityError(f"brake: '{text[:60]}' is not in the catalogue")
-    return read_brake(text, "the brake", materials())
+    return BrakeFile.read(text, "the brake")
 
 
 def read_any_line(text: str) -> LineFile:
@@ -149,4 +149,4 @@ def read_any_line(text: str) -> LineFile:
         return load_line(text)
     if "\n" not in text:
         raise QuantityError(f"line: '{text[:60]}' is not in the catalogue")
-    return read_line(text, "the line")
+    return LineFile.read(text, "the line")

@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from layerjam.device.file import read_brake
-from layerjam.device.load import materials
+from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError
 from layerjam.workbench.call import Subject
 from layerjam.workbench.pages.laboratory_files import Row
@@ -156,7 +155,7 @@ def carried_out(step: Step, folder: Path, tell: Tell) -> Done:
     try:
         answer = step.run(folder, lambda what, share: tell(f"{step.verb}: {what}", share))
         text = written(step, folder)
-        brake = read_brake(text, step.out, materials()) if text else None
+        brake = BrakeFile.read(text, step.out) if text else None
         return Done(step, answer, text, brake)
     except LayerjamError as err:
         return Done(step, problem=" ".join(str(err).split()))
