@@ -35,7 +35,7 @@ TABLES = {
     "": "The brake itself, top of the file",
     "sheets": "[sheets]",
     "film": "[film]",
-    "enclosure": "[enclosure], the sleeve",
+    "enclosure": "[enclosure]",
     "mount": "[mount]",
     "rope": "[rope], may be left out",
     "site": "[site], may be left out",

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from layerjam.commands.edit import BRAKE_FIELDS, edit, stale
 from layerjam.device.file import BrakeFile
-from layerjam.device.load import load, materials
+from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.units import get
 

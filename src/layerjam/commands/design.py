@@ -216,28 +216,20 @@ def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
     return design_file(spec, changed(point, more), grid.values(int(number)), name)
 
 
-def infeasible(make: Callable[..., R], search: Search, why: Exclusion | SweepResult) -> R:
+def infeasible(
+    make: Callable[..., R], search: Search, why: Exclusion, found: SweepResult | None = None
+) -> R:
     """The result where nothing meets the specification: shown by bounds, or by computing all."""
-    from layerjam.design.search import SweepResult
-    from layerjam.design.verdict import why_none
-
-    name: str | None
-    excludes: Sequence[str] = ()
-    found = why if isinstance(why, SweepResult) else None
-    if isinstance(why, SweepResult):
-        reason, name, value = why_none(search, why)
-    else:
-        reason, name, value, excludes = why.reason, why.constraint, why.reachable, why.others
     return make(
         name=search.spec.name,
         feasible=False,
-        reason=reason,
+        reason=why.reason,
         designs=search.spec.grid.size,
         examined=0 if found is None else found.examined,
         feasible_designs=0,
-        killed_by=name,
-        reachable=value,
-        excludes=list(excludes),
+        killed_by=why.constraint,
+        reachable=why.reachable,
+        excludes=list(why.others),
         warnings=_notices(search.spec),
         record=Designed(search.spec, search, found),
     )
@@ -248,10 +240,10 @@ def best(make: Callable[..., R], search: Search, found: SweepResult) -> R:
     from layerjam.design.merit import MERITS
     from layerjam.design.refine import refine, sensitivities
     from layerjam.design.robust import robustness
-    from layerjam.design.verdict import binding, forbidden, why_lost
+    from layerjam.design.verdict import binding, forbidden, why_lost, why_none
 
     if not found.best:
-        return infeasible(make, search, found)
+        return infeasible(make, search, why_none(search, found), found)
     spec = search.spec
     score, number, _ = found.best[0]
     chosen = search.design(number)

@@ -81,9 +81,14 @@ def pair(
     forces, slips = (np.column_stack([one[n], two[n]])[2:] for n in ("force", "slip"))
     total = {n: (one[n] + two[n])[2:] for n in ("work", "heat", "stored")}
     return Pair(
-        turns, (forces[:, 0] - forces[:, 1]) * radius, forces, slips,
-        total["work"], total["heat"], total["stored"],
-    )  # fmt: skip
+        turns,
+        (forces[:, 0] - forces[:, 1]) * radius,
+        forces,
+        slips,
+        total["work"],
+        total["heat"],
+        total["stored"],
+    )
 
 
 def neutral_stiffness(brakes: tuple[Brake, Brake], radius: float) -> float:

@@ -48,8 +48,12 @@ class Backbone:
             np.concatenate([[0.0], self.elongation + slack]),
             np.concatenate([[0.0], self.force]),
             np.concatenate([[0.0], self.slip]),
-            self.stiffness, self.peak_slip, self.end + slack, self.stop, slack,
-        )  # fmt: skip
+            self.stiffness,
+            self.peak_slip,
+            self.end + slack,
+            self.stop,
+            slack,
+        )
 
 
 def backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) -> Backbone:
@@ -62,7 +66,7 @@ def backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) 
             "brake softens as it slides; it would snap on its own"
         )
     top = peak(vacuum, travel, brake)
-    # the sleeve's root rises steeply at first: knots crowd at zero slip, and the peak is one of
+    # the enclosure's root rises steeply at first: knots crowd at zero slip, and the peak is one of
     # them (moved there, so that one shape is compiled)
     slip = travel * np.linspace(0.0, 1.0, KNOTS) ** 3
     at = float(top.slip)

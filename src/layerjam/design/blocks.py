@@ -28,9 +28,8 @@ from layerjam.device.load import write_whole
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.units import QuantitySpec
 
-MANIFEST, FRONT, NOTE, LOCK, FOLDER = (
-    "manifest.json", "front.parquet", "sweep.json", ".lock", "blocks",
-)  # fmt: skip
+MANIFEST, FRONT, NOTE = "manifest.json", "front.parquet", "sweep.json"
+LOCK, FOLDER = ".lock", "blocks"
 
 
 def parquet() -> Any:
@@ -190,10 +189,17 @@ class Store:
                     for rest in (*self.folder.glob(".*-*"), *(self.folder / FOLDER).glob(".*-*")):
                         rest.unlink()
                     return
-            raise FileError(self.folder, "holds a sweep of another specification or version; "
-                            "give an empty folder")  # fmt: skip
-        said = {"name": self.spec.name, "fingerprint": self.mark, "designs": self.spec.grid.size,
-                "block": self.size, "specification": self.spec.text}  # fmt: skip
+            raise FileError(
+                self.folder,
+                "holds a sweep of another specification or version; give an empty folder",
+            )
+        said = {
+            "name": self.spec.name,
+            "fingerprint": self.mark,
+            "designs": self.spec.grid.size,
+            "block": self.size,
+            "specification": self.spec.text,
+        }
         put(note, (json.dumps(said, indent=1) + "\n").encode())
 
     def path(self, index: int) -> Path:
@@ -230,11 +236,13 @@ class Store:
                 data = self.path(block.index).read_bytes()
                 rows.append(
                     {
-                        "file": f"{FOLDER}/{self.path(block.index).name}", "rows": block.rows,
-                        "designs": block.found.examined, "feasible": block.found.feasible,
+                        "file": f"{FOLDER}/{self.path(block.index).name}",
+                        "rows": block.rows,
+                        "designs": block.found.examined,
+                        "feasible": block.found.feasible,
                         "sha256": hashlib.sha256(data).hexdigest(),
                     }
-                )  # fmt: skip
+                )
                 yield block.found
 
         found = search.sum(parts())
@@ -245,14 +253,19 @@ class Store:
         summary = asdict(found)
         summary.pop("numbers"), summary.pop("costs")
         manifest = {
-            "name": self.spec.name, "fingerprint": self.mark, "layerjam": __version__,
-            "designs": self.spec.grid.size, "block": self.size, "front": FRONT,
+            "name": self.spec.name,
+            "fingerprint": self.mark,
+            "layerjam": __version__,
+            "designs": self.spec.grid.size,
+            "block": self.size,
+            "front": FRONT,
             "front_rows": len(found.numbers),
             "front_sha256": hashlib.sha256(whole).hexdigest(),
             "constraints": [str(c) for c in self.spec.constraints],
             "objectives": [str(o) for o in self.spec.objectives],
-            "found": summary, "blocks": rows,
-        }  # fmt: skip
+            "found": summary,
+            "blocks": rows,
+        }
         put(self.folder / MANIFEST, (json.dumps(manifest, indent=1) + "\n").encode())
         return found
 

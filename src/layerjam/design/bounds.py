@@ -129,12 +129,22 @@ class Boxes:
     ) -> None:
         self.search, self.grid = search, search.spec.grid
         self.progress = progress or (lambda *_: None)
-        tied = "usable_travel" not in self.grid.axes
         self.names = tuple(self.grid.axes)
         self.signs: dict[str, list[int | None]] = {}
-        known = {c.name for c in search.spec.constraints} | {"energy_capacity"}
-        for name in known:
-            self.signs[name] = [direction(name, v, tied) for v in self.names]
+        self.claim("energy_capacity", *(c.name for c in search.spec.constraints))
+
+    def claim(self, *merits: str) -> None:
+        """Use what is known of how merits rise and fall with each variable."""
+        tied = "usable_travel" not in self.grid.axes
+        for merit in merits:
+            self.signs[merit] = [direction(merit, v, tied) for v in self.names]
+
+    def whole(self) -> tuple[Numbers, Numbers]:
+        """Digits of the two corners of the boxes to begin with, one for each film."""
+        shape = np.array(self.grid.shape, np.int64)
+        low, high = np.zeros((shape[0], len(shape)), np.int64), np.tile(shape - 1, (shape[0], 1))
+        low[:, 0] = high[:, 0] = np.arange(shape[0])
+        return low, high
 
     def corner(self, low: Numbers, high: Numbers, c: Constraint) -> tuple[Numbers, Any]:
         """Digits of the corner best for a constraint, and for which boxes that is a bound."""
@@ -162,15 +172,10 @@ class Boxes:
         if not rules:
             return Proof(UNKNOWN)
         whole = len(rules) == len(constraints)
-        shape = np.array(self.grid.shape)
-        films = np.arange(shape[0])
-        low = np.zeros((shape[0], len(shape)), np.int64)
-        low[:, 0] = films
-        high = np.tile(shape - 1, (shape[0], 1)).astype(np.int64)
-        high[:, 0] = films
+        low, high = self.whole()
         looked = 0
         # where nothing is claimed a box says nothing until it is one value wide
-        first = np.ones(len(shape))
+        first = np.ones(low.shape[1])
         for c in rules:
             open_ = [s is None for s in self.signs[c.name]]
             first[1:][open_] = 1e3
@@ -204,7 +209,7 @@ class Boxes:
     def farthest(self, c: Constraint, others: Sequence[Constraint]) -> Reached:
         """The best value of c's quantity while the others hold, to 1e-4 of the limit."""
         if not others:
-            best = self._single(c)
+            best = self.single(c)
             if best is not None:
                 return Reached(best, True)
         start = self.prove(list(others)) if others else Proof(FEASIBLE, self.grid.size - 1)
@@ -226,11 +231,9 @@ class Boxes:
                 return Reached(reached, False)
         return Reached(reached, True)
 
-    def _single(self, c: Constraint) -> float | None:
-        shape = np.array(self.grid.shape)
-        low = np.zeros((shape[0], len(shape)), np.int64)
-        low[:, 0] = np.arange(shape[0])
-        high = np.tile(shape - 1, (shape[0], 1)).astype(np.int64)
+    def single(self, c: Constraint) -> float | None:
+        """The best value of c's quantity by the corners alone; None where they do not tell."""
+        low, high = self.whole()
         best, sure = self.corner(low, high, c)
         values = self.values(best, c.name)
         if not sure.all() or not np.isfinite(values).all():
@@ -260,12 +263,12 @@ class Exclusion:
 
     constraint: str | None
     """The one that fails; None where nothing can be built at all."""
-    others: tuple[str, ...]
-    """Those that must be given up for it; empty where it fails alone."""
-    reachable: float | None
-    """The best value of its quantity while the others hold."""
-    unit: str
     reason: str
+    reachable: float | None = None
+    """The best value of its quantity while the others hold."""
+    unit: str = "1"
+    others: tuple[str, ...] = ()
+    """Those that must be given up for it; empty where it fails alone."""
     short: float = 0.0
     """By how much it is missed, over the limit."""
 
@@ -277,7 +280,7 @@ def impossible(
     boxes = Boxes(search, progress)
     anything = Constraint("mass", False, 0.0)
     if boxes.prove([anything]).outcome == IMPOSSIBLE:
-        return Exclusion(None, (), None, "1", UNBUILDABLE)
+        return Exclusion(None, UNBUILDABLE)
     found = _physics(search)
     if found is not None:
         return found
@@ -302,11 +305,9 @@ def _shortfall(k: Exclusion) -> float:
 def _told(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Exclusion:
     reached = boxes.farthest(c, others)
     words = f" together with {' and '.join(map(str, others))}" if others else ""
-    return Exclusion(
-        str(c), tuple(map(str, others)), reached.value, c.unit,
-        f"{c} cannot be met{words}{by(c, reached.value, reached.exact)}",
-        math.inf if reached.value is None else c.short(reached.value),
-    )  # fmt: skip
+    reason = f"{c} cannot be met{words}{by(c, reached.value, reached.exact)}"
+    short = math.inf if reached.value is None else c.short(reached.value)
+    return Exclusion(str(c), reason, reached.value, c.unit, tuple(map(str, others)), short)
 
 
 def by(c: Constraint, reached: float | None, exact: bool = True) -> str:
@@ -324,47 +325,39 @@ def _physics(search: Search) -> Exclusion | None:
     wanted = search.spec.evaluation.stop
     if wanted is None or wanted.travel is None:
         return None
-    whole = search.spec.grid
     soft = Boxes(search)
-    soft.signs["stiffness"] = [
-        direction("stiffness", v, "usable_travel" not in whole.axes) for v in soft.names
-    ]
-    soft.signs["max_force"] = [
-        direction("max_force", v, "usable_travel" not in whole.axes) for v in soft.names
-    ]
-    least = soft._single(Constraint("stiffness", True, 1.0))
+    soft.claim("stiffness", "max_force")
+    least = soft.single(Constraint("stiffness", True, 1.0))
     if least is None or not least > 0:
         return None
-    most = soft._single(Constraint("max_force", False, 1.0))
+    most = soft.single(Constraint("max_force", False, 1.0))
     force = min(f for f in (wanted.force, most, math.inf) if f is not None)
     if math.isinf(force):
         return None
-    way = wanted.travel + force / least
-    due = float(least_peak(wanted.mass, wanted.speed, way, wanted.gravity))
+    distance = wanted.travel + force / least
+    due = float(least_peak(wanted.mass, wanted.speed, distance, wanted.gravity))
+    slip = Constraint("stop_slip", True, wanted.travel)
     if wanted.force is not None and wanted.force < due:
-        c = Constraint("stop_peak", True, wanted.force)
-        return Exclusion(
-            str(c), (str(Constraint("stop_slip", True, wanted.travel)),), due, "N",
-            f"{c} cannot be met by any brake: {show(wanted.mass, 'kg')} at "
-            f"{show(wanted.speed, 'm/s')} within {show(way, 'm')} (slip and stretch) take "
-            f"{show(due, 'N')} at the least",
-        )  # fmt: skip
+        peak = Constraint("stop_peak", True, wanted.force)
+        reason = (
+            f"{peak} cannot be met by any brake: {show(wanted.mass, 'kg')} at "
+            f"{show(wanted.speed, 'm/s')} within {show(distance, 'm')} (slip and stretch) take at "
+            f"least {show(due, 'N')}"
+        )
+        return Exclusion(str(peak), reason, due, "N", (str(slip),))
     if most is not None and most < due:
-        c = Constraint("max_force", False, due)
-        return Exclusion(
-            str(Constraint("stop_slip", True, wanted.travel)), (), most, "N",
-            f"stop_slip <= {show(wanted.travel, 'm')} takes {show(due, 'N')} at the least; the "
-            f"strongest of these brakes gives {show(most, 'N')}",
-        )  # fmt: skip
-    bring = wanted.mass * wanted.speed**2 / 2 - force**2 / (2 * least)
-    if bring <= 0:
+        reason = (
+            f"{slip} takes at least {show(due, 'N')}; the strongest of these brakes gives "
+            f"{show(most, 'N')}"
+        )
+        return Exclusion(str(slip), reason, most, "N")
+    brought = wanted.mass * wanted.speed**2 / 2
+    c = Constraint("energy_capacity", False, brought - force**2 / (2 * least))
+    if c.limit <= 0 or soft.prove([c]).outcome != IMPOSSIBLE:
         return None
-    c = Constraint("energy_capacity", False, bring)
-    if soft.prove([c]).outcome != IMPOSSIBLE:
-        return None
-    reached = soft._single(c)
-    return Exclusion(
-        str(c), (), reached, "J",
-        f"the mass brings {show(wanted.mass * wanted.speed**2 / 2, 'J')}"
-        f"{by(c, reached)}: energy_capacity of the greatest of these brakes",
-    )  # fmt: skip
+    reached = soft.single(c)
+    reason = (
+        f"the mass brings {show(brought, 'J')}{by(c, reached)}: energy_capacity of the greatest of "
+        "these brakes"
+    )
+    return Exclusion(str(c), reason, reached, "J")

@@ -39,7 +39,7 @@ def _row(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
     brake = file.brake
     force, weight = brakes * peak_force(brake, vacuum), brakes * mass(brake)
     stacked = f", {brakes} side by side" if brakes > 1 else ""
-    weighed = "a balance" if brake.weighed_mass is not None else "sheets, sleeve and fittings"
+    weighed = "a balance" if brake.weighed_mass is not None else "sheets, enclosure and fittings"
     factor = file.sources.get("scale_factor")
     said = f"; scale factor {brake.scale_factor:g}, {factor.sentence()}" if factor else ""
     return {
@@ -101,6 +101,6 @@ def _sheet(file: BrakeFile, paper: PublishedDevice) -> dict[str, Any]:
         "paper_mass": paper.mass,
         "paper_density": paper.density,
         "paper_words": paper.words,
-        "why": "ours counts the sleeve that grows around the sheet; the paper's mass is that of "
+        "why": "ours counts the enclosure that grows around the sheet; the paper's mass is that of "
         "the bare sheet",
     }

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from layerjam.design.merit import Point, brake_of
+from layerjam.design.merit import Point, Stock, brake_of
 from layerjam.design.requirements import DesignSpecification
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
@@ -44,9 +44,12 @@ def design_file(
         else:
             sources[path] = Source(kind="inferred", text=f"chosen by the design {spec.name}")
     file = BrakeFile(
-        name=name, brake=made, sources=sources, text="",
+        name=name,
+        brake=made,
+        sources=sources,
+        text="",
         title=f"{spec.name}, designed from {base.name}",
-    )  # fmt: skip
+    )
     return BrakeFile.read(file.rendered(name), name)
 
 
@@ -75,8 +78,7 @@ def _film_sources(film: str, base: BrakeFile) -> Mapping[str, Source]:
         return load(film).sources
     if film in materials()["films"]:
         said = Source(kind="handbook", text=f"catalogue film {film}")
-        return {f"film.{n}": said for n in ("modulus", "density", "static", "kinetic",
-                                            "friction_on_silicone", "strength")}  # fmt: skip
+        return {f"film.{n}": said for n in Stock._fields if n != "scale_factor"}
     return base.sources if film == base.name else {}
 
 

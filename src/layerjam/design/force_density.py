@@ -40,7 +40,7 @@ def with_sheets(brake: Brake, count: int) -> Brake:
 
 
 def one_more_sheet(brake: Brake, vacuum: float) -> tuple[float, float]:
-    """Force [N] and mass [kg] that one more sheet adds at a vacuum [Pa], its sleeve counted."""
+    """Force [N] and mass [kg] that one more sheet adds at a vacuum [Pa], its enclosure counted."""
     more = with_sheets(brake, brake.sheets.count + 1)
     return peak_force(more, vacuum) - peak_force(brake, vacuum), mass(more) - mass(brake)
 

@@ -1,6 +1,6 @@
 """Figures of merit of brakes as they could be built: one pure batch function over designs.
 
-A design is a `Point`: sheets, film, lengths, sleeve, vacuum, and how many equal brakes stand in
+A design is a `Point`: sheets, film, lengths, enclosure, vacuum, and how many equal brakes stand in
 series and in parallel. Everything else comes from a given brake. All forces are the laws of
 `mechanics`; here they are only called and shared out among equal brakes.
 """
@@ -40,7 +40,7 @@ VARIABLES: dict[str, QuantitySpec] = {
     "vacuum": QuantitySpec("Pa", "vacuum the brake is used at", hi=1.2e5, open_lo=True),
     "series": replace(_TIMES, text="equal brakes in series"),
     "parallel": replace(_TIMES, text="equal brakes in parallel"),
-}  # fmt: skip
+}
 """What may be varied, with unit, meaning and bounds; the film is chosen beside it."""
 
 MERITS: dict[str, QuantitySpec] = {
@@ -49,9 +49,9 @@ MERITS: dict[str, QuantitySpec] = {
     "usable_travel": QuantitySpec("m", "slip of all brakes in series"),
     "energy_capacity": QuantitySpec("J", "work over the usable travel"),
     "mass": QuantitySpec("kg", "mass of all brakes"),
-    "volume": QuantitySpec("m^3", "boxes around sleeves and clamped ends, at rest"),
+    "volume": QuantitySpec("m^3", "boxes around enclosures and clamped ends, at rest"),
     "length": QuantitySpec("m", "length at rest, clamped ends included, in series"),
-    "height": QuantitySpec("m", "height of one stack in its sleeve"),
+    "height": QuantitySpec("m", "height of one stack in its enclosure"),
     "force_density": QuantitySpec("N/kg", "max_force over mass"),
     "energy_density": QuantitySpec("J/kg", "energy_capacity over mass"),
     "stiffness": QuantitySpec("N/m", "before slip; the sheets' own on the given brake's mount"),
@@ -60,14 +60,14 @@ MERITS: dict[str, QuantitySpec] = {
     "stress_margin": QuantitySpec("1", "strength of the film over clamp_stress"),
     "buckling_force": QuantitySpec("N", "compression at which one sheet buckles, at rest"),
     "self_closing_vacuum": QuantitySpec(
-        "Pa", "vacuum below which the sleeve closes it, end of travel"
+        "Pa", "vacuum below which the enclosure closes it, end of travel"
     ),
     "rise_time": QuantitySpec("s", "10 to 90 % of the vacuum on the given line"),
     "gas_work": QuantitySpec("J", "least work of a pump for one jam"),
-    "judder_margin": QuantitySpec("1", "stiffness over the least without judder"),
+    "judder_margin": QuantitySpec("1", "stiffness over the least without stick–slip"),
     "stop_slip": QuantitySpec("m", "slip at standstill"),
     "stop_peak": QuantitySpec("N", "greatest force of the stop"),
-}  # fmt: skip
+}
 """Every figure of merit with its unit and meaning; those that need more than a brake come last."""
 LINE_MERITS = ("rise_time", "gas_work")
 STOP_MERITS = ("stop_slip", "stop_peak")

@@ -16,14 +16,13 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.design.merit import LINE_MERITS, Point, line_merits, merits
+from layerjam.design.merit import LINE_MERITS, VARIABLES, Point, Stock, line_merits, merits
 from layerjam.design.requirements import Constraint, DesignSpecification
 from layerjam.design.stopping import stops
 
 Array = npt.NDArray[np.float64]
-LENGTHS = ("width", "thickness", "overlap", "free_left", "free_right", "offset", "wall",
-           "fittings_mass", "vacuum")  # fmt: skip
-FILM = ("modulus", "density", "static", "kinetic", "friction_on_silicone", "scale_factor")
+LENGTHS = tuple(n for n, spec in VARIABLES.items() if not spec.whole and n != "usable_travel")
+FILM = tuple(n for n in Stock._fields if n != "strength")
 NEAR = 1e-5
 """Step of the vacuum, relative, for slopes on the line, whose closed forms are not traced."""
 ACCURACY = 1e-9
@@ -165,11 +164,13 @@ def refine(spec: DesignSpecification, number: int) -> Refined | None:
     return Refined(
         number,
         dict(zip(names, moved.tolist(), strict=True)),
-        {n: math.exp(found[n]) if not math.isnan(found[n]) else math.nan
-         for n in spec.evaluation.all_names},
+        {
+            n: math.exp(found[n]) if not math.isnan(found[n]) else math.nan
+            for n in spec.evaluation.all_names
+        },
         value,
         tuple(binding),
-    )  # fmt: skip
+    )
 
 
 class LocalSearch:
@@ -226,9 +227,14 @@ class LocalSearch:
         first = np.clip((self.smooth.start[self.places] - self.low) / wide, 0.0, 1.0)
         kept = [{"type": "ineq", "fun": self.room, "jac": self.room_slope}] if self.live else []
         made = minimize(
-            self.cost, first, jac=self.cost_slope, method="SLSQP", constraints=kept,
-            bounds=[(0.0, 1.0)] * len(first), options={"ftol": ACCURACY, "maxiter": ROUNDS},
-        )  # fmt: skip
+            self.cost,
+            first,
+            jac=self.cost_slope,
+            method="SLSQP",
+            constraints=kept,
+            bounds=[(0.0, 1.0)] * len(first),
+            options={"ftol": ACCURACY, "maxiter": ROUNDS},
+        )
         y = np.clip(made.x, 0.0, 1.0)
         # a rounding outside is walked back in along the way from the start
         for share in (0.0, 1e-9, 1e-7, 1e-5, 1e-3):

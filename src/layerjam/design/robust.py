@@ -70,5 +70,7 @@ def _range(value: Any) -> tuple[float, float]:
     # a design that does not stop has no finite slip: it counts as beyond every limit
     whole = np.sort(np.where(np.isnan(value), np.inf, value))
     low, high = whole[int(0.05 * len(whole))], whole[int(0.95 * len(whole))]
-    return (float(low) if np.isfinite(low) else math.nan,
-            float(high) if np.isfinite(high) else math.nan)  # fmt: skip
+    return (
+        float(low) if np.isfinite(low) else math.nan,
+        float(high) if np.isfinite(high) else math.nan,
+    )

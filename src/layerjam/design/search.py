@@ -136,9 +136,12 @@ class Search:
         return np.asarray(taken > brings * (1 - 1e-9))
 
     def reduced(
-        self, numbers: Numbers, values: Array, held: npt.NDArray[np.bool_],
+        self,
+        numbers: Numbers,
+        values: Array,
+        held: npt.NDArray[np.bool_],
         fine: npt.NDArray[np.bool_],
-    ) -> SweepResult:  # fmt: skip
+    ) -> SweepResult:
         """The SweepResult of a chunk from its merits and which constraints hold."""
         made = SweepResult(examined=len(numbers), built=int(fine.sum()))
         for name, i in self.row.items():
@@ -235,8 +238,11 @@ class Search:
         """One design: its variables and all its merits."""
         values = self.kernel.at(np.array([number], np.int64))[:, 0]
         found = dict(zip(self.spec.evaluation.all_names, values.tolist(), strict=True))
-        return {"number": int(number), **self.spec.grid.values(number),
-                **{n: found.get(n, math.nan) for n in MERITS}}  # fmt: skip
+        return {
+            "number": int(number),
+            **self.spec.grid.values(number),
+            **{n: found.get(n, math.nan) for n in MERITS},
+        }
 
 
 def _families(best: list[tuple[float, int, int]]) -> list[tuple[float, int, int]]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from layerjam.design.bounds import UNBUILDABLE, by
+from layerjam.design.bounds import UNBUILDABLE, Exclusion, by
 from layerjam.design.merit import STOP_MERITS
 from layerjam.design.requirements import NAMEABLE, Constraint, DesignSpecification, Objective
 from layerjam.design.search import Search, SweepResult
@@ -61,14 +61,12 @@ def forbidden(search: Search, found: SweepResult, score: float) -> list[dict[str
         design = search.design(number)
         value = value_of(design, constraint)
         gain = -math.expm1(cost - score)
-        out.append(
-            {
-                "constraint": str(constraint), "design": design, "value": value,
-                "short": constraint.short(value), "gain": gain,
-                "reason": f"{constraint} keeps out {named(design)}: {constraint.name} "
-                f"{show(value, constraint.unit)}; weighted, it would be {gain:.2%} better",
-            }
-        )  # fmt: skip
+        reason = (
+            f"{constraint} keeps out {named(design)}: {constraint.name} "
+            f"{show(value, constraint.unit)}; weighted, it would be {gain:.2%} better"
+        )
+        row = {"constraint": str(constraint), "design": design, "value": value}
+        out.append({**row, "short": constraint.short(value), "gain": gain, "reason": reason})
     return out
 
 
@@ -87,27 +85,26 @@ def binding(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
     return out
 
 
-def why_none(search: Search, found: SweepResult) -> tuple[str, str | None, float | None]:
-    """Reason, the constraint that kills, and its best value, where a sweep found no design."""
-    spec = search.spec
+def why_none(search: Search, found: SweepResult) -> Exclusion:
+    """Why a sweep found no design: the constraint that fails, and its best value."""
+    constraints = search.spec.constraints
     if not found.built:
-        return UNBUILDABLE, None, None
-    near = [(spec.constraints[i].short(value), i, value) for i, (value, _) in found.reach.items()]
+        return Exclusion(None, UNBUILDABLE)
+    near = [(constraints[i].short(value), i, value) for i, (value, _) in found.reach.items()]
     if near:
         _, i, value = min(near)
-        c = spec.constraints[i]
-        return f"{c} is not met on this grid while the others hold{by(c, value)}", str(c), value
+        c = constraints[i]
+        reason = f"{c} is not met on this grid while the others hold{by(c, value)}"
+        return Exclusion(str(c), reason, value)
     worst = max(found.failed, key=lambda i: found.failed[i])
-    c = spec.constraints[worst]
+    c = constraints[worst]
     if c.name in STOP_MERITS and found.failed[worst] == found.built:
-        others = any(o.name not in STOP_MERITS for o in spec.constraints)
+        others = any(o.name not in STOP_MERITS for o in constraints)
         rest = "meets the other constraints and " if others else ""
-        return (
-            f"{c}: of {found.built} designs none {rest}stops the mass within its usable travel",
-            str(c), None,
-        )  # fmt: skip
-    return (
+        reason = f"of {found.built} designs none {rest}stops the mass within its usable travel"
+        return Exclusion(str(c), f"{c}: {reason}")
+    reason = (
         f"no design meets all but one of the constraints; {c} alone shuts out "
-        f"{found.failed[worst]} of {found.built}",
-        str(c), None,
-    )  # fmt: skip
+        f"{found.failed[worst]} of {found.built}"
+    )
+    return Exclusion(str(c), reason)

@@ -27,7 +27,7 @@ class Sheets:
 
 @record
 class Film:
-    """The sheets' material and its friction against itself and against the sleeve."""
+    """The sheets' material and its friction against itself and against the enclosure."""
 
     modulus: float = quantity("Pa", "tensile modulus of the film", lo=1e6, hi=1e12, symbol="E")
     density: float = quantity("kg/m^3", "density of the film", lo=100, hi=25000, symbol="rho")
@@ -38,7 +38,7 @@ class Film:
         "1", "kinetic friction of the film on itself", lo=1e-4, hi=5, symbol="mu_k"
     )
     friction_on_silicone: float = quantity(
-        "1", "friction of the film on the sleeve", lo=1e-4, hi=5, symbol="mu_e"
+        "1", "friction of the film on the enclosure", lo=1e-4, hi=5, symbol="mu_e"
     )
     strength: float | None = quantity(
         "Pa", "stress the film bears without lasting stretch", lo=1e5, hi=1e11, default=None

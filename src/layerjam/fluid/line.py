@@ -22,17 +22,27 @@ class Chamber:
         "m^3", "gas in brake and fittings at no vacuum and no slip", lo=1e-9, hi=1, symbol="V_0"
     )
     volume_per_slip: float = quantity(
-        "m^2", "gas volume gained per slip as the sleeve is stretched", hi=1, symbol="A_s",
+        "m^2",
+        "gas volume gained per slip as the enclosure is stretched",
+        hi=1,
+        symbol="A_s",
         default=0.0,
-    )  # fmt: skip
+    )
     shrink: float = quantity(
-        "m^3/Pa", "gas volume lost per vacuum as the sleeve is drawn in", hi=1e-6, symbol="C_w",
+        "m^3/Pa",
+        "gas volume lost per vacuum as the enclosure is drawn in",
+        hi=1e-6,
+        symbol="C_w",
         default=0.0,
-    )  # fmt: skip
+    )
     compliance: float | None = quantity(
-        "m^3/Pa", "volume taken out per vacuum when filled with water", lo=1e-15, hi=1e-6,
-        symbol="C", default=None,
-    )  # fmt: skip
+        "m^3/Pa",
+        "volume taken out per vacuum when filled with water",
+        lo=1e-15,
+        hi=1e-6,
+        symbol="C",
+        default=None,
+    )
 
 
 @record
@@ -42,9 +52,12 @@ class Tube:
     length: float = quantity("m", "length of the tube", lo=1e-3, hi=100)
     bore: float = quantity("m", "inner diameter of the tube", lo=1e-4, hi=0.1)
     cells: int = quantity(
-        "1", "number of cells the tube is divided into, for pressure waves; 0: none", hi=60,
-        whole=True, default=0,
-    )  # fmt: skip
+        "1",
+        "number of cells the tube is divided into, for pressure waves; 0: none",
+        hi=60,
+        whole=True,
+        default=0,
+    )
 
 
 @record
@@ -55,9 +68,13 @@ class Pump:
     """
 
     flow: float | None = quantity(
-        "m^3/s", "volume one pump displaces per time: the flow at its inlet where ultimate is zero",
-        lo=1e-12, hi=1, symbol="Q", default=None,
-    )  # fmt: skip
+        "m^3/s",
+        "volume one pump displaces per time: the flow at its inlet where ultimate is zero",
+        lo=1e-12,
+        hi=1,
+        symbol="Q",
+        default=None,
+    )
     curve: Curve | None = value(CURVE, default=None)
     """Points (vacuum, flow of free air) of a data sheet's curve, from no vacuum to no flow."""
     count: int = quantity("1", "pumps in parallel", lo=1, hi=100, whole=True, default=1)
@@ -65,9 +82,11 @@ class Pump:
         "Pa", "lowest absolute pressure the pump reaches", hi=1.2e5, symbol="p_u", default=0.0
     )
     backwards: float = quantity(
-        "m^3/s", "flow of one pump run backwards, at atmosphere; 0 where it cannot", hi=1,
+        "m^3/s",
+        "flow of one pump run backwards, at atmosphere; 0 where it cannot",
+        hi=1,
         default=0.0,
-    )  # fmt: skip
+    )
     power: float | None = quantity("W", "electric power of one pump", hi=1e5, default=None)
 
 
@@ -76,9 +95,12 @@ class Valve:
     """A valve that lets the atmosphere in, after ISO 6358."""
 
     conductance: float = quantity(
-        "m^3/(s Pa)", "sonic conductance, volume per time and pressure upstream", lo=1e-15, hi=1e-3,
+        "m^3/(s Pa)",
+        "sonic conductance, volume per time and pressure upstream",
+        lo=1e-15,
+        hi=1e-3,
         symbol="C",
-    )  # fmt: skip
+    )
     critical_ratio: float = quantity(
         "1", "pressure ratio below which the flow is choked", hi=0.999, symbol="b", default=0.528
     )
@@ -90,13 +112,18 @@ class Leak:
     """What comes in unasked; either or both."""
 
     laminar: float = quantity(
-        "m^3/s", "laminar conductance G: q = G (p_atm^2 - p^2) / 2 p_atm", hi=1e-2, symbol="G",
+        "m^3/s",
+        "laminar conductance G: q = G (p_atm^2 - p^2) / 2 p_atm",
+        hi=1e-2,
+        symbol="G",
         default=0.0,
-    )  # fmt: skip
+    )
     orifice: float = quantity(
-        "m^3/s", "orifice: q = G p_atm while choked, volume of air of the atmosphere per time",
-        hi=1e-2, default=0.0,
-    )  # fmt: skip
+        "m^3/s",
+        "orifice: q = G p_atm while choked, volume of air of the atmosphere per time",
+        hi=1e-2,
+        default=0.0,
+    )
 
 
 @record
@@ -133,9 +160,13 @@ class Line:
     reservoir: Reservoir | None = nested(Reservoir, default=None)
     sensor: Sensor | None = nested(Sensor, default=None)
     polytropic: float = quantity(
-        "1", "exponent of the gas: 1 isothermal, 1.4 without exchange of heat", lo=1, hi=1.4,
-        symbol="n", default=1.0,
-    )  # fmt: skip
+        "1",
+        "exponent of the gas: 1 isothermal, 1.4 without exchange of heat",
+        lo=1,
+        hi=1.4,
+        symbol="n",
+        default=1.0,
+    )
     site: Site = nested(Site, default=Site())
 
     def with_(self, **changes: Change) -> Line:

@@ -243,9 +243,13 @@ def respond(
         # what goes wrong is said below, once
         warnings.filterwarnings("ignore", message="lsoda:", category=UserWarning)
         made: Any = solve_ivp(
-            change, (0.0, duration), begin, t_eval=np.linspace(0.0, duration, samples),
-            atol=(1e-8 if cells(line) else 1e-9) * sizes, **how,
-        )  # fmt: skip
+            change,
+            (0.0, duration),
+            begin,
+            t_eval=np.linspace(0.0, duration, samples),
+            atol=(1e-8 if cells(line) else 1e-9) * sizes,
+            **how,
+        )
     if not made.success:
         raise QuantityError(f"line: cannot be integrated over {duration} s: {made.message[:100]}")
     return Response(line=line, time=made.t, states=made.y.T)
