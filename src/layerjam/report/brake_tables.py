@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -53,62 +53,39 @@ class Calibrated:
     record: Any = None
 
 
-Row = tuple[str, Any, str, str, int | None]
-"""Of a number: what it is, value, SI unit, unit shown, decimals."""
+def _under(stem: str, **common: Any) -> Callable[..., Number]:
+    """What makes numbers whose quantities begin alike and that share what is `common`."""
 
+    def number(what: str, value: Any, unit: str = "1", shown_in: str = "", **more: Any) -> Number:
+        given = common | more
+        return Number(quantity=stem + what, value=value, unit=unit, shown_in=shown_in, **given)
 
-def _numbers(stem: str, rows: Sequence[Row], **common: Any) -> list[Number]:
-    """Numbers whose quantities begin alike and that share what is `common`."""
-    return [
-        Number(
-            quantity=stem + what, value=value, unit=unit, shown_in=shown, decimals=places, **common
-        )
-        for what, value, unit, shown, places in rows
-    ]
+    return number
 
 
 def friction_table(result: FrictionResult) -> Table:
     """Per repeat, and pooled."""
-    count = len(result.repeats)
-
-    def coefficient(what: str, value: float | None, source: str, n: int, **more: Any) -> Number:
-        return Number(
-            quantity=f"friction: {what}", value=value, unit="1", n=n, source=source, **more
-        )
-
-    rows: list[list[Cell]] = []
+    count, rows = len(result.repeats), list[list[Cell]]()
     for index, repeat in enumerate(result.repeats, 1):
-        name = Path(repeat.path).name
-        both = [
-            coefficient(f"{kind}, repeat {index}", getattr(repeat, kind), name, 1, decimals=4)
-            for kind in KINDS
-        ]
-        rows.append([str(index), *both, name])
-    every: dict[str, Any] = {"source": f"{count} repeats", "n": count, "decimals": 4}
+        number = _under("friction: ", n=1, source=Path(repeat.path).name, decimals=4)
+        both = [number(f"{kind}, repeat {index}", getattr(repeat, kind)) for kind in KINDS]
+        rows.append([str(index), *both, Path(repeat.path).name])
+    number = _under("friction: ", n=count, source=f"{count} repeats", decimals=4)
     pooled, spread = [], []
     for kind in KINDS:
         known = [v for r in result.repeats if (v := getattr(r, kind)) is not None]
         found = over_repeats(known or [math.nan])
-        sure: dict[str, Any] = {
-            "standard_error": found.standard_error,
-            "low": found.low,
-            "high": found.high,
-        }
-        pooled.append(coefficient(f"{kind}, mean", getattr(result, kind), **every, **sure))
-        sd = getattr(result, f"{kind}_sd")
-        spread.append(coefficient(f"{kind}, standard deviation", sd, **every))
+        sure = {"standard_error": found.standard_error, "low": found.low, "high": found.high}
+        pooled.append(number(f"{kind}, mean", getattr(result, kind), **sure))
+        spread.append(number(f"{kind}, standard deviation", getattr(result, f"{kind}_sd")))
     rows += [
         ["mean", *pooled, f"of {count} repeats"],
         ["SD", *spread, "between repeats"],
         ["95 %", *(number.interval_text() for number in pooled), "interval of the mean"],
     ]
-    settings: list[Row] = [
-        ("normal force", result.normal_force, "N", "", None),
-        ("window from", result.window[0], "m", "", None),
-        ("window to", result.window[1], "m", "", None),
-    ]
     start, end = (show(w, "m") for w in result.window)
     first = "the first maximum" if result.standard.first_maximum else "the greatest force"
+    setting = _under("friction: ")
     return Table(
         id="friction",
         caption="Friction coefficients",
@@ -118,7 +95,11 @@ def friction_table(result: FrictionResult) -> Table:
         note=f"Read after {result.standard.title}. Static: {first}; kinetic: the mean from {start} "
         f"to {end} of slip; both over the normal force, {show(result.normal_force, 'N')}. The "
         "interval is Student's t over the repeats.",
-        extra=_numbers("friction: ", settings),
+        extra=[
+            setting("normal force", result.normal_force, "N"),
+            setting("window from", result.window[0], "m"),
+            setting("window to", result.window[1], "m"),
+        ],
     )
 
 
@@ -186,14 +167,9 @@ def _leave_one_out(values: Mapping[str, Any]) -> tuple[str, list[Number]]:
             continue
         name = moves["most_influential"]
         words, unit = LABELS[key]
-        number = Number(
-            quantity=f"calibration: change of {words} without its most influential pull",
-            value=moves["files"][name],
-            unit=unit,
-            source=name,
-            shown_in=shown_in,
-            decimals=decimals,
-        )
+        change = _under(f"calibration: change of {words} ", source=name, decimals=decimals)
+        moved = moves["files"][name]
+        number = change("without its most influential pull", moved, unit, shown_in)
         numbers.append(number)
         sign = "+" if (number.value or 0) >= 0 else ""
         said.append(f"{words} by {sign}{number.text()} ({name})")
@@ -207,16 +183,18 @@ def pulls_table(result: Calibrated) -> Table:
     rows: list[list[Cell]] = []
     for fit in result.fits:
         name, pull = Path(fit.pull.path).name, fit.pull
-        cells: list[Row] = [
-            ("vacuum", fit.vacuum, "Pa", "", None),
-            ("peak force", pull.peak_force, "N", "", 2),
-            ("scale factor a", fit.scale_factor, "1", "", 4),
-            ("stiffness k", fit.stiffness, "N/m", "", 1),
+        number = _under("calibration pull: ", source=name, n=1)
+        peak = {"standard_error": pull.peak_force_se, "decimals": 2}
+        factor = {"standard_error": fit.scale_factor_se, "decimals": 4}
+        cells = [
+            number("vacuum", fit.vacuum, "Pa"),
+            number("peak force", pull.peak_force, "N", **peak),
+            number("scale factor a", fit.scale_factor, **factor),
+            number(
+                "stiffness k", fit.stiffness, "N/m", standard_error=pull.stiffness_se, decimals=1
+            ),
         ]
-        errors = (None, pull.peak_force_se, fit.scale_factor_se, pull.stiffness_se)
-        numbers = _numbers("calibration pull: ", cells, source=name, n=1)
-        sure = [replace(n, standard_error=e) for n, e in zip(numbers, errors, strict=True)]
-        rows.append([name, *sure])
+        rows.append([name, *cells])
     head = ["file", "vacuum", "peak force", "scale factor a", "stiffness k"]
     return Table(id="pulls", caption="Each pull", head=head, rows=rows)
 
@@ -245,8 +223,8 @@ def _error_cells(title: str, one: Any, before: Any) -> list[Cell]:
             if what == "MAPE" and isinstance(found, ConditionError):
                 spread = over_repeats([c.mape for c in found.curves])
                 sure = {"low": spread.low, "high": spread.high}
-            row = (f"{what}, {state}", getattr(found, key), unit, shown, places)
-            cells += _numbers(f"validation, {title}: ", [row], n=len(found.curves), **sure)
+            number = _under(f"validation, {title}: ", n=len(found.curves), decimals=places, **sure)
+            cells.append(number(f"{what}, {state}", getattr(found, key), unit, shown))
     return cells
 
 
@@ -254,20 +232,21 @@ def _split_cells(title: str, split: Split | None) -> tuple[list[Cell], list[Numb
     """(cells, numbers that no cell shows): the model's own error, the scatter, its share."""
     if split is None:
         return [NONE] * 3, []
-    rows: list[Row] = [
-        ("model's own error, root mean square", max(split.model, 0.0) ** 0.5, "N", "N", 2),
-        ("scatter between repeats, SD", split.scatter**0.5, "N", "N", 2),
-        ("scatter's share of the squared error", split.share, "1", "%", 0),
-        ("mean squared error", split.mse, "N^2", "", None),
-        ("model's part of it", split.model, "N^2", "", None),
-        ("scatter's part of it", split.scatter, "N^2", "", None),
+    number = _under(f"validation, {title}: ", n=split.repeats, source="split over the repeats")
+    own = max(split.model, 0.0) ** 0.5
+    share: Cell = NONE
+    if split.share is not None:
+        name = "scatter's share of the squared error"
+        share = number(name, split.share, "1", "%", decimals=0)
+    return [
+        number("model's own error, root mean square", own, "N", "N", decimals=2) if own else UNTOLD,
+        number("scatter between repeats, SD", split.scatter**0.5, "N", "N", decimals=2),
+        share,
+    ], [
+        number("mean squared error", split.mse, "N^2"),
+        number("model's part of it", split.model, "N^2"),
+        number("scatter's part of it", split.scatter, "N^2"),
     ]
-    source = "split over the repeats"
-    own, scatter, share, *squares = _numbers(
-        f"validation, {title}: ", rows, n=split.repeats, source=source
-    )
-    known: list[Cell] = [own if split.model > 0 else UNTOLD, scatter]
-    return [*known, NONE if split.share is None else share], squares
 
 
 def condition_words(condition: ConditionError) -> str:
@@ -281,20 +260,18 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
     rows: list[list[Cell]] = []
     extra: list[Number] = []
 
-    def row(first: list[Cell], title: str, one: Any, then: Any) -> None:
+    def row(first: Sequence[Cell], title: str, one: Any, then: Any) -> None:
         split, hidden = _split_cells(title, one.split)
-        pulls = _numbers(f"validation, {title}: ", [("pulls", len(one.curves), "1", "", 0)])
-        rows.append([*first, *pulls, *_error_cells(title, one, then), *split])
+        pulls = _under(f"validation, {title}: ", decimals=0)("pulls", len(one.curves))
+        rows.append([*first, pulls, *_error_cells(title, one, then), *split])
         extra.extend(hidden)
 
     for index, one in enumerate(result.conditions):
         title = condition_words(one)
-        at: list[Row] = [
-            ("vacuum", one.vacuum, "Pa", "kPa", 1),
-            ("speed", one.speed, "m/s", "mm/s", None),
-        ]
+        number = _under(f"validation, {title}: ")
+        vacuum = number("vacuum", one.vacuum, "Pa", "kPa", decimals=1)
         then = before.conditions[index] if before is not None else None
-        row([*_numbers(f"validation, {title}: ", at)], title, one, then)
+        row([vacuum, number("speed", one.speed, "m/s", "mm/s")], title, one, then)
     row(["all", ""], "all", result, before)
     names = ["MAPE [%]", "RMSE [N]", "bias [N]", "R²"]
     head, groups = names, [("", 3), ("brake as it is", 4)]
@@ -324,8 +301,8 @@ def _pooled(result: Validation, before: Validation | None) -> list[Number]:
             ("SD of the conditions' MAPE", "mape_conditions_sd", "conditions"),
         ):
             if one is not None:
-                quantity, n = f"validation, all: {what}, {state}", len(getattr(one, of))
-                out.append(Number(quantity=quantity, value=getattr(one, key), unit="1", n=n))
+                number = _under("validation, all: ", n=len(getattr(one, of)))
+                out.append(number(f"{what}, {state}", getattr(one, key)))
     return out
 
 
@@ -368,22 +345,21 @@ def curves_table(result: Validation, before: Validation | None) -> Table:
 
 
 def _curve_cells(name: str, curve: CurveError, state: str) -> list[Number]:
-    rows: list[Row] = [
-        (what + state, getattr(curve, key), unit, shown, 4 if what == "R²" else places)
+    number = _under("validation pull: ", n=len(curve.elongation), source=name)
+    return [
+        number(
+            what + state, getattr(curve, key), unit, shown, decimals=4 if what == "R²" else places
+        )
         for what, key, unit, shown, places in MEASURES
     ]
-    return _numbers("validation pull: ", rows, n=len(curve.elongation), source=name)
 
 
 def files_table(files: Sequence[FileUsed]) -> Table:
     """What was read, with its digest."""
     rows: list[list[Cell]] = []
     for file in files:
-        known: list[Row] = [
-            ("vacuum", file.vacuum, "Pa", "", None),
-            ("speed", file.speed, "m/s", "", None),
-        ]
-        cells = _numbers(f"file {file.name}: ", known)
-        rows.append([file.name, file.role, file.format, *cells, file.sha256])
+        number = _under(f"file {file.name}: ")
+        known = number("vacuum", file.vacuum, "Pa"), number("speed", file.speed, "m/s")
+        rows.append([file.name, file.role, file.format, *known, file.sha256])
     head = ["file", "used for", "format", "vacuum", "speed", "SHA-256"]
     return Table(id="files", caption="Files", head=head, rows=rows)

@@ -161,9 +161,13 @@ def key(axes: Axes | Figure, *items: tuple[str, str], at: str = "best", **how: A
     from matplotlib.colors import to_hex
     from matplotlib.lines import Line2D
 
+    bare = how.get("handlelength") == 0  # words alone
     if items:
-        how["handles"] = [Line2D([], [], color=color, label=text) for text, color in items]
-    legend = axes.legend(**{"loc": at, "labelcolor": "linecolor", **how})
+        dash = "none" if bare else "-"
+        how["handles"] = [Line2D([], [], color=c, label=text, ls=dash) for text, c in items]
+    legend = axes.legend(
+        **{"loc": at, "labelcolor": "linecolor", "handletextpad": 0.8 * (not bare), **how}
+    )
     for text in legend.get_texts():
         text.set_color(readable(to_hex(text.get_color())))
 

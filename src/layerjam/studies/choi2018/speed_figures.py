@@ -114,7 +114,7 @@ def fig4_judder() -> style.Figure:
     seen = [names[value] for value in (1, 2) if (code == value).any()]
     style.key(grid, *((name, colors[name]) for name in seen), at="lower right")
     style.label(grid, 2e-2, 3, names[3], INK, ha="center")
-    style.label(grid, 2e-2, 210, names[0], INK, ha="center")
+    style.label(grid, 9, 210, names[0], INK, ha="center")
     style.title(grid, "At 1 mm/s, same law for both films", "model; nothing here is measured")
     return figure
 
