@@ -66,9 +66,9 @@ class Block:
 def encoded(search: Search, index: int, found: SweepResult, mark: str) -> bytes:
     """The Parquet file of a block, the same bytes for the same block."""
     kept = found.kept()
-    told = {f.name: getattr(found, f.name) for f in fields(SweepResult)}
-    told |= {"numbers": found.numbers.tolist(), "costs": found.costs.tolist()}
-    note = {"block": index, "fingerprint": mark, "found": told}
+    facts = {f.name: getattr(found, f.name) for f in fields(SweepResult)}
+    facts |= {"numbers": found.numbers.tolist(), "costs": found.costs.tolist()}
+    note = {"block": index, "fingerprint": mark, "found": facts}
     return table_bytes(search, kept, np.isin(kept, found.numbers), note)
 
 
@@ -114,17 +114,17 @@ def decoded(data: bytes | Path, mark: str, index: int) -> Block | None:
         note = json.loads(meta.metadata[b"layerjam"])
         if note["fingerprint"] != mark or note["block"] != index:
             return None
-        told = note["found"]
+        facts = note["found"]
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    numbers = np.array(told.pop("numbers"), np.int64)
-    costs = np.array(told.pop("costs"), float)
+    numbers = np.array(facts.pop("numbers"), np.int64)
+    costs = np.array(facts.pop("costs"), float)
     costs = costs if len(numbers) else np.empty((0, 0))
-    told["best"] = [(float(s), int(n), int(f)) for s, n, f in told["best"]]
+    facts["best"] = [(float(s), int(n), int(f)) for s, n, f in facts["best"]]
     for name in ("alone", "reach"):
-        told[name] = {int(i): (float(v), int(n)) for i, (v, n) in told[name].items()}
-    told["failed"] = {int(i): int(n) for i, n in told["failed"].items()}
-    return Block(index, SweepResult(numbers=numbers, costs=costs, **told), meta.num_rows)
+        facts[name] = {int(i): (float(v), int(n)) for i, (v, n) in facts[name].items()}
+    facts["failed"] = {int(i): int(n) for i, n in facts["failed"].items()}
+    return Block(index, SweepResult(numbers=numbers, costs=costs, **facts), meta.num_rows)
 
 
 class Store:
@@ -140,11 +140,11 @@ class Store:
         self._foreign()
         try:
             (self.folder / FOLDER).mkdir(parents=True, exist_ok=True)
-            self.handle = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT)
+            self.handle = handle = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT)
         except OSError as err:
             raise FileError(self.folder, f"cannot be written: {err.strerror or err}") from None
         try:
-            self._locked()
+            self._locked(handle)
             self._claim()
         except BaseException:
             self.__exit__()
@@ -156,15 +156,14 @@ class Store:
             os.close(self.handle)
             self.handle = None
 
-    def _locked(self) -> None:
+    def _locked(self, handle: int) -> None:
         """The lock ends with the process, however that ends."""
         try:
             import fcntl
         except ImportError:  # pragma: no cover  (elsewhere than on POSIX nobody is kept out)
             return
-        assert self.handle is not None
         try:
-            fcntl.flock(self.handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise FileError(self.folder, "another sweep is at work in this folder") from None
 

@@ -201,7 +201,7 @@ class Boxes:
             single = (low == high).all(axis=1)
             if (single & alive).any() and not whole:
                 return Proof(UNKNOWN)
-            # a single design was looked at itself: had it met all, it would have been told
+            # a single design was looked at itself: had it met all, it would be the answer
             alive &= ~single
             low, high = _cut(low[alive], high[alive], first)
         return Proof(IMPOSSIBLE)
@@ -287,7 +287,7 @@ def impossible(
     rules = list(search.spec.constraints)
     for c in rules:
         if boxes.prove([c]).outcome == IMPOSSIBLE:
-            return _told(boxes, c, [])
+            return _excluded(boxes, c, [])
     if boxes.prove(rules).outcome != IMPOSSIBLE:
         return None
     core = [c for c in rules if c.name in boxes.signs and c.name not in STOP_MERITS]
@@ -295,14 +295,14 @@ def impossible(
         rest = [o for o in core if o is not c]
         if boxes.prove(rest).outcome == IMPOSSIBLE:
             core = rest
-    return min((_told(boxes, c, [o for o in core if o is not c]) for c in core), key=_shortfall)
+    return min((_excluded(boxes, c, [o for o in core if o is not c]) for c in core), key=_shortfall)
 
 
 def _shortfall(k: Exclusion) -> float:
     return math.inf if k.reachable is None or not math.isfinite(k.reachable) else k.short
 
 
-def _told(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Exclusion:
+def _excluded(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Exclusion:
     reached = boxes.farthest(c, others)
     words = f" together with {' and '.join(map(str, others))}" if others else ""
     reason = f"{c} cannot be met{words}{by(c, reached.value, reached.exact)}"

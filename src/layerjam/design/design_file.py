@@ -29,16 +29,18 @@ def design_file(
         made, sheets=replace(made.sheets, count=int(made.sheets.count)), rope=base.brake.rope
     )
     film = str(values["film"])
-    told = _film_sources(film, base)
+    film_sources = _film_sources(film, base)
     sources = {}
     for path, _, _ in quantities(Brake):
         now, before = get(made, path), get(base.brake, path)
         if now is None:
             continue
         if path in CARRIED:
-            sources[path] = _carried(path, told if path == "scale_factor" else base.sources, base)
+            sources[path] = _carried(
+                path, film_sources if path == "scale_factor" else base.sources, base
+            )
         elif path.startswith("film."):
-            sources[path] = told.get(path, Source(text=f"film of {film}"))
+            sources[path] = film_sources.get(path, Source(text=f"film of {film}"))
         elif now == before:
             sources[path] = base.sources.get(path, Source())
         else:

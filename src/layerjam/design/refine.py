@@ -145,20 +145,20 @@ def refine(spec: DesignSpecification, number: int) -> Refined | None:
         return None
     live = [c for c, v in held.items() if v is None and c.limit > 0]
     smooth = Smooth(spec, point)
-    way = LocalSearch(smooth, live)
-    x = way.best()
+    search = LocalSearch(smooth, live)
+    x = search.best()
     if x is None:
         return None
     found = smooth.at(x)
     # SLSQP ends a rounding outside: the constraint is met to nine digits
-    if not all(left >= -ACCURACY for left in way.left(found)):
+    if not all(left >= -ACCURACY for left in search.left(found)):
         return None
     value = sum(o.weight * o.sign * found[o.name] for o in spec.objectives)
     if not math.isfinite(value):
         return None
     binding = [str(c) for c in live if abs(found[c.name] - math.log(c.limit)) < 1e-6]
-    moved = x[way.places]
-    for n, v, lo, hi in zip(names, moved, way.low, way.high, strict=True):
+    moved = x[search.places]
+    for n, v, lo, hi in zip(names, moved, search.low, search.high, strict=True):
         if min(v - lo, hi - v) < 1e-6 * (hi - lo):
             binding.append(f"{n} at its {'least' if v - lo < hi - v else 'greatest'}")
     return Refined(
@@ -236,7 +236,7 @@ class LocalSearch:
             options={"ftol": ACCURACY, "maxiter": ROUNDS},
         )
         y = np.clip(made.x, 0.0, 1.0)
-        # a rounding outside is walked back in along the way from the start
+        # a rounding outside is undone by steps towards the start
         for share in (0.0, 1e-9, 1e-7, 1e-5, 1e-3):
             back = y + share * (first - y)
             if not self.live or (self.room(back) >= -ACCURACY).all():

@@ -18,7 +18,7 @@ from layerjam.errors import QuantityError
 from layerjam.records.changes import values_of
 from layerjam.records.reader import Reader
 from layerjam.records.toml import parse_toml
-from layerjam.records.values import Entry, FlagSpec, ListSpec, TextSpec, entries, value
+from layerjam.records.values import AsItIs, Entry, FlagSpec, ListSpec, TextSpec, entries, value
 from layerjam.records.writer import plain
 from layerjam.units import QuantitySpec, nested, quantity, show, spec_of
 
@@ -46,7 +46,7 @@ _RANGE = ("from", "to", "step")
 
 
 @dataclass(frozen=True)
-class AxisSpec:
+class AxisSpec(AsItIs):
     """How a file says the values of a variable: one, a list, or { from, to, step }."""
 
     each: QuantitySpec

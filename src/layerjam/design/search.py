@@ -52,9 +52,9 @@ class SweepResult:
 
     def kept(self) -> Numbers:
         """Every design that is spoken of, by number, rising."""
-        told = [n for _, n, _ in self.best]
-        told += [n for _, n in (*self.alone.values(), *self.reach.values())]
-        return np.unique(np.concatenate([self.numbers, np.array(told, np.int64)]))
+        numbers = [n for _, n, _ in self.best]
+        numbers += [n for _, n in (*self.alone.values(), *self.reach.values())]
+        return np.unique(np.concatenate([self.numbers, np.array(numbers, np.int64)]))
 
 
 class Search:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from layerjam.errors import QuantityError
 from layerjam.fluid.flow import NORMAL, VAPOUR, leaking, tube_conductance
 from layerjam.fluid.line import Line, water_compliance
 from layerjam.fluid.pump import check_water, inlet_flow, intake, lowest_pressure, points
@@ -146,7 +147,8 @@ def fall_by_valve(target: float, line: Line) -> float:
 
     p' V = C p_0 a phi(p/a): linear while choked, then a = sin of a clock.
     """
-    assert line.valve is not None
+    if line.valve is None:
+        raise QuantityError.of("valve", "the line has none that lets air in")
     a, b = line.site.atmosphere, line.valve.critical_ratio
     rate = line.valve.conductance * NORMAL / line.chamber.volume
 

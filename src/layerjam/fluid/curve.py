@@ -14,6 +14,7 @@ from typing import Any
 
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
+from layerjam.records.values import AsItIs
 from layerjam.units import exact_text, parse, show
 
 Curve = tuple[tuple[float, float], ...]
@@ -81,7 +82,7 @@ def free_flow(vacuum: float, points: Curve) -> float:
 
 
 @dataclass(frozen=True)
-class CurveSpec:
+class CurveSpec(AsItIs):
     """What a file says of a curve: `[["0 kPa", "10 L/min"], ...]`."""
 
     text: str = "flow of free air over vacuum, point by point"

@@ -17,8 +17,13 @@ def intake(p: float, pump: Pump, atmosphere: float) -> float:
     """Throughput [Pa m^3/s] of one pump, full on, at p [Pa absolute]; 0 below its lowest."""
     if pump.curve is not None:
         return atmosphere * free_flow((1 - p / atmosphere) * STANDARD, pump.curve)
-    assert pump.flow is not None
-    return pump.flow * max(p - pump.ultimate, 0.0)
+    return _displacement(pump) * max(p - pump.ultimate, 0.0)
+
+
+def _displacement(pump: Pump) -> float:
+    if pump.flow is None:
+        raise QuantityError.of("pump.flow", "is not known, and the pump has no flow curve")
+    return pump.flow
 
 
 def lowest_pressure(pump: Pump, atmosphere: float) -> float:
@@ -32,15 +37,14 @@ def inlet_flow(pump: Pump) -> float:
     """Displacement of one pump, or the flow at its inlet without vacuum [m^3/s]."""
     if pump.curve is not None:
         return pump.curve[0][1]
-    assert pump.flow is not None
-    return pump.flow
+    return _displacement(pump)
 
 
 def check_water(pump: Pump) -> None:
     """Raise QuantityError for a pump of which only the flow of air is known."""
     if pump.curve is not None:
-        raise QuantityError(
-            "pump.curve: is the flow of free air, which says nothing of water; give pump.flow"
+        raise QuantityError.of(
+            "pump.curve", "is the flow of free air, which says nothing of water; give pump.flow"
         )
 
 

@@ -64,7 +64,6 @@ def released(
     return None, None
 
 
-def _between(made: Response, first: float, second: float) -> float:
+def _between(made: Response, first: float, second: float) -> float | None:
     one, two = made.crossing(first), made.crossing(second)
-    assert one is not None and two is not None
-    return two - one
+    return None if one is None or two is None else two - one
