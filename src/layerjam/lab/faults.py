@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import QuantityError
+from layerjam.measure.trace import Array
 from layerjam.units import quantity
 
-Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 # One number for each use of random numbers; part of the seed, so never to be changed.

@@ -11,11 +11,11 @@ from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.identify.shape import with_shape
 from layerjam.lab import faults
-from layerjam.lab.faults import Array, Faults
+from layerjam.lab.faults import Faults
 from layerjam.lab.plan import Subject, Trial, samples, sled_machine
 from layerjam.lab.spec import Spec
 from layerjam.measure.sidecar import Facts
-from layerjam.measure.trace import Trace
+from layerjam.measure.trace import Array, Trace
 from layerjam.units import show
 
 FORMAT = "virtual test machine"

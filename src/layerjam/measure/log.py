@@ -16,7 +16,6 @@ import numpy as np
 from layerjam.errors import FileError
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.columns import (
-    Array,
     Column,
     Header,
     Want,
@@ -34,6 +33,7 @@ from layerjam.measure.readers.table import bare_table, blocks_of, find_table
 from layerjam.measure.readers.unit_words import PRESSURE as PRESSURE_UNIT
 from layerjam.measure.readers.unit_words import convert
 from layerjam.measure.readers.words import plain
+from layerjam.measure.trace import Array
 from layerjam.units import show, unit_factor
 
 _HEAD_LINES = 200

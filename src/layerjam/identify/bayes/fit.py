@@ -30,13 +30,8 @@ def prior_population(brake: Brake, draws: int = 1000, seed: int = 1) -> Populati
         prior = known[name]
         return np.exp(prior.place + prior.sd * random.standard_normal(draws))
 
-    return Population(
-        brake=brake,
-        scale_factor=drawn("scale_factor"),
-        stiffness=drawn("stiffness"),
-        enclosure_factor=drawn("enclosure_factor"),
-        residual=drawn("residual"),
-    )
+    names = ("scale_factor", "stiffness", "enclosure_factor", "residual")
+    return Population(brake=brake, **{name: drawn(name) for name in names})
 
 
 def fit_bayes(

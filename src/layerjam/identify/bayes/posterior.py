@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -129,12 +129,10 @@ class BayesFit:
         random = np.random.default_rng([self.seed, 1])
         here = self.population()
         z = random.standard_normal((2, len(here)))
-        return Population(
-            brake=self.brake,
+        return replace(
+            here,
             scale_factor=here.scale_factor * np.exp(self.scale_factor_sd.ravel() * z[0]),
             stiffness=here.stiffness * np.exp(self.stiffness_sd.ravel() * z[1]),
-            enclosure_factor=here.enclosure_factor,
-            residual=here.residual,
         )
 
     def _residual(self) -> Array:
@@ -208,18 +206,9 @@ def _posterior(
     draws: Array, spec: QuantitySpec, r_hat: float | None, ess: float | None, prior: str
 ) -> Posterior:
     low, median, high = np.quantile(draws, [0.5 - LEVEL / 2, 0.5, 0.5 + LEVEL / 2])
-    return Posterior(
-        float(draws.mean()),
-        float(draws.std(ddof=1)),
-        float(low),
-        float(high),
-        float(median),
-        r_hat,
-        ess,
-        spec.unit,
-        spec.text,
-        prior,
-    )
+    mean, sd = float(draws.mean()), float(draws.std(ddof=1))
+    of = (float(low), float(high), float(median), r_hat, ess, spec.unit, spec.text, prior)
+    return Posterior(mean, sd, *of)
 
 
 def agreement_of(draws: Array) -> tuple[float, float]:

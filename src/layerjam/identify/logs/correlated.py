@@ -15,11 +15,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
 from layerjam.errors import FitError
+from layerjam.measure.trace import Array
 
-Array = npt.NDArray[np.float64]
 BINS = 150
 LEAST = 20
 _RHO = (0.0, 0.3, 0.6, 0.8, 0.9, 0.95, 0.98, 0.99)

@@ -10,14 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from layerjam.errors import FitError, QuantityError
 from layerjam.identify.logs.correlated import averaged
+from layerjam.measure.trace import Array
 from layerjam.simulate.accelerometer import CLASSES, LEAST_RATE, STANDARD_GRAVITY, cfc_filter
 from layerjam.units import show
 
-Array = npt.NDArray[np.float64]
 JITTER = 0.05
 """Part of the sampling interval by which a time stamp may be off its place."""
 SHARE = 0.05

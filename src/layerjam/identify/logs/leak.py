@@ -19,13 +19,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from layerjam.errors import FitError, UnknownNameError
 from layerjam.identify.logs.correlated import Series, fit_series
+from layerjam.measure.trace import Array
 from layerjam.units import show
 
-Array = npt.NDArray[np.float64]
 MODELS = ("linear", "laminar", "orifice")
 CRITICAL = 0.528
 STANDARD_TEMPERATURE = 273.15

@@ -19,14 +19,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from layerjam.errors import FitError
 from layerjam.identify.logs.correlated import Series, fit_series
 from layerjam.identify.logs.leak import CLEAR
+from layerjam.measure.trace import Array
 from layerjam.units import show
 
-Array = npt.NDArray[np.float64]
 LEVEL = 0.95
 
 

@@ -18,11 +18,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from layerjam.errors import FitError, UnknownNameError
+from layerjam.measure.trace import Array
 
-Array = npt.NDArray[np.float64]
 PARAMETERS = {
     "neo-hookean": ("C1",),
     "mooney-rivlin": ("C1", "C2"),

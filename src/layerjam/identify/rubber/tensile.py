@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from layerjam.errors import FileError, FitError
 from layerjam.measure.log import TIME, Log, read_log
@@ -20,9 +19,9 @@ from layerjam.measure.options import SKIP, ReadingOptions
 from layerjam.measure.readers.columns import Want
 from layerjam.measure.readers.unit_words import convert
 from layerjam.measure.readers.words import plain
+from layerjam.measure.trace import Array
 from layerjam.units import show
 
-Array = npt.NDArray[np.float64]
 WINDOW = (0.05, 0.20)
 """Strain over which the initial modulus is the slope of a straight line."""
 _TRUE = r"\btrue\b|wahre|\bvraie?\b"

@@ -15,9 +15,9 @@ from layerjam.measure.readers.columns import Column, Taken
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.grid import Grid, Table, read_grid
 from layerjam.measure.readers.lines import pieces
-from layerjam.measure.readers.numbers import Array, read_columns
+from layerjam.measure.readers.numbers import read_columns
 from layerjam.measure.sidecar import read_facts
-from layerjam.measure.trace import Trace, checked
+from layerjam.measure.trace import Array, Trace, checked
 
 _PIECE = 24_000_000
 """Bytes of a table that are cut into fields at once."""

@@ -13,16 +13,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-import numpy as np
-import numpy.typing as npt
-
 from layerjam.errors import FileError
 from layerjam.measure.options import SKIP, ColumnEntry
 from layerjam.measure.readers import words
 from layerjam.measure.readers.unit_words import MASS, common_unit, convert, unit_role
 from layerjam.measure.readers.words import plain
-
-Array = npt.NDArray[np.float64]
+from layerjam.measure.trace import Array
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,12 @@ from collections.abc import Sequence
 from math import isfinite
 
 import numpy as np
-import numpy.typing as npt
 
 from layerjam.errors import FileError
 from layerjam.measure.readers.columns import cut
 from layerjam.measure.readers.grid import Grid, no_row_of_numbers
 from layerjam.measure.readers.lines import looks_numeric
-
-Array = npt.NDArray[np.float64]
+from layerjam.measure.trace import Array
 
 _PLAIN = ((".", ""), (",", ""))
 _GROUPED = ((".", ","), (",", "."), (".", " "), (",", " "), (".", "'"), (",", "'"))
