@@ -14,11 +14,16 @@ import re
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 
 import typer
 
 from layerjam.cli.main import app
+from layerjam.commands import index
+from layerjam.commands.declare import GROUPS, Command
+from layerjam.commands.index import commands
+from layerjam.commands.results import key_of
 from layerjam.device.brake import Brake
 from layerjam.device.load import catalogue, load, materials
 from layerjam.measure.sidecar import Facts
@@ -192,39 +197,115 @@ def brakes() -> str:
     return table(head, rows)
 
 
-def _options(name: str) -> str:
+def command_table() -> str:
+    """Every declared command by what one wants, most used first."""
+    parts = []
+    for group, title in GROUPS.items():
+        names = [entry.name for entry in commands().values() if entry.group == group]
+        rows = [row(f"[`{usage(index.load(n))}`](#{n})", index.load(n).summary) for n in names]
+        if rows:
+            parts.append(f"### {title}\n\n{table(('command', 'what it does'), rows)}")
+    return "\n\n".join(parts)
+
+
+def usage(declared: Command) -> str:
+    """How a command is typed: its arguments and the options it cannot do without."""
+    words = ["layerjam", declared.name]
+    rest = False
+    for p in declared.parameters:
+        if p.stands_alone:
+            name = f"{p.metavar}..." if p.several else p.metavar
+            words.append(name if p.required else f"[{name}]")
+        elif p.required:
+            words += [p.option, p.metavar]
+        else:
+            rest = True
+    return " ".join([*words, *(["[OPTION...]"] if rest else [])])
+
+
+def described(name: str) -> str:
+    """The options of a command, and the keys of its JSON."""
+    return f"{options(name)}\n\n{keys(index.load(name))}"
+
+
+def options(name: str) -> str:
+    """The options of a command as the command line has them."""
     group = typer.main.get_command(app)
     command = group.get_command(typer.Context(group), name)  # type: ignore[attr-defined]
     rows = []
     for p in command.params:
-        if p.param_type_name == "argument":
-            rows.append(row(f"`{p.metavar}`", html.escape(p.help or "", quote=False)))
+        if p.hidden:
             continue
         words = html.escape(p.help or "", quote=False)
+        if p.param_type_name == "argument":
+            rows.append(row(f"`{p.metavar}`", words))
+            continue
         words += " Required." if p.required else ""
-        if isinstance(p.default, str) and p.default:
-            words += f" Default {p.default}."
+        words += f" Default {p.default}." if isinstance(p.default, str) and p.default else ""
         value = f" {p.metavar.replace('|', ' or ')}" if p.metavar and not p.is_flag else ""
         rows.append(row(", ".join(f"`{o}{value}`" for o in p.opts), words))
     return table(("option", "meaning"), rows)
 
 
-def _for(name: str) -> Callable[[], str]:
-    return lambda: _options(name)
+def keys(declared: Command) -> str:
+    """The keys of a command's JSON."""
+    rows = []
+    listed = declared.result.keys()
+    for f in listed:
+        spec = f.metadata["quantity"]
+        rows.append(row(f"`{key_of(f)}`", unit(spec) if spec else "", f.metadata["result"]))
+    return table(("JSON key", "SI unit", "meaning"), rows)
 
 
-COMMANDS = (
-    "new", "show", "force", "vacuum", "tensile", "drop", "tune", "stick-slip",
-    "rise", "parts", "regulate", "follow", "plan", "compare", "array", "design", "sweep", "apply",
-    "workbench", "lab", "pull", "friction", "calibrate", "validate", "report", "sleeve", "leak",
-    "pump-down", "crash", "reproduce",
-)  # fmt: skip
+def command_quantities() -> str:
+    """What commands are asked with: one line for each quantity, however many take it."""
+    takers: dict[tuple[str, str, str, str, str], list[str]] = {}
+    for entry in commands().values():
+        for p in entry.load().parameters:
+            if p.spec is not None:
+                about = (symbol(p.spec.symbol), p.name, unit(p.spec), p.spec.text.rstrip(","))
+                takers.setdefault((*about, p.spec.allowed()), []).append(entry.name)
+    rows = [
+        row(mark, f"`{name}`", si, text, allowed, ", ".join(used))
+        for (mark, name, si, text, allowed), used in sorted(takers.items(), key=lambda t: t[0][1:])
+    ]
+    return table(("symbol", "name", "SI unit", "meaning", "allowed", "commands"), rows)
+
+
+def command_functions() -> str:
+    """A place in the reference for the function and the result of every command."""
+    members: dict[str, list[str]] = {}
+    for entry in commands().values():
+        declared = entry.load()
+        named = [*members.get(declared.module, ()), declared.python_name, declared.result.__name__]
+        members[declared.module] = list(dict.fromkeys(named))
+    return "\n".join(
+        f"::: {module}\n    options:\n      members: [{', '.join(names)}]"
+        for module, names in members.items()
+    )
+
+
 PARTS: dict[str, Callable[[], str]] = {
     f.__name__: f
     for f in (
-        brake_fields, sidecar_fields, record_columns, source_kinds, films, silicones, brakes,
+        brake_fields,
+        sidecar_fields,
+        record_columns,
+        source_kinds,
+        films,
+        silicones,
+        brakes,
+        command_table,
+        command_quantities,
+        command_functions,
     )
-} | {f"options_{name.replace('-', '_')}": _for(name) for name in COMMANDS}  # fmt: skip
+}
+PARTS |= {f"options_{name.replace('-', '_')}": partial(described, name) for name in commands()}
+PARTS |= {
+    f"options_{one.name.replace('-', '_')}": partial(options, one.name)
+    for one in app.registered_commands
+    if one.name
+}
 
 
 def generated(text: str) -> str:

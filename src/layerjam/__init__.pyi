@@ -27,6 +27,7 @@ from layerjam.commands.pull import pull as pull
 from layerjam.commands.regulate import regulate as regulate
 from layerjam.commands.report import report as write_report
 from layerjam.commands.results import Result as Result
+from layerjam.commands.schema import schema as schema
 from layerjam.commands.sensor import Sensing as Sensing
 from layerjam.commands.sensor import Warmth as Warmth
 from layerjam.commands.sensor import heating as heating

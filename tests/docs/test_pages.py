@@ -16,9 +16,12 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+import json_schema
 from docs import examples
 from layerjam import __version__
 from layerjam.cli.main import app, main
+from layerjam.commands.index import commands
+from layerjam.commands.schema import schema
 
 ROOT = examples.ROOT
 MEASURED = "out/demo/measurements"
@@ -55,6 +58,7 @@ COMMANDS = {
     "pump-down": "pump-down line.csv line-and-10mL.csv --added-volume 10mL",
     "crash": "crash drop.csv",
     "reproduce": "reproduce --out report",
+    "schema": "schema force",
 }
 WITHOUT_JSON = {"workbench"}
 
@@ -88,7 +92,12 @@ def generate() -> ModuleType:
 
 def test_generated_tables_are_what_the_code_says(generate: ModuleType) -> None:
     pages = generate.pages()
-    assert {p.name for p in pages} == {"nomenclature.md", "file-format.md", "commands.md"}
+    assert {p.name for p in pages} == {
+        "nomenclature.md",
+        "file-format.md",
+        "commands.md",
+        "reference.md",
+    }
     for page in pages:
         text = page.read_text(encoding="utf-8")
         assert text.count("<!-- generated: ") == text.count("<!-- end -->")
@@ -110,10 +119,16 @@ def test_every_command_has_its_row() -> None:
 
 
 def _rows() -> dict[str, set[str]]:
-    """{command: JSON keys} of the table on the page."""
+    """{command: JSON keys} of the tables on the page."""
     text = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `layerjam ([\w-]+)(?:[^|]|\\\|)* \| (.*) \|$", text, re.MULTILINE)
-    return {name: set(re.findall(r"`([^`]+)`", keys)) for name, keys in rows}
+    found = {name: set(re.findall(r"`([^`]+)`", keys)) for name, keys in rows}
+    for name in re.findall(r"<!-- generated: options_(\w+) -->", text):
+        part = text.split(f"<!-- generated: options_{name} -->")[1].split("<!-- end -->")[0]
+        if "| JSON key |" in part:
+            keys = re.findall(r"^\| `([^`]+)`", part.split("| JSON key |")[1], re.MULTILINE)
+            found[name.replace("_", "-")] = set(keys)
+    return found
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -125,8 +140,11 @@ def test_json_has_the_keys_of_the_table(
     with contextlib.redirect_stdout(said):
         code = main([*COMMANDS[name].split(), "--json"])
     assert code == 0
-    keys = set(json.loads(said.getvalue()))
-    assert keys == _rows()[name] | {"units", "warnings"}
+    printed = json.loads(said.getvalue())
+    assert set(printed) == _rows()[name] | {"units", "warnings"}
+    if name in commands():
+        whole = json.loads(schema(name).json())
+        assert json_schema.problems(printed, whole) == []
 
 
 def test_functions_named_on_the_nomenclature_page_exist() -> None:

@@ -46,7 +46,7 @@ def _place(p: Parameter) -> inspect.Parameter:
     if kind is not bool and default is not inspect.Parameter.empty and not many:
         default = None if default is None else str(default)
     sentence = p.sentence
-    if p.positional and not p.help.option and not isinstance(p.help, OutFile):
+    if p.stands_alone:
         note = typer.Argument(metavar=p.metavar or None, help=sentence)
     else:
         names: tuple[str, ...] = (p.option,)

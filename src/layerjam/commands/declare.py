@@ -108,6 +108,11 @@ class Parameter:
         return self.help.option or "--" + self.name.replace("_", "-")
 
     @property
+    def stands_alone(self) -> bool:
+        """Whether it is typed without an option's name."""
+        return self.positional and not self.help.option and not isinstance(self.help, OutFile)
+
+    @property
     def label(self) -> str:
         """What an error calls it."""
         return self.option.lstrip("-").replace("-", " ")
@@ -184,11 +189,11 @@ class Parameter:
         return int(number) if spec.whole else number
 
 
-def _union(kind: Any) -> Iterator[Any]:
+def union(kind: Any) -> Iterator[Any]:
     """The members of an annotation: those of a union, or itself."""
     if get_origin(kind) in (typing.Union, types.UnionType):
         for inner in get_args(kind):
-            yield from _union(inner)
+            yield from union(inner)
     else:
         yield kind
 
@@ -199,7 +204,7 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
     about, optional, array = Help(), False, False
     words: list[str] = []
     plain: Any = None
-    for member in _union(kind):
+    for member in union(kind):
         if member is type(None):
             optional = True
         elif get_origin(member) is Literal:
@@ -213,7 +218,7 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
                     about = note
                 elif note is ARRAY:
                     array = True
-            for base in _union(inner):
+            for base in union(inner):
                 if get_origin(base) is Annotated:
                     raise TypeError(f"{name}: write Annotated[QUANTITY, ...] | None")
                 if get_origin(base) is Literal:
@@ -321,7 +326,7 @@ class Command:
         made: list[Parameter] = []
         for name, at in self.signature.parameters.items():
             kind = self._annotation(at.annotation)
-            group = next((k for k in _union(kind) if hasattr(k, FLATTENED)), None)
+            group = next((k for k in union(kind) if hasattr(k, FLATTENED)), None)
             if group is None:
                 positional = at.kind is not inspect.Parameter.KEYWORD_ONLY
                 several = at.kind is inspect.Parameter.VAR_POSITIONAL
@@ -340,7 +345,7 @@ class Command:
         kinds = {n: self._annotation(p.annotation) for n, p in self.signature.parameters.items()}
         found = {}
         for name, kind in kinds.items():
-            for member in _union(kind):
+            for member in union(kind):
                 if hasattr(member, FLATTENED):
                     found[name] = member
         return found

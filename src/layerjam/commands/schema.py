@@ -1,0 +1,163 @@
+"""`schema`: a JSON Schema of what every command prints with --json, from its declaration."""
+
+from __future__ import annotations
+
+import builtins
+import inspect
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import Field, fields, is_dataclass
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from layerjam.commands.declare import Command, Help, command, union
+from layerjam.commands.index import commands, load
+from layerjam.commands.results import Result, fact, key_of, result
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+NULL = {"type": "null"}
+PLAIN = {
+    bool: {"type": "boolean"},
+    int: {"type": "integer"},
+    float: {"type": "number"},
+    str: {"type": "string"},
+    type(None): NULL,
+}
+
+
+class _Names(dict[str, Any]):
+    """What the names of an annotation mean; one that only type checkers know may be anything."""
+
+    def __missing__(self, name: str) -> Any:
+        return getattr(builtins, name, Any)
+
+
+def _names(cls: type) -> _Names:
+    return _Names(vars(sys.modules[cls.__module__]))
+
+
+def _annotation(cls: type, name: str) -> Any:
+    """The type of a field, looked up in the module of the class that declares it."""
+    owner = next(base for base in cls.__mro__ if name in vars(base).get("__annotations__", ()))
+    text = vars(owner)["__annotations__"][name]
+    return eval(text, {}, _names(owner)) if isinstance(text, str) else text  # our own source
+
+
+def type_schema(kind: Any) -> dict[str, Any]:
+    """The schema of values of a Python type; {} for those that are not known."""
+    members = list(union(kind))
+    if len(members) > 1:
+        made = [type_schema(member) for member in members]
+        if {} in made:
+            return {}
+        if all(set(one) == {"type"} for one in made):
+            return {"type": [one["type"] for one in made]}
+        return {"anyOf": made}
+    if kind in PLAIN:
+        return dict(PLAIN[kind])
+    origin, inside = get_origin(kind), get_args(kind)
+    if origin is Literal:
+        return {"enum": list(inside)}
+    if origin is Annotated:
+        return type_schema(inside[0])
+    if is_dataclass(kind):
+        names = [f.name for f in fields(kind)]
+        return _object({name: type_schema(_annotation(kind, name)) for name in names})  # type: ignore[arg-type]
+    if not inspect.isclass(origin):
+        return {}
+    if issubclass(origin, Mapping):
+        return {"type": "object", "additionalProperties": type_schema(inside[1])}
+    if origin is tuple and inside[-1] is not ...:
+        made = [type_schema(one) for one in inside]
+        return {"type": "array", "prefixItems": made, "items": False, "minItems": len(made)}
+    if issubclass(origin, Sequence):
+        return {"type": "array", "items": type_schema(inside[0])}
+    return {}
+
+
+def _object(properties: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "type": "object",
+        "properties": dict(properties),
+        "required": list(properties),
+        "additionalProperties": False,
+    }
+
+
+def _key(cls: type[Result], f: Field[Any]) -> dict[str, Any]:
+    spec = f.metadata["quantity"]
+    about = {"description": f.metadata["result"], **({"unit": spec.unit} if spec else {})}
+    return {**type_schema(_annotation(cls, f.name)), **about}
+
+
+def schema_of(declared: Command) -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of a command's result; `unit` is the SI unit of a key."""
+    cls = declared.result
+    listed = cls.keys()
+    keys = {key_of(f): _key(cls, f) for f in listed}
+    common = {
+        "units": {
+            "type": "object",
+            "additionalProperties": {"type": "string"},
+            "description": "SI unit of each key",
+        },
+        "warnings": {"type": "array", "items": {"type": "string"}, "description": "what to know"},
+    }
+    about = (inspect.getdoc(cls) or "").split("\n\n")[0].replace("\n", " ")
+    return {
+        "title": f"layerjam {declared.name} --json",
+        "description": about,
+        **_object({**keys, **common}),
+    }
+
+
+@result
+class Schemas(Result):
+    """One JSON Schema with a definition for each command; it holds for what any of them prints."""
+
+    dialect: str = fact("dialect of the schema", default=DIALECT, key="$schema", listed=False)
+    any_of: Sequence[Mapping[str, str]] = fact(
+        "references to the definitions", key="anyOf", listed=False
+    )
+    definitions: Mapping[str, Any] = fact("schema of each command", key="$defs", listed=False)
+
+    def lines(self) -> Iterator[str]:
+        """Every command with its keys: type, unit, meaning."""
+        for index, (name, schema) in enumerate(self.definitions.items()):
+            yield from ("",) if index else ()
+            yield f"layerjam {name}: {schema['description']}"
+            for key, about in schema["properties"].items():
+                unit = f" [{about['unit']}]" if "unit" in about else ""
+                yield f"  {key}{unit}, {_in_words(about)}: {about['description']}"
+
+
+def _in_words(schema: Mapping[str, Any]) -> str:
+    """What type a value has."""
+    if "anyOf" in schema:
+        return " or ".join(_in_words(one) for one in schema["anyOf"])
+    if "enum" in schema:
+        return " or ".join(map(str, schema["enum"]))
+    kind = schema.get("type", "any value")
+    return kind if isinstance(kind, str) else " or ".join(kind)
+
+
+@command(
+    "share",
+    place=50,
+    examples=("layerjam schema force", "layerjam schema drop --json"),
+    computes=False,
+)
+def schema(
+    name: Annotated[
+        str | None, Help("Name of a command; all of them unless given.", metavar="COMMAND")
+    ] = None,
+) -> Schemas:
+    """JSON Schema of what a command prints with --json.
+
+    Draft 2020-12; beside type and meaning each key has its SI `unit`. What is printed is itself a
+    schema: `anyOf` refers to the definitions of `$defs`, one for each command.
+    """
+    names = list(commands()) if name is None else [load(name).name]
+    return Schemas(
+        any_of=[{"$ref": f"#/$defs/{one}"} for one in names],
+        definitions={one: schema_of(load(one)) for one in names},
+    )

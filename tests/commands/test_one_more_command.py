@@ -1,0 +1,126 @@
+"""One more command, declared here and nowhere else, is complete wherever commands are met."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated, Any
+
+import pytest
+
+import json_schema
+from layerjam.cli.main import main
+from layerjam.commands.declare import REGISTRY, command
+from layerjam.commands.index import commands, load
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.schema import schema, schema_of
+from layerjam.errors import QuantityError
+from layerjam.units import QuantitySpec
+
+ROOT = Path(__file__).parents[2]
+DEPTH = QuantitySpec("m", "depth of the dive", lo=1e-3, hi=300, example="12m", symbol="z")
+EXAMPLE = "layerjam dive --depth 12m"
+
+
+@result
+class Dive(Result):
+    """What a diver feels."""
+
+    pressure: float = number("Pa", "pressure above the surface's")
+    feasible: bool = fact("whether a diver may go there")
+
+
+@pytest.fixture
+def dive() -> Iterator[Any]:
+    """The command `dive`: one quantity, and its physics."""
+
+    @command("predict", place=99, examples=(EXAMPLE,), computes=False)
+    def dive(*, depth: Annotated[float | str, DEPTH]) -> Dive:
+        """Pressure of water at a depth."""
+        pressure = 1000 * 9.81 * depth
+        return Dive(pressure=pressure, feasible=pressure < 4e5)
+
+    yield dive
+    del REGISTRY["dive"]
+
+
+def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    code = main(words)
+    out, err = capsys.readouterr()
+    return code, re.sub(r"\s+", " ", out), err
+
+
+@pytest.fixture
+def generate() -> ModuleType:
+    """docs/generate.py."""
+    spec = importlib.util.spec_from_file_location("docs_generate", ROOT / "docs" / "generate.py")
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_python_takes_text_and_si_and_checks_bounds(dive: Any) -> None:
+    assert dive(depth="1200 cm").pressure == dive(depth=12).pressure == pytest.approx(117_720)
+    for wrong, words in (
+        ("12", "unit"),
+        ("12 s", "depth"),
+        (301.0, "at most 300 m"),
+        (None, "missing"),
+    ):
+        with pytest.raises(QuantityError, match=words):
+            dive(depth=wrong)
+    assert repr(dive(depth=12)).split() == ["pressure", "117.7", "kPa", "feasible", "yes"]
+
+
+def test_it_stands_in_the_index_under_its_group(dive: Any) -> None:
+    entry = commands()["dive"]
+    assert (entry.group, entry.summary) == ("predict", "Pressure of water at a depth.")
+    assert load("dive").result is Dive
+    grouped = [e.name for e in commands().values() if e.group == "predict"]
+    assert grouped[-1] == "dive"
+
+
+def test_the_command_line_has_it(dive: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "dive Pressure of water at a depth" in said(capsys, "--help")[1]
+    _, text, _ = said(capsys, "dive", "--help")
+    assert "--depth Q Depth of the dive, e.g. 12m. [required]" in text and EXAMPLE in text
+    assert said(capsys, *EXAMPLE.split()[1:])[:2] == (0, "pressure 117.7 kPa feasible yes ")
+    code, text, _ = said(capsys, "dive", "--depth", "100m", "--json")
+    assert code == 1
+    assert json.loads(text) == {
+        "pressure": pytest.approx(981e3),
+        "feasible": False,
+        "units": {"pressure": "Pa"},
+        "warnings": [],
+    }
+    for wrong, words in (("12", "has no unit"), ("1km", "at most 300 m")):
+        code, text, err = said(capsys, "dive", "--depth", wrong)
+        assert (code, text) == (2, "") and words in err and err.count("\n") == 1
+
+
+def test_its_answers_have_a_schema(dive: Any) -> None:
+    about = schema_of(load("dive"))
+    assert about["properties"]["pressure"] == {
+        "type": "number",
+        "description": "pressure above the surface's",
+        "unit": "Pa",
+    }
+    whole = json.loads(schema("dive").json())
+    answer = json.loads(dive(depth=12).json())
+    assert json_schema.problems(answer, whole) == []
+    assert json_schema.problems({**answer, "pressure": "high"}, whole)
+    assert json_schema.problems({**answer, "depth": 12.0}, whole)
+
+
+def test_the_docs_have_it(dive: Any, generate: ModuleType) -> None:
+    assert "`layerjam dive --depth Q`" in generate.command_table()
+    page = generate.described("dive")
+    assert "| `--depth Q` | Depth of the dive, e.g. 12m. Required. |" in page
+    assert "| `pressure` | Pa | pressure above the surface's |" in page
+    assert "| <i>z</i> | `depth` | m | depth of the dive |" in generate.command_quantities()
+    assert "dive, Dive" in generate.command_functions()
