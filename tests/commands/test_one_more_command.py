@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import json
 import re
@@ -14,8 +15,9 @@ import pytest
 
 import json_schema
 from layerjam.cli.main import main
+from layerjam.commands import impact
 from layerjam.commands.declare import REGISTRY, command
-from layerjam.commands.index import commands, load
+from layerjam.commands.index import Entry, commands, load
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.commands.schema import schema, schema_of
 from layerjam.errors import QuantityError
@@ -115,6 +117,43 @@ def test_its_answers_have_a_schema(dive: Any) -> None:
     assert json_schema.problems(answer, whole) == []
     assert json_schema.problems({**answer, "pressure": "high"}, whole)
     assert json_schema.problems({**answer, "depth": 12.0}, whole)
+
+
+def patched(text: str, patch: str) -> str:
+    """A text with the lines of a diff block, whose parts are apart by `...`."""
+    at = 0
+    for part in patch.split(" ...\n"):
+        lines = part.splitlines(keepends=True)
+        old = "".join(line[1:] for line in lines if line[0] in " -")
+        new = "".join(line[1:] for line in lines if line[0] in " +")
+        at = text.index(old, at)
+        text = text[:at] + new + text[at + len(old) :]
+    return text
+
+
+def test_one_more_option_is_one_file_as_contributing_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    patch = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("```diff\n")[1]
+    patch = patch.split("```")[0]
+    assert sum(line.startswith("+") for line in patch.splitlines()) == 2 + 1  # and its physics
+    text = patched(Path(impact.__file__).read_text(encoding="utf-8"), patch)
+    (tmp_path / "sloping.py").write_text(text, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setitem(REGISTRY, "drop", REGISTRY["drop"])
+    drop = importlib.import_module("sloping").drop
+    case: dict[str, Any] = {"mass": 1.0, "speed": "2.5 m/s", "vacuum": "94.5 kPa"}
+    level = drop("choi2018-kapton", horizontal=True, **case).slip
+    assert drop("choi2018-kapton", slope=0.0, **case).slip == pytest.approx(level)
+    upright = impact.drop("choi2018-kapton", **case).slip
+    slips = [drop("choi2018-kapton", slope=s, **case).slip for s in ("30 deg", "90 deg")]
+    assert level < slips[0] < slips[1] == pytest.approx(upright)
+    monkeypatch.setattr(Entry, "load", lambda _: drop.declaration)
+    assert "--slope Q Slope of the rail, 90 deg is upright" in said(capsys, "drop", "--help")[1]
+    for wrong, words in (("30", "no unit"), ("2rad", "at most 1.571 rad")):
+        given = ("--mass", "1kg", "--speed", "2.5m/s", "--vacuum", "94.5kPa", "--slope", wrong)
+        code, _, err = said(capsys, "drop", "choi2018-kapton", *given)
+        assert code == 2 and words in err, err
 
 
 def test_the_docs_have_it(dive: Any, generate: ModuleType) -> None:
