@@ -8,7 +8,9 @@ series and in parallel. Everything else comes from a given brake. All forces are
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -26,48 +28,52 @@ from layerjam.mechanics.stick_slip import laws as stickslip
 from layerjam.units import QuantitySpec, spec_of
 
 _TIMES = QuantitySpec("1", "equal brakes", lo=1, hi=1000, whole=True)
-VARIABLES: dict[str, QuantitySpec] = {
-    "count": spec_of(Sheets, "count"),
-    "thickness": spec_of(Sheets, "thickness"),
-    "width": spec_of(Sheets, "width"),
-    "overlap": spec_of(Sheets, "overlap"),
-    "free_left": spec_of(Sheets, "free_left"),
-    "free_right": spec_of(Sheets, "free_right"),
-    "offset": QuantitySpec("m", "slip before use, taken from overlap and travel", hi=5),
-    "usable_travel": spec_of(Sheets, "usable_travel"),
-    "wall": spec_of(Enclosure, "wall"),
-    "fittings_mass": spec_of(Brake, "fittings_mass"),
-    "vacuum": QuantitySpec("Pa", "vacuum the brake is used at", hi=1.2e5, open_lo=True),
-    "series": replace(_TIMES, text="equal brakes in series"),
-    "parallel": replace(_TIMES, text="equal brakes in parallel"),
-}
+VARIABLES: Mapping[str, QuantitySpec] = MappingProxyType(
+    {
+        "count": spec_of(Sheets, "count"),
+        "thickness": spec_of(Sheets, "thickness"),
+        "width": spec_of(Sheets, "width"),
+        "overlap": spec_of(Sheets, "overlap"),
+        "free_left": spec_of(Sheets, "free_left"),
+        "free_right": spec_of(Sheets, "free_right"),
+        "offset": QuantitySpec("m", "slip before use, taken from overlap and travel", hi=5),
+        "usable_travel": spec_of(Sheets, "usable_travel"),
+        "wall": spec_of(Enclosure, "wall"),
+        "fittings_mass": spec_of(Brake, "fittings_mass"),
+        "vacuum": QuantitySpec("Pa", "vacuum the brake is used at", hi=1.2e5, open_lo=True),
+        "series": replace(_TIMES, text="equal brakes in series"),
+        "parallel": replace(_TIMES, text="equal brakes in parallel"),
+    }
+)
 """What may be varied, with unit, meaning and bounds; the film is chosen beside it."""
 
-MERITS: dict[str, QuantitySpec] = {
-    "holding_force": QuantitySpec("N", "static friction of all sheets at rest"),
-    "max_force": QuantitySpec("N", "peak of a slow pull over the usable travel"),
-    "usable_travel": QuantitySpec("m", "slip of all brakes in series"),
-    "energy_capacity": QuantitySpec("J", "work over the usable travel"),
-    "mass": QuantitySpec("kg", "mass of all brakes"),
-    "volume": QuantitySpec("m^3", "boxes around enclosures and clamped ends, at rest"),
-    "length": QuantitySpec("m", "length at rest, clamped ends included, in series"),
-    "height": QuantitySpec("m", "height of one stack in its enclosure"),
-    "force_density": QuantitySpec("N/kg", "max_force over mass"),
-    "energy_density": QuantitySpec("J/kg", "energy_capacity over mass"),
-    "stiffness": QuantitySpec("N/m", "before slip; the sheets' own on the given brake's mount"),
-    "sheet_stress": QuantitySpec("Pa", "greatest stress in a sheet's free part"),
-    "clamp_stress": QuantitySpec("Pa", "greatest stress at the screw hole"),
-    "stress_margin": QuantitySpec("1", "strength of the film over clamp_stress"),
-    "buckling_force": QuantitySpec("N", "compression at which one sheet buckles, at rest"),
-    "self_closing_vacuum": QuantitySpec(
-        "Pa", "vacuum below which the enclosure closes it, end of travel"
-    ),
-    "rise_time": QuantitySpec("s", "10 to 90 % of the vacuum on the given line"),
-    "gas_work": QuantitySpec("J", "least work of a pump for one jam"),
-    "judder_margin": QuantitySpec("1", "stiffness over the least without stick–slip"),
-    "stop_slip": QuantitySpec("m", "slip at standstill"),
-    "stop_peak": QuantitySpec("N", "greatest force of the stop"),
-}
+MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
+    {
+        "holding_force": QuantitySpec("N", "static friction of all sheets at rest"),
+        "max_force": QuantitySpec("N", "peak of a slow pull over the usable travel"),
+        "usable_travel": QuantitySpec("m", "slip of all brakes in series"),
+        "energy_capacity": QuantitySpec("J", "work over the usable travel"),
+        "mass": QuantitySpec("kg", "mass of all brakes"),
+        "volume": QuantitySpec("m^3", "boxes around enclosures and clamped ends, at rest"),
+        "length": QuantitySpec("m", "length at rest, clamped ends included, in series"),
+        "height": QuantitySpec("m", "height of one stack in its enclosure"),
+        "force_density": QuantitySpec("N/kg", "max_force over mass"),
+        "energy_density": QuantitySpec("J/kg", "energy_capacity over mass"),
+        "stiffness": QuantitySpec("N/m", "before slip; the sheets' own on the given brake's mount"),
+        "sheet_stress": QuantitySpec("Pa", "greatest stress in a sheet's free part"),
+        "clamp_stress": QuantitySpec("Pa", "greatest stress at the screw hole"),
+        "stress_margin": QuantitySpec("1", "strength of the film over clamp_stress"),
+        "buckling_force": QuantitySpec("N", "compression at which one sheet buckles, at rest"),
+        "self_closing_vacuum": QuantitySpec(
+            "Pa", "vacuum below which the enclosure closes it, end of travel"
+        ),
+        "rise_time": QuantitySpec("s", "10 to 90 % of the vacuum on the given line"),
+        "gas_work": QuantitySpec("J", "least work of a pump for one jam"),
+        "judder_margin": QuantitySpec("1", "stiffness over the least without stick–slip"),
+        "stop_slip": QuantitySpec("m", "slip at standstill"),
+        "stop_peak": QuantitySpec("N", "greatest force of the stop"),
+    }
+)
 """Every figure of merit with its unit and meaning; those that need more than a brake come last."""
 LINE_MERITS = ("rise_time", "gas_work")
 STOP_MERITS = ("stop_slip", "stop_peak")

@@ -99,7 +99,9 @@ def read_published(text: str, path: object) -> PublishedDevices:
     both = {r.kind for r in made.values()} & set(looked)
     if both:
         raise FileError(path, f"{', '.join(sorted(both))}: found, and yet under [{_NONE}]")
-    return PublishedDevices(devices=tuple(made.values()), sheet=sheet, looked_for=dict(looked))
+    return PublishedDevices(
+        devices=tuple(made.values()), sheet=sheet, looked_for=MappingProxyType(looked)
+    )
 
 
 def _device(key: str, table: Any, text: str, path: object) -> PublishedDevice:

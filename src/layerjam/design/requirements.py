@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 from layerjam.design.grid import Evaluation, Grid
@@ -15,7 +17,7 @@ from layerjam.fluid.file import LineFile
 from layerjam.records.values import AsItIs
 from layerjam.units import QuantitySpec, exact_text, show
 
-NAMEABLE = {**MERITS, **VARIABLES}
+NAMEABLE: Mapping[str, QuantitySpec] = MappingProxyType({**MERITS, **VARIABLES})
 """What a constraint may name."""
 
 

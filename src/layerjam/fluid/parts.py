@@ -24,7 +24,7 @@ from layerjam.records.toml import parse_toml
 from layerjam.records.values import Entry, TextSpec
 from layerjam.units import QuantitySpec, quantities
 
-FAMILIES: dict[str, type] = {"pump": Pump, "valve": Valve, "sensor": Sensor}
+FAMILIES: Mapping[str, type] = MappingProxyType({"pump": Pump, "valve": Valve, "sensor": Sensor})
 NEEDED = {"pump": "flow", "valve": "conductance", "sensor": "range"}
 """Without which a part cannot stand in a line; a pump may have its curve instead."""
 ASSUMED: dict[str, dict[str, tuple[object, str]]] = {
@@ -42,36 +42,38 @@ ASSUMED: dict[str, dict[str, tuple[object, str]]] = {
 }
 _TEXTS = {word: TextSpec(blank=word == "note") for word in ("name", "kind", "note")}
 _ANY = float("-inf")
-PRINTED = {
-    "free_flow": QuantitySpec("m^3/s", "free air without vacuum", open_lo=True),
-    "ultimate_vacuum": QuantitySpec("Pa", "greatest vacuum", open_lo=True, hi=101325.0),
-    "flow_in_all": QuantitySpec("m^3/s", "flow of all pumps", open_lo=True),
-    "vacuum_reached": QuantitySpec("Pa", "a vacuum that was reached"),
-    "voltage": QuantitySpec("V", "rated voltage"),
-    "tube_bore": QuantitySpec("m", "inner diameter of its tube"),
-    "tube_outer": QuantitySpec("m", "outer diameter of its tube"),
-    "mass": QuantitySpec("kg", "mass"),
-    "cv": QuantitySpec("1", "flow coefficient Cv"),
-    "nominal_flow": QuantitySpec("m^3/s", "free air from 6 to 5 bar gauge"),
-    "rated_flow": QuantitySpec("m^3/s", "flow between pressures that are not printed"),
-    "bore": QuantitySpec("m", "nominal width"),
-    "pressure_least": QuantitySpec("Pa", "least working pressure, gauge", lo=_ANY),
-    "pressure_most": QuantitySpec("Pa", "greatest working pressure, gauge", lo=_ANY),
-    "power": QuantitySpec("W", "electric power"),
-    "range_least": QuantitySpec("Pa", "least pressure it shows", lo=_ANY),
-    "range_most": QuantitySpec("Pa", "greatest pressure it shows", lo=_ANY),
-    "error": QuantitySpec("Pa", "greatest error"),
-    "accuracy": QuantitySpec("1", "accuracy, of the full scale"),
-    "offset_stability": QuantitySpec("1", "stability of its offset, of the full scale"),
-    "response": QuantitySpec("s", "10 to 90 % of a step"),
-    "update": QuantitySpec("s", "time between readings"),
-    "warm_up": QuantitySpec("s", "time to warm up"),
-    "span_output": QuantitySpec("V", "output over the full range"),
-    "output_at_atmosphere": QuantitySpec("V", "output at the atmosphere"),
-    "sensitivity": QuantitySpec("V/Pa", "output per pressure"),
-    "supply": QuantitySpec("V", "supply voltage"),
-    "overpressure": QuantitySpec("Pa", "pressure it stands"),
-}
+PRINTED: Mapping[str, QuantitySpec] = MappingProxyType(
+    {
+        "free_flow": QuantitySpec("m^3/s", "free air without vacuum", open_lo=True),
+        "ultimate_vacuum": QuantitySpec("Pa", "greatest vacuum", open_lo=True, hi=101325.0),
+        "flow_in_all": QuantitySpec("m^3/s", "flow of all pumps", open_lo=True),
+        "vacuum_reached": QuantitySpec("Pa", "a vacuum that was reached"),
+        "voltage": QuantitySpec("V", "rated voltage"),
+        "tube_bore": QuantitySpec("m", "inner diameter of its tube"),
+        "tube_outer": QuantitySpec("m", "outer diameter of its tube"),
+        "mass": QuantitySpec("kg", "mass"),
+        "cv": QuantitySpec("1", "flow coefficient Cv"),
+        "nominal_flow": QuantitySpec("m^3/s", "free air from 6 to 5 bar gauge"),
+        "rated_flow": QuantitySpec("m^3/s", "flow between pressures that are not printed"),
+        "bore": QuantitySpec("m", "nominal width"),
+        "pressure_least": QuantitySpec("Pa", "least working pressure, gauge", lo=_ANY),
+        "pressure_most": QuantitySpec("Pa", "greatest working pressure, gauge", lo=_ANY),
+        "power": QuantitySpec("W", "electric power"),
+        "range_least": QuantitySpec("Pa", "least pressure it shows", lo=_ANY),
+        "range_most": QuantitySpec("Pa", "greatest pressure it shows", lo=_ANY),
+        "error": QuantitySpec("Pa", "greatest error"),
+        "accuracy": QuantitySpec("1", "accuracy, of the full scale"),
+        "offset_stability": QuantitySpec("1", "stability of its offset, of the full scale"),
+        "response": QuantitySpec("s", "10 to 90 % of a step"),
+        "update": QuantitySpec("s", "time between readings"),
+        "warm_up": QuantitySpec("s", "time to warm up"),
+        "span_output": QuantitySpec("V", "output over the full range"),
+        "output_at_atmosphere": QuantitySpec("V", "output at the atmosphere"),
+        "sensitivity": QuantitySpec("V/Pa", "output per pressure"),
+        "supply": QuantitySpec("V", "supply voltage"),
+        "overpressure": QuantitySpec("Pa", "pressure it stands"),
+    }
+)
 """What data sheets print beside the fields of a line; each in its unit."""
 
 
