@@ -72,7 +72,7 @@ EQUIVALENT = {
     ): "c is zero already where nothing is jammed",
     (
         "hysteresis.py",
-        "slack=(state.force <= (1)) & (target < sleeve.slip),",
+        "slack=(state.force <= (1)) & (target < enclosure.slip),",
     ): "a force above zero means an elongation beyond the slip",
     (
         "hysteresis.py",
@@ -98,7 +98,7 @@ EQUIVALENT = {
     (
         "hysteresis.py",
         "start = State(at_rest(), zero, zero, zero, zero, vacuum[(1)], no, no)",
-    ): "a relaxed sleeve at zero slip does not care which vacuum it comes from",
+    ): "a relaxed enclosure at zero slip does not care which vacuum it comes from",
     (
         "law.py",
         "return jax.lax.stop_gradient(jax.lax.fori_loop((1), 80, halve, (low, high))[1])",
@@ -142,15 +142,15 @@ EQUIVALENT = {
     ): "where the whole strip moves, its branch and the backbone are one line",
     (
         "memory.py",
-        "force=(loading_force(state, slip, sleeve)),",
+        "force=(loading_force(state, slip, enclosure)),",
     ): "used only where the slip has grown",
     (
         "memory.py",
-        "more = load_to(facing(state, True), (target), sleeve)",
+        "more = load_to(facing(state, True), (target), enclosure)",
     ): "used only where the target is above the slip",
     (
         "memory.py",
-        "less = unload_to(facing(state, False), (target), sleeve)",
+        "less = unload_to(facing(state, False), (target), enclosure)",
     ): "used only where the target is below the slip",
     (
         "pull.py",
@@ -158,7 +158,7 @@ EQUIVALENT = {
     ): "a negative force is out of reach and NaN",
     (
         "pull.py",
-        "return jnp.where(root**2 < sleeve.saturation, root**2, (linear))",
+        "return jnp.where(root**2 < enclosure.saturation, root**2, (linear))",
     ): "the linear branch is never negative where it is used",
     (
         "pull.py",

@@ -14,7 +14,7 @@ from layerjam.errors import FileError, FitError
 from layerjam.identify.calibration.peaks import calibrate, fit_pull
 from layerjam.identify.pull.features import loading_branch, pull_features
 from layerjam.measure.trace import Trace
-from layerjam.mechanics.enclosure import saturation_slip, sleeve_at
+from layerjam.mechanics.enclosure import enclosure_at, saturation_slip
 from layerjam.mechanics.pull import peak, scale_factor_eq8, scale_factor_of_peak
 from strategies import KAPTON, PTFE, change, one, random_brakes, seeds
 
@@ -257,7 +257,7 @@ def test_zero_vacuum_and_no_pull() -> None:
 
 def test_a_peak_below_what_the_sleeve_allows() -> None:
     stiff = change(KAPTON, enclosure__modulus=1e9)
-    least = float(sleeve_at(FULL, stiff).root) * 0.068**0.5
+    least = float(enclosure_at(FULL, stiff).root) * 0.068**0.5
     assert least > 176
     with pytest.raises(FitError, match="is below .* the least that the enclosure's law allows"):
         fit_pull(pull_features(curve(KAPTON)), FULL, stiff)

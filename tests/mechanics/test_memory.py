@@ -11,10 +11,10 @@ import pytest
 from layerjam.mechanics.enclosure import (
     backbone,
     backbone_stored,
+    enclosure_at,
     enclosure_force,
     inverse_backbone,
     saturation_slip,
-    sleeve_at,
 )
 from layerjam.mechanics.energy import slip_heat, slip_work
 from layerjam.mechanics.memory import DEPTH, _force_of_stored, enclosure_cycle
@@ -240,7 +240,7 @@ def test_pump_down_and_let_go_returns_less_than_was_put_in(brake):
 
 @pytest.mark.parametrize("vacuum", [300.0, 2e3, 94.5e3])
 def test_the_force_of_a_stored_energy_is_the_first_loading_that_stores_it(vacuum):
-    strip = sleeve_at(vacuum, KAPTON)
+    strip = enclosure_at(vacuum, KAPTON)
     x = np.array([1e-5, 1e-3, 0.02, 0.06])
     force = _force_of_stored(backbone_stored(x, strip), strip)
     assert np.asarray(force) == pytest.approx(np.asarray(backbone(x, strip)), rel=1e-12)
@@ -249,7 +249,7 @@ def test_the_force_of_a_stored_energy_is_the_first_loading_that_stores_it(vacuum
 @pytest.mark.parametrize("x", [1e-4, 0.02])
 def test_raised_from_nothing_the_whole_strip_has_friction_to_spare(x):
     """At zero vacuum all of it slides: q l of each half must come before the backbone is joined."""
-    strip = sleeve_at(5e3, KAPTON)
+    strip = enclosure_at(5e3, KAPTON)
     held = float(enclosure_force(x, 0.0, KAPTON))
     joined = held + 2 * strip.friction * strip.reach
     ends = float(inverse_backbone(joined, strip))
@@ -262,7 +262,7 @@ def test_raised_from_nothing_the_whole_strip_has_friction_to_spare(x):
 def test_let_back_and_vented_a_little_it_slides_and_rejoins_first_loading():
     """From EA x/l - q l on, pulled again: the reversed strip joins where it is all turned."""
     x, low = 0.02, 100.0
-    strip = sleeve_at(low, KAPTON)
+    strip = enclosure_at(low, KAPTON)
     slope = float(strip.stiffness / strip.reach)
     edge = slope * x - float(strip.friction * strip.reach)
     turn = 2 * float(strip.friction) * float(strip.reach) ** 2 / float(strip.stiffness)
@@ -276,7 +276,7 @@ def test_let_back_and_vented_a_little_it_slides_and_rejoins_first_loading():
 
 def test_a_strip_that_slides_back_as_a_whole_heats_by_its_friction_and_falls_by_its_spring():
     low, x, back = 60.0, 0.02, 0.015
-    strip = sleeve_at(low, KAPTON)
+    strip = enclosure_at(low, KAPTON)
     force, stored, heat = cycle([0.04, x, x, back], np.array([2e3, 2e3, low, low]))
     way = x - back
     assert force[3] == pytest.approx(

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from layerjam.device.load import load
 from layerjam.errors import ProcedureError, QuantityError
-from layerjam.mechanics.enclosure import backbone, sleeve_at
+from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.memory import enclosure_cycle
 from layerjam.mechanics.stack.lasso import fused_lasso
 from layerjam.mechanics.stack.pull import pull_stack
@@ -26,7 +26,7 @@ SLOPE = C / KAPTON.sheets.overlap
 
 
 def rigid(static: bool = False, count: int = 11, ratio: float | None = None) -> Stack:
-    stack = stack_of(KAPTON, FULL, static=static, sleeve=False, mount=np.inf)
+    stack = stack_of(KAPTON, FULL, static=static, enclosure=False, mount=np.inf)
     if ratio is not None:
         stack = stack._replace(ratio=np.full(10, ratio))
     if count == 11:
@@ -148,7 +148,7 @@ def test_the_answer_does_not_depend_on_the_increments():
 
 
 def test_the_cap_gives_way_as_a_spring_in_series():
-    stack, path = mounted(sleeve=False), np.linspace(0, 6e-4, 7)
+    stack, path = mounted(enclosure=False), np.linspace(0, 6e-4, 7)
     stiff = KAPTON.stiffness_measured
     assert pull_stack(path, stack).force == pytest.approx(stiff * path, rel=1e-9)
     assert stack.mount == pytest.approx(1 / (1 / stiff - 1 / 2046694.2148760335), rel=1e-9)
@@ -199,7 +199,7 @@ def test_a_load_held_moves_nothing():
 
 def test_energy_closes_against_the_force_integrated_on_its_own():
     """Without sleeve the force is straight between two changes of state: trapezoids are exact."""
-    for stack, end in ((rigid(), 3e-4), (mounted(sleeve=False), 3e-3)):
+    for stack, end in ((rigid(), 3e-4), (mounted(enclosure=False), 3e-3)):
         path = np.linspace(0, end, 301)
         for _ in range(45):  # the grid closes in on every change of state
             run = pull_stack(path, stack)
@@ -311,7 +311,7 @@ def frictionless(vacuum: float) -> Stack:
 def test_faces_load_along_the_backbone(vacuum):
     path = np.linspace(0, 0.06, 61)
     run = pull_stack(path, frictionless(vacuum))
-    law = np.asarray(backbone(path, sleeve_at(vacuum, KAPTON)))
+    law = np.asarray(backbone(path, enclosure_at(vacuum, KAPTON)))
     assert run.force == pytest.approx(law, rel=1e-5, abs=1e-9)
     assert run.faces.sum(axis=1) == pytest.approx(law, rel=1e-5, abs=1e-9)
 
@@ -342,7 +342,7 @@ def test_a_missing_vacuum_in_the_middle_weakens_those_interfaces_only():
     share = Interfaces.missing_vacuum(11, 0.4).vacuum
     assert share[[0, -1]] == pytest.approx(1)
     assert share.min() == pytest.approx(0.4, abs=0.02)
-    stack = mounted(interfaces=Interfaces.missing_vacuum(11, 0.4), sleeve=False)
+    stack = mounted(interfaces=Interfaces.missing_vacuum(11, 0.4), enclosure=False)
     result = pull_stack(np.linspace(0, 0.01, 2001), stack)
     assert np.abs(result.interface[-1]) == pytest.approx(
         stack.friction * (1 - result.slip[-1] / stack.length), rel=1e-9
@@ -353,7 +353,7 @@ def test_a_missing_vacuum_in_the_middle_weakens_those_interfaces_only():
 def test_misaligned_sheets_overlap_by_what_both_are_shifted():
     shifts = np.zeros(11)
     shifts[4] = -5e-3
-    stack = mounted(interfaces=Interfaces.misaligned(shifts), sleeve=False)
+    stack = mounted(interfaces=Interfaces.misaligned(shifts), enclosure=False)
     assert stack.length[[2, 5]] == pytest.approx([0.068, 0.068])
     assert stack.length[[3, 4]] == pytest.approx([0.063, 0.063])
     assert stack.friction[3] == pytest.approx(C * 63 / 68)
@@ -362,7 +362,10 @@ def test_misaligned_sheets_overlap_by_what_both_are_shifted():
 
 
 def test_a_housing_adds_its_friction_and_lets_go_first():
-    plain, housed = mounted(sleeve=False), mounted(sleeve=False, housing=Housing(friction=5.0))
+    plain, housed = (
+        mounted(enclosure=False),
+        mounted(enclosure=False, housing=Housing(friction=5.0)),
+    )
     path = np.linspace(0, 0.01, 2001)
     a, b = pull_stack(path, plain), pull_stack(path, housed)
     assert len(housed.springs) == 13
@@ -372,12 +375,12 @@ def test_a_housing_adds_its_friction_and_lets_go_first():
     assert b.force[-1] - at == pytest.approx(10.0, rel=1e-3)
     assert b.slip[-1, 0] == pytest.approx(b.cap[-1] - b.sheets[-1, 1], abs=1e-6)
     assert (b.slip[-1, [0, -1]] > 0).all()
-    shrinking = mounted(sleeve=False, housing=Housing(friction=5.0, contact=0.02))
+    shrinking = mounted(enclosure=False, housing=Housing(friction=5.0, contact=0.02))
     c = pull_stack(path, shrinking)
     left = 10 * (1 - c.slip[-1, 0] / 0.02)
     at = np.interp(c.slip[-1, 1:-1].mean(), a.slip.mean(axis=1), a.force)
     assert c.force[-1] - at == pytest.approx(left, rel=1e-3)
-    one = pull_stack(path, mounted(sleeve=False, housing=Housing(friction=(5.0, 0.0))))
+    one = pull_stack(path, mounted(enclosure=False, housing=Housing(friction=(5.0, 0.0))))
     at = np.interp(one.slip[-1, 1:-1].mean(), a.slip.mean(axis=1), a.force)
     assert one.force[-1] - at == pytest.approx(5.0, rel=1e-3)
 

@@ -18,7 +18,7 @@ def test_many_stacks_are_each_what_one_is():
     random = np.random.default_rng(2)
     for stack in (
         stack_of(KAPTON, FULL),
-        stack_of(KAPTON, FULL, sleeve=False, mount=np.inf),
+        stack_of(KAPTON, FULL, enclosure=False, mount=np.inf),
         stack_of(KAPTON, FULL, static=True),
     ):
         friction = stack.friction * np.exp(random.normal(0, 0.1, (6, 10)))

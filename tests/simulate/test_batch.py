@@ -161,7 +161,7 @@ def test_a_history_is_held_fixed_for_all_cases():
     assert made.slip.dims == ("mass", "speed")
     one = stop_in_time(1.0, 2.5, VENT, TIMES, 16.8e3, None, G, 1e-4, 4000.0, KAPTON)
     assert float(made.slip[1, 2]) == pytest.approx(float(one.slip), rel=1e-12)
-    assert "sleeve" not in made
+    assert "enclosure" not in made
     assert (made.speed_reached == 0).all()
     np.testing.assert_array_equal(made.speed, speed)
     steady = batch(

@@ -38,7 +38,7 @@ def block(**given: Any) -> Slide:
     values: dict[str, Any] = {
         "mass": 0.01, "spring": 131e3, "damping": 0.0, "speed": 0.05, "ramp": np.inf, "end": 1.0,
         "step": np.inf, "level": 100.0, "fall": 0.0, "rise": 0.3, "stribeck": 0.0, "exponent": 1.0,
-        "viscous": 0.0, "base": 0.0, "sleeve": None, "overlap": np.inf, "start": 0.0,
+        "viscous": 0.0, "base": 0.0, "enclosure": None, "overlap": np.inf, "start": 0.0,
         "events": 3.0, "tolerance": 1e-10,
     }  # fmt: skip
     return Slide(**{**values, **given})

@@ -2,7 +2,7 @@
 
 This file imports nothing and uses floats and tuples of floats only, so that the very same text runs
 in CPython, on a microcontroller under MicroPython, and compiled in batches. `settings.py` makes the
-tuples; `docs/control.md` tells the rules. Vacuum in pascals, time in samples.
+tuples; `docs/control.md` states the rules. Vacuum in pascals, time in samples.
 
 settings = (regulator, watch), state = (drive, seen); the layouts are those unpacked below.
 """

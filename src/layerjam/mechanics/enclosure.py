@@ -1,4 +1,4 @@
-"""The sleeve: elastic strips pulled over the stack (paper, eq. 5, with x inside the root).
+"""The enclosure: elastic strips pulled over the stack (paper, eq. 5, with x inside the root).
 
 Two faces carry. Pulling stretches a strip of stiffness EA against the friction q = mu_e W P per
 length; the part that moves grows from both ends until it meets in the middle (saturation).
@@ -14,8 +14,8 @@ from layerjam.device.brake import Brake
 from layerjam.mechanics.law import law, safe_sqrt, within
 
 
-class Sleeve(NamedTuple):
-    """One face of the sleeve at a vacuum: what its force law needs."""
+class EnclosureLaw(NamedTuple):
+    """One face of the enclosure at a vacuum: what its force law needs."""
 
     stiffness: Any
     """EA = E_e W w_e [N]."""
@@ -29,97 +29,97 @@ class Sleeve(NamedTuple):
     """x* = q l^2/EA [m], the slip at which the whole face moves."""
 
 
-def sleeve_at(vacuum: Any, brake: Brake) -> Sleeve:
-    """The sleeve's constants at a vacuum [Pa]."""
+def enclosure_at(vacuum: Any, brake: Brake) -> EnclosureLaw:
+    """The enclosure's constants at a vacuum [Pa]."""
     sheets = brake.sheets
     stiffness = brake.enclosure.modulus * sheets.width * brake.enclosure.wall
     reach = (sheets.free_left + sheets.overlap + sheets.free_right) / 2
     friction = brake.film.friction_on_silicone * sheets.width * vacuum
-    return sleeve_of(stiffness, friction, reach)
+    return enclosure_of(stiffness, friction, reach)
 
 
-def sleeve_of(stiffness: Any, friction: Any, reach: Any) -> Sleeve:
-    """A sleeve from EA [N], friction q [N/m] and half its free length l [m]."""
+def enclosure_of(stiffness: Any, friction: Any, reach: Any) -> EnclosureLaw:
+    """An enclosure from EA [N], friction q [N/m] and half its free length l [m]."""
     root = 2 * safe_sqrt(stiffness * friction)
-    return Sleeve(stiffness, friction, reach, root, friction * reach**2 / stiffness)
+    return EnclosureLaw(stiffness, friction, reach, root, friction * reach**2 / stiffness)
 
 
-def backbone(slip: Any, sleeve: Sleeve) -> Any:
+def backbone(slip: Any, enclosure: EnclosureLaw) -> Any:
     """f(x) [N], both faces, first loading: 2 sqrt(EA q x), then EA x/l + q l."""
-    spread = sleeve.root * safe_sqrt(slip)
-    whole = sleeve.stiffness * slip / sleeve.reach + sleeve.friction * sleeve.reach
-    return jnp.where(slip < sleeve.saturation, spread, jnp.where(slip > 0, whole, 0.0))
+    spread = enclosure.root * safe_sqrt(slip)
+    whole = enclosure.stiffness * slip / enclosure.reach + enclosure.friction * enclosure.reach
+    return jnp.where(slip < enclosure.saturation, spread, jnp.where(slip > 0, whole, 0.0))
 
 
-def backbone_work(slip: Any, sleeve: Sleeve) -> Any:
+def backbone_work(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Integral of `backbone` from 0 to slip [J]."""
-    start = jnp.minimum(slip, sleeve.saturation)
-    spread = sleeve.root * start * safe_sqrt(start) * (2 / 3)
+    start = jnp.minimum(slip, enclosure.saturation)
+    spread = enclosure.root * start * safe_sqrt(start) * (2 / 3)
     beyond = slip - start
-    whole = sleeve.stiffness * (slip + start) / (2 * sleeve.reach)
-    whole = (whole + sleeve.friction * sleeve.reach) * beyond
+    whole = enclosure.stiffness * (slip + start) / (2 * enclosure.reach)
+    whole = (whole + enclosure.friction * enclosure.reach) * beyond
     return spread + whole
 
 
-def backbone_stored(slip: Any, sleeve: Sleeve) -> Any:
+def backbone_stored(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Elastic energy in both faces after first loading to slip [J].
 
     A third of f x while part of the face rests, i.e. half of the work; beyond saturation from the
     tension F - q s along the half length, s from 0 to l.
     """
-    spread = sleeve.root * slip * safe_sqrt(slip) / 3
-    face = backbone(slip, sleeve) / 2
-    q, reach = sleeve.friction, sleeve.reach
-    whole = 2 * reach * (face**2 - face * q * reach + (q * reach) ** 2 / 3) / sleeve.stiffness
-    return jnp.where(slip < sleeve.saturation, spread, whole)
+    spread = enclosure.root * slip * safe_sqrt(slip) / 3
+    face = backbone(slip, enclosure) / 2
+    q, reach = enclosure.friction, enclosure.reach
+    whole = 2 * reach * (face**2 - face * q * reach + (q * reach) ** 2 / 3) / enclosure.stiffness
+    return jnp.where(slip < enclosure.saturation, spread, whole)
 
 
-def slipped_area(slip: Any, sleeve: Sleeve) -> Any:
+def slipped_area(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Integral of the strip's slip over its length [m^2], both faces, after first loading to slip.
 
     Half of the work over q while part of the face rests; past saturation every point slips on with
     the cap, which adds l (x - x*).
     """
-    start = jnp.minimum(slip, sleeve.saturation)
-    q = jnp.where(sleeve.friction > 0, sleeve.friction, 1.0)
-    return sleeve.root * start * safe_sqrt(start) / (3 * q) + sleeve.reach * (slip - start)
+    start = jnp.minimum(slip, enclosure.saturation)
+    q = jnp.where(enclosure.friction > 0, enclosure.friction, 1.0)
+    return enclosure.root * start * safe_sqrt(start) / (3 * q) + enclosure.reach * (slip - start)
 
 
-def backbone_dissipated(slip: Any, sleeve: Sleeve) -> Any:
+def backbone_dissipated(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Friction heat of both faces in first loading to slip [J], integrated, not by difference."""
-    return sleeve.friction * slipped_area(slip, sleeve)
+    return enclosure.friction * slipped_area(slip, enclosure)
 
 
-def inverse_backbone(force: Any, sleeve: Sleeve) -> Any:
+def inverse_backbone(force: Any, enclosure: EnclosureLaw) -> Any:
     """The slip at which first loading carries `force` [N]."""
-    at_saturation = 2 * sleeve.friction * sleeve.reach
-    whole = (force - sleeve.friction * sleeve.reach) * sleeve.reach / sleeve.stiffness
-    square = jnp.where(sleeve.root > 0, sleeve.root, 1.0) ** 2
+    at_saturation = 2 * enclosure.friction * enclosure.reach
+    whole = (force - enclosure.friction * enclosure.reach) * enclosure.reach / enclosure.stiffness
+    square = jnp.where(enclosure.root > 0, enclosure.root, 1.0) ** 2
     return jnp.where(force < at_saturation, force**2 / square, whole)
 
 
 @law
 def enclosure_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Force of the sleeve in first loading [N] (eq. 5 corrected); slip [m], vacuum [Pa].
+    """Force of the enclosure in first loading [N] (eq. 5 corrected); slip [m], vacuum [Pa].
 
     2 sqrt(E A P mu W x) up to `saturation_slip`, linear beyond ("assumed closure", ours). Its
     slope at zero slip is infinite; the gradient there is taken as zero. NaN for a negative slip
     or vacuum.
     """
-    return within((slip >= 0) & (vacuum >= 0), backbone(slip, sleeve_at(vacuum, brake)))
+    return within((slip >= 0) & (vacuum >= 0), backbone(slip, enclosure_at(vacuum, brake)))
 
 
 @law
 def saturation_slip(vacuum: Any, brake: Brake) -> Any:
-    """Slip [m] from which the whole sleeve moves; vacuum [Pa]."""
-    return within(vacuum >= 0, sleeve_at(vacuum, brake).saturation)
+    """Slip [m] from which the whole enclosure moves; vacuum [Pa]."""
+    return within(vacuum >= 0, enclosure_at(vacuum, brake).saturation)
 
 
 @law
 def enclosure_stretch(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Local stretch [-] at the sleeve's end, F/(EA) a face; slip [m], vacuum [Pa].
+    """Local stretch [-] at the enclosure's end, F/(EA) a face; slip [m], vacuum [Pa].
 
     5.5 at 40 mm and full vacuum, while the modulus is quoted at 1: the law is used far outside.
     """
-    sleeve = sleeve_at(vacuum, brake)
-    return within((slip >= 0) & (vacuum >= 0), backbone(slip, sleeve) / 2 / sleeve.stiffness)
+    enclosure = enclosure_at(vacuum, brake)
+    return within((slip >= 0) & (vacuum >= 0), backbone(slip, enclosure) / 2 / enclosure.stiffness)

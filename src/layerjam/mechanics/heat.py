@@ -1,9 +1,9 @@
 """Heat of a stop in the sheets: how warm they get, and how often one may stop.
 
 Adiabatic: a stop lasts tens of milliseconds, and heat takes some ten seconds through stack and
-sleeve, so it stays where it arose. All of it is counted as the sheets', also the part that arises
-on the faces of the sleeve and warms silicone too, so the mean is a little high. Between stops the
-sleeve gives the heat off to the air.
+enclosure, so it stays where it arose. All of it is counted as the sheets', even the part that
+arises on the enclosure and warms it too, so the mean is a little high. Between stops the enclosure
+gives the heat off to the air.
 
 Wear is not modelled: neither that of the film nor what a warm or worn surface does to friction.
 """
@@ -31,7 +31,7 @@ def rubbing_mass(brake: Brake) -> Any:
 
 
 def outer_area(brake: Brake) -> Any:
-    """Outer surface of the sleeve from cap to cap at rest [m^2], the ends left out."""
+    """Outer surface of the enclosure from cap to cap at rest [m^2], the ends left out."""
     sheets, wall = brake.sheets, brake.enclosure.wall
     around = 2 * (sheets.width + sheets.count * sheets.thickness) + 8 * wall
     return around * (sheets.free_left + sheets.overlap + sheets.free_right)
@@ -51,7 +51,7 @@ def temperature_rise(heat: Any, brake: Brake) -> Any:
 def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
     """Mean rise [K] of the whole sheets, clamped and free parts too, from a heat [J].
 
-    What a stop leaves once the warmth has spread along the sheets, before any is given off.
+    What a stop leaves once the heat has spread along the sheets, before any is given off.
     """
     capacity = brake.sheets.count * sheet_mass(brake) * _specific_heat(brake)
     return within(heat >= 0, heat / capacity)
@@ -78,13 +78,13 @@ def stops_per_minute(heat: Any, allowed_rise: Any, film_coefficient: Any, brake:
     """Stops a minute [1/min], each of the same heat [J], for ever, up to a mean rise [K].
 
     Equally spaced. A stop warms the rubbing sheets by `temperature_rise`, and between stops they
-    cool with the time constant C/(h A), h the `film_coefficient` [W/(m^2 K)] from the sleeve's
+    cool with the time constant C/(h A), h the `film_coefficient` [W/(m^2 K)] from the enclosure's
     outer surface to still air. In the lasting state the rise just after a stop is
     dT/(1 - exp(-h A t/C)) at the spacing t; it is let reach `allowed_rise` over the air. Zero where
     one stop alone is too much. For small dT this is h A (allowed rise)/heat, whatever C.
 
-    The sleeve's own heat capacity and thermal resistance, conduction into the caps and the drift of
-    friction with temperature are left out. NaN unless all three are positive.
+    The enclosure's own heat capacity and thermal resistance, conduction into the caps and the drift
+    of friction with temperature are left out. NaN unless all three are positive.
     """
     capacity = rubbing_mass(brake) * _specific_heat(brake)
     share = heat / (capacity * allowed_rise)

@@ -1,7 +1,7 @@
-"""The brake under a moving crosshead: sheets that stick and slide, the sleeve with its memory.
+"""The brake under a moving crosshead: sheets that stick and slide, the enclosure with its memory.
 
 Tension only: in compression the sheets buckle, the brake carries nothing, and its slip stays where
-it is while friction holds the sleeve; otherwise the sleeve closes the brake until it does.
+it is while friction holds the enclosure; otherwise the enclosure closes the brake until it does.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import Sleeve, sleeve_at
+from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import (
@@ -44,15 +44,15 @@ class Cycle(NamedTuple):
     heat: Any
     """Energy dissipated so far [J], summed on its own."""
     stored: Any
-    """Elastic energy held now in sleeve, sheets and mount [J]."""
+    """Elastic energy held now in enclosure, sheets and mount [J]."""
     slack: Any
     """True where the crosshead has come closer than the brake is long."""
     closed: Any
-    """True once the sleeve has pulled the brake back by itself."""
+    """True once the enclosure has pulled the brake back by itself."""
     separated: Any
     """True once the overlap is used up; nothing after that point counts."""
     overflow: Any
-    """True once the sleeve's memory of turning points was exceeded."""
+    """True once the enclosure's memory of turning points was exceeded."""
     snapped: Any
     """True once the brake began to slide on a spring softer than `least_stiffness`."""
 
@@ -60,7 +60,7 @@ class Cycle(NamedTuple):
 class State(NamedTuple):
     """The brake between two moves."""
 
-    sleeve: Memory
+    enclosure: Memory
     elongation: Any
     force: Any
     work: Any
@@ -76,7 +76,7 @@ class Setting(NamedTuple):
     c: Any
     k: Any
     overlap: Any
-    sleeve: Sleeve
+    enclosure: EnclosureLaw
 
 
 def setting(vacuum: Any, brake: Brake) -> Setting:
@@ -85,19 +85,19 @@ def setting(vacuum: Any, brake: Brake) -> Setting:
         friction_per_contact(vacuum, brake),
         jnp.asarray(working_stiffness(brake), jnp.float64),
         brake.sheets.overlap,
-        sleeve_at(vacuum, brake),
+        enclosure_at(vacuum, brake),
     )
 
 
 def first_slip(memory: Memory, elongation: Any, at: Setting) -> Any:
     """Slip where k (u - x) = F_e(x) + F_f(x) on the outermost loading; -inf where it is not met."""
     onset = at.k * (elongation - memory.origin) - at.c * (at.overlap - memory.origin)
-    first = memory.origin + rising_root(onset, at.k - at.c, at.sleeve)
+    first = memory.origin + rising_root(onset, at.k - at.c, at.enclosure)
     # before the backbone is joined the base leads there; one that lies ahead, behind a loop, is
     # not reached while it drives nothing
     base = memory.base
     drive = at.k * (elongation - base.slip) - base.force - at.c * (at.overlap - base.slip)
-    start = base.slip + rising_root(drive, at.k - at.c, branch(base.strength, at.sleeve))
+    start = base.slip + rising_root(drive, at.k - at.c, branch(base.strength, at.enclosure))
     start = jnp.where(drive >= 0, jnp.minimum(start, memory.join), -jnp.inf)
     return jnp.where(first >= memory.join, first, start)
 
@@ -108,7 +108,7 @@ def _slide_out(memory: Memory, elongation: Any, at: Setting) -> Any:
     def root(turns: Turns) -> Any:
         drive = at.k * (elongation - turns.slip) - turns.force
         drive = drive - at.c * (at.overlap - turns.slip)
-        return turns.slip + rising_root(drive, at.k - at.c, branch(turns.strength, at.sleeve))
+        return turns.slip + rising_root(drive, at.k - at.c, branch(turns.strength, at.enclosure))
 
     branches = jnp.where(jnp.arange(DEPTH) < memory.lows.count, root(memory.lows), -jnp.inf)
     first = first_slip(memory, elongation, at)
@@ -123,13 +123,13 @@ def _slide_back(memory: Memory, elongation: Any, at: Setting) -> Any:
 
     def root(spring: Any, pull: Any) -> Any:
         drive = highs.force - at.c * (at.overlap - highs.slip) - pull
-        strip = branch(highs.strength, at.sleeve)
+        strip = branch(highs.strength, at.enclosure)
         slip = highs.slip - rising_root(drive, spring + at.c, strip)
         slip = jnp.where(jnp.arange(DEPTH) < highs.count, slip, jnp.inf).min()
         # a strip that slides back as a whole falls by EA/l
         drive = memory.force - at.c * (at.overlap - memory.slip)
         drive = drive - spring * (elongation - memory.slip)
-        whole = drive / (spring + at.c + at.sleeve.stiffness / at.sleeve.reach)
+        whole = drive / (spring + at.c + at.enclosure.stiffness / at.enclosure.reach)
         slip = jnp.where(highs.count > 0, slip, memory.slip - jnp.maximum(whole, 0.0))
         return jnp.clip(slip, 0.0, memory.slip)
 
@@ -139,31 +139,31 @@ def _slide_back(memory: Memory, elongation: Any, at: Setting) -> Any:
 
 def move(state: State, elongation: Any, at: Setting) -> State:
     """Move the crosshead at constant vacuum; work and heat are exact."""
-    memory = state.sleeve
+    memory = state.enclosure
     trial = at.k * (elongation - memory.slip)
     hold = at.c * jnp.maximum(at.overlap - memory.slip, 0.0)
     out = trial > memory.force + hold
     back = jnp.maximum(trial, 0.0) < memory.force - hold
 
     def outward(memory: Memory) -> tuple[Any, Memory]:
-        opening = facing(memory, True, at.sleeve)
+        opening = facing(memory, True, at.enclosure)
         far = _slide_out(opening, elongation, at)
-        return far, load_to(opening, far, at.sleeve)
+        return far, load_to(opening, far, at.enclosure)
 
     def inward(memory: Memory) -> tuple[Any, Memory]:
-        closing = facing(memory, False, at.sleeve)
+        closing = facing(memory, False, at.enclosure)
         near = _slide_back(closing, elongation, at)
-        return near, unload_to(closing, near, at.sleeve)
+        return near, unload_to(closing, near, at.enclosure)
 
-    way = jnp.where(out, 0, jnp.where(back, 1, 2))
-    slip, new = jax.lax.switch(way, [outward, inward, lambda m: (m.slip, m)], memory)
+    direction = jnp.where(out, 0, jnp.where(back, 1, 2))
+    slip, new = jax.lax.switch(direction, [outward, inward, lambda m: (m.slip, m)], memory)
     force = jnp.maximum(at.k * (elongation - slip), 0.0)
     rubbed = jnp.abs(slip - memory.slip) * at.c
     rubbed = rubbed * (at.overlap - (slip + memory.slip) / 2)
     heat = rubbed + new.heat - memory.heat
     elastic = (force**2 - state.force**2) / (2 * at.k)
     return State(
-        sleeve=new,
+        enclosure=new,
         elongation=elongation,
         force=force,
         work=state.work + heat + (new.stored - memory.stored) + elastic,
@@ -176,10 +176,10 @@ def move(state: State, elongation: Any, at: Setting) -> State:
 
 def change_vacuum(state: State, vacuum: Any, before: Setting, after: Setting) -> State:
     """Another vacuum at a fixed crosshead: no work is done, what is released becomes heat."""
-    held = at_vacuum(state.sleeve, before.sleeve, after.sleeve)
-    moved = move(state._replace(sleeve=held), state.elongation, after)
+    held = at_vacuum(state.enclosure, before.enclosure, after.enclosure)
+    moved = move(state._replace(enclosure=held), state.elongation, after)
     spring = (state.force**2 - moved.force**2) / (2 * after.k)
-    released = state.sleeve.stored - moved.sleeve.stored + spring
+    released = state.enclosure.stored - moved.enclosure.stored + spring
     return moved._replace(work=state.work, heat=state.heat + released, vacuum=vacuum)
 
 
@@ -188,8 +188,8 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
     """The brake along an elongation history [m], shape (N,), from rest at zero elongation.
 
     `vacuum` [Pa] is one number or a history of the same shape, taken over before each move.
-    Sheets stick at k and slide at F_f; the sleeve follows Masing's rule. Once the brake starts to
-    slide on a k that is not above c (`least_stiffness`) it snaps, and forces from there are NaN.
+    Sheets stick at k and slide at F_f; the enclosure follows Masing's rule. Once the brake starts
+    to slide on a k that is not above c (`least_stiffness`) it snaps, and forces from there are NaN.
     """
     elongation = jnp.atleast_1d(elongation)
     vacuum = jnp.broadcast_to(vacuum, elongation.shape)
@@ -205,20 +205,20 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
             state,
         )
         state = move(state, target, after)
-        sleeve = state.sleeve
-        fine = (target >= 0) & (pressure >= 0) & ~(sleeve.overflow | state.snapped)
+        enclosure = state.enclosure
+        fine = (target >= 0) & (pressure >= 0) & ~(enclosure.overflow | state.snapped)
         force = jnp.where(fine, state.force, jnp.nan)
         return state, Cycle(
             force=force,
-            slip=sleeve.slip,
-            sleeve_force=sleeve.force,
+            slip=enclosure.slip,
+            sleeve_force=enclosure.force,
             work=state.work,
             heat=state.heat,
-            stored=sleeve.stored + state.force**2 / (2 * after.k),
-            slack=(state.force <= 0) & (target < sleeve.slip),
+            stored=enclosure.stored + state.force**2 / (2 * after.k),
+            slack=(state.force <= 0) & (target < enclosure.slip),
             closed=state.closed,
-            separated=sleeve.slip >= brake.sheets.overlap * (1 - 1e-12),
-            overflow=sleeve.overflow,
+            separated=enclosure.slip >= brake.sheets.overlap * (1 - 1e-12),
+            overflow=enclosure.overflow,
             snapped=state.snapped,
         )
 

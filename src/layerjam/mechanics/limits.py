@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone, sleeve_at
+from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.stiffness import sheet_section
@@ -47,12 +47,12 @@ def travel_left(slip: Any, brake: Brake) -> Any:
 
 @law
 def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
-    """Vacuum [Pa] below which the stretched sleeve closes an unloaded brake at a slip [m].
+    """Vacuum [Pa] below which the stretched enclosure closes an unloaded brake at a slip [m].
 
     Where F_e = F_f: P = (e_1/c_1)^2 x/(L2 - x)^2 unsaturated, else linear in P. Infinite where
-    friction can never hold the sleeve.
+    friction can never hold the enclosure.
     """
-    unit = sleeve_at(1.0, brake)
+    unit = enclosure_at(1.0, brake)
     contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
     if brake.pressure_exponent is not None:
         return _closing_with_exponent(slip, contact, brake)
@@ -66,12 +66,12 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
 
 
 def _closing_with_exponent(slip: Any, contact: Any, brake: Brake) -> Any:
-    """With a pressure exponent: where friction starts to hold the sleeve, by halving log P."""
+    """With a pressure exponent: where friction starts to hold the enclosure, by halving log P."""
 
     def holds(log_vacuum: Any) -> Any:
         vacuum = jnp.exp(log_vacuum)
         held = friction_per_contact(vacuum, brake) * contact
-        return held - backbone(slip, sleeve_at(vacuum, brake))
+        return held - backbone(slip, enclosure_at(vacuum, brake))
 
     top = jnp.log(brake.site.atmosphere) + jnp.zeros(jnp.shape(slip))
     guess = rising_zero(lambda v: jnp.sign(holds(v)), top - 30.0, top)

@@ -1,4 +1,4 @@
-"""The sleeve under changing slip and vacuum: Masing's rule with memory of turning points (ours).
+"""The enclosure under changing slip and vacuum: Masing's rule with memory of turning points (ours).
 
 First loading follows the backbone f. Whatever happens later starts where the strip is and moves it
 against a *change* of friction: 2 q after a turn, because friction reverses, so that
@@ -19,14 +19,14 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import (
-    Sleeve,
+    EnclosureLaw,
     backbone,
     backbone_dissipated,
     backbone_stored,
     backbone_work,
+    enclosure_at,
+    enclosure_of,
     inverse_backbone,
-    sleeve_at,
-    sleeve_of,
     slipped_area,
 )
 from layerjam.mechanics.law import law, safe_sqrt, within
@@ -46,7 +46,7 @@ class Turns(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """State of both faces of the sleeve."""
+    """State of both faces of the enclosure."""
 
     slip: Any
     force: Any
@@ -68,16 +68,16 @@ class Memory(NamedTuple):
 
 
 def at_rest() -> Memory:
-    """A relaxed sleeve."""
+    """A relaxed enclosure."""
     none, zero, no = jnp.zeros(DEPTH), jnp.array(0.0), jnp.array(False)
     turns = Turns(none, none, none, jnp.array(0))
     base = Turns(zero, zero, zero, jnp.array(0))
     return Memory(zero, zero, zero, base, zero, zero, turns, turns, jnp.array(True), zero, zero, no)
 
 
-def branch(strength: Any, sleeve: Sleeve) -> Sleeve:
+def branch(strength: Any, enclosure: EnclosureLaw) -> EnclosureLaw:
     """The strip as it answers a move against a change of friction `strength` [N/m]."""
-    return sleeve_of(sleeve.stiffness, strength, sleeve.reach)
+    return enclosure_of(enclosure.stiffness, strength, enclosure.reach)
 
 
 def _push(turns: Turns, slip: Any, force: Any, strength: Any, when: Any) -> Turns:
@@ -102,14 +102,14 @@ def _sliding_back(state: Memory) -> Any:
     return on & (state.highs.count == 0) & (state.lows.count == 0)
 
 
-def facing(state: Memory, loading: bool, sleeve: Sleeve) -> Memory:
+def facing(state: Memory, loading: bool, enclosure: EnclosureLaw) -> Memory:
     """The state with its present point remembered as a turn, if the direction changes."""
     turned = state.loading != loading
     full = (state.lows if loading else state.highs).count >= DEPTH
     # loops inside a loop move against the same change of friction, so that they close where they
     # opened; the outermost knows whether it starts where the vacuum was changed
     fresh = (state.base.count > 0) & (state.slip == state.base.slip)
-    turn = jnp.where(fresh & (not loading), state.down, 2 * sleeve.friction)
+    turn = jnp.where(fresh & (not loading), state.down, 2 * enclosure.friction)
     turned = turned & ~(_sliding_back(state) & (not loading))
     if loading:
         turn = _innermost(state.highs, turn)
@@ -122,54 +122,54 @@ def facing(state: Memory, loading: bool, sleeve: Sleeve) -> Memory:
     )
 
 
-def first_force(state: Memory, slip: Any, sleeve: Sleeve) -> Any:
+def first_force(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Any:
     """Force of the outermost loading: from the base up to `join`, then the backbone."""
     ahead = jnp.maximum(slip - state.base.slip, 0.0)
-    start = state.base.force + backbone(ahead, branch(state.base.strength, sleeve))
-    after = backbone(jnp.maximum(slip - state.origin, 0.0), sleeve)
+    start = state.base.force + backbone(ahead, branch(state.base.strength, enclosure))
+    after = backbone(jnp.maximum(slip - state.origin, 0.0), enclosure)
     return jnp.where(slip < state.join, start, after)
 
 
-def loading_force(state: Memory, slip: Any, sleeve: Sleeve) -> Any:
+def loading_force(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Any:
     """Force at a slip beyond the present one, for a state that faces loading."""
     ahead = jnp.maximum(slip - state.lows.slip, 0.0)
-    branches = state.lows.force + backbone(ahead, branch(state.lows.strength, sleeve))
+    branches = state.lows.force + backbone(ahead, branch(state.lows.strength, enclosure))
     branches = jnp.where(jnp.arange(DEPTH) < state.lows.count, branches, jnp.inf)
     inside = (state.lows.count > 0) & (slip < state.highs.slip[0])
-    first = jnp.where(inside, jnp.inf, first_force(state, slip, sleeve))
+    first = jnp.where(inside, jnp.inf, first_force(state, slip, enclosure))
     return jnp.minimum(first, branches.min())
 
 
-def unloading_force(state: Memory, slip: Any, sleeve: Sleeve) -> Any:
+def unloading_force(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Any:
     """Force at a slip below the present one, for a state that faces unloading."""
     behind = jnp.maximum(state.highs.slip - slip, 0.0)
-    branches = state.highs.force - backbone(behind, branch(state.highs.strength, sleeve))
+    branches = state.highs.force - backbone(behind, branch(state.highs.strength, enclosure))
     return jnp.where(jnp.arange(DEPTH) < state.highs.count, branches, -jnp.inf).max()
 
 
-def first_work(state: Memory, start: Any, end: Any, sleeve: Sleeve) -> tuple[Any, Any]:
+def first_work(state: Memory, start: Any, end: Any, enclosure: EnclosureLaw) -> tuple[Any, Any]:
     """Work and heat [J] of the outermost loading from slip `start` to `end`."""
     base = state.base
     joined = jnp.clip(state.join, start, end)
-    on, strip = joined > start, branch(base.strength, sleeve)
+    on, strip = joined > start, branch(base.strength, enclosure)
     a, b = (jnp.where(on, x - base.slip, 0.0) for x in (start, joined))
     work = jnp.where(on, base.force * (joined - start), 0.0)
     work = work + backbone_work(b, strip) - backbone_work(a, strip)
-    heat = sleeve.friction * (slipped_area(b, strip) - slipped_area(a, strip))
+    heat = enclosure.friction * (slipped_area(b, strip) - slipped_area(a, strip))
     a, b = (jnp.maximum(x - state.origin, 0.0) for x in (joined, end))
-    work = work + backbone_work(b, sleeve) - backbone_work(a, sleeve)
-    return work, heat + backbone_dissipated(b, sleeve) - backbone_dissipated(a, sleeve)
+    work = work + backbone_work(b, enclosure) - backbone_work(a, enclosure)
+    return work, heat + backbone_dissipated(b, enclosure) - backbone_dissipated(a, enclosure)
 
 
 def _along(
-    turns: Turns, on: Any, start: Any, end: Any, friction: Any, sleeve: Sleeve
+    turns: Turns, on: Any, start: Any, end: Any, friction: Any, enclosure: EnclosureLaw
 ) -> tuple[Any, Any]:
     """Work and heat over branches from slip `start` to `end`, each measured from its turn.
 
     `friction` [N/m] rubs on what slips. Out and back over a loop it must add up to the loop's
     strength, which is the work the loop takes: q going back, the rest going out.
     """
-    strip = branch(turns.strength, sleeve)
+    strip = branch(turns.strength, enclosure)
     a = jnp.where(on, jnp.abs(start - turns.slip), 0.0)
     b = jnp.where(on, jnp.abs(end - turns.slip), 0.0)
     work = jnp.where(on, turns.force * (end - start), 0.0)
@@ -178,7 +178,7 @@ def _along(
     return work.sum(), heat.sum()
 
 
-def load_to(state: Memory, slip: Any, sleeve: Sleeve) -> Memory:
+def load_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     """Stretch to `slip` >= the present one; the state faces loading."""
     index = jnp.arange(DEPTH)
     lows, highs = state.lows, state.highs
@@ -186,14 +186,14 @@ def load_to(state: Memory, slip: Any, sleeve: Sleeve) -> Memory:
     inner = jnp.where(index + 1 < lows.count, jnp.roll(highs.slip, -1), state.slip)
     start = jnp.clip(inner, state.slip, slip)
     end = jnp.where(on, jnp.clip(highs.slip, start, slip), start)
-    work, heat = _along(lows, on, start, end, lows.strength - sleeve.friction, sleeve)
+    work, heat = _along(lows, on, start, end, lows.strength - enclosure.friction, enclosure)
     first = jnp.where(lows.count > 0, jnp.clip(highs.slip[0], state.slip, slip), state.slip)
-    more, warmer = first_work(state, first, slip, sleeve)
+    more, warmer = first_work(state, first, slip, enclosure)
     work, heat = work + more, heat + warmer
     left = ((highs.slip > slip) & (index < highs.count)).sum()
     return state._replace(
         slip=slip,
-        force=jnp.where(slip > state.slip, loading_force(state, slip, sleeve), state.force),
+        force=jnp.where(slip > state.slip, loading_force(state, slip, enclosure), state.force),
         highs=highs._replace(count=left),
         lows=lows._replace(count=jnp.minimum(lows.count, left)),
         stored=state.stored + work - heat,
@@ -201,7 +201,7 @@ def load_to(state: Memory, slip: Any, sleeve: Sleeve) -> Memory:
     )
 
 
-def unload_to(state: Memory, slip: Any, sleeve: Sleeve) -> Memory:
+def unload_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     """Let shrink to `slip` <= the present one; the state faces unloading."""
     index = jnp.arange(DEPTH)
     lows, highs = state.lows, state.highs
@@ -209,16 +209,16 @@ def unload_to(state: Memory, slip: Any, sleeve: Sleeve) -> Memory:
     start = jnp.clip(jnp.where(index < lows.count, lows.slip, state.slip), slip, state.slip)
     outer = jnp.where(index > 0, jnp.roll(lows.slip, 1), slip)
     end = jnp.where(on, jnp.clip(outer, slip, start), start)
-    work, heat = _along(highs, on, start, end, sleeve.friction, sleeve)
+    work, heat = _along(highs, on, start, end, enclosure.friction, enclosure)
     left = ((lows.slip < slip) & (index < lows.count)).sum()
     # a strip that slides back as a whole takes its base along
     slides = _sliding_back(state)
-    way = state.slip - slip
-    fallen = state.force - sleeve.stiffness * way / sleeve.reach
-    force = jnp.where(slides, fallen, unloading_force(state, slip, sleeve))
-    force = jnp.where(way > 0, force, state.force)
-    work = jnp.where(slides, -way * (state.force + fallen) / 2, work)
-    heat = jnp.where(slides, sleeve.friction * sleeve.reach * way, heat)
+    distance = state.slip - slip
+    fallen = state.force - enclosure.stiffness * distance / enclosure.reach
+    force = jnp.where(slides, fallen, unloading_force(state, slip, enclosure))
+    force = jnp.where(distance > 0, force, state.force)
+    work = jnp.where(slides, -distance * (state.force + fallen) / 2, work)
+    heat = jnp.where(slides, enclosure.friction * enclosure.reach * distance, heat)
     base = state.base._replace(
         slip=jnp.where(slides, slip, state.base.slip),
         force=jnp.where(slides, force, state.base.force),
@@ -227,7 +227,7 @@ def unload_to(state: Memory, slip: Any, sleeve: Sleeve) -> Memory:
         slip=slip,
         force=force,
         base=base,
-        join=jnp.where(slides, _crossing(slip, force, sleeve), state.join),
+        join=jnp.where(slides, _crossing(slip, force, enclosure), state.join),
         lows=lows._replace(count=left),
         highs=highs._replace(count=jnp.minimum(highs.count, left + 1)),
         loading=state.loading | slides,
@@ -236,7 +236,7 @@ def unload_to(state: Memory, slip: Any, sleeve: Sleeve) -> Memory:
     )
 
 
-def at_vacuum(state: Memory, before: Sleeve, after: Sleeve) -> Memory:
+def at_vacuum(state: Memory, before: EnclosureLaw, after: EnclosureLaw) -> Memory:
     """The same slip under another vacuum; turns are forgotten.
 
     Raising it leaves the force, lowering it caps the force at the new backbone. How the strip goes
@@ -245,7 +245,7 @@ def at_vacuum(state: Memory, before: Sleeve, after: Sleeve) -> Memory:
     first loading, lowered: it is on the new backbone. Lowered so far that friction no longer holds
     a strip that was let back: it slides to EA x/l - q'l. In every other state the strip goes on
     along a backbone that starts later, from a force whose first loading would store no more energy
-    than there is: softer than the strip, but nothing is won by pumping. A sleeve that pushes
+    than there is: softer than the strip, but nothing is won by pumping. An enclosure that pushes
     (force < 0) is let go.
     """
     q, new, slip = before.friction, after.friction, state.slip
@@ -283,40 +283,40 @@ def at_vacuum(state: Memory, before: Sleeve, after: Sleeve) -> Memory:
     return jax.tree.map(lambda a, b: jnp.where(new != q, a, b), changed, state)
 
 
-def _slid_back_stored(force: Any, sleeve: Sleeve) -> Any:
+def _slid_back_stored(force: Any, enclosure: EnclosureLaw) -> Any:
     """Elastic energy [J] of a strip whose tension rises by q from its ends to the middle."""
-    face, full = force / 2, sleeve.friction * sleeve.reach
-    return 2 * sleeve.reach * (face**2 + face * full + full**2 / 3) / sleeve.stiffness
+    face, full = force / 2, enclosure.friction * enclosure.reach
+    return 2 * enclosure.reach * (face**2 + face * full + full**2 / 3) / enclosure.stiffness
 
 
-def _crossing(slip: Any, force: Any, sleeve: Sleeve) -> Any:
+def _crossing(slip: Any, force: Any, enclosure: EnclosureLaw) -> Any:
     """Where a branch of strength 2 q from (slip, force) meets the saturated backbone [m].
 
     EA x/l + q l = F + 2 sqrt(2 EA q dx): only a strip that slid back as a whole starts one.
     """
-    root, slope = jnp.sqrt(2.0) * sleeve.root, sleeve.stiffness / sleeve.reach
-    short = jnp.maximum(slope * slip + sleeve.friction * sleeve.reach - force, 0.0)
+    root, slope = jnp.sqrt(2.0) * enclosure.root, enclosure.stiffness / enclosure.reach
+    short = jnp.maximum(slope * slip + enclosure.friction * enclosure.reach - force, 0.0)
     rest = safe_sqrt(jnp.maximum(root**2 - 4 * slope * short, 0.0))
     return slip + ((root - rest) / (2 * slope)) ** 2
 
 
-def _force_of_stored(stored: Any, sleeve: Sleeve) -> Any:
+def _force_of_stored(stored: Any, enclosure: EnclosureLaw) -> Any:
     """The inverse of `backbone_stored` over the force [N]."""
     stored = jnp.maximum(stored, 0.0)
-    positive = stored * sleeve.root > 0
-    spread = jnp.cbrt(jnp.where(positive, 3 * stored * sleeve.root**2, 1.0))
+    positive = stored * enclosure.root > 0
+    spread = jnp.cbrt(jnp.where(positive, 3 * stored * enclosure.root**2, 1.0))
     spread = jnp.where(positive, spread, 0.0)
-    full = sleeve.friction * sleeve.reach
-    square = 2 * stored * sleeve.stiffness / sleeve.reach - full**2 / 3
+    full = enclosure.friction * enclosure.reach
+    square = 2 * stored * enclosure.stiffness / enclosure.reach - full**2 / 3
     whole = full + safe_sqrt(jnp.maximum(square, 0.0))
     return jnp.where(spread < 2 * full, spread, whole)
 
 
 @law
 def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
-    """Force [N], stored energy and heat [J] of the sleeve along a slip history [m], shape (N,).
+    """Force [N], stored energy and heat [J] of the enclosure along a slip history [m], shape (N,).
 
-    The sleeve starts relaxed at zero slip; `vacuum` [Pa] is one number or a history of the same
+    The enclosure starts relaxed at zero slip; `vacuum` [Pa] is one number or a history of the same
     shape, taken over before each move. NaN from the point where more than `DEPTH` nested turns
     were made, or where slip or vacuum are negative.
     """
@@ -326,11 +326,11 @@ def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any
     def step(carry: tuple[Memory, Any], point: tuple[Any, Any]) -> Any:
         state, pressure = carry
         target, new = point
-        state = at_vacuum(state, sleeve_at(pressure, brake), sleeve_at(new, brake))
-        sleeve = sleeve_at(new, brake)
-        ahead, behind = facing(state, True, sleeve), facing(state, False, sleeve)
-        more = load_to(ahead, jnp.maximum(target, state.slip), sleeve)
-        less = unload_to(behind, jnp.minimum(target, state.slip), sleeve)
+        state = at_vacuum(state, enclosure_at(pressure, brake), enclosure_at(new, brake))
+        enclosure = enclosure_at(new, brake)
+        ahead, behind = facing(state, True, enclosure), facing(state, False, enclosure)
+        more = load_to(ahead, jnp.maximum(target, state.slip), enclosure)
+        less = unload_to(behind, jnp.minimum(target, state.slip), enclosure)
         up, down = target > state.slip, target < state.slip
         state = jax.tree.map(
             lambda m, n, s: jnp.where(up, m, jnp.where(down, n, s)), more, less, state

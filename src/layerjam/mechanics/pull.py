@@ -1,7 +1,7 @@
 """The brake pulled: total force, peak, elongation, and the vacuum for a force.
 
-With c the sheets' friction a metre of overlap and e the sleeve's root coefficient,
-F(x) = c (L2 - x) + e sqrt(x) until the sleeve saturates.
+With c the sheets' friction a metre of overlap and e the enclosure's root coefficient,
+F(x) = c (L2 - x) + e sqrt(x) until the enclosure saturates.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import Sleeve, backbone, sleeve_at
+from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.stiffness import working_stiffness
@@ -22,12 +22,12 @@ from layerjam.mechanics.stiffness import working_stiffness
 def brake_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Force of the sliding brake [N] (eq. 3); slip [m] and vacuum [Pa] broadcast.
 
-    At zero slip the gradient is that of the sheets alone: the sleeve's infinite slope counts as
+    At zero slip the gradient is that of the sheets alone: the enclosure's infinite slope counts as
     zero there. NaN for a negative slip or vacuum.
     """
     contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
     force = friction_per_contact(vacuum, brake) * contact
-    force = force + backbone(slip, sleeve_at(vacuum, brake))
+    force = force + backbone(slip, enclosure_at(vacuum, brake))
     return within((slip >= 0) & (vacuum >= 0), force)
 
 
@@ -51,30 +51,30 @@ def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
     x_p = (e/2c)^2 and c L2 + e^2/4c where that lies before saturation and within travel; below
     that vacuum the force rises to the end, which is then reported with inside = False.
     """
-    c, sleeve = friction_per_contact(vacuum, brake), sleeve_at(vacuum, brake)
-    falls = c > sleeve.stiffness / sleeve.reach
-    ratio = sleeve.root / (2 * jnp.where(falls, c, 1.0))
+    c, enclosure = friction_per_contact(vacuum, brake), enclosure_at(vacuum, brake)
+    falls = c > enclosure.stiffness / enclosure.reach
+    ratio = enclosure.root / (2 * jnp.where(falls, c, 1.0))
     inside = falls & (ratio**2 < travel)
     slip = jnp.where(inside, ratio**2, travel)
-    end = c * jnp.maximum(brake.sheets.overlap - travel, 0.0) + backbone(travel, sleeve)
+    end = c * jnp.maximum(brake.sheets.overlap - travel, 0.0) + backbone(travel, enclosure)
     at_onset = c * brake.sheets.overlap
-    force = jnp.where(inside, at_onset + sleeve.root * ratio / 2, end)
+    force = jnp.where(inside, at_onset + enclosure.root * ratio / 2, end)
     fine = (vacuum >= 0) & (travel >= 0)
     force, slip = within(fine, force), within(fine, slip)
     return Peak(force, slip, slip + force / working_stiffness(brake), inside)
 
 
-def rising_root(drive: Any, spring: Any, sleeve: Sleeve) -> Any:
-    """x >= 0 with spring x + f(x) = drive, f the sleeve's backbone; 0 for drive <= 0.
+def rising_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
+    """x >= 0 with spring x + f(x) = drive, f the enclosure's backbone; 0 for drive <= 0.
 
-    Every segment of a pull, whichever branch the sleeve is on, is this equation.
+    Every segment of a pull, whichever branch the enclosure is on, is this equation.
     """
     push = jnp.maximum(drive, 0.0)
-    below = sleeve.root + safe_sqrt(sleeve.root**2 + 4 * spring * push)
+    below = enclosure.root + safe_sqrt(enclosure.root**2 + 4 * spring * push)
     root = 2 * push / jnp.where(below > 0, below, 1.0)
-    linear = push - sleeve.friction * sleeve.reach
-    linear = linear / (spring + sleeve.stiffness / sleeve.reach)
-    return jnp.where(root**2 < sleeve.saturation, root**2, jnp.maximum(linear, 0.0))
+    linear = push - enclosure.friction * enclosure.reach
+    linear = linear / (spring + enclosure.stiffness / enclosure.reach)
+    return jnp.where(root**2 < enclosure.saturation, root**2, jnp.maximum(linear, 0.0))
 
 
 @law
@@ -85,11 +85,11 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     (`least_stiffness`), NaN otherwise.
     """
     k = working_stiffness(brake)
-    c, sleeve = friction_per_contact(vacuum, brake), sleeve_at(vacuum, brake)
+    c, enclosure = friction_per_contact(vacuum, brake), enclosure_at(vacuum, brake)
     drive = k * elongation - c * brake.sheets.overlap
-    slip = rising_root(drive, k - c, sleeve)
+    slip = rising_root(drive, k - c, enclosure)
     past = slip > brake.sheets.overlap
-    alone = rising_root(k * elongation, k, sleeve)
+    alone = rising_root(k * elongation, k, enclosure)
     slip = jnp.where(past, jnp.maximum(alone, brake.sheets.overlap), slip)
     return within((elongation >= 0) & (vacuum >= 0) & (k > c), slip)
 
@@ -114,7 +114,7 @@ def scale_factor_of_peak(force: Any, vacuum: Any, brake: Brake) -> Any:
     The exact inverse of `peak`: (F + sqrt(F^2 - e^2 L2))/(2 c_1 L2), c_1 the friction per contact
     at a = 1. NaN for F^2 < e^2 L2: no pull peaks that low.
     """
-    root, overlap = sleeve_at(vacuum, brake).root, brake.sheets.overlap
+    root, overlap = enclosure_at(vacuum, brake).root, brake.sheets.overlap
     one = friction_per_contact(vacuum, brake) / brake.scale_factor
     square = force**2 - root**2 * overlap
     return (force + safe_sqrt(square)) / (2 * one * overlap)
@@ -124,35 +124,35 @@ def scale_factor_of_peak(force: Any, vacuum: Any, brake: Brake) -> Any:
 def scale_factor_eq8(force: Any, displacement: Any, vacuum: Any, brake: Brake) -> Any:
     """The paper's a (eq. 8), with the crosshead's displacement [m] where slip belongs."""
     one = friction_per_contact(vacuum, brake) / brake.scale_factor
-    sleeve = backbone(displacement, sleeve_at(vacuum, brake))
-    return (force - sleeve) / (one * (brake.sheets.overlap - displacement))
+    enclosure = backbone(displacement, enclosure_at(vacuum, brake))
+    return (force - enclosure) / (one * (brake.sheets.overlap - displacement))
 
 
 @law
 def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     """Vacuum [Pa] at which the sliding brake resists with `force` [N] at `slip` [m].
 
-    The closed inverse of `brake_force`. NaN where nothing reaches the force: below what the sleeve
-    alone carries, or above the force at the site's full vacuum.
+    The closed inverse of `brake_force`. NaN where nothing reaches the force: below what the
+    enclosure alone carries, or above the force at the site's full vacuum.
     """
     sheets, atmosphere = brake.sheets, brake.site.atmosphere
-    unit = sleeve_at(1.0, brake)
-    sleeve_alone = unit.stiffness * slip / unit.reach
+    unit = enclosure_at(1.0, brake)
+    enclosure_alone = unit.stiffness * slip / unit.reach
     contact = jnp.maximum(sheets.overlap - slip, 0.0)
     most = friction_per_contact(atmosphere, brake) * contact
-    most = most + backbone(slip, sleeve_at(atmosphere, brake))
+    most = most + backbone(slip, enclosure_at(atmosphere, brake))
     if brake.pressure_exponent is None:
         c1 = friction_per_contact(1.0, brake) * contact
         c2 = unit.root * safe_sqrt(slip)
         below = c2 + safe_sqrt(c2**2 + 4 * c1 * jnp.maximum(force, 0.0))
         spread = (2 * jnp.maximum(force, 0.0) / jnp.where(below > 0, below, 1.0)) ** 2
-        whole = (force - sleeve_alone) / (c1 + unit.friction * unit.reach)
+        whole = (force - enclosure_alone) / (c1 + unit.friction * unit.reach)
         saturated = whole * unit.saturation <= slip
         vacuum = jnp.where(saturated & (slip > 0), whole, spread)
         vacuum = jnp.minimum(vacuum, atmosphere)
     else:
         vacuum = _vacuum_by_bisection(force, slip, brake)
-    reachable = (force >= sleeve_alone) & (force <= most) & (slip >= 0)
+    reachable = (force >= enclosure_alone) & (force <= most) & (slip >= 0)
     return within(reachable & ((contact > 0) | (slip > 0)), vacuum)
 
 
@@ -165,7 +165,7 @@ def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
     def resist(vacuum: Any) -> Any:
         contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
         return friction_per_contact(vacuum, brake) * contact + backbone(
-            slip, sleeve_at(vacuum, brake)
+            slip, enclosure_at(vacuum, brake)
         )
 
     zero = jnp.zeros(jnp.broadcast_shapes(jnp.shape(force), jnp.shape(slip)))
@@ -177,10 +177,10 @@ def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
 @law
 def force_limits(slip: Any, brake: Brake) -> tuple[Any, Any]:
     """Least and greatest force [N] that any vacuum of the site gives at a slip [m]."""
-    low = backbone(slip, sleeve_at(0.0, brake))
+    low = backbone(slip, enclosure_at(0.0, brake))
     contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
     high = friction_per_contact(brake.site.atmosphere, brake) * contact
-    return low, high + backbone(slip, sleeve_at(brake.site.atmosphere, brake))
+    return low, high + backbone(slip, enclosure_at(brake.site.atmosphere, brake))
 
 
 @law
@@ -189,7 +189,7 @@ def peak_vacuum(brake: Brake) -> Any:
 
     With a pressure exponent m the friction grows as P^(1+m), and so does this bound.
     """
-    unit = sleeve_at(1.0, brake)
+    unit = enclosure_at(1.0, brake)
     bound = unit.stiffness / unit.reach
     if brake.pressure_exponent is None:
         return bound / friction_per_contact(1.0, brake)

@@ -30,7 +30,13 @@ from layerjam.mechanics.stop.motion import (
     step_on,
     stored_energy,
 )
-from layerjam.mechanics.stop.motion_step import Load, Motion, at_start, setting_of, sleeve_force
+from layerjam.mechanics.stop.motion_step import (
+    Load,
+    Motion,
+    at_start,
+    force_of_enclosure,
+    setting_of,
+)
 from layerjam.simulate.drop import ran_out, snap_reason
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.vacuum_history import VACUUM, History
@@ -323,7 +329,9 @@ def _hangs(now: Motion, case: _Case) -> bool:
     weight = float(load.mass * load.gravity)
     left = load.mass * now.speed**2 + (now.force - weight) ** 2 / load.spring
     at = setting_of(now.vacuum, load.spring, case.brake)
-    hold = float(at.c * (at.overlap - now.slip) + sleeve_force(now.slip, now.sleeve, at.sleeve))
+    hold = float(
+        at.c * (at.overlap - now.slip) + force_of_enclosure(now.slip, now.enclosure, at.enclosure)
+    )
     return float(left) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
 
 

@@ -77,8 +77,8 @@ def tensile_stack(
 
     Gives the record (slip is the mean over the interfaces) and what every sheet and interface did.
     Outcomes as for the lumped brake; CLOSED_BY_SLEEVE where, unloaded, every interface slid back.
-    `progress` is told the share done. Raises ProcedureError for a procedure that changes the vacuum
-    or does not pull.
+    `progress` is called with the share done. Raises ProcedureError for a procedure that changes the
+    vacuum or does not pull.
     """
     brake, (first_step, moves) = file.brake, _checked(procedure)
     vacuum = first_step.to
@@ -115,7 +115,7 @@ def tensile_stack(
 
 
 def _closed(slip: Array, slack: Any, brake: Brake) -> bool:
-    """Unloaded, all interfaces slid back: not only the outer ones that the sleeve pulls at."""
+    """Unloaded, all interfaces slid back: not only the outer ones that the enclosure pulls at."""
     if not slack.any():
         return False
     back = np.maximum.accumulate(slip, axis=0) - slip

@@ -9,7 +9,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
-from layerjam.mechanics.enclosure import sleeve_at
+from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stack.solve import Stack
@@ -88,7 +88,7 @@ def stack_of(
     interfaces: Interfaces | None = None,
     housing: Housing | None = None,
     static: bool = False,
-    sleeve: bool = True,
+    enclosure: bool = True,
     mount: float | None = None,
 ) -> Stack:
     """The stack of a brake at a vacuum [Pa].
@@ -112,7 +112,7 @@ def stack_of(
     if (length <= 0).any():
         raise QuantityError("interfaces.extra_overlap: some interfaces would not overlap at all")
     friction = share * np.asarray(friction_per_contact(pressure, brake)) / (count - 1) * length
-    face = sleeve_at(vacuum, brake)
+    face = enclosure_at(vacuum, brake)
     if mount is None:
         mount = np.inf
         if brake.stiffness_measured is not None:
@@ -127,13 +127,13 @@ def stack_of(
         length=length,
         mount=float(mount),
         ends=np.array([0, count - 1]),
-        face=np.array(values if sleeve else [0.0, 0.0, 1.0]),
+        face=np.array(values if enclosure else [0.0, 0.0, 1.0]),
     )
     return stack if housing is None else _housed(stack, housing)
 
 
 def _housed(stack: Stack, housing: Housing) -> Stack:
-    """The stack with a wall as one more sheet on either side; the sleeve stays on the sheets."""
+    """The stack with a wall as one more sheet on either side; the enclosure stays on the sheets."""
     rub = np.broadcast_to(np.asarray(housing.friction, float), 2)
     if not (np.isfinite(rub).all() and (rub >= 0).all()):
         raise QuantityError(f"housing.friction: {housing.friction!r} N; 0 or more is allowed")

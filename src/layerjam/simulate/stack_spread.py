@@ -74,8 +74,8 @@ def peak_spread(
     """Pull many stacks whose interfaces' friction scatters log-normally, relative SD `scatter`.
 
     Mean friction is kept. `interfaces`, `housing` and `static` hold for all of them. Numbers depend
-    on `seed` only, not on `chunk` or the number of threads. `progress` is told (done, asked) after
-    each chunk; interrupted from the keyboard, what is done is returned.
+    on `seed` only, not on `chunk` or the number of threads. `progress` is called with (done, asked)
+    after each chunk; interrupted from the keyboard, what is done is returned.
     """
     if not 0 <= scatter <= 2:
         raise QuantityError(f"scatter: {scatter!r} is not allowed; 0 to 2 is")

@@ -1,7 +1,7 @@
 """Stick–slip: the brake pulled steadily through its mount, with a mass that sticks and slips.
 
 The moving cap and what hangs on it are one mass, rig and sheets one spring. Friction follows a
-Stribeck law and falls with slip as the overlap is used up; the sleeve pulls beside it.
+Stribeck law and falls with slip as the overlap is used up; the enclosure pulls beside it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from layerjam.device.brake import Brake, mass
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, QuantityError
-from layerjam.mechanics.enclosure import backbone, backbone_stored, sleeve_at
+from layerjam.mechanics.enclosure import backbone, backbone_stored, enclosure_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stick_slip.curve import Stribeck
@@ -132,8 +132,8 @@ def slide_of(
     curve = stribeck or of_film(brake)
     c = np.asarray(friction_per_contact(np.asarray(vacuum, float), brake))
     c = c * curve.kinetic / brake.film.kinetic
-    sleeve, overlap = sleeve_at(np.asarray(vacuum, float), brake), brake.sheets.overlap
-    held = np.asarray(backbone(np.asarray(slip, float), sleeve)) if frozen else 0.0
+    enclosure, overlap = enclosure_at(np.asarray(vacuum, float), brake), brake.sheets.overlap
+    held = np.asarray(backbone(np.asarray(slip, float), enclosure)) if frozen else 0.0
     return Slide(
         mass=mass,
         spring=stiffness,
@@ -149,7 +149,7 @@ def slide_of(
         exponent=curve.exponent,
         viscous=curve.viscous / curve.kinetic,
         base=held,
-        sleeve=None if frozen else sleeve,
+        enclosure=None if frozen else enclosure,
         overlap=np.inf if frozen else overlap,
         start=0.0 if frozen else slip,
         events=np.inf,
@@ -161,7 +161,7 @@ class Bounds(NamedTuple):
     """Friction at one slip."""
 
     static: Any
-    """What the brake at rest bears [N], sleeve included."""
+    """What the brake at rest bears [N], enclosure included."""
     kinetic: Any
     """[N]"""
 
@@ -238,9 +238,9 @@ def stick_slip(
     table = np.asarray(state.table)[: min(count, EVENTS)]
     rows = np.asarray(state.trace)[: int(state.written)]
     outcome = _outcome(state, rows, table)
-    sleeve = sleeve_at(vacuum, brake)
+    enclosure = enclosure_at(vacuum, brake)
     time, crosshead, force, slips, pace, work, heat, sliding = rows.T
-    held = np.asarray(backbone_stored(slips, sleeve))
+    held = np.asarray(backbone_stored(slips, enclosure))
     spring_held = spring * np.maximum(crosshead - slips, 0.0) ** 2 / 2
     return StickSlipRecord(
         time=time,
@@ -250,7 +250,7 @@ def stick_slip(
         speed_of_mass=pace,
         sliding=sliding,
         work=work,
-        # friction of the sleeve is part of the resistance, but half of its work is stored
+        # friction of the enclosure is part of the resistance, but half of its work is stored
         dissipated_energy=heat - (held - held[0]),
         stored_energy=spring_held + weighs * pace**2 / 2 + held,
         events=Events(*table.T),
@@ -273,8 +273,8 @@ def _travel(at: Slide, brake: Brake, speed: float, slip: float) -> float:
     # without friction there are no teeth
     tooth = float(slow_saw(static, kinetic, at.spring, at.mass, speed).slip) if kinetic else 0.0
     swings = 30 * 2 * np.pi * np.sqrt(at.mass / at.spring) * speed
-    sleeve = 0.0 if at.sleeve is None else float(backbone(slip, at.sleeve))
-    onset = (static + sleeve) / float(at.spring)
+    enclosure = 0.0 if at.enclosure is None else float(backbone(slip, at.enclosure))
+    onset = (static + enclosure) / float(at.spring)
     room = onset + max(brake.sheets.usable_travel - slip, 0.0)
     return float(min(onset + max(TEETH * tooth, swings), room))
 
@@ -289,7 +289,7 @@ def _outcome(state: Any, rows: Array, table: Array) -> Outcome:
 
 
 class Tooth(NamedTuple):
-    """Judder at one place of the travel; arrays of the broadcast shape."""
+    """Stick–slip at one slip; arrays of the broadcast shape."""
 
     judders: Array
     amplitude: Array
@@ -333,7 +333,7 @@ def amplitude_map(
     slip: float = 0.0,
     swings: int = 300,
 ) -> Tooth:
-    """Judder over pulling speed [m/s] and vacuum [Pa], which broadcast; friction that at `slip`.
+    """Stick–slip over speed [m/s] and vacuum [Pa], which broadcast; friction is that at `slip`.
 
     `mass` [kg], `stiffness` [N/m] and `damping` [N s/m] may be arrays that broadcast with them.
     """
@@ -353,7 +353,7 @@ def amplitude_map(
 
 
 def critical_speed_of(at: Slide) -> float:
-    """Speed [m/s] above which judder from a standing start dies, friction frozen.
+    """Speed [m/s] above which stick–slip from a standing start dies, friction frozen.
 
     Closed form for the jump law while the spring stays taut; otherwise bracketed by runs to a
     thousandth. Infinite where nothing damps.

@@ -26,7 +26,7 @@ from layerjam.identify.checks import (
 from layerjam.identify.curves import levels
 from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, PullFeatures
 from layerjam.identify.repeats import over_repeats
-from layerjam.mechanics.enclosure import sleeve_at
+from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.pull import (
     force_at_elongation,
     peak_vacuum,
@@ -125,7 +125,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
         )
     factor = float(scale_factor_of_peak(pull.peak_force, vacuum, brake))
     if not np.isfinite(factor):
-        root = float(sleeve_at(vacuum, brake).root)
+        root = float(enclosure_at(vacuum, brake).root)
         least = show(root * brake.sheets.overlap**0.5, "N")
         raise FitError(
             f"{pull.path}: a peak of {show(pull.peak_force, 'N')} is below {least}, the least that "

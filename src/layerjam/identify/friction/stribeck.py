@@ -17,7 +17,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.checks import Check, check, within
-from layerjam.mechanics.enclosure import backbone, sleeve_at
+from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.mechanics.stick_slip.wet import WetFilm
@@ -166,7 +166,9 @@ def _lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
     """(force per unit of friction coefficient, enclosure's force) [N]."""
     contact = brake.sheets.overlap - points.slip
     per_metre = np.asarray(friction_per_contact(points.vacuum, brake)) / brake.film.kinetic
-    return per_metre * contact, np.asarray(backbone(points.slip, sleeve_at(points.vacuum, brake)))
+    return per_metre * contact, np.asarray(
+        backbone(points.slip, enclosure_at(points.vacuum, brake))
+    )
 
 
 def _left(speed: Array, stribeck: float, exponent: float) -> Array:

@@ -15,11 +15,11 @@ from layerjam.mechanics.stack.enclosure import CHATTER, DONE, SNAPPED
 from layerjam.mechanics.stack.lasso import kernel
 from layerjam.mechanics.stack.pull import check_stack, kernel_stamp
 from layerjam.mechanics.stack.solve import (
+    ELONGATION,
     FORCE,
     TOP,
+    TOP_ELONGATION,
     TOP_SLIP,
-    TOP_WAY,
-    WAY,
     Stack,
     State,
     Trial,
@@ -113,16 +113,16 @@ def _one(
     most = 0.0
     for i in range(len(stack.friction)):
         most += stack.ratio[i] * stack.friction[i]
-    unit = most * state.values[WAY] / state.values[FORCE]
+    unit = most * state.values[ELONGATION] / state.values[FORCE]
     step, falling, top = unit / COARSE, 0, 0.0
     _copy(before, state)
     wide, points = step, 1
     track[0, 0], track[1, 0] = 0.0, 0.0
     for _ in range(_MOST):
         _copy(last, state)
-        track[0, points], track[1, points] = state.values[WAY], state.values[FORCE]
+        track[0, points], track[1, points] = state.values[ELONGATION], state.values[FORCE]
         points += 1
-        at = min(state.values[WAY] + step, end)
+        at = min(state.values[ELONGATION] + step, end)
         code = advance(at, stack, state, trial, which)
         if code != DONE:
             return code
@@ -131,14 +131,14 @@ def _one(
             _copy(before, last)
         else:
             falling += 1
-        past = state.values[WAY] > 1.1 * unit
+        past = state.values[ELONGATION] > 1.1 * unit
         if at == end or (falling >= 2 and past):
             break
         step *= 1.2 if past else 1.0
     for _ in range(LEVELS):
         _copy(state, before)
-        goal = min(before.values[WAY] + wide, end)
-        step, top = (goal - before.values[WAY]) / PARTS, state.values[TOP]
+        goal = min(before.values[ELONGATION] + wide, end)
+        step, top = (goal - before.values[ELONGATION]) / PARTS, state.values[TOP]
         for part in range(PARTS):
             _copy(last, state)
             code = advance(goal - (PARTS - 1 - part) * step, stack, state, trial, which)
@@ -147,9 +147,9 @@ def _one(
             if state.values[TOP] > top:
                 top = state.values[TOP]
                 _copy(before, last)
-                out[0], out[1], out[2] = top, state.values[TOP_WAY], state.values[TOP_SLIP]
+                out[0], out[1], out[2] = top, state.values[TOP_ELONGATION], state.values[TOP_SLIP]
         wide = 2 * step
-    track[0, points], track[1, points] = before.values[WAY], before.values[FORCE]
+    track[0, points], track[1, points] = before.values[ELONGATION], before.values[FORCE]
     low, high = _reached(0.2 * top, track, points), _reached(0.8 * top, track, points)
     out[3] = 0.6 * top / (high - low)
     return code

@@ -1,4 +1,4 @@
-"""The faces of the sleeve in the stack, as compiled loops: Masing's rule at constant vacuum.
+"""The faces of the enclosure in the stack, as compiled loops: Masing's rule at constant vacuum.
 
 A face is an elastic strip between the sheet it touches and the opposite cap. Over its gap x it
 carries f(x) in first loading (half of `enclosure.backbone`), and after a turn at (x_r, F_r)

@@ -1,7 +1,7 @@
 """Which sheet slides when (ours): a stack followed along a history of elongations.
 
 One increment is a weighted one-dimensional fused lasso (`solve`); breaks of static friction,
-slack and energy are in `step`, the sleeve's faces in `enclosure`.
+slack and energy are in `step`, the enclosure's faces in `enclosure`.
 """
 
 from __future__ import annotations
@@ -53,14 +53,14 @@ class StackPull(NamedTuple):
     sliding: Flags
     """(N, n - 1) True where the interface slides."""
     faces: Array
-    """(N, 2) force of the sleeve's faces [N]."""
+    """(N, 2) force of the enclosure's faces [N]."""
     work: Array
     """(N,) work done at the crosshead so far [J]."""
     heat: Array
-    """(N,) energy dissipated so far [J]: friction, sleeve, and what breaks of static friction
+    """(N,) energy dissipated so far [J]: friction, enclosure, and what breaks of static friction
     release."""
     stored: Array
-    """(N,) elastic energy in sheets, mount and sleeve [J]."""
+    """(N,) elastic energy in sheets, mount and enclosure [J]."""
     slack: Flags
     """(N,) True where the crosshead has come closer than the brake is long."""
     snapped: bool
@@ -135,14 +135,14 @@ def pull_stack(
     """Move the crosshead along `path` [m], shape (N,), from rest; it may turn.
 
     Tension only: where the crosshead would have to push, the brake stays as it is without load, its
-    force is zero, and `slack` says so until the crosshead is back. Of single sheets nobody asks
-    whether they would buckle. The arrays end where no interface overlaps any more, or before the
-    mount is too soft to go on. Where interfaces are at rest or slide one way, an increment's length
-    changes nothing; where they turn within an increment, heat is counted for the way between its
+    force is zero, and `slack` says so until the crosshead is back. Whether a single sheet would
+    buckle is not asked. The arrays end where no interface overlaps any more, or before the mount is
+    too soft to go on. Where interfaces are at rest or slide in one direction, the length of an
+    increment changes nothing; where they turn within one, heat is counted for the slip between its
     ends.
 
-    `progress` is told the share done (0 to 1) every so often. Raises QuantityError for a stack
-    whose arrays do not fit together and ProcedureError for more nested turns than are remembered.
+    `progress` is called with the share done (0 to 1). Raises QuantityError for a stack whose
+    arrays do not fit together and ProcedureError for more nested turns than are remembered.
     """
     check_stack(stack)
     n, count = len(stack.springs), len(path)
@@ -163,7 +163,8 @@ def pull_stack(
             break
     if code == OVERFLOW:
         raise ProcedureError(
-            f"procedure: more than {DEPTH} turns nested in each other; the sleeve remembers no more"
+            f"procedure: more than {DEPTH} turns nested in each other; the enclosure remembers no "
+            "more"
         )
     if code == CHATTER:
         raise LayerjamError(

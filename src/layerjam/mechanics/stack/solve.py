@@ -1,4 +1,4 @@
-"""One increment of the stack: which interfaces slide, and where sheets, mount and sleeve come to.
+"""One increment of the stack: which interfaces slide, where sheets, mount, enclosure end.
 
 Sheet i has displacement w_i and an anchor spring d_i to its cap (left ones to ground, right ones to
 the cap at U). Interface i carries f_i, |f_i| <= c_i, and has slipped by s_i. One increment is
@@ -8,7 +8,7 @@ the cap at U). Interface i carries f_i, |f_i| <= c_i, and has slipped by s_i. On
 strictly convex, so that the answer is unique; no time step, no contact stiffness, no chatter. Which
 interfaces slide is found exactly in time linear in the sheets (`fused_lasso`). With that known,
 sheets, mount and bounds that follow the slip are one tridiagonal system, and the faces of the
-sleeve two scalars beside it (`respond`, `place`). The two alternate until the pattern stands,
+enclosure two scalars beside it (`respond`, `place`). The two alternate until the pattern stands,
 mostly at once: it is the last increment's.
 """
 
@@ -25,7 +25,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 Signs = np.ndarray[Any, np.dtype[np.int64]]
 
-CAP, FORCE, WAY, WORK, HEAT, STORED, SLACK, TOP, TOP_WAY, TOP_SLIP = range(10)
+CAP, FORCE, ELONGATION, WORK, HEAT, STORED, SLACK, TOP, TOP_ELONGATION, TOP_SLIP = range(10)
 """Places in `State.values`; the first two also in `Trial.values`."""
 _ROUNDS = 150
 _SNAPS = 40
@@ -54,9 +54,9 @@ class Stack(NamedTuple):
     mount: float
     """Spring between crosshead and moving cap [N/m]; infinite for a rigid one."""
     ends: Signs
-    """(2,) the sheets whose outer side the sleeve's faces touch."""
+    """(2,) the sheets whose outer side the enclosure's faces touch."""
     face: Array
-    """(3,) one face of the sleeve: EA [N], friction q [N/m], reach l [m]; EA = 0 for none."""
+    """(3,) one face of the enclosure: EA [N], friction q [N/m], reach l [m]; EA = 0 for none."""
 
 
 class State(NamedTuple):
@@ -105,8 +105,8 @@ class Trial(NamedTuple):
 @inlined
 def bound(i: int, slip: float, stack: Stack) -> float:  # pragma: no cover
     """Kinetic friction of interface i at w_{i+1} - w_i = slip [N]."""
-    way = -slip if stack.right[i] else slip
-    return max(stack.friction[i] * (1.0 - way / stack.length[i]), 0.0)
+    slipped = -slip if stack.right[i] else slip
+    return max(stack.friction[i] * (1.0 - slipped / stack.length[i]), 0.0)
 
 
 @inlined
@@ -288,7 +288,7 @@ def solve(
             snapped += 1
             if snapped > _SNAPS:
                 return code
-            # where all slid one way before and the other way now, the answer lies between
+            # where all slid in one direction before and in the other now, the answer lies between
             cap = (cap + before) / 2
             # a pattern that slides on is no start for one that turns back
             for i in range(n - 1):

@@ -25,14 +25,14 @@ from layerjam.mechanics.stack.enclosure import (
 from layerjam.mechanics.stack.lasso import kernel
 from layerjam.mechanics.stack.solve import (
     CAP,
+    ELONGATION,
     FORCE,
     HEAT,
     SLACK,
     STORED,
     TOP,
+    TOP_ELONGATION,
     TOP_SLIP,
-    TOP_WAY,
-    WAY,
     WORK,
     Stack,
     State,
@@ -63,7 +63,7 @@ def _over(
 ) -> float:  # pragma: no cover
     """`_overload`, which marks the interfaces above `level`."""
     worst, stiff = -1.0, stiffness_sum(stack)
-    reach = 2 * abs(t.values[CAP]) + abs(state.values[WAY])
+    reach = 2 * abs(t.values[CAP]) + abs(state.values[ELONGATION])
     for i in range(len(stack.friction)):
         if holds(i, stack, state):
             most = stack.ratio[i] * bound(i, state.past[i], stack)
@@ -89,11 +89,11 @@ def _accept(
     rubbed, work, stored = 0.0, held[0] + held[1] - values[STORED], 0.0
     for i in range(n - 1):
         if t.slides[i] != 0:
-            way = abs(t.slip[i] - state.past[i])
+            slid = abs(t.slip[i] - state.past[i])
             old, new = bound(i, state.past[i], stack), bound(i, t.slip[i], stack)
             if old + new > 0.0 and (old == 0.0 or new == 0.0):  # only as far as there is overlap
-                way = min(way, max(old, new) * stack.length[i] / stack.friction[i])
-            rubbed += way * (old + new) / 2
+                slid = min(slid, max(old, new) * stack.length[i] / stack.friction[i])
+            rubbed += slid * (old + new) / 2
     heat = rubbed
     for e in range(2):
         done, lost, code = move_face(t.push[e], e, state.faces, stack.face)
@@ -111,14 +111,14 @@ def _accept(
     values[HEAT] += values[STORED] - whole if jump > 0.0 else heat
     values[WORK] += 0.0 if jump > 0.0 else rubbed + work + stored
     values[STORED] = whole
-    values[CAP], values[FORCE], values[WAY] = t.values[CAP], t.values[FORCE], target
+    values[CAP], values[FORCE], values[ELONGATION] = t.values[CAP], t.values[FORCE], target
     for i in range(n):
         state.sheets[i] = t.sheets[i]
     for i in range(n - 1):
         state.past[i], state.slides[i] = t.slip[i], t.slides[i]
         state.interface[i], state.moving[i] = t.force[i], t.slides[i] != 0
     if values[FORCE] > values[TOP]:
-        values[TOP], values[TOP_WAY] = values[FORCE], target
+        values[TOP], values[TOP_ELONGATION] = values[FORCE], target
         slip, (first, last) = 0.0, stack.ends
         for i in range(first, last):
             slip += -t.slip[i] if stack.right[i] else t.slip[i]
@@ -143,7 +143,7 @@ def _breaking(
     target: float, which: Flags, stack: Stack, state: State, t: Trial
 ) -> tuple[int, float]:  # pragma: no cover
     """Where before `target` the first interface reaches its static bound, by Illinois steps."""
-    low, high = state.values[WAY], target
+    low, high = state.values[ELONGATION], target
     above = _overload(stack, state, t, which)
     for i in range(len(t.force)):
         t.force[i] = state.interface[i]
@@ -184,17 +184,19 @@ def advance(
 ) -> int:  # pragma: no cover
     """Move the crosshead to `target`, from break to break of static friction."""
     values = state.values
-    if target == values[WAY] or (values[SLACK] > 0.0 and target <= values[CAP]):
-        values[WAY] = target
+    if target == values[ELONGATION] or (values[SLACK] > 0.0 and target <= values[CAP]):
+        values[ELONGATION] = target
         return DONE
     at, jump, brittle = target, 0.0, False
     for i in range(len(stack.ratio)):
         brittle |= stack.ratio[i] > 1.0
     for _ in range(_BREAKS * len(stack.springs)):
         code = _load(at, stack, state, t)
-        short = abs(at - values[WAY]) <= _LEAST * abs(at)
+        short = abs(at - values[ELONGATION]) <= _LEAST * abs(at)
         if code in (STALLED, SNAPPED) and jump == 0.0 and not short:
-            at = values[WAY] + (at - values[WAY]) / 2  # fewer interfaces change their minds
+            at = (
+                values[ELONGATION] + (at - values[ELONGATION]) / 2
+            )  # fewer interfaces change their minds
             continue
         if code != DONE:
             return code
@@ -247,7 +249,7 @@ def apart(stack: Stack, state: State) -> bool:  # pragma: no cover
     for i in range(len(stack.friction)):
         if not np.isinf(stack.length[i]):
             some = True
-            way = -state.past[i] if stack.right[i] else state.past[i]
-            if way < stack.length[i]:
+            slipped = -state.past[i] if stack.right[i] else state.past[i]
+            if slipped < stack.length[i]:
                 return False
     return some

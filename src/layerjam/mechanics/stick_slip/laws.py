@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone, sleeve_at
+from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.stick_slip.curve import Stribeck
@@ -55,17 +55,17 @@ def stribeck_friction(speed: Any, curve: Stribeck) -> Any:
 def sliding_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, curve: Stribeck) -> Any:
     """Force of the brake sliding steadily [N]; slip [m], speed [m/s], vacuum [Pa] broadcast.
 
-    The sheets' part follows `curve` in place of the film's kinetic friction; the sleeve's does not
-    depend on speed. Equal to `brake_force` for a flat curve with the film's kinetic friction.
+    The sheets' part follows `curve` in place of the film's kinetic friction; the enclosure's does
+    not depend on speed. Equal to `brake_force` for a flat curve with the film's kinetic friction.
     """
     contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
     sheets = friction_per_contact(vacuum, brake) / brake.film.kinetic * contact
-    force = sheets * stribeck_friction(speed, curve) + backbone(slip, sleeve_at(vacuum, brake))
+    force = sheets * stribeck_friction(speed, curve) + backbone(slip, enclosure_at(vacuum, brake))
     return within((slip >= 0) & (vacuum >= 0), force)
 
 
 class Saw(NamedTuple):
-    """One tooth of judder."""
+    """One tooth of the saw of stick–slip."""
 
     force_high: Any
     """Greatest force of the spring [N]."""
@@ -181,10 +181,10 @@ def _critical_drop(ratio: Any) -> Any:
 
 @law
 def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping: Any) -> Any:
-    """Pulling speed [m/s] above which judder from a standing start dies at once; jump law.
+    """Pulling speed [m/s] above which stick–slip from a standing start dies at once; jump law.
 
     `damping` [N s/m] acts beside the spring. Exact while the spring stays taut (a slack one lets
-    the mass stop, so that judder may go on above); for little damping (ratio zeta)
+    the mass stop, so that stick–slip may go on above); for little damping (ratio zeta)
     (F_s - F_k)/sqrt(4 pi zeta k m). Infinite without damping, zero from the aperiodic limit on.
     """
     impedance = jnp.sqrt(stiffness * mass)
@@ -199,7 +199,7 @@ def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping
 def stiffness_without_stick_slip(
     speed: Any, static: Any, kinetic: Any, mass: Any, damping_ratio: Any
 ) -> Any:
-    """Least stiffness [N/m] at which a pull at `speed` [m/s] does not judder, jump law.
+    """Least stiffness [N/m] at which a pull at `speed` [m/s] does not stick and slip, jump law.
 
     At a given damping ratio (that of the mount as built), ((F_s - F_k)/(kappa V))^2/m. Infinite
     without damping, zero from the aperiodic limit on.
@@ -218,7 +218,7 @@ def stable_speed(drop: Any, stribeck_speed: Any, exponent: Any, damping: Any) ->
     slope. Stability needs damping > -dF/dv; the greatest speed where they are equal is v_s w^(1/d)
     with w - (1 - 1/d) ln w = -ln(damping v_s/(drop d)), for d = 1 v_s ln(drop/(damping v_s)).
     Zero where sliding is stable at every speed, infinite without damping. Neither stiffness nor
-    mass comes in. Judder already under way may live on above it.
+    mass comes in. Stick–slip that has begun may live on above it.
     """
     power = 1 - 1 / exponent
     share = damping * stribeck_speed / jnp.where(drop > 0, drop * exponent, 1.0)

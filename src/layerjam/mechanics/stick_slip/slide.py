@@ -111,7 +111,7 @@ def _tried(state: State, h: Any, at: Slide, exact: bool) -> _Step:
     drive, e0 = crosshead_speed(state.time, at), extension_at(state.time, state.slip, at)
     omega = jnp.sqrt(at.spring / at.mass)
     trial = (exactly if exact else runge_kutta)(state, h, at)
-    slip, e1 = state.slip + trial.way, e0 + drive * h - trial.way
+    slip, e1 = state.slip + trial.moved, e0 + drive * h - trial.moved
     taut = state.mode == TAUT
     force0, slope0, gain0 = _forces(e0, state.slip, state.velocity, drive, taut, at)
     force1, slope1, gain1 = _forces(e1, slip, trial.velocity, drive, taut, at)
@@ -279,7 +279,7 @@ def _run(at: Slide, exact: bool, events: int, samples: int, most: int) -> State:
 def constant(at: Slide) -> bool:
     """Whether friction depends on neither slip nor speed, so that the motion is exact."""
     plain = (at.fall, at.stribeck, at.viscous)
-    return at.sleeve is None and not any(np.any(np.asarray(v) != 0) for v in plain)
+    return at.enclosure is None and not any(np.any(np.asarray(v) != 0) for v in plain)
 
 
 @in_double_precision

@@ -1,6 +1,6 @@
 """One step of a mass that slides on a spring: the force laws, the motion, where things change.
 
-Friction R(x, v) = (level - fall x)(1 + rise s(v) + viscous v) + base + sleeve(x), s the share of
+Friction R(x, v) = (level - fall x)(1 + rise s(v) + viscous v) + base + enclosure(x), s the share of
 the static excess left at speed v; at rest the bound is that with s = 1. Spring and damper stand
 side by side and only pull.
 """
@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from layerjam.mechanics.enclosure import Sleeve, backbone
+from layerjam.mechanics.enclosure import EnclosureLaw, backbone
 from layerjam.mechanics.stick_slip.laws import static_left
 
 STUCK, TAUT, SLACK = 0, 1, 2
@@ -63,7 +63,7 @@ class Slide(NamedTuple):
     """Growth with speed, as a share of kinetic friction [s/m]."""
     base: Any
     """Resistance without static excess [N]."""
-    sleeve: Sleeve | None
+    enclosure: EnclosureLaw | None
     """None: its force stands in `base`."""
     overlap: Any
     """Slip at which the sheets part [m]."""
@@ -105,7 +105,7 @@ class State(NamedTuple):
 class Trial(NamedTuple):
     """Where a step would lead."""
 
-    way: Any
+    moved: Any
     velocity: Any
     work: Any
     heat: Any
@@ -119,10 +119,10 @@ def static_bound(slip: Any, at: Slide) -> Any:
 
 def passive(slip: Any, at: Slide) -> Any:
     """What resists beside the sheets [N]."""
-    if at.sleeve is None:
+    if at.enclosure is None:
         return at.base
-    # a trial step may lie before the start, where the sleeve has no branch
-    return at.base + backbone(jnp.maximum(slip, at.start), at.sleeve)
+    # a trial step may lie before the start, where the enclosure has no branch
+    return at.base + backbone(jnp.maximum(slip, at.start), at.enclosure)
 
 
 def resistance(slip: Any, velocity: Any, at: Slide) -> Any:
@@ -156,15 +156,15 @@ def spring_force(extension: Any, rate: Any, at: Slide) -> Any:
 
 
 def runge_kutta(state: State, h: Any, at: Slide) -> Trial:
-    """One step of Dormand and Prince: way, speed, work and heat."""
+    """One step of Dormand and Prince: moved, speed, work and heat."""
     e0, drive = extension_at(state.time, state.slip, at), crosshead_speed(state.time, at)
     taut = state.mode == TAUT
 
     def rate(s: Any, y: Any) -> Any:
-        way, v = y[0], y[1]
-        e = e0 + drive * s - way
+        moved, v = y[0], y[1]
+        e = e0 + drive * s - moved
         pull = jnp.where(taut, at.spring * e + at.damping * (drive - v), 0.0)
-        resist = resistance(state.slip + way, v, at)
+        resist = resistance(state.slip + moved, v, at)
         lost = jnp.where(taut, at.damping * (drive - v) ** 2, 0.0)
         return jnp.stack([v, (pull - resist) / at.mass, pull * drive, resist * v + lost])
 
@@ -206,13 +206,13 @@ def exactly(state: State, h: Any, at: Slide) -> Trial:
     taut = state.mode == TAUT
     brake = resist / at.mass
     velocity = jnp.where(taut, drive - u, state.velocity - brake * h)
-    way = jnp.where(taut, drive * h - (z - z0), state.velocity * h - brake * h**2 / 2)
+    moved = jnp.where(taut, drive * h - (z - z0), state.velocity * h - brake * h**2 / 2)
     gain = velocity - state.velocity
     work = jnp.where(taut, drive * (resist * h + at.mass * gain), 0.0)
-    e1 = e0 + drive * h - way
+    e1 = e0 + drive * h - moved
     held = at.spring / 2 * (jnp.maximum(e1, 0.0) ** 2 - jnp.maximum(e0, 0.0) ** 2)
     moving = at.mass / 2 * (velocity**2 - state.velocity**2)
-    return Trial(way, velocity, work, work - held - moving, 0.0 * h)
+    return Trial(moved, velocity, work, work - held - moving, 0.0 * h)
 
 
 def slip_speed(slip: Any, at: Slide) -> Any:

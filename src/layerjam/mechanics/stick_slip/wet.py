@@ -18,7 +18,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone, sleeve_at
+from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law, within
 from layerjam.mechanics.stick_slip.laws import static_left
@@ -73,8 +73,8 @@ def wet_stress(speed: Any, vacuum: Any, film: WetFilm, scale_factor: Any) -> Any
 def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -> Any:
     """Force of the wet brake sliding at a speed [N]; slip [m], speed [m/s], vacuum [Pa] broadcast.
 
-    (n - 1) W (L2 - x) tau + the sleeve's, which is taken as dry. A fitted pressure exponent of the
-    brake scales the Coulomb part. NaN for a negative slip, speed or vacuum.
+    (n - 1) W (L2 - x) tau + the enclosure's, which is taken as dry. A fitted pressure exponent of
+    the brake scales the Coulomb part. NaN for a negative slip, speed or vacuum.
     """
     sheets = brake.sheets
     contact = (sheets.count - 1) * sheets.width * jnp.maximum(sheets.overlap - slip, 0.0)
@@ -83,5 +83,5 @@ def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -
     coulomb = coulomb / ((sheets.count - 1) * sheets.width * brake.film.kinetic)
     factor = coulomb / jnp.where(jammed, vacuum, 1.0)
     force = contact * wet_stress(speed, vacuum, film, factor)
-    force = force + backbone(slip, sleeve_at(vacuum, brake))
+    force = force + backbone(slip, enclosure_at(vacuum, brake))
     return within((slip >= 0) & (speed >= 0) & (vacuum >= 0), force)

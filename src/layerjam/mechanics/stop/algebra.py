@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
-from layerjam.mechanics.enclosure import Sleeve
+from layerjam.mechanics.enclosure import EnclosureLaw
 
 STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS, NOT_A_CASE = 0, 1, 2, 3, -1
 """Outcome codes; the last where a quantity lies outside the domain and all numbers are NaN."""
@@ -26,15 +26,15 @@ class Setup(NamedTuple):
     c: Any
     onset: Any
     k: Any
-    give: Any
+    compliance: Any
     """1/k [m/N]; a division costs several products."""
-    sleeve: Sleeve
+    enclosure: EnclosureLaw
     kinetic: Any
     """Kinetic energy when slip begins [J]."""
 
 
 class Quartic(NamedTuple):
-    """K(w) = a0 + a1 w + ... + a4 w^4 [J] in w = sqrt(slip), where the sleeve keeps one form."""
+    """K(w) = a0 + a1 w + ... + a4 w^4 [J] in w = sqrt(slip), where the enclosure keeps one form."""
 
     a0: Any
     a1: Any
@@ -66,13 +66,13 @@ class End(NamedTuple):
 
 
 def setup(
-    mass: Any, speed: Any, c: Any, overlap: Any, sleeve: Sleeve, spring: Any, gravity: Any
+    mass: Any, speed: Any, c: Any, overlap: Any, enclosure: EnclosureLaw, spring: Any, gravity: Any
 ) -> Setup:
-    """Constants of a stop from the friction per contact c [N/m] and the sleeve."""
+    """Constants of a stop from the friction per contact c [N/m] and the enclosure."""
     weight, onset = mass * gravity, c * overlap
-    arriving, give = mass * speed * speed / 2, 1 / spring
-    kinetic = arriving + (weight * onset - onset * onset / 2) * give
-    return Setup(mass, arriving, weight, c, onset, spring, give, sleeve, kinetic)
+    arriving, compliance = mass * speed * speed / 2, 1 / spring
+    kinetic = arriving + (weight * onset - onset * onset / 2) * compliance
+    return Setup(mass, arriving, weight, c, onset, spring, compliance, enclosure, kinetic)
 
 
 def root_of(square: Any) -> Any:
@@ -89,31 +89,34 @@ def falling_balance(at: Setup, travel: Any) -> Any:
     """
     # c x - e sqrt(x) = Y(0) - weight, the larger root; then the linear, saturated part
     over = at.onset - at.weight
-    square = at.sleeve.root * at.sleeve.root + 4 * at.c * over
+    square = at.enclosure.root * at.enclosure.root + 4 * at.c * over
     falls = at.c > 0
-    root = (at.sleeve.root + root_of(square)) / jnp.where(falls, 2 * at.c, 1.0)
-    slope = at.c - at.sleeve.stiffness / at.sleeve.reach
-    linear = over + at.sleeve.friction * at.sleeve.reach
+    root = (at.enclosure.root + root_of(square)) / jnp.where(falls, 2 * at.c, 1.0)
+    slope = at.c - at.enclosure.stiffness / at.enclosure.reach
+    linear = over + at.enclosure.friction * at.enclosure.reach
     linear = linear / jnp.where(slope > 0, slope, 1.0)
-    spreads = root * root < at.sleeve.saturation
+    spreads = root * root < at.enclosure.saturation
     balance = jnp.where(spreads, root * root, linear)
     meets = falls & (square >= 0) & (spreads | (slope > 0))
     return jnp.minimum(jnp.where(meets, jnp.maximum(balance, 0.0), travel), travel)
 
 
 def quartic(at: Setup, saturated: Any) -> Quartic:
-    """The kinetic energy while the sleeve spreads, or (where `saturated`) once it moves whole."""
-    c, e, give, over = at.c, at.sleeve.root, at.give, at.weight - at.onset
-    slope, step = at.sleeve.stiffness / at.sleeve.reach, at.sleeve.friction * at.sleeve.reach
+    """The kinetic energy while slip spreads over the enclosure, or once `saturated`."""
+    c, e, compliance, over = at.c, at.enclosure.root, at.compliance, at.weight - at.onset
+    slope, step = (
+        at.enclosure.stiffness / at.enclosure.reach,
+        at.enclosure.friction * at.enclosure.reach,
+    )
     fall = c - slope
-    whole = at.kinetic + step * at.sleeve.saturation / 6 + (over - step / 2) * step * give
-    bend = over - step + (step - over) * fall * give
+    whole = at.kinetic + step * at.enclosure.saturation / 6 + (over - step / 2) * step * compliance
+    bend = over - step + (step - over) * fall * compliance
     return Quartic(
         jnp.where(saturated, whole, at.kinetic),
-        jnp.where(saturated, 0.0, over * e * give),
-        jnp.where(saturated, bend, over - over * c * give - e * e * give / 2),
-        jnp.where(saturated, 0.0, (c * give - 2 / 3) * e),
-        jnp.where(saturated, fall - fall * fall * give, c - c * c * give) / 2,
+        jnp.where(saturated, 0.0, over * e * compliance),
+        jnp.where(saturated, bend, over - over * c * compliance - e * e * compliance / 2),
+        jnp.where(saturated, 0.0, (c * compliance - 2 / 3) * e),
+        jnp.where(saturated, fall - fall * fall * compliance, c - c * c * compliance) / 2,
     )
 
 
@@ -127,24 +130,24 @@ def slope_of(p: Quartic, w: Any) -> Any:
     return p.a1 + w * (2 * p.a2 + w * (3 * p.a3 + w * 4 * p.a4))
 
 
-def snap_slip(soft: Any, sleeve: Sleeve) -> Any:
+def snap_slip(soft: Any, enclosure: EnclosureLaw) -> Any:
     """The slip [m] from which the brake runs on by itself, infinite where it never does.
 
     There the force falls as fast as the spring gives, 1 + Y'/k = 0; `soft` is c - k [N/m]. What
-    the sleeve adds to Y' falls to EA/l and stays there: a spring above c - EA/l never lets go.
+    the enclosure adds to Y' falls to EA/l and stays there: a spring above c - EA/l never lets go.
     """
-    runs = soft > sleeve.stiffness / sleeve.reach
-    snap = sleeve.root / (2 * jnp.where(runs, soft, 1.0))
+    runs = soft > enclosure.stiffness / enclosure.reach
+    snap = enclosure.root / (2 * jnp.where(runs, soft, 1.0))
     return jnp.where(runs, snap * snap, jnp.inf)
 
 
 def search(at: Setup, travel: Any) -> Search:
     """Between which slips the kinetic energy passes zero, and as which quartic."""
-    snap = snap_slip(at.c - at.k, at.sleeve)
+    snap = snap_slip(at.c - at.k, at.enclosure)
     end = jnp.minimum(falling_balance(at, travel), snap)
-    edge = jnp.minimum(at.sleeve.saturation, end)
+    edge = jnp.minimum(at.enclosure.saturation, end)
     spread = quartic(at, at.c < 0)
-    # beyond its saturation the sleeve has another quartic
+    # beyond its saturation the enclosure has another quartic
     beyond = (value(spread, root_of(edge)) > 0) & (edge < end)
     energy = quartic(at, beyond)
     low = root_of(jnp.where(beyond, edge, 0.0))
@@ -153,7 +156,7 @@ def search(at: Setup, travel: Any) -> Search:
 
 
 def guess(p: Quartic, low: Any, high: Any) -> Any:
-    """The root without what the sleeve adds, in the bracket."""
+    """The root without what the enclosure adds, in the bracket."""
     down = root_of(p.a2 * p.a2 - 4 * p.a0 * p.a4) - p.a2
     near = 2 * p.a0 / jnp.where(down > 0, down, 1.0)
     return jnp.minimum(jnp.maximum(root_of(near), low), high)
@@ -177,7 +180,7 @@ def polished(p: Quartic, root: Any, slope: Any) -> Any:
 
 def end_of(at: Setup, found: Search, root: Any, travel: Any) -> End:
     """How it ends: at the `root` (sqrt of the slip), at the end of travel, or without slip."""
-    mass, sleeve = at.mass, at.sleeve
+    mass, enclosure = at.mass, at.enclosure
     elastic = at.weight + root_of(at.weight * at.weight + 2 * at.k * at.arriving)
     slides = elastic > at.onset
     stops = found.stops
@@ -186,29 +189,29 @@ def end_of(at: Setup, found: Search, root: Any, travel: Any) -> End:
     slip = w * w
     outcome = jnp.where(stops, STOPPED, jnp.where(found.snap < travel, SNAPS, BOTTOMED_OUT))
     outcome = jnp.where(slides, outcome, NEVER_SLID)
-    whole = slip >= sleeve.saturation
-    push = sleeve.friction * sleeve.reach
-    moved = sleeve.stiffness * slip / sleeve.reach + push
-    pull = jnp.where(whole, moved, sleeve.root * w)
+    whole = slip >= enclosure.saturation
+    push = enclosure.friction * enclosure.reach
+    moved = enclosure.stiffness * slip / enclosure.reach + push
+    pull = jnp.where(whole, moved, enclosure.root * w)
     resist = at.onset - at.c * slip + pull
     falls = at.c > 0
-    ratio = sleeve.root / (2 * jnp.where(falls, at.c, 1.0))
-    passed = falls & (ratio * ratio < jnp.minimum(slip, sleeve.saturation))
-    top = at.onset + sleeve.root * jnp.where(passed, ratio, 0.0) / 2
+    ratio = enclosure.root / (2 * jnp.where(falls, at.c, 1.0))
+    passed = falls & (ratio * ratio < jnp.minimum(slip, enclosure.saturation))
+    top = at.onset + enclosure.root * jnp.where(passed, ratio, 0.0) / 2
     highest = jnp.maximum(jnp.maximum(resist, top), at.onset)
     rest = stops | jnp.logical_not(slides)
     left = jnp.where(rest, 0.0, jnp.maximum(value(quartic(at, whole), w), 0.0))
-    # the sleeve: half of the work is heat while it spreads; then from its tension, q s over l
-    force, spread = jnp.where(slides, resist, elastic), sleeve.root * slip * w / 3
-    rubbed = push * (slip - sleeve.saturation) + 2 * push * sleeve.saturation / 3
+    # the enclosure: half of the work is heat while it spreads; then from its tension, q s over l
+    force, spread = jnp.where(slides, resist, elastic), enclosure.root * slip * w / 3
+    rubbed = push * (slip - enclosure.saturation) + 2 * push * enclosure.saturation / 3
     face = moved / 2
-    held = 2 * sleeve.reach * (face * face - face * push + push * push / 3) / sleeve.stiffness
+    held = 2 * enclosure.reach * (face * face - face * push + push * push / 3) / enclosure.stiffness
     heat = at.onset * slip - at.c * slip * slip / 2 + jnp.where(whole, rubbed, spread)
     return End(
         slip,
         jnp.where(slides, highest, elastic),
         root_of(2 * left / mass),
         heat,
-        force * force * at.give / 2 + jnp.where(whole, held, spread),
+        force * force * at.compliance / 2 + jnp.where(whole, held, spread),
         outcome,
     )

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone, backbone_work, sleeve_at
+from layerjam.mechanics.enclosure import backbone, backbone_work, enclosure_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law, safe_sqrt, within
 from layerjam.mechanics.stop.algebra import (
@@ -55,28 +55,28 @@ class Stop(NamedTuple):
     heat: Any
     """Energy dissipated until then [J]."""
     stored: Any
-    """Elastic energy held then in rope, sheets, mount and sleeve [J]."""
+    """Elastic energy held then in rope, sheets, mount and enclosure [J]."""
     outcome: Any
     """STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS (0 to 3), or NOT_A_CASE (-1): all else is NaN."""
 
 
 def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Setup:
-    c, sleeve = friction_per_contact(vacuum, brake), sleeve_at(vacuum, brake)
-    return setup(mass, speed, c, brake.sheets.overlap, sleeve, spring, gravity)
+    c, enclosure = friction_per_contact(vacuum, brake), enclosure_at(vacuum, brake)
+    return setup(mass, speed, c, brake.sheets.overlap, enclosure, spring, gravity)
 
 
 def kinetic_energy(slip: Any, at: Setup) -> Any:
     """K(s) [J]: what is left of the mass's energy of motion at slip s [m]."""
-    change = backbone(slip, at.sleeve) - at.c * slip
+    change = backbone(slip, at.enclosure) - at.c * slip
     spring = (at.weight - at.onset) * change - change**2 / 2
-    work = at.onset * slip - at.c * slip**2 / 2 + backbone_work(slip, at.sleeve)
+    work = at.onset * slip - at.c * slip**2 / 2 + backbone_work(slip, at.enclosure)
     return at.kinetic + at.weight * slip - work + spring / at.k
 
 
 def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
     """sqrt of the slip in [low, high] where the kinetic energy, falling, passes zero.
 
-    Three curved steps from the root without a sleeve; if anywhere they have not settled, Newton
+    Three curved steps from the root without an enclosure; if anywhere they have not settled, Newton
     steps kept in their bracket for all.
     """
     before = guess(energy, low, high)
@@ -118,7 +118,7 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     root = polished(found.energy, root, jax.lax.stop_gradient(slope_of(energy, root)))
     end = end_of(at, found, root, travel)
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
-    fine = fine & (at.onset + at.sleeve.root >= 0)
+    fine = fine & (at.onset + at.enclosure.root >= 0)
     *numbers, outcome = end
     outcome = jnp.where(fine, outcome, NOT_A_CASE)
     return Stop(*(within(fine, x) for x in numbers), outcome=outcome)  # type: ignore[misc]
@@ -162,11 +162,11 @@ def time_at_slip(
     slides = at.weight + jnp.sqrt(at.weight**2 + spring * mass * speed**2) > at.onset
     q = ((jnp.asarray(_NODES) + 1) * (jnp.pi / 4)).reshape((-1,) + (1,) * jnp.ndim(slip))
     part = slip * jnp.sin(q) ** 4
-    # ds/dq, and d sqrt(s)/dq for the sleeve, whose slope in s is infinite at the start
+    # ds/dq, and d sqrt(s)/dq for the enclosure, whose slope in s is infinite at the start
     rate = 4 * jnp.sin(q) ** 3 * jnp.cos(q) * slip
-    spread = at.sleeve.root * 2 * jnp.sin(q) * jnp.cos(q) * safe_sqrt(slip)
-    linear = at.sleeve.stiffness / at.sleeve.reach * rate
-    stretch = jnp.where(part < at.sleeve.saturation, spread, linear)
+    spread = at.enclosure.root * 2 * jnp.sin(q) * jnp.cos(q) * safe_sqrt(slip)
+    linear = at.enclosure.stiffness / at.enclosure.reach * rate
+    stretch = jnp.where(part < at.enclosure.saturation, spread, linear)
     pace = safe_sqrt(2 * jnp.maximum(kinetic_energy(part, at), 0.0) / mass)
     steps = (rate + (stretch - at.c * rate) / spring) / jnp.where(pace > 0, pace, jnp.inf)
     weights = jnp.asarray(_WEIGHTS).reshape(q.shape) * (jnp.pi / 4)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import Sleeve, sleeve_at
+from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_at
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.stop import algebra
 from layerjam.mechanics.stop.exact import SETTLED
@@ -43,10 +43,10 @@ def constants_of(brake: Brake) -> Constants | None:
     """The constants of a brake; None where friction is not proportional to the vacuum."""
     if brake.pressure_exponent is not None:
         return None
-    sleeve = sleeve_at(1.0, brake)
+    enclosure = enclosure_at(1.0, brake)
     sheets, c = brake.sheets, friction_per_contact(1.0, brake)
-    values = (c, sleeve.friction, sheets.overlap, sheets.usable_travel)
-    return Constants(*(float(v) for v in (*values, sleeve.stiffness, sleeve.reach)))
+    values = (c, enclosure.friction, sheets.overlap, sheets.usable_travel)
+    return Constants(*(float(v) for v in (*values, enclosure.stiffness, enclosure.reach)))
 
 
 @once
@@ -88,9 +88,9 @@ def kernel() -> Any:
         slip, peak, pace, heat, stored, outcome = ends
         for i in range(count):
             q, ea, reach = of.drag * vacuum[i], of.stiffness, of.reach
-            sleeve = Sleeve(ea, q, reach, 2 * math.sqrt(ea * q), q * reach * reach / ea)
+            enclosure = EnclosureLaw(ea, q, reach, 2 * math.sqrt(ea * q), q * reach * reach / ea)
             m, v, c = mass[i], speed[i], of.friction * vacuum[i]
-            at = setup(m, v, c, of.overlap, sleeve, spring[i], gravity[i])
+            at = setup(m, v, c, of.overlap, enclosure, spring[i], gravity[i])
             found = search(at, of.travel)
             energy, low, high = found.energy, found.low, found.high
             before = guess(energy, low, high)
@@ -102,7 +102,7 @@ def kernel() -> Any:
             end = end_of(at, found, root, of.travel)
             fine = (m > 0) & (v >= 0) & (vacuum[i] >= 0)
             fine = fine & (spring[i] > 0) & (gravity[i] >= 0)
-            fine = fine & (at.onset + sleeve.root >= 0)
+            fine = fine & (at.onset + enclosure.root >= 0)
             bad = 0.0 if fine else math.nan
             slip[i] = end.slip + bad
             peak[i] = end.peak_force + bad

@@ -1,8 +1,8 @@
 """A mass on a rope and the brake in time: any vacuum, rope damping, rebound, slack rope (ours).
 
 The brake's force depends on its path alone, so one step asks: by how much is the brake drawn out
-that its mean force over the step, work by way, is the one that slows the mass? Work and heat are
-exact along the path, so that energy is kept to rounding at any step; time is of second order.
+that its mean force over the step, work over distance, is the one that slows the mass? Work and heat
+are exact along the path, so that energy is kept to rounding at any step; time is of second order.
 
 Without rope damping rope and brake are one spring, as in the exact stop. With it the rope is a
 spring and a damper side by side (it only pulls) in series with the brake.
@@ -16,7 +16,7 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone_stored, sleeve_at
+from layerjam.mechanics.enclosure import backbone_stored, enclosure_at
 from layerjam.mechanics.hysteresis import Setting
 from layerjam.mechanics.law import law, within
 from layerjam.mechanics.memory import branch
@@ -27,13 +27,13 @@ from layerjam.mechanics.stop.motion_step import (
     Motion,
     ahead,
     at_start,
+    force_of_enclosure,
     pump,
     setting_of,
-    sleeve_force,
 )
 
 MOVING, STANDSTILL, TRAVEL_USED, CLOSED, SNAPPED = 0, 1, 2, 3, 4
-"""How far it got: still moving, first standstill, end of travel, sleeve closes the brake, snaps.
+"""How far it got: still moving, first standstill, end of travel, enclosure closes the brake, snaps.
 
 NOT_A_CASE (-1) where a quantity lies outside the domain and all numbers are NaN."""
 LONGEST = 0.25
@@ -43,8 +43,8 @@ LONGEST = 0.25
 def _event(old: Motion, new: Motion, at: Setting, travel: Any) -> Any:
     """What happened in a step that the run must not go past."""
     hold = at.c * (at.overlap - new.slip)
-    sleeve = sleeve_force(new.slip, new.sleeve, at.sleeve)
-    closes = sleeve * (1 - 1e-9) - new.force > hold
+    enclosure = force_of_enclosure(new.slip, new.enclosure, at.enclosure)
+    closes = enclosure * (1 - 1e-9) - new.force > hold
     code = jnp.where((old.speed > 0) & (new.speed <= 0), STANDSTILL, MOVING)
     code = jnp.where(new.slip >= travel, TRAVEL_USED, code)
     code = jnp.where((new.slip > 0) & closes, CLOSED, code)
@@ -56,18 +56,18 @@ def _snaps(old: Motion, new: Motion, at: Setting) -> Any:
 
     1 + Y'/k > 0 must hold where it got to, and the brake must hold the spring there.
     """
-    slip, strip = new.slip, at.sleeve
-    if new.sleeve is not None:
-        base = new.sleeve.base
-        early = slip < new.sleeve.join
-        slip = slip - jnp.where(early, base.slip, new.sleeve.origin)
+    slip, strip = new.slip, at.enclosure
+    if new.enclosure is not None:
+        base = new.enclosure.base
+        early = slip < new.enclosure.join
+        slip = slip - jnp.where(early, base.slip, new.enclosure.origin)
         root = jnp.where(early, branch(base.strength, strip).root, strip.root)
     else:
         root = strip.root
     steep = root / (2 * jnp.sqrt(jnp.where(slip > 0, slip, 1.0)))
     steep = jnp.where(slip > 0, jnp.maximum(steep, strip.stiffness / strip.reach), jnp.inf)
     soft = at.c - at.k
-    hold = at.c * (at.overlap - new.slip) + sleeve_force(new.slip, new.sleeve, strip)
+    hold = at.c * (at.overlap - new.slip) + force_of_enclosure(new.slip, new.enclosure, strip)
     torn = (new.force > hold * (1 + 1e-6)) & (soft > 0)
     falls = soft >= steep * (1 - 1e-9)
     return ((new.slip > old.slip) & (falls | torn)) | (jnp.isnan(new.force) & (soft > 0))
@@ -92,7 +92,7 @@ def _ready(
     A vacuum that falls does so between steps, by what puts its mean right. One that rises does so
     while the brake slides: at rest the force could not follow.
     """
-    if motion.sleeve is None:
+    if motion.enclosure is None:
         return motion, setting_of(vacuum.pressure, load.spring, brake), None
     begin, end = vacuum.at(motion.time), vacuum.at(motion.time + dt)
     falls = end < begin
@@ -141,7 +141,7 @@ def ended(
         ready, at, c = _ready(motion, time, vacuum, load, brake)
         new = ahead(ready, time, at, c, load, damped)
         snaps = _snaps(motion, new, at)
-        if new.sleeve is None:
+        if new.enclosure is None:
             return new, snaps
         # what is left of a fall of the vacuum when it stands
         now = vacuum.at(new.time)
@@ -190,13 +190,13 @@ def _chosen(condition: Any, yes: Motion, no: Motion) -> Motion:
 
 
 def stored_energy(motion: Motion, load: Load, brake: Brake) -> Any:
-    """Elastic energy [J] in rope, sheets, mount and sleeve."""
-    if motion.sleeve is None:
-        sleeve = backbone_stored(motion.slip, sleeve_at(motion.vacuum, brake))
+    """Elastic energy [J] in rope, sheets, mount and enclosure."""
+    if motion.enclosure is None:
+        enclosure = backbone_stored(motion.slip, enclosure_at(motion.vacuum, brake))
     else:
-        sleeve = motion.sleeve.stored
+        enclosure = motion.enclosure.stored
     rope = jnp.where(jnp.isfinite(load.rope), load.rope * motion.stretch**2 / 2, 0.0)
-    return motion.force**2 / (2 * load.spring) + rope + sleeve
+    return motion.force**2 / (2 * load.spring) + rope + enclosure
 
 
 def load_of(mass: Any, gravity: Any, rope: Any, damping: Any, brake: Brake) -> Load:
@@ -245,7 +245,7 @@ def stop_in_time(
 
     setting = setting_of(first, load.spring, brake)
     fine = (mass > 0) & (speed >= 0) & (gravity >= 0) & (step > 0) & (jnp.min(vacuum) >= 0)
-    fine = fine & (setting.c * setting.overlap + setting.sleeve.root >= 0)
+    fine = fine & (setting.c * setting.overlap + setting.enclosure.root >= 0)
     fine = fine & (step <= LONGEST * jnp.sqrt(mass / series_of(rope, brake)))
 
     def going(state: tuple[Any, Motion]) -> Any:

@@ -12,11 +12,11 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import (
-    Sleeve,
+    EnclosureLaw,
     backbone,
     backbone_dissipated,
     backbone_work,
-    sleeve_at,
+    enclosure_at,
 )
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.hysteresis import Setting, first_slip
@@ -56,8 +56,8 @@ class Motion(NamedTuple):
     slip: Any
     force: Any
     """Force in brake and rope [N]."""
-    sleeve: Memory | None
-    """Loading state of the sleeve; None at constant vacuum, where the backbone is enough."""
+    enclosure: Memory | None
+    """Loading state of the enclosure; None at constant vacuum, where the backbone is enough."""
     vacuum: Any
     """What acted in the last step [Pa]."""
     heat: Any
@@ -68,7 +68,7 @@ class Motion(NamedTuple):
 
 
 class _Pulled(NamedTuple):
-    """The brake after being drawn by some way at one vacuum."""
+    """The brake after being drawn by some distance at one vacuum."""
 
     drawn: Any
     slip: Any
@@ -76,7 +76,7 @@ class _Pulled(NamedTuple):
     work: Any
     heat: Any
     held: Any
-    """What the sleeve stores more than before [J]."""
+    """What the enclosure stores more than before [J]."""
 
 
 def at_start(speed: Any, vacuum: Any, steady: bool) -> Motion:
@@ -88,69 +88,71 @@ def at_start(speed: Any, vacuum: Any, steady: bool) -> Motion:
     memory = Memory(zero, zero, zero, turns, zero, zero, turns, turns, ~no, zero, zero, no)
     rest = Motion(**dict.fromkeys(Motion._fields, zero))
     rest = rest._replace(speed=speed, slack=no, vacuum=vacuum, outcome=none)
-    return rest._replace(sleeve=None if steady else memory)
+    return rest._replace(enclosure=None if steady else memory)
 
 
 def setting_of(vacuum: Any, spring: Any, brake: Brake) -> Setting:
     """What resists at a vacuum [Pa] on a series spring [N/m]."""
     c, overlap = friction_per_contact(vacuum, brake), brake.sheets.overlap
-    return Setting(c, spring, overlap, sleeve_at(vacuum, brake))
+    return Setting(c, spring, overlap, enclosure_at(vacuum, brake))
 
 
-def sleeve_force(slip: Any, sleeve: Memory | None, at: Sleeve) -> Any:
-    """Force of the sleeve [N] in first loading to a slip [m], by its memory where there is one."""
-    return backbone(slip, at) if sleeve is None else first_force(sleeve, slip, at)
+def force_of_enclosure(slip: Any, enclosure: Memory | None, at: EnclosureLaw) -> Any:
+    """Force of the enclosure [N] in first loading to a slip [m], by its memory if it has one."""
+    return backbone(slip, at) if enclosure is None else first_force(enclosure, slip, at)
 
 
-def _pulled(motion: Motion, way: Any, slides: Any, at: Setting, c: Any = None) -> _Pulled:
-    """Draw the brake by `way` [m] from a taut state; it slides where `slides`, else it sticks.
+def _pulled(motion: Motion, distance: Any, slides: Any, at: Setting, c: Any = None) -> _Pulled:
+    """Draw the brake by `distance` [m] from a taut state; it slides where `slides`, else it sticks.
 
     Friction goes from `c` [N/m] to that of `at` evenly over the slip.
     """
-    drawn = motion.drawn + way
-    if motion.sleeve is None:
+    drawn = motion.drawn + distance
+    if motion.enclosure is None:
         drive, soft = at.k * drawn - at.c * at.overlap, at.c - at.k
-        snap = snap_slip(soft, at.sleeve)
+        snap = snap_slip(soft, at.enclosure)
         # from there on nothing holds the spring's force: no root is left
         lost = jnp.isfinite(snap) & (drive >= snap * soft)
-        out = rising_root(jnp.where(lost, 0.0, drive), -soft, at.sleeve)
+        out = rising_root(jnp.where(lost, 0.0, drive), -soft, at.enclosure)
         out = jnp.where(lost, snap, out)
     else:
-        out = first_slip(motion.sleeve, drawn, at)
+        out = first_slip(motion.enclosure, drawn, at)
     slip = jnp.where(slides, jnp.maximum(out, motion.slip), motion.slip)
     more = slip - motion.slip
-    force = motion.force + at.k * (way - more)
+    force = motion.force + at.k * (distance - more)
     rubbed = at.c * more * (at.overlap - (slip + motion.slip) / 2)
     if c is not None:
         rubbed = rubbed - (at.c - c) * more * ((at.overlap - motion.slip) / 2 - more / 6)
-    if motion.sleeve is None:
-        work = backbone_work(slip, at.sleeve) - backbone_work(motion.slip, at.sleeve)
-        warm = backbone_dissipated(slip, at.sleeve) - backbone_dissipated(motion.slip, at.sleeve)
+    if motion.enclosure is None:
+        work = backbone_work(slip, at.enclosure) - backbone_work(motion.slip, at.enclosure)
+        warm = backbone_dissipated(slip, at.enclosure) - backbone_dissipated(
+            motion.slip, at.enclosure
+        )
     else:
-        work, warm = first_work(motion.sleeve, motion.slip, slip, at.sleeve)
+        work, warm = first_work(motion.enclosure, motion.slip, slip, at.enclosure)
     elastic = (force - motion.force) * (force + motion.force) / (2 * at.k)
     return _Pulled(drawn, slip, force, elastic + rubbed + work, rubbed + warm, work - warm)
 
 
 def _meet(motion: Motion, alpha: Any, beta: Any, at: Setting, c: Any) -> tuple[_Pulled, Any]:
-    """Draw the brake until its mean force is alpha - beta way; the way [m] goes with it."""
+    """Draw the brake until its mean force is alpha - beta distance [m], which goes with it."""
     hold = at.c * (at.overlap - motion.slip)
-    hold = hold + sleeve_force(motion.slip, motion.sleeve, at.sleeve)
-    way = (alpha - motion.force) / (beta + at.k / 2)
-    slides = motion.force + at.k * way > hold
+    hold = hold + force_of_enclosure(motion.slip, motion.enclosure, at.enclosure)
+    distance = (alpha - motion.force) / (beta + at.k / 2)
+    slides = motion.force + at.k * distance > hold
     least = (hold - motion.force) / at.k
     sliding = jnp.maximum((alpha - hold) / beta, least * (1 + 1e-9))
-    far = jnp.where(slides & (sliding > 0), sliding, way)
+    far = jnp.where(slides & (sliding > 0), sliding, distance)
 
     def newton(_: int, far: Any) -> Any:
         pulled = _pulled(motion, far, slides, at, c)
         part = jnp.where(far != 0, far, 1.0)
         mean = pulled.work / part
         step = (mean + beta * far - alpha) / ((pulled.force - mean) / part + beta)
-        return jnp.where(slides, jnp.maximum(far - step, least), way)
+        return jnp.where(slides, jnp.maximum(far - step, least), distance)
 
     # at constant vacuum the loop is short enough to be written out, which batches like
-    steady = motion.sleeve is None
+    steady = motion.enclosure is None
     far = jax.lax.fori_loop(0, _NEWTON, newton, far, unroll=steady)
     return _pulled(motion, far, slides, at, c), far
 
@@ -165,15 +167,15 @@ def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load, damped: bool
         beta = kappa / share
     else:
         alpha, beta = m * (g + 2 * v / dt), 2 * m / dt**2
-    pulled, way = _meet(motion, alpha, beta, at, c)
-    mean = alpha - beta * way
+    pulled, distance = _meet(motion, alpha, beta, at, c)
+    mean = alpha - beta * distance
     place = v * dt + (g - mean / m) * dt**2 / 2
-    stretch = place - way if damped else jnp.zeros_like(way)
+    stretch = place - distance if damped else jnp.zeros_like(distance)
     rope = load.damping * stretch**2 / dt if damped else 0.0
     # nobody sees the force between two steps: its top is that of the backbone, if passed
-    top = (at.sleeve.root / (2 * jnp.where(at.c > 0, at.c, 1.0))) ** 2
-    passed = (motion.slip < top) & (top < pulled.slip) & (top < at.sleeve.saturation)
-    highest = jnp.where(passed, at.c * at.overlap + at.sleeve.root**2 / (4 * at.c), pulled.force)
+    top = (at.enclosure.root / (2 * jnp.where(at.c > 0, at.c, 1.0))) ** 2
+    passed = (motion.slip < top) & (top < pulled.slip) & (top < at.enclosure.saturation)
+    highest = jnp.where(passed, at.c * at.overlap + at.enclosure.root**2 / (4 * at.c), pulled.force)
     return motion._replace(
         time=motion.time + dt,
         place=motion.place + place if damped else pulled.drawn,
@@ -182,7 +184,7 @@ def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load, damped: bool
         stretch=motion.stretch + stretch,
         slip=pulled.slip,
         force=pulled.force,
-        sleeve=_kept(motion.sleeve, pulled),
+        enclosure=_kept(motion.enclosure, pulled),
         heat=motion.heat + pulled.heat + rope,
         peak=jnp.maximum(motion.peak, highest),
     )
@@ -191,19 +193,19 @@ def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load, damped: bool
 def _until_slack(motion: Motion, dt: Any, at: Setting, load: Load, damped: bool) -> Motion:
     """The part of a step after which the brake, shrinking elastically, pulls no more."""
     m, v, force = load.mass, motion.speed, motion.force
-    pull, give = load.gravity - force / (2 * m), force / at.k
-    time = safe_sqrt(jnp.maximum(v**2 - 2 * pull * give, 0.0)) - v
-    time = jnp.clip(2 * give / jnp.where(time > 0, time, 1.0), 0.0, dt)
+    pull, shrink = load.gravity - force / (2 * m), force / at.k
+    time = safe_sqrt(jnp.maximum(v**2 - 2 * pull * shrink, 0.0)) - v
+    time = jnp.clip(2 * shrink / jnp.where(time > 0, time, 1.0), 0.0, dt)
     if damped:
         for _ in range(6):
-            short = give + v * time + pull * time**2 / 2
+            short = shrink + v * time + pull * time**2 / 2
             off = (load.rope * motion.stretch - force / 2) * time
             off = off + (load.rope * time / 2 + load.damping) * short
             slope = load.rope * motion.stretch - force / 2 + load.rope * short / 2
             slope = slope + (load.rope * time / 2 + load.damping) * (v + pull * time)
             time = jnp.clip(time - off / jnp.where(slope != 0, slope, 1.0), 0.0, dt)
     place = v * time + pull * time**2 / 2
-    more = place + give if damped else jnp.zeros_like(place)
+    more = place + shrink if damped else jnp.zeros_like(place)
     rope = load.damping * more**2 / jnp.where(time > 0, time, 1.0) if damped else 0.0
     return motion._replace(
         time=motion.time + time,
@@ -252,26 +254,26 @@ def _slack(motion: Motion, dt: Any, load: Load, damped: bool) -> Motion:
     )
 
 
-def _kept(sleeve: Memory | None, pulled: _Pulled) -> Memory | None:
-    return None if sleeve is None else sleeve._replace(stored=sleeve.stored + pulled.held)
+def _kept(enclosure: Memory | None, pulled: _Pulled) -> Memory | None:
+    return None if enclosure is None else enclosure._replace(stored=enclosure.stored + pulled.held)
 
 
 def pump(motion: Motion, vacuum: Any, before: Setting, at: Setting) -> Motion:
-    """Another vacuum while the mass rests: what the brake gives way for turns into heat."""
-    memory = motion.sleeve
+    """Another vacuum while the mass rests: what the brake slips by turns into heat."""
+    memory = motion.enclosure
     if memory is None:  # constant vacuum
         return motion
-    force = first_force(memory, motion.slip, before.sleeve)
+    force = first_force(memory, motion.slip, before.enclosure)
     held = memory._replace(slip=motion.slip, force=force)
-    sleeve = at_vacuum(held, before.sleeve, at.sleeve)
-    new = motion._replace(sleeve=sleeve)
-    gives = motion.force > at.c * (at.overlap - motion.slip) + sleeve.force
+    enclosure = at_vacuum(held, before.enclosure, at.enclosure)
+    new = motion._replace(enclosure=enclosure)
+    gives = motion.force > at.c * (at.overlap - motion.slip) + enclosure.force
     pulled = _pulled(new, jnp.zeros_like(motion.slip), gives & ~motion.slack, at)
-    # the spring drives the sheets harder than friction holds: all it gives but the sleeve's share
+    # the spring drives the sheets harder than friction holds: heat, but for the enclosure's share
     spring = (motion.force - pulled.force) * (motion.force + pulled.force) / (2 * at.k)
-    lost = held.stored - sleeve.stored + spring - pulled.held
+    lost = held.stored - enclosure.stored + spring - pulled.held
     return new._replace(
-        sleeve=_kept(sleeve, pulled),
+        enclosure=_kept(enclosure, pulled),
         slip=pulled.slip,
         force=pulled.force,
         vacuum=vacuum + jnp.zeros_like(motion.vacuum),

@@ -33,8 +33,8 @@ def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
     shape = jnp.broadcast_arrays(mass, speed, slip, spring, gravity)
     mass, speed, slip, spring, gravity = shape
     top = brake.site.atmosphere + jnp.zeros_like(mass)
-    sleeve_alone = brake_force(slip, 0.0, brake)
-    held = vacuum_for_force(jnp.maximum(mass * gravity, sleeve_alone), slip, brake)
+    enclosure_alone = brake_force(slip, 0.0, brake)
+    held = vacuum_for_force(jnp.maximum(mass * gravity, enclosure_alone), slip, brake)
     low = jnp.where(jnp.isnan(held), top, held)
 
     def excess(vacuum: Any) -> Any:

@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import Sleeve, sleeve_of
+from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_of
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import rising_root
@@ -39,7 +39,7 @@ class Strap(NamedTuple):
     """Force at which a fresh brake begins to slide, N c L2 [N]; infinite where nothing slides."""
     fall: Any
     """N c [N/m]."""
-    sleeve: Sleeve
+    sleeve: EnclosureLaw
     travel: Any
     """Usable travel of one brake [m]."""
     series: Any
@@ -55,7 +55,7 @@ def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake
     parallel, series, vacuum, webbing = every
     sheets = brake.sheets
     fall = parallel * friction_per_contact(vacuum, brake)
-    sleeve = sleeve_of(
+    sleeve = enclosure_of(
         parallel * brake.enclosure.modulus * sheets.width * brake.enclosure.wall,
         parallel * brake.film.friction_on_silicone * sheets.width * vacuum,
         (sheets.free_left + sheets.overlap + sheets.free_right) / 2 + 0 * parallel,
@@ -74,7 +74,7 @@ def limiter_of(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
         *(jnp.asarray(a, jnp.float64) for a in (force, stiffness, travel))
     )
     zero = jnp.zeros_like(force)
-    none = Sleeve(zero, zero, zero + 1.0, zero, zero + jnp.inf)
+    none = EnclosureLaw(zero, zero, zero + 1.0, zero, zero + jnp.inf)
     return Strap(stiffness, force, zero, none, travel, zero + 1.0)
 
 
