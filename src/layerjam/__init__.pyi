@@ -5,6 +5,7 @@ from layerjam._version import __version__ as __version__
 from layerjam.commands.array import array as array
 from layerjam.commands.calibration import calibrate as calibrate
 from layerjam.commands.compare import compare as compare
+from layerjam.commands.crash import crash as crash
 from layerjam.commands.design import design as design_brake
 from layerjam.commands.edit import edit as edit
 from layerjam.commands.edit import edit_line as edit_line
@@ -14,16 +15,15 @@ from layerjam.commands.impact import drop as drop
 from layerjam.commands.impact import observed as observed
 from layerjam.commands.lab import lab as write_campaign
 from layerjam.commands.lab import lab_example as example_campaign
-from layerjam.commands.measurements import crash as crash
+from layerjam.commands.leak import leak as leak
 from layerjam.commands.parts import parts as parts
 from layerjam.commands.plan import plan as plan
 from layerjam.commands.predict import force as force
 from layerjam.commands.predict import new as new
 from layerjam.commands.predict import show as show
 from layerjam.commands.predict import vacuum as vacuum
-from layerjam.commands.pressure_log import leak as leak
-from layerjam.commands.pressure_log import pump_down as pump_down
 from layerjam.commands.pull import pull as pull
+from layerjam.commands.pump_down import pump_down as pump_down
 from layerjam.commands.regulate import regulate as regulate
 from layerjam.commands.report import report as write_report
 from layerjam.commands.results import Result as Result

@@ -99,9 +99,18 @@ class ProcedureError(LayerjamError, ValueError):
 
 
 class FitError(LayerjamError, ValueError):
-    """Measurements from which the quantity asked for cannot be had."""
+    """Measurements that do not give the quantity asked for; `path` where it is about one file."""
 
     key = "fit"
+    path: str = ""
+    reason: str = ""
+
+    @classmethod
+    def of(cls, path: object, reason: str) -> Self:
+        """The error about one file; its sentence begins with the path."""
+        made = cls(f"{path}: {reason}")
+        made.path, made.reason = str(path), reason
+        return made
 
 
 class MissingExtraError(LayerjamError, ImportError):

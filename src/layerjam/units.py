@@ -194,8 +194,12 @@ def _dimension(si: str) -> str:
     return names.get(si, f"units of {si}")
 
 
-def show(value: float | None, si: str, digits: int = 4) -> str:
-    """A value as people like to read it, e.g. ``show(0.013, "m") == "13 mm"``."""
+def show(value: float | None, si: str, digits: int = 4, like: float | None = None) -> str:
+    """A value as people like to read it, e.g. ``show(0.013, "m") == "13 mm"``.
+
+    Its unit is the one that suits `like`, where that is given: the ends of an interval are written
+    in the unit of the value between them.
+    """
     if value is None:
         return "not known"
     if not math.isfinite(value):
@@ -203,7 +207,8 @@ def show(value: float | None, si: str, digits: int = 4) -> str:
     if si == "1":
         return f"{value:.0f}" if value == int(value) and abs(value) < 1e7 else f"{value:.{digits}g}"
     units = _FRIENDLY.get(si, (si,))
-    best = min(units, key=lambda unit: _awkwardness(abs(value) / float(unit_factor(unit, si) or 1)))
+    size = abs(value if like is None else like)
+    best = min(units, key=lambda unit: _awkwardness(size / float(unit_factor(unit, si) or 1)))
     scaled = value / float(unit_factor(best, si) or 1)
     text = f"{scaled:.{digits}g}" if not 10**digits <= abs(scaled) < 1e7 else f"{scaled:.0f}"
     return f"{text} {best}"

@@ -9,8 +9,8 @@ import pytest
 
 import layerjam
 from lab import bench as virtual
-from layerjam.cli import calibration as command
-from layerjam.commands.calibration import DEEPER, UNITS
+from layerjam.cli.main import main
+from layerjam.commands.calibration import BrakeCalibration
 from layerjam.device.load import load
 from layerjam.errors import FitError, UnknownNameError
 from layerjam.identify.provenance import calibrated_on, sha256
@@ -34,8 +34,9 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 def test_exact_is_the_default_and_says_null_where_it_knows_nothing(files: list[Path]) -> None:
     answer = layerjam.calibrate("choi2018-kapton", files)
     assert answer.depth == "exact"
-    assert all(answer.values[key] is None for key in DEEPER)
-    assert set(answer.units) == set(UNITS) <= set(answer.values)
+    deeper = ("enclosure_factor", "pressure_exponent", "speed_slope", "reference_pressure")
+    assert all(answer.values[key] is None for key in (*deeper, "reference_speed"))
+    assert isinstance(answer, BrakeCalibration) and answer.units["stiffness"] == "N/m"
     assert set(answer.intervals) == {"scale_factor", "stiffness"} == set(answer.bootstrap)
     one = answer.intervals["scale_factor"]
     assert one["degrees_of_freedom"] == 5 and one["low"] < answer.scale_factor < one["high"]
@@ -108,6 +109,18 @@ def test_what_is_refused(files: list[Path]) -> None:
         layerjam.calibrate("choi2018-kapton", files, depth="curves", free=("mass",))
 
 
+def test_one_path_or_a_trace_cut_in_python(files: list[Path]) -> None:
+    alone = layerjam.calibrate("choi2018-kapton", files[0])
+    assert alone.scale_factor == layerjam.calibrate("choi2018-kapton", [files[0]]).scale_factor
+    trace = layerjam.read_trace(files[0])
+    cut = trace.between(end=float(trace.elongation[0]) + 0.03, over="elongation")
+    made = layerjam.calibrate("choi2018-kapton", cut)
+    assert made.scale_factor == pytest.approx(alone.scale_factor, rel=1e-3)
+    both = layerjam.validate("choi2018-kapton", [cut, files[1]])
+    assert [row["path"] for row in both.files] == [str(files[0]), str(files[1])]
+    assert not both.refused and both.exit_code == 0
+
+
 def test_equal_names_in_two_folders_stay_apart(files: list[Path], tmp_path: Path) -> None:
     for name in ("40-2.csv", "40-2.csv.toml"):
         (tmp_path / name.replace("40-2", "40-1")).write_bytes((files[1].parent / name).read_bytes())
@@ -118,9 +131,10 @@ def test_equal_names_in_two_folders_stay_apart(files: list[Path], tmp_path: Path
 def test_the_command_prints_intervals_and_the_figure_is_drawn(files: list[Path], tmp_path: Path,
                                                               capsys) -> None:  # fmt: skip
     figure = tmp_path / "fit.svg"
-    code = command.calibrate("choi2018-kapton", files, depth="curves", figure=figure)
+    given = ["calibrate", "choi2018-kapton", *map(str, files), "--depth", "curves"]
+    assert main([*given, "--figure", str(figure)]) == 0
     shown = capsys.readouterr().out
-    assert code == 0 and figure.stat().st_size > 10_000
+    assert figure.stat().st_size > 10_000
     assert "(95 %: " in shown and "enclosure factor" in shown
     assert "the scale factor would move by" in shown
     assert "pressure exponent" not in shown and "posterior" not in shown

@@ -11,6 +11,7 @@ from lab import bench as virtual
 from layerjam.commands.calibration import calibrate
 from layerjam.commands.files import CURVE, PICTURE, each, pulls
 from layerjam.commands.friction import friction
+from layerjam.commands.reading import FileOptions
 from layerjam.device.load import load
 from layerjam.measure.trace import Trace
 from strategies import KAPTON
@@ -26,7 +27,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 
 def test_long_records_are_not_kept_whole(files: list[Path]) -> None:
-    used, refused, _ = pulls(files, load("choi2018-kapton"), None, None, lambda *_: None)
+    used, refused, _ = pulls(files, load("choi2018-kapton"), None, FileOptions(), lambda *_: None)
     assert not refused
     for trace, pull, _ in used:
         assert PICTURE / 2 < len(trace) <= PICTURE
@@ -40,7 +41,7 @@ def test_ctrl_c_keeps_what_was_read_and_names_the_rest(files: list[Path]) -> Non
             raise KeyboardInterrupt
 
     shares: list[float] = []
-    used, refused = each(files, lambda trace: trace.path, None, told)
+    used, refused = each(files, lambda trace: trace.path, FileOptions(), told)
     assert shares == [0.25, 0.5]
     assert used == [str(f) for f in files[:2]]
     assert refused == {str(f): "not read to its end: interrupted" for f in files[2:]}
@@ -52,7 +53,7 @@ def test_ctrl_c_within_a_file_refuses_that_one_too(files: list[Path]) -> None:
             raise KeyboardInterrupt
         return trace.path
 
-    used, refused = each(files, use, None)
+    used, refused = each(files, use, FileOptions())
     assert used == [str(files[0])]
     assert list(refused) == [str(f) for f in files[1:]]
 
@@ -62,7 +63,7 @@ def test_ctrl_c_before_anything_was_read_ends_it(files: list[Path]) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        each(files, use, None)
+        each(files, use, FileOptions())
 
 
 def test_an_interrupted_calibration_writes_no_brake_unless_told(

@@ -12,11 +12,11 @@ import pytest
 from identify.saw import sled
 from lab import bench as virtual
 from lab.bench import FULL, curve
-from layerjam.cli import friction as friction_command
 from layerjam.commands.friction import friction
 from layerjam.commands.pull import UNITS_OF_A_PULL, pull
 from layerjam.commands.results import plain as _plain
 from layerjam.errors import FitError, QuantityError, UnknownNameError
+from layerjam.measure.readers.read import read_trace
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
 from strategies import KAPTON
@@ -73,13 +73,12 @@ def test_standards_and_windows(smooth: list[Path]) -> None:
     assert iso.repeats_table[0]["inertial_force"] == pytest.approx(
         2.5e-3 * np.sqrt(300.0 * 0.2), rel=0.03
     )
-    asked = friction(smooth, standard="d1894", window=("20 mm", None))
+    asked = friction(smooth, standard="d1894", start="20 mm")
     assert asked.window == [0.020, 0.130]
-    assert friction(smooth, window=(None, None)).window == [0.040, 0.100]
     with pytest.raises(UnknownNameError, match="iso8295"):
         friction(smooth, standard="iso8296")
     with pytest.raises(QuantityError, match="not below"):
-        friction(smooth, window=(None, "30 mm"))
+        friction(smooth, end="30 mm")
 
 
 def test_the_standards_own_sled(smooth: list[Path], tmp_path: Path) -> None:
@@ -100,16 +99,28 @@ def test_stick_slip_leaves_kinetic_null_with_a_reason(saw: Path, tmp_path: Path)
     assert found["upper"] == pytest.approx(0.32, rel=0.02)
     assert found["lower"] == pytest.approx(0.16, rel=0.05)
     assert answer.repeats_table[0]["stick_slip"] and answer.repeats_table[0]["kinetic"] is None
-    assert any("--accept-judder" in w for w in answer.warnings)
+    assert any("--accept-stick-slip" in w for w in answer.warnings)
     target = tmp_path / "mine.toml"
-    with pytest.raises(FitError, match="--accept-judder"):
+    with pytest.raises(FitError, match="--accept-stick-slip"):
         friction([saw], brake="choi2018-kapton", out=target)
     assert not target.exists()
-    taken = friction([saw], accept_judder=True, brake="choi2018-kapton", out=target)
+    taken = friction([saw], accept_stick_slip=True, brake="choi2018-kapton", out=target)
     assert taken.kinetic == pytest.approx(0.24, rel=0.01) == found["middle"]
     assert any("is taken as kinetic friction" in w for w in taken.warnings) and target.exists()
-    lines = "\n".join(friction_command._lines(answer))
-    assert "judders" in lines and "stick-slip between" in lines
+    assert friction([saw], accept_judder=True).kinetic == taken.kinetic  # type: ignore[call-arg]
+    assert ": 0.3" in str(answer) and "stick–slip between" in str(answer)
+
+
+def test_one_path_and_a_cut_trace_are_taken_as_well(smooth: list[Path]) -> None:
+    alone = friction(smooth[0])
+    assert alone.static == friction([str(smooth[0])]).static
+    trace = read_trace(smooth[0])
+    cut = trace.between(end=float(trace.elongation[0]) + 0.11, over="elongation")
+    both = friction([cut, smooth[1]])
+    assert both.repeats == 2 and both.repeats_table[0]["samples"] < len(trace)
+    assert pull(cut).pulls[0]["file"] == str(smooth[0])
+    twice = friction([cut, cut])
+    assert twice.repeats == 1 and "same measurement" in twice.refused[cut.path]
 
 
 def test_pull_answers_file_by_file(tmp_path: Path) -> None:

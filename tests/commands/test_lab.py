@@ -10,9 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-import typer
 
-from layerjam.cli import lab as command
 from layerjam.cli import main as entry
 from layerjam.commands.lab import lab, lab_example
 from layerjam.errors import FileError, QuantityError
@@ -25,17 +23,6 @@ SPEC = Spec(
     friction=FrictionTests(repeats=3, force_noise=1e-3),
     machine=Faults(sampling_rate=200.0, force_noise=0.1, force_step=1e-3, travel_step=1e-7),
 )
-
-
-@pytest.fixture
-def layerjam(monkeypatch: pytest.MonkeyPatch):
-    """The command line, with `lab` in it."""
-    if not any(c.name == "lab" for c in entry.app.registered_commands):
-        app = typer.Typer(name="layerjam", no_args_is_help=True)
-        command.register(app)
-        app.callback()(lambda: None)
-        monkeypatch.setattr(entry, "app", app)
-    return entry.main
 
 
 def unfolded(words: Sequence[str]) -> list[str]:
@@ -76,24 +63,24 @@ def test_the_commands_it_prints_find_the_truth(layouts: tuple[str, ...], tmp_pat
 
 
 def test_the_whole_way_on_the_command_line(
-    layerjam, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip
-    assert layerjam(["lab", "--example"]) == 0
+    assert entry.main(["lab", "--example"]) == 0
     text = capsys.readouterr().out
     assert text == lab_example()
     spec = tmp_path / "SPEC.toml"
     spec.write_text(text.replace('sampling_rate = "500 Hz"', 'sampling_rate = "50 Hz"'))
     folder = tmp_path / "d"
-    assert layerjam(["lab", str(spec), "--out", str(folder), "--json"]) == 0
+    assert entry.main(["lab", str(spec), "--out", str(folder), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert list(answer) == [
         "folder", "files", "friction_tests", "pulls", "samples", "faulty", "seed", "truth", "next",
         "stopped", "units", "warnings",
     ]  # fmt: skip
     assert answer["pulls"] == 18 and len(answer["files"]) == 21 and answer["faulty"] == 1
-    assert layerjam(["lab", str(spec), "--out", str(folder)]) == 2
+    assert entry.main(["lab", str(spec), "--out", str(folder)]) == 2
     assert "is not empty; --force" in capsys.readouterr().err
-    assert layerjam(["lab", str(spec), "--out", str(folder), "--force", "--seed", "3"]) == 0
+    assert entry.main(["lab", str(spec), "--out", str(folder), "--force", "--seed", "3"]) == 0
     shown = capsys.readouterr().out
     assert "21, each with its sidecar" in shown and "layerjam calibrate" in shown
     for wrong, words in (
@@ -104,7 +91,7 @@ def test_the_whole_way_on_the_command_line(
         (["--example", "--out", str(spec)], "exists already; --force"),
         ([str(tmp_path / "no.toml"), "--out", str(tmp_path / "e")], "No such file"),
     ):
-        assert layerjam(["lab", *wrong]) == 2
+        assert entry.main(["lab", *wrong]) == 2
         assert words in capsys.readouterr().err
     assert not (tmp_path / "e").exists()
 
@@ -120,7 +107,7 @@ def test_the_built_in_campaign_is_the_example(tmp_path: Path) -> None:
 
 
 def test_stopped_by_the_keyboard(
-    layerjam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip
     def stop(self: object, what: str, share: float) -> None:
         if share > 0.5:
@@ -129,7 +116,7 @@ def test_stopped_by_the_keyboard(
     monkeypatch.setattr("layerjam.cli.ticker.Ticker.__call__", stop)
     spec = tmp_path / "s.toml"
     spec.write_text(lab_example())
-    assert layerjam(["lab", str(spec), "--out", str(tmp_path / "d")]) == 130
+    assert entry.main(["lab", str(spec), "--out", str(tmp_path / "d")]) == 130
     assert "of 21 files were written; those are whole" in " ".join(capsys.readouterr().out.split())
 
 

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from cli.conftest import contents
-from layerjam.cli import measurements as commands
-from layerjam.cli.main import app, main
-from layerjam.commands.measurements import crash, leak, pump_down, sleeve
+from layerjam.cli.main import main
+from layerjam.commands.crash import crash
+from layerjam.commands.leak import leak
 from layerjam.commands.pressure_log import temperature_of
+from layerjam.commands.pump_down import pump_down
+from layerjam.commands.sleeve import sleeve
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.identify.logs.leak import pressure as leaked
@@ -24,8 +26,6 @@ A = 101325.0
 
 @pytest.fixture
 def run(capfd, monkeypatch):
-    if "sleeve" not in {c.name for c in app.registered_commands}:
-        commands.register(app)
     monkeypatch.setenv("COLUMNS", "80")
 
     def go(*words):
@@ -221,7 +221,7 @@ def test_a_crash_in_g_and_in_si(tmp_path):
     other = crash(impact(tmp_path, "si.csv", "m/s^2"))
     assert other.filtered_peak == pytest.approx(one.filtered_peak_g, rel=1e-6)
     assert crash(tmp_path / "si.csv", range="10 m/s^2").saturated
-    assert not crash(tmp_path / "si.csv", range="250 g").saturated
+    assert not crash(tmp_path / "si.csv", sensor_range="250 g").saturated
     assert crash(impact(tmp_path, "h.csv"), hic="15 ms").hic > 0
 
 

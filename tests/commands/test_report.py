@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from layerjam.cli.report import spread
-from layerjam.commands.answer import Answer
-from layerjam.commands.report import report
+from layerjam.cli.generate import spread
+from layerjam.commands.index import load
+from layerjam.commands.report import Report, report
 from layerjam.errors import FileError, FitError, LayerjamError, QuantityError
 from layerjam.report import brake_files as writer
 from layerjam.report import typeset
@@ -30,11 +30,11 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(typeset, "pdf", lambda shown, pictures: b"%PDF")
 
 
-def run(out: Path, **given: Any) -> Answer:
+def run(out: Path, **given: Any) -> Report:
     return report(BRAKE, out=out / "out", date="2026-01-01", **given)
 
 
-def names(answer: Answer, role: str) -> set[str]:
+def names(answer: Report, role: str) -> set[str]:
     return {f.name for f in answer.record.files if f.role == role}
 
 
@@ -131,7 +131,7 @@ def test_friction_goes_into_the_calibration(files: Campaign, tmp_path: Path) -> 
         ({"pulls": "pulls", "holdout": ["94.5kPa"]}, FitError, "none is to calibrate on"),
         ({"pulls": "pulls", "calibrate_on": "pulls"}, QuantityError, "none is left"),
         ({"pulls": "pulls", "calibrate_on": "pulls", "holdout": ["1kPa"]}, QuantityError, "one of"),
-        ({"pulls": "pulls", "depth": "bayesian"}, QuantityError, "exact or curves"),
+        ({"pulls": "pulls", "depth": "bayesian"}, LayerjamError, "unknown depth"),
     ],
 )
 def test_what_cannot_be(
@@ -145,22 +145,10 @@ def test_what_cannot_be(
 
 
 def test_an_option_takes_all_words_up_to_the_next() -> None:
-    given = [
-        "kapton",
-        "--pulls",
-        "a",
-        "b",
-        "c",
-        "--json",
-        "--out",
-        "d",
-        "--holdout",
-        "1kPa",
-        "2kPa",
-    ]
-    assert spread(given) == [
-        "kapton", "--pulls", "a", "--pulls", "b", "--pulls", "c", "--json", "--out", "d",
-        "--holdout", "1kPa", "--holdout", "2kPa",
-    ]  # fmt: skip
-    assert spread(["--pulls=a", "b"]) == ["--pulls=a", "b"]
-    assert spread(["--pulls", "a", "--", "b"]) == ["--pulls", "a", "--", "b"]
+    many = {p.option for p in load("report").parameters if p.help.greedy}
+    assert many == {"--friction", "--pulls", "--validate", "--calibrate-on", "--holdout"}
+    given = ["kapton", "--pulls", "a", "b", "c", "--json", "--out", "d"]
+    wanted = ["kapton", "--pulls", "a", "--pulls", "b", "--pulls", "c", "--json", "--out", "d"]
+    assert spread(given, many) == wanted
+    assert spread(["--pulls=a", "b"], many) == ["--pulls=a", "b"]
+    assert spread(["--pulls", "a", "--", "b"], many) == ["--pulls", "a", "--", "b"]

@@ -139,7 +139,7 @@ def test_stick_slip_is_reported_and_not_averaged() -> None:
     traces = [sled(0.32, 0.24, seed=s, uneven=0.04) for s in (1, 2)]
     result = reduce_friction(traces, NORMAL)
     assert result.kinetic is result.kinetic_sd is result.over_kinetic is None
-    assert len(result.judders) == 2
+    assert len(result.sticking) == 2
     for repeat in result.repeats:
         assert repeat.kinetic is None and repeat.teeth is not None
         assert repeat.teeth.upper / NORMAL == pytest.approx(0.32, rel=0.02)
@@ -148,7 +148,7 @@ def test_stick_slip_is_reported_and_not_averaged() -> None:
         swing = np.pi * np.sqrt(NORMAL / GRAVITY / 300.0)
         period = 2 * 0.08 * NORMAL / (300.0 * 2.5e-3) + swing
         assert repeat.teeth.period == pytest.approx(period, rel=0.04)
-    taken = reduce_friction(traces, NORMAL, accept_judder=True)
+    taken = reduce_friction(traces, NORMAL, accept_stick_slip=True)
     assert taken.kinetic == pytest.approx(0.24, rel=0.01) and taken.accepted
 
 
@@ -156,13 +156,13 @@ def test_one_repeat_that_judders_leaves_the_kinetic_open() -> None:
     smooth = sled(0.32, 0.24, damping=0.7)
     assert reduce_repeat(smooth, NORMAL).kinetic == pytest.approx(0.24, rel=5e-3)
     mixed = reduce_friction([smooth, sled(0.32, 0.24)], NORMAL)
-    assert mixed.kinetic is None and len(mixed.judders) == 1
+    assert mixed.kinetic is None and len(mixed.sticking) == 1
     file = load("choi2018-kapton")
-    with pytest.raises(FitError, match=r"stick and slip.*--accept-judder"):
+    with pytest.raises(FitError, match=r"stick and slip.*--accept-stick-slip"):
         with_friction(file, mixed, "mine")
-    accepted = reduce_friction([smooth, sled(0.32, 0.24)], NORMAL, accept_judder=True)
+    accepted = reduce_friction([smooth, sled(0.32, 0.24)], NORMAL, accept_stick_slip=True)
     made = BrakeFile.read(with_friction(file, accepted, "mine")[0], "mine.toml")
-    assert "middle of the stick-slip" in made.sources["film.kinetic"].text
+    assert "middle of the stick–slip" in made.sources["film.kinetic"].text
     assert "1 of 2" in made.notes["stick_slip"]
 
 

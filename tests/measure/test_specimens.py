@@ -11,7 +11,6 @@ from xml.sax.saxutils import escape
 import numpy as np
 import pytest
 
-from layerjam.cli.options import choices as said
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.read import open_traces, read_trace, read_traces
@@ -138,7 +137,7 @@ def test_columns_by_their_place(tmp_path: Path) -> None:
     path = write(tmp_path, *body)
     with pytest.raises(FileError, match="4 columns of numbers without names.*--columns time:s,"):
         read_trace(path)
-    trace = read_trace(path, said(None, None, None, "time:ms, skip, force:N, elongation:mm"))
+    trace = read_trace(path, ReadingOptions(columns="time:ms, skip, force:N, elongation:mm"))
     np.testing.assert_allclose(trace.force, FORCE, atol=1e-4)
     np.testing.assert_allclose(trace.time, TIME, atol=1e-4)
     np.testing.assert_allclose(trace.elongation, TRAVEL / 1e3, atol=1e-8)
@@ -160,16 +159,16 @@ def test_units_that_the_user_gives(tmp_path: Path) -> None:
     path = write(tmp_path, "Time,Extension,Load (lb)", *rows())
     with pytest.raises(FileError, match=r"'Extension' has no unit.*--columns elongation:mm="):
         read_trace(path)
-    some = said(None, ["elongation:mm=Extension"], None)
+    some = ReadingOptions(column=["elongation:mm=Extension"])
     with pytest.raises(
         FileError, match=r"'lb', which is no unit of force, a unit of mass.*force:lbf="
     ):
         read_trace(path, some)
-    trace = read_trace(path, said(None, ["elongation:mm=Extension", "force:lbf=Load"], None))
+    trace = read_trace(path, ReadingOptions(column=["elongation:mm=Extension", "force:lbf=Load"]))
     np.testing.assert_allclose(trace.force, FORCE * 4.4482216152605, atol=1e-3)
     assert trace.time is None and any("the time is not read" in s for s in trace.understood)
     with pytest.raises(LayerjamError, match="'mm' is no unit of force"):
-        read_trace(path, said(None, ["force:mm=Load"], None))
+        read_trace(path, ReadingOptions(column=["force:mm=Load"]))
 
 
 def test_one_syntax_names_columns_in_every_kind_of_file(tmp_path: Path) -> None:

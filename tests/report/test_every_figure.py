@@ -240,7 +240,7 @@ def struck() -> Any:
 
 
 def specimens(tmp_path: Path, count: int) -> Any:
-    from layerjam.commands.measurements import sleeve
+    from layerjam.commands.sleeve import sleeve
     from layerjam.identify.rubber import hyperelastic
 
     strain, files = np.linspace(0.01, 3, 300), []

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import inspect
+import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Container, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from layerjam.cli.engine import engine
 from layerjam.cli.files import check_figure, check_target
 from layerjam.cli.output import say
 from layerjam.cli.ticker import Ticker
-from layerjam.commands.declare import PYTHON_ONLY, Command, OutFile, Parameter, Progress
+from layerjam.commands.declare import (
+    PYTHON_ONLY,
+    Command,
+    OutFile,
+    Parameter,
+    Progress,
+    PythonOnly,
+)
 from layerjam.errors import QuantityError
 
 FIGURE, RECORD, JSON, REPLACE = "figure_", "record_", "json_", "replace_"
@@ -38,6 +47,34 @@ def build(declared: Command) -> Callable[..., int]:
     run.__signature__ = inspect.Signature([*required, *optional])  # type: ignore[attr-defined]
     run.__annotations__ = {p.name: p.annotation for p in places}
     return run
+
+
+def command_class(declared: Command) -> type[TyperCommand]:
+    """A command some of whose options take all words up to the next option."""
+    greedy = {p.option for p in declared.parameters if p.help.greedy}
+
+    class Greedy(TyperCommand):
+        def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+            """Repeat the option before every word it takes."""
+            return super().parse_args(ctx, spread(args, greedy))
+
+    return Greedy
+
+
+def spread(args: Sequence[str], greedy: Container[str]) -> list[str]:
+    """`--pulls a b --json` as `--pulls a --pulls b --json`."""
+    out: list[str] = []
+    current, fresh = None, False
+    for at, word in enumerate(args):
+        if word == "--":
+            return [*out, *args[at:]]
+        if word.startswith("--") or (word.startswith("-") and len(word) == 2):
+            current, fresh = (word if word in greedy else None), True
+        else:
+            out += [current] if current and not fresh else []
+            fresh = False
+        out.append(word)
+    return out
 
 
 def _place(p: Parameter) -> inspect.Parameter:
@@ -163,8 +200,11 @@ def _run(declared: Command, shown: list[Parameter], given: dict[str, Any]) -> in
         engine()
     arguments = {k: v for k, v in given.items() if v is not None or _is_required(shown, k)}
     with Ticker() as ticker:
-        if any(p.type is Progress for p in declared.parameters):
-            arguments["progress"] = ticker
+        for p in declared.parameters:
+            if p.type is Progress:
+                arguments[p.name] = ticker
+            elif isinstance(p.help, PythonOnly) and p.help.typed:
+                arguments[p.name] = shlex.join(["layerjam", *sys.argv[1:]])
         result = declared(**arguments)
     if result.record is not None:
         if record is not None:

@@ -13,15 +13,6 @@ from typer.core import TyperGroup
 from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
-from layerjam.cli import (
-    calibration,
-    friction,
-    lab,
-    measurements,
-    pull,
-    report,
-    validation,
-)
 from layerjam.commands.declare import GROUPS
 from layerjam.commands.index import Entry, commands, load
 from layerjam.errors import LayerjamError, UnknownNameError
@@ -32,7 +23,7 @@ class Commands(TyperGroup):
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Their names, by group and then most used first."""
-        return [*commands(), *self.commands]
+        return list(commands())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """One command, under its name or a former one."""
@@ -62,9 +53,6 @@ class Commands(TyperGroup):
             if members:
                 with formatter.section(title):
                     _list(formatter, members, wide)
-        rows = [(n, c.get_short_help_str(60)) for n, c in self.commands.items()]
-        with formatter.section("More"):
-            formatter.write_dl(rows)
         formatter.write_paragraph()
         formatter.write_text(
             "layerjam --help prints this list, layerjam COMMAND --help all of one command."
@@ -81,19 +69,18 @@ def _list(formatter: Any, members: Sequence[Entry], wide: int) -> None:
 
 def _built(name: str) -> Any:
     """The command as typer makes it."""
-    from layerjam.cli.generate import build
+    from layerjam.cli.generate import build, command_class
 
     declared = load(name)
     one = typer.Typer(add_completion=False, rich_markup_mode=None)
     # the mark keeps each example on its own line
     lines = "\b\n" + "\n".join(f"$ {example}" for example in declared.examples)
     settings = {"help_option_names": ["-h", "--help"]}
-    more = getattr(declared, "typer_class", None)
     one.command(
         name,
         epilog=lines if declared.examples else None,
         context_settings=settings,
-        **({"cls": more} if more else {}),
+        cls=command_class(declared),
     )(build(declared))
     return typer.main.get_command(one)
 
@@ -113,18 +100,6 @@ def _show_version(value: bool) -> None:
     if value:
         print(f"layerjam {__version__}")
         raise Exit(0)
-
-
-for old in (
-    calibration,
-    friction,
-    lab,
-    measurements,
-    pull,
-    report,
-    validation,
-):
-    old.register(app)
 
 
 @app.callback()

@@ -1,136 +1,205 @@
-"""`calibrate`: scale factor, stiffness and more from measured pulls, in three depths."""
+"""`calibrate`: scale factor, stiffness and more from measured pulls, by one of three methods."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at
-from layerjam.commands.files import Paths, Progress, pulls, understood, write_brake
+from layerjam.commands.declare import Help, Progress, command, options
+from layerjam.commands.files import check_lines, pulls, understood, write_brake
+from layerjam.commands.quantities import SEED, Atmosphere, BrakeInput, OutBrake, Overwrite
+from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.errors import FitError, UnknownNameError
-from layerjam.identify.calibration.influence import Move
-from layerjam.identify.calibration.intervals import Interval
-from layerjam.identify.calibration.peaks import WINDOW as EXACT_WINDOW
-from layerjam.identify.calibration.peaks import Calibration, fit_pull
-from layerjam.identify.calibration.peaks import calibrate as fit
-from layerjam.identify.calibration.whole_curves import WINDOW as CURVES_WINDOW
-from layerjam.identify.calibration.whole_curves import CurvesCalibration, calibrate_curves
-from layerjam.identify.checks import Check
-from layerjam.identify.curves import curves_of, usable
-from layerjam.identify.provenance import calibrated_text
-from layerjam.identify.pull.features import PullFeatures
-from layerjam.measure.options import ReadingOptions
+from layerjam.errors import FitError
 from layerjam.measure.trace import Trace
+from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:
-    from layerjam.commands.bayesian import BayesCalibration
+    from matplotlib.figure import Figure
 
-DEPTHS = ("exact", "curves", "bayesian")
-UNITS = {
-    "scale_factor": "1",
-    "stiffness": "N/m",
-    "scale_factor_eq8": "1",
-    "stiffness_eq9": "N/m",
-    "peak_force": "N",
-    "peak_elongation": "m",
-    "enclosure_factor": "1",
-    "pressure_exponent": "1",
-    "speed_slope": "1",
-    "reference_pressure": "Pa",
-    "reference_speed": "m/s",
-}
-DEEPER = tuple(UNITS)[6:]
-"""Keys that depth "exact" leaves null."""
-SLEEVE = ("enclosure.modulus", "film.friction_on_silicone")
-Used = Sequence[tuple[Trace, PullFeatures, float]]
+    from layerjam.identify.bayes.calibration import BayesCalibration
+    from layerjam.identify.calibration.influence import Move
+    from layerjam.identify.calibration.intervals import Interval
+    from layerjam.identify.calibration.peaks import Calibration
+    from layerjam.identify.calibration.whole_curves import CurvesCalibration
+    from layerjam.identify.pull.features import PullFeatures
+
+    AnyFit = Calibration | CurvesCalibration | BayesCalibration
+    Used = Sequence[tuple[Trace, PullFeatures, float]]
+
+DRAWS = QuantitySpec("1", "draws of a chain", lo=100, hi=100_000, whole=True)
+CHAINS = QuantitySpec("1", "chains", lo=1, hi=64, whole=True)
+SHEETS = ("scale_factor", "stiffness_measured")
+ENCLOSURE = ("enclosure.modulus", "film.friction_on_silicone")
+Depth = Annotated[
+    Literal["exact", "curves", "bayesian"],
+    Help("Fit each pull's peak and slope, whole curves, or sample them."),
+]
 
 
+@options
+class Sampling:
+    """How the posterior is sampled."""
+
+    draws: Annotated[int | str, DRAWS, Help("Draws of a chain (depth bayesian).")] = 1000
+    chains: Annotated[int | str, CHAINS, Help("Chains (depth bayesian).")] = 2
+    seed: Annotated[int | str, SEED, Help("Seed of the draws (depth bayesian).")] = 1
+
+
+@result
+class BrakeCalibration(Result):
+    """What pulls tell of a brake; `record` is (BrakeFile, the fit).
+
+    What a depth does not tell is None. `traces` are the pulls that were used, thinned.
+    """
+
+    depth: str = fact("how it was fitted", shown=lambda depth: "" if depth == "exact" else depth)
+    scale_factor: float = number("1", "calibration factor on the sheets' friction")
+    stiffness: float = number("N/m", "stiffness of brake and rig")
+    scale_factor_eq8: float | None = number("1", "the paper's, eq. 8, from the peaks")
+    stiffness_eq9: float | None = number("N/m", "the paper's, eq. 9, from the peaks")
+    peak_force: float | None = number("N", "peak force, mean over the pulls")
+    peak_elongation: float | None = number("m", "elongation at the peak, mean over the pulls")
+    enclosure_factor: float | None = number("1", "factor on the enclosure's force", default=None)
+    pressure_exponent: float | None = number("1", "exponent of the pressure", default=None)
+    speed_slope: float | None = number("1", "change of friction with speed", default=None)
+    reference_pressure: float | None = number("Pa", "pressure it counts from", default=None)
+    reference_speed: float | None = number("m/s", "speed it counts from", default=None)
+    standard_errors: Mapping[str, Any] = fact("errors, and what they rest on", listed=False)
+    intervals: Mapping[str, Any] = fact("95 % intervals", listed=False)
+    bootstrap: Mapping[str, Any] | None = fact(
+        "intervals of resampled repeats", default=None, listed=False
+    )
+    leave_one_out: Mapping[str, Any] | None = fact(
+        "what each file moves", default=None, listed=False
+    )
+    identifiability: Mapping[str, Any] | None = fact(
+        "condition of the fit", default=None, listed=False
+    )
+    posterior: Mapping[str, Any] | None = fact("what was sampled", default=None, listed=False)
+    checks: Sequence[Mapping[str, Any]] = fact("the fit's verdict", listed=False)
+    understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
+    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+    file: str | None = fact("brake file that was written")
+    traces: Sequence[Trace] = ()
+
+    def rows(self) -> list[tuple[str, str]]:
+        """The fitted numbers with their intervals."""
+        fitted = {name.replace("_", " "): self._fitted(name) for name in self.intervals}
+        return [(name, fitted.get(name, text)) for name, text in super().rows()]
+
+    def _fitted(self, name: str) -> str:
+        """A number with its interval, or with the standard error where there is no more."""
+        unit, over, error = self.units[name], self.intervals[name], self.standard_errors[name]
+
+        own = getattr(self, name)
+
+        def text(value: float) -> str:
+            return f"{value:.4f}" if unit == "1" else show(value, unit, like=own)
+
+        value = text(own)
+        if over is not None:
+            return f"{value} (95 %: {text(over['low'])} to {text(over['high'])})"
+        return value if error is None else f"{value} ± {show(error, unit, 2)} standard error"
+
+    def lines(self) -> Iterator[str]:
+        """What the errors rest on, the file that moves the scale factor most, and the checks."""
+        yield from ("", f"standard errors rest on {self.standard_errors['rests_on']}")
+        found = (self.leave_one_out or {}).get("scale_factor") or {}
+        most = found.get("most_influential")
+        if most:
+            by = found["files"][most]
+            yield f"without {most} the scale factor would move by {by:+.2g}, the most"
+        yield from check_lines(self.checks)
+
+    def draw(self) -> Figure:
+        """The pulls, the fitted law and what is left between them."""
+        from layerjam.report import figures
+
+        file, found = self.record
+        return figures.calibration(file, found, any(t.synthetic for t in self.traces))
+
+
+@command(
+    "test",
+    place=30,
+    examples=(
+        "layerjam calibrate my-brake.toml pull-*.csv --out my-brake-calibrated.toml",
+        "layerjam calibrate choi2018-kapton pull.csv --vacuum 94.5kPa --depth curves",
+    ),
+)
 def calibrate(
-    brake: AnyBrake,
-    files: Paths,
+    brake: BrakeInput,
+    files: Files,
     *,
-    depth: str = "exact",
-    free: Sequence[str] = (),
-    vacuum: Quantity | None = None,
-    out: str | Path | None = None,
-    partial: bool = False,
-    atmosphere: Quantity | None = None,
-    choices: ReadingOptions | None = None,
-    draws: int = 1000,
-    chains: int = 2,
-    seed: int = 1,
+    depth: Depth = "exact",
+    free: Annotated[
+        Sequence[str],
+        Help("Fit this too (depth curves).", metavar="pressure_exponent|speed|force_offset"),
+    ] = (),
+    vacuum: FileVacuum = None,
+    out: OutBrake | None = None,
+    partial: Partial = False,
+    atmosphere: Atmosphere = None,
+    options: FileOptions = FileOptions(),
+    sampling: Sampling = Sampling(),
     progress: Progress | None = None,
-    force: bool = False,
-) -> Answer:
+    force: Overwrite = False,
+) -> BrakeCalibration:
     """Scale factor and stiffness of a brake from one or several pulls.
 
-    `depth` "exact" takes them from each pull's peak and slope; "curves" fits whole curves, all at
-    once, and the sleeve's factor with them, and what `free` names: "pressure_exponent", "speed",
-    "force_offset"; "bayesian" samples the same parameters (`draws` of each of `chains`, from
-    `seed`). `vacuum` serves files without a sidecar that states it. With `out` the calibrated brake
-    is written. `progress` is told (what, share done). `record` is (BrakeFile, the fit).
+    `files` are paths or traces, several or one. `depth` "exact" takes the numbers from each pull's
+    peak and slope; "curves" fits whole curves, all at once, and the enclosure's factor with them,
+    and what `free` names: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same
+    parameters (`draws` of each of `chains`, from `seed`). `vacuum` serves files without a sidecar
+    that states it. With `out` the calibrated brake is written.
     """
-    return calibrated(
-        brake, files, depth, free, vacuum, out, partial, atmosphere, choices,
-        (draws, chains, seed), progress, force,
-    )[0]  # fmt: skip
+    from layerjam.identify.calibration.peaks import WINDOW as EXACT_WINDOW
+    from layerjam.identify.calibration.peaks import fit_pull
+    from layerjam.identify.calibration.whole_curves import WINDOW as CURVES_WINDOW
+    from layerjam.identify.curves import usable
+    from layerjam.identify.provenance import calibrated_text
 
-
-def calibrated(
-    brake: AnyBrake,
-    files: Paths,
-    depth: str,
-    free: Sequence[str],
-    vacuum: Quantity | None,
-    out: str | Path | None,
-    partial: bool,
-    atmosphere: Quantity | None,
-    choices: ReadingOptions | None,
-    sampling: tuple[int, int, int],
-    progress: Progress | None,
-    force: bool,
-) -> tuple[Answer, list[Trace]]:
-    """`calibrate`'s answer and the traces that were used."""
-    if depth not in DEPTHS:
-        raise UnknownNameError("depth", depth, DEPTHS)
+    free = list(dict.fromkeys([free] if isinstance(free, str) else free))
     if free and depth != "curves":
         raise FitError(f"free: {', '.join(free)} can be fitted at depth 'curves' only")
-    file = brake_at(brake, atmosphere)
-    test = fit_pull if depth == "exact" else _usable
-    used, refused, odd = pulls(files, file, vacuum, choices, test, progress)
-    tell = progress or (lambda what, share: None)
-    result = _fit(depth, used, file, free, sampling, tell)
-    window = EXACT_WINDOW if depth == "exact" else CURVES_WINDOW
+    exact = depth == "exact"
+
+    def test(pull: PullFeatures, pressure: float, device: Brake) -> None:
+        if exact:
+            fit_pull(pull, pressure, device)
+        else:
+            usable(pull, pressure)
+
+    used, refused, odd = pulls(files, brake, vacuum, options, test, progress)
+    found = _fit(depth, used, brake, free, sampling, progress or (lambda _what, _share: None))
 
     def text(name: str) -> str:
         return calibrated_text(
-            file, name, result.sources(file), depth=depth, window=window, checks=result.checks,
-            paths=result.files,
-        )  # fmt: skip
+            brake,
+            name,
+            found.sources(brake),
+            depth=depth,
+            window=EXACT_WINDOW if exact else CURVES_WINDOW,
+            checks=found.checks,
+            paths=found.files,
+        )
 
     written, said = write_brake(out, text, force, bool(refused), partial)
-    fitted = ("scale_factor", "stiffness_measured", *([] if depth == "exact" else SLEEVE))
-    answer = Answer(
-        values={
-            "depth": depth,
-            **_values(result, used, file),
-            "understood": understood(t for t, _, _ in used),
-            "refused": refused,
-            "file": written,
-        },
-        units=UNITS,
-        warnings=[*file.warnings(without=fitted), *odd, *said],
+    fitted = SHEETS if exact else (*SHEETS, *ENCLOSURE)
+    return BrakeCalibration(
+        depth=depth,
+        **_values(found, used, brake),
+        understood=understood(t for t, _, _ in used),
         refused=refused,
-        record=(file, result),
+        file=written,
+        warnings=[*brake.warnings(without=fitted), *odd, *said],
+        record=(brake, found),
+        traces=[t for t, _, _ in used],
     )
-    return answer, [t for t, _, _ in used]
-
-
-def _usable(pull: PullFeatures, vacuum: float, brake: object) -> None:
-    usable(pull, vacuum)
 
 
 def _fit(
@@ -138,66 +207,68 @@ def _fit(
     used: Used,
     file: BrakeFile,
     free: Sequence[str],
-    sampling: tuple[int, int, int],
+    sampling: Sampling,
     tell: Progress,
-) -> Calibration | CurvesCalibration | BayesCalibration:
+) -> AnyFit:
+    from layerjam.identify.calibration.peaks import calibrate as fit
+    from layerjam.identify.calibration.whole_curves import calibrate_curves
+    from layerjam.identify.curves import curves_of
+
     if depth == "exact":
         return fit([(pull, pressure) for _, pull, pressure in used], file.brake)
     curves = curves_of(used)
     if depth == "curves":
         return calibrate_curves(curves, file.brake, free, tell)
-    from layerjam.commands.bayesian import calibrate_bayesian
+    from layerjam.identify.bayes.calibration import calibrate_bayesian
 
-    return calibrate_bayesian(curves, file.brake, sampling, tell)
+    how = (sampling.draws, sampling.chains, sampling.seed)
+    return calibrate_bayesian(curves, file.brake, how, tell)
 
 
-def _values(
-    result: Calibration | CurvesCalibration | BayesCalibration, used: Used, file: BrakeFile
-) -> dict[str, Any]:
-    """All keys of the contract; null for what does not apply at this depth."""
-    exact = result if isinstance(result, Calibration) else _peaks(used, file)
-    shared = dict.fromkeys(UNITS, None) | {
-        "scale_factor": result.scale_factor,
-        "stiffness": result.stiffness,
-        "scale_factor_eq8": exact and exact.scale_factor_eq8,
-        "stiffness_eq9": exact and exact.stiffness_eq9,
-        "peak_force": exact and exact.peak_force,
-        "peak_elongation": exact and exact.peak_elongation,
+def _values(found: AnyFit, used: Used, file: BrakeFile) -> dict[str, Any]:
+    """The keys that this depth tells."""
+    from layerjam.identify.calibration.peaks import Calibration
+    from layerjam.identify.calibration.whole_curves import CurvesCalibration
+
+    exact = found if isinstance(found, Calibration) else _peaks(used, file)
+    made: dict[str, Any] = {
+        name: exact and getattr(exact, name)
+        for name in ("scale_factor_eq8", "stiffness_eq9", "peak_force", "peak_elongation")
     }
-    if isinstance(result, Calibration):
-        errors = {"scale_factor": result.scale_factor_se, "stiffness": result.stiffness_se}
+    if isinstance(found, Calibration):
+        made |= {"scale_factor": found.scale_factor, "stiffness": found.stiffness}
+        errors = {"scale_factor": found.scale_factor_se, "stiffness": found.stiffness_se}
     else:
-        shared |= result.values
-        errors = {name: result.standard_error(name) for name in result.values}
-    more: dict[str, Any] = dict.fromkeys(
-        ("bootstrap", "leave_one_out", "identifiability", "posterior")
-    )
-    if isinstance(result, Calibration | CurvesCalibration):
-        more["bootstrap"] = _intervals(result.bootstrap)
-        more["leave_one_out"] = {name: _moves(m) for name, m in result.leave_one_out.items()}
-    if isinstance(result, CurvesCalibration):
-        shared["reference_pressure"] = result.reference_pressure
-        shared["reference_speed"] = result.reference_speed
-        found = result.identifiability
-        more["identifiability"] = {
-            "condition_number": found.condition_number,
-            "least_apart": None if found.pair is None else list(found.pair),
-            "correlation": found.correlation,
-            "errors_from_noise": dict(found.errors),
+        made |= found.values
+        errors = {name: found.standard_error(name) for name in found.values}
+    if isinstance(found, Calibration | CurvesCalibration):
+        made["bootstrap"] = _intervals(found.bootstrap)
+        made["leave_one_out"] = {name: _moves(m) for name, m in found.leave_one_out.items()}
+    else:
+        made["posterior"] = found.posterior
+    if isinstance(found, CurvesCalibration):
+        told = found.identifiability
+        made["reference_pressure"] = found.reference_pressure
+        made["reference_speed"] = found.reference_speed
+        made["identifiability"] = {
+            "condition_number": told.condition_number,
+            "least_apart": None if told.pair is None else list(told.pair),
+            "correlation": told.correlation,
+            "errors_from_noise": dict(told.errors),
         }
-    if not isinstance(result, Calibration | CurvesCalibration):
-        more["posterior"] = result.posterior
     return {
-        **shared,
-        "standard_errors": {**errors, "rests_on": result.errors_rest_on},
-        "intervals": _intervals(result.intervals),
-        **more,
-        "checks": [_check(c) for c in result.checks],
+        **made,
+        "standard_errors": {**errors, "rests_on": found.errors_rest_on},
+        "intervals": _intervals(found.intervals),
+        "checks": [asdict(c) for c in found.checks],
     }
 
 
 def _peaks(used: Used, file: BrakeFile) -> Calibration | None:
-    """The exact form beside a deeper one, from the pulls that have a peak; None if none has."""
+    """The exact fit beside a deeper one, from the pulls that have a peak; None if none has."""
+    from layerjam.identify.calibration.peaks import calibrate as fit
+    from layerjam.identify.calibration.peaks import fit_pull
+
     fine = []
     for _, pull, pressure in used:
         try:
@@ -215,13 +286,8 @@ def _intervals(found: Mapping[str, Interval | None]) -> dict[str, dict[str, Any]
 def _moves(found: Sequence[Move]) -> dict[str, Any]:
     """The file, and the condition, without which a value moves most, and every move."""
     files = [m for m in found if not m.condition]
-    rest = [m for m in found if m.condition]
     return {
         "most_influential": files[0].left_out if files else None,
         "files": {m.left_out: m.by for m in files},
-        "conditions": {m.left_out: m.by for m in rest},
+        "conditions": {m.left_out: m.by for m in found if m.condition},
     }
-
-
-def _check(check: Check) -> dict[str, Any]:
-    return {"name": check.name, "passed": check.passed, "sentence": check.sentence}

@@ -46,13 +46,22 @@ class Help:
     """A parameter that is no quantity: what it means, and how it is typed.
 
     `option` is the name on the command line where it differs from the parameter's; `old` are former
-    names, which stay hidden and say what they are called now.
+    names, which stay hidden and say what they are called now. A `greedy` option of several values
+    takes all words up to the next option, so that a shell's pattern can follow it.
     """
 
     text: str = ""
     metavar: str = ""
     option: str = ""
     old: tuple[str, ...] = ()
+    greedy: bool = False
+
+
+@dataclass(frozen=True)
+class PythonOnly(Help):
+    """A parameter without an option or a control; `typed` gets the command line that was typed."""
+
+    typed: bool = False
 
 
 @dataclass(frozen=True)
@@ -228,6 +237,8 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
             plain = plain or inner
         else:
             plain = plain or member
+    if isinstance(about, PythonOnly):
+        plain = PYTHON_ONLY
     required = default is inspect.Parameter.empty
     return Parameter(
         name=name,
@@ -243,24 +254,28 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
     )
 
 
+def _declared(group: Any) -> Iterator[tuple[str, Any, Any]]:
+    """(name, annotation, default) of the fields of an `options` record that are annotated by us."""
+    hints = typing.get_type_hints(group, include_extras=True)
+    for f in fields(group):
+        if any(get_origin(kind) is Annotated for kind in union(hints[f.name])):
+            yield f.name, hints[f.name], f.default
+
+
 PYTHON_ONLY = object()
 """The type of a parameter that is named to type checkers alone: no option, no control."""
 
 
 def taken(cls: type[T], given: Mapping[str, Any]) -> T:
     """A record of `options` from text or SI numbers, checked; for functions that are no command."""
-    hints = typing.get_type_hints(cls, include_extras=True)
-    unknown = [name for name in given if name not in hints]
+    known = {name: parameter(name, kind, default) for name, kind, default in _declared(cls)}
+    unknown = [name for name in given if name not in known]
     if unknown:
-        raise UnknownNameError(f"field of {cls.__name__}", unknown[0], hints)
+        raise UnknownNameError(f"field of {cls.__name__}", unknown[0], known)
     notices: list[Notice] = []
-    made = {
-        f.name: parameter(f.name, hints[f.name], f.default).read(
-            given.get(f.name, f.default), given, notices
-        )
-        for f in fields(cls)  # type: ignore[arg-type]
-    }
-    return cls(**made)
+    return cls(
+        **{name: p.read(given.get(name, p.default), given, notices) for name, p in known.items()}
+    )
 
 
 ARRAY = object()
@@ -333,28 +348,27 @@ class Command:
                 default = () if several else at.default
                 made.append(parameter(name, kind, default, positional=positional, several=several))
                 continue
-            hints = typing.get_type_hints(group, include_extras=True)
-            made += [
-                parameter(f.name, hints[f.name], f.default, record=name) for f in fields(group)
-            ]
+            made += [parameter(*each, record=name) for each in _declared(group)]
         return tuple(made)
 
     @functools.cached_property
     def records(self) -> dict[str, type]:
         """{parameter: class} of the records that flatten into options."""
         kinds = {n: self._annotation(p.annotation) for n, p in self.signature.parameters.items()}
-        found = {}
-        for name, kind in kinds.items():
-            for member in union(kind):
-                if hasattr(member, FLATTENED):
-                    found[name] = member
-        return found
+        return {n: m for n, kind in kinds.items() for m in union(kind) if hasattr(m, FLATTENED)}
+
+    @functools.cached_property
+    def former(self) -> dict[str, str]:
+        """{former name or the option's in Python: what the parameter is called}."""
+        names = ((o, p.name) for p in self.parameters for o in (p.option, *p.help.old))
+        return {option.lstrip("-").replace("-", "_"): name for option, name in names}
 
     def arguments(
         self, args: Sequence[Any], named: Mapping[str, Any], notices: list[Notice]
     ) -> dict[str, Any]:
         """The arguments as the function takes them; raises as a call does."""
         flat = {p.name: p.record for p in self.parameters if p.record}
+        named = {self.former.get(name, name): value for name, value in named.items()}
         loose = {k: v for k, v in named.items() if k in flat and k not in self.signature.parameters}
         rest = {k: v for k, v in named.items() if k not in loose}
         for p in self.parameters:
@@ -368,11 +382,10 @@ class Command:
                 mine, own = {**own, **mine}, None
             if own is not None and mine:
                 raise TypeError(f"{self.python_name}: give {name} or {', '.join(mine)}, not both")
-            if own is None:
-                own = cls(**mine)
             inner = [p for p in self.parameters if p.record == name]
+            said = mine if own is None else {p.name: getattr(own, p.name) for p in inner}
             given[name] = cls(
-                **{p.name: p.read(getattr(own, p.name), given, notices) for p in inner}
+                **{p.name: p.read(said.get(p.name, p.default), given, notices) for p in inner}
             )
         made = dict(given)
         for p in self.parameters:

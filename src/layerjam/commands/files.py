@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import hashlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from layerjam.commands.answer import Quantity, vacuum_of
+from layerjam.commands.declare import Progress
+from layerjam.commands.quantities import vacuum_within
+from layerjam.commands.reading import Measured, several
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, write_whole
-from layerjam.errors import FileError, FitError, LayerjamError
-from layerjam.identify.provenance import sha256
-from layerjam.identify.pull.features import PullFeatures, pull_features
-from layerjam.identify.pull.summary import off_zero, pull_summary
+from layerjam.errors import FileError, FitError, LayerjamError, Notice
 from layerjam.measure.options import ReadingOptions
-from layerjam.measure.readers.read import open_traces
 from layerjam.measure.trace import Trace
 from layerjam.units import show
 
+if TYPE_CHECKING:
+    from layerjam.identify.pull.features import PullFeatures
+
+S = TypeVar("S", bound=Measured)
 T = TypeVar("T")
-Paths = Sequence[str | Path]
-Progress = Callable[[str, float], None]
-"""Told what is done and which share of it."""
+Opened = Sequence[tuple[str, Callable[[], T]]]
 CURVE, PICTURE = 10_000, 2_000
 """Samples of a pull, and of a record that is only drawn, that are kept once it has been read, so
 that a gigabyte of files does not have to fit into memory. Means over neighbours: maxima, slopes and
@@ -30,59 +32,70 @@ noise are taken from all samples before."""
 
 
 def each(
-    files: Paths,
+    files: Sequence[Measured] | Measured,
     use: Callable[[Trace], T],
-    choices: ReadingOptions | None,
+    options: ReadingOptions,
     progress: Progress | None = None,
 ) -> tuple[list[T], dict[str, str]]:
-    """`use` of every file that can be used, and {file: why} of those that cannot.
+    """`use` of every trace and of every file that can be used, and {file: why} of the others.
 
-    Where none can be used, the first one's reason is an error. What `use` returns is kept, so that
-    it should not hold a long record. Ctrl-C goes on with the files read so far; the others count as
+    What `use` returns is kept, so that it should not hold a long record.
+    """
+    from layerjam.measure.readers.read import open_traces
+
+    def opened(source: Measured) -> Opened[T]:
+        if isinstance(source, Trace):
+            return [("", partial(use, source))]
+        return [
+            (one.label, lambda one=one: use(one.read(options)))  # type: ignore[misc]
+            for one in open_traces(source, options)
+        ]
+
+    return taken(_measurements(several(files)), opened, progress)
+
+
+def taken(
+    sources: Sequence[S], opened: Callable[[S], Opened[T]], progress: Progress | None = None
+) -> tuple[list[T], dict[str, str]]:
+    """What each specimen of each source gives, and {source: why} of those that give nothing.
+
+    `opened` names the specimens of a source and says how each is taken. Where none can be used, the
+    first one's reason is an error. Ctrl-C goes on with what was taken so far; the rest counts as
     refused.
     """
     done: list[T] = []
     refused: dict[str, str] = {}
     seen: dict[str, str] = {}
-    said = choices or ReadingOptions()
 
-    def refuse(name: str, path: str | Path, error: LayerjamError) -> None:
-        if isinstance(error, FileError):
-            line = f"line {error.line}: " if error.line else ""
-            own = error.path == str(path)  # else the sidecar beside it
-            refused[name] = line + error.reason if own else str(error)
-        else:
-            refused[name] = str(error).removeprefix(f"{path}: ")
-
-    def take(path: str | Path) -> None:
+    def take(name: str, source: S) -> None:
         try:
-            found = open_traces(path, said)
-            digest = sha256(str(path))
+            found = opened(source)
+            digest = _digest(source)
             if digest in seen:
                 raise FitError(f"holds the same measurement as {seen[digest]}, which counts once")
-            seen[digest] = str(path)
+            seen[digest] = name
         except LayerjamError as error:
-            refuse(str(path), path, error)
+            refused[name] = _why(error, name)
             return
-        for number, one in enumerate(found, 1):
-            name = f"{path}, specimen {one.label or number}" if len(found) > 1 else str(path)
+        for number, (label, one) in enumerate(found, 1):
+            own = f"{name}, specimen {label or number}" if len(found) > 1 else name
             try:
-                done.append(use(one.read(said)))
+                done.append(one())
             except LayerjamError as error:
-                refuse(name, path, error)
+                refused[own] = _why(error, name)
 
-    wanted = _measurements(files)
-    for count, path in enumerate(wanted):
+    names = [_name(source, number) for number, source in enumerate(sources, 1)]
+    for count, (name, source) in enumerate(zip(names, sources, strict=True)):
         whole = False
         try:
-            take(path)
+            take(name, source)
             whole = True
             if progress is not None:
-                progress("reading files", (count + 1) / len(wanted))
+                progress("reading files", (count + 1) / len(sources))
         except KeyboardInterrupt:
             if not done:
                 raise
-            rest = map(str, wanted[count + whole :])
+            rest = names[count + whole :]
             refused |= dict.fromkeys(rest, "not read to its end: interrupted")
             break
     if not done:
@@ -94,6 +107,27 @@ def each(
     return done, refused
 
 
+def _name(source: Measured, number: int) -> str:
+    return (source.path or f"trace {number}") if isinstance(source, Trace) else str(source)
+
+
+def _digest(source: Measured) -> str:
+    """The same for two sources that hold the same."""
+    from layerjam.identify.provenance import sha256
+
+    if not isinstance(source, Trace):
+        return sha256(str(source))
+    return hashlib.sha256(source.force.tobytes() + source.elongation.tobytes()).hexdigest()
+
+
+def _why(error: LayerjamError, path: str) -> str:
+    """The reason alone where the error is about that file, else its whole sentence."""
+    if not isinstance(error, FileError | FitError) or error.path != path:
+        return str(error)
+    line = f"line {error.line}: " if isinstance(error, FileError) and error.line else ""
+    return f"{line}{error.reason}"
+
+
 def understood(traces: Iterable[Trace]) -> dict[str, list[str]]:
     """{file, and specimen where it holds several: what was made of it}."""
     return {
@@ -102,56 +136,71 @@ def understood(traces: Iterable[Trace]) -> dict[str, list[str]]:
     }
 
 
-def _measurements(files: Paths) -> list[str | Path]:
+def _measurements(files: Sequence[Measured]) -> list[Measured]:
     """The files without the sidecars of others among them: `*` catches both."""
-    given = {str(path) for path in files}
-    return [p for p in files if str(p).removesuffix(".toml") not in given - {str(p)}]
+    given = {str(f) for f in files if not isinstance(f, Trace)}
+    return [
+        f
+        for f in files
+        if isinstance(f, Trace) or str(f).removesuffix(".toml") not in given - {str(f)}
+    ]
 
 
 def odd_facts(
-    trace: Trace, file: BrakeFile, vacuum: Quantity | None, pressure: float
-) -> Iterator[str]:
+    trace: Trace, file: BrakeFile, vacuum: float | None, pressure: float
+) -> Iterator[Notice]:
     """What the sidecar says against the command."""
     name = Path(trace.path).name
-    if vacuum is not None and abs(vacuum_of(vacuum, file.brake) - pressure) > 1e-6 * pressure:
-        yield f"{name}: its file or sidecar says {show(pressure, 'Pa')}, which counts, not --vacuum"
+    if vacuum is not None and abs(vacuum - pressure) > 1e-6 * pressure:
+        yield Notice(
+            f"{name}: its file or sidecar states {show(pressure, 'Pa')}, which counts, not "
+            "--vacuum",
+            "vacuum-stated",
+        )
     known = catalogue()
     if trace.facts.brake in known and file.name in known and trace.facts.brake != file.name:
-        yield f"{name}: its sidecar names the brake {trace.facts.brake}, this is {file.name}"
+        yield Notice(
+            f"{name}: its sidecar names the brake {trace.facts.brake}, this is {file.name}",
+            "other-brake",
+        )
 
 
-def _odd_record(trace: Trace) -> Iterator[str]:
+def _odd_record(trace: Trace) -> Iterator[Notice]:
     """What a pull shows that no law of a brake describes."""
+    from layerjam.identify.pull.summary import off_zero, pull_summary
+
     name, found = Path(trace.path).name, pull_summary(trace)
     if off_zero(found.start, found.features):
-        yield (
+        yield Notice(
             f"{name}: the force is {show(found.start.baseline, 'N')} before the load rises, a "
             "preload or the load cell's zero, and counts as it is; 'layerjam pull --tare' shows "
-            "what it changes, depth curves can fit it (--free force_offset)"
+            "what it changes, depth curves can fit it (--free force_offset)",
+            "preload",
         )
     if found.teeth is not None:
-        yield (
+        yield Notice(
             f"{name}: sticks and slips, {show(found.teeth.amplitude, 'N')} about its middle: its "
-            "peak is static friction, and the law of a brake is that of the middle"
+            "peak is static friction, and the law of a brake is that of the middle",
+            "stick-slip",
         )
 
 
-def _vacuum(trace: Trace, given: Quantity | None, brake: Brake) -> float:
+def _vacuum(trace: Trace, given: float | None, brake: Brake) -> float:
     if trace.facts.vacuum is not None:
-        return vacuum_of(trace.facts.vacuum, brake, "vacuum in its sidecar")
+        return float(vacuum_within(trace.facts.vacuum, brake, "vacuum in its sidecar"))
     if given is None:
         raise FitError(
             f"nothing says at which vacuum it was pulled; give --vacuum, or write "
             f'{Path(trace.path).name}.toml beside it with a line such as vacuum = "94.5 kPa"'
         )
-    return vacuum_of(given, brake)
+    return given
 
 
 def pulls(
-    files: Paths,
+    files: Sequence[Measured] | Measured,
     file: BrakeFile,
-    vacuum: Quantity | None,
-    choices: ReadingOptions | None,
+    vacuum: float | None,
+    options: ReadingOptions,
     test: Callable[[PullFeatures, float, Brake], object],
     progress: Progress | None = None,
 ) -> tuple[list[tuple[Trace, PullFeatures, float]], dict[str, str], list[str]]:
@@ -159,9 +208,9 @@ def pulls(
 
     `test` raises for a pull that cannot be used.
     """
-    if vacuum is not None:
-        vacuum_of(vacuum, file.brake)
+    from layerjam.identify.pull.features import pull_features
 
+    vacuum_within(vacuum or 0.0, file.brake)
     odd: list[str] = []
 
     def use(trace: Trace) -> tuple[Trace, PullFeatures, float]:
@@ -178,19 +227,27 @@ def pulls(
         odd.extend(_odd_record(trace))
         return trace.thinned(PICTURE), pull.thinned(CURVE), pressure
 
-    used, refused = each(files, use, choices, progress)
+    used, refused = each(files, use, options, progress)
     odd += [w for t, _, p in used for w in odd_facts(t, file, vacuum, p)]
     return used, refused, odd
 
 
+def check_lines(checks: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    """The checks of a fit as lines for people."""
+    yield from ("", "checks")
+    for check in checks:
+        yield f"  {'ok  ' if check['passed'] else 'LOOK'}  {check['name']}: {check['sentence']}"
+
+
 def write_brake(
     out: str | Path | None, text: Callable[[str], str], force: bool, refused: bool, partial: bool
-) -> tuple[str | None, list[str]]:
+) -> tuple[str | None, list[Notice]]:
     """Write a brake's file unless refused files forbid it; its path and what to say."""
     if out is None:
         return None, []
     if refused and not partial:
-        return None, [f"{out} was not written because files were refused; --partial writes it"]
+        why = f"{out} was not written because files were refused; --partial writes it"
+        return None, [Notice(why, "not-written")]
     content = text(Path(out).stem)
     BrakeFile.read(content, out)
     write_whole(out, lambda p: _fill(p, content), force)

@@ -2,231 +2,287 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from layerjam.commands.answer import (
-    NORMAL_FORCE,
-    SLIP,
-    TRAVEL,
-    Answer,
-    AnyBrake,
-    Quantity,
-    brake_at,
-    si,
-)
-from layerjam.commands.files import PICTURE, Paths, Progress, each, understood, write_brake
+from layerjam.commands.declare import Help, Progress, command, options
+from layerjam.commands.files import PICTURE, each, understood, write_brake
+from layerjam.commands.quantities import AREA, OutBrake, Overwrite, TargetBrake
+from layerjam.commands.reading import NORMAL_FORCE, FileOptions, Files, Partial
+from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.mount import Site
-from layerjam.errors import FitError, QuantityError
-from layerjam.identify.friction.reduction import (
-    GRAVITY,
-    FrictionRepeat,
-    FrictionResult,
-    pooled,
-    reduce_repeat,
-    with_friction,
-)
-from layerjam.identify.friction.standards import Standard, standard_named
-from layerjam.measure.options import ReadingOptions
-from layerjam.measure.trace import Trace
+from layerjam.errors import FitError, Notice, QuantityError
 from layerjam.units import QuantitySpec, show
 
-AREA = QuantitySpec("m^2", "area under the sled", lo=1e-6, hi=1.0)
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from layerjam.identify.friction.reduction import FrictionRepeat, FrictionResult
+    from layerjam.identify.friction.standards import Standard
+    from layerjam.measure.trace import Trace
+
+DISPLACEMENT = QuantitySpec("m", "displacement of the sled", hi=10)
 ALIKE = 1.5
 """Up to this ratio of pressures nothing is said."""
-UNITS = {
-    **dict.fromkeys(("static", "kinetic", "static_sd", "kinetic_sd", "repeats"), "1"),
-    "window": "m",
-    "pressure": "Pa",
-}
 
 
+@options
+class FrictionTest:
+    """How friction tests were done, and how they are read."""
+
+    normal_force: Annotated[
+        float | str | None, NORMAL_FORCE, Help("Force that presses the films together.")
+    ] = None
+    standard: Annotated[Literal["paper", "d1894", "iso8295"], Help("How the records are read.")] = (
+        "paper"
+    )
+    start: Annotated[
+        float | str | None,
+        DISPLACEMENT,
+        Help("Displacement where the kinetic window starts (paper: 40 mm).", option="--from"),
+    ] = None
+    end: Annotated[
+        float | str | None,
+        DISPLACEMENT,
+        Help("Displacement where the kinetic window ends (paper: 100 mm).", option="--to"),
+    ] = None
+    area: Annotated[float | str | None, AREA, Help("Area under the sled.")] = None
+    accept_stick_slip: Annotated[
+        bool,
+        Help("Take the middle of stick–slip as the kinetic friction.", old=("--accept-judder",)),
+    ] = False
+
+    def window(self, rule: Standard) -> tuple[float, float] | None:
+        """The window asked for [m]; an open end is the standard's; None where none is asked for."""
+        if self.start is None and self.end is None:
+            return None
+        low, high = (
+            own if asked is None else float(asked)
+            for asked, own in zip((self.start, self.end), rule.window, strict=True)
+        )
+        if low >= high:
+            raise QuantityError(f"from: {show(low, 'm')} is not below to, {show(high, 'm')}")
+        return low, high
+
+
+@result
+class Friction(Result):
+    """Static and kinetic friction; `record` is (traces, FrictionResult), the traces thinned."""
+
+    static: float = number("1", "static friction, mean over the repeats")
+    kinetic: float | None = number("1", "kinetic friction; null where the films stick and slip")
+    static_sd: float | None = number("1", "SD over the repeats")
+    kinetic_sd: float | None = number("1", "SD over the repeats")
+    repeats: int = number("1", "repeats that count")
+    standard: str = fact("how the records were read", listed=False)
+    window: list[float] = number("m", "displacement of the kinetic mean", listed=False)
+    intervals: Mapping[str, Any] = fact("95 % intervals of the means", listed=False)
+    stick_slip: Mapping[str, Any] | None = fact("envelope of the stick–slip", listed=False)
+    pressure: Mapping[str, Any] = number("Pa", "pressure of the test and of use", listed=False)
+    repeats_table: Sequence[Mapping[str, Any]] = fact("each repeat", listed=False)
+    understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
+    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+    file: str | None = fact("brake file that was written")
+
+    def lines(self) -> Iterator[str]:
+        """Intervals of the means, the stick–slip, and one line a repeat."""
+        yield ""
+        for name, over in self.intervals.items():
+            if over is not None and over["low"] is not None:
+                yield (
+                    f"{name} {over['mean']:.4f}, 95 % interval {over['low']:.4f} to "
+                    f"{over['high']:.4f} (t over {over['repeats']} repeats)"
+                )
+        found = self.stick_slip
+        if found is not None:
+            every = show(found["spacing"], "m", 3)
+            if found["period"] is not None:
+                every += f", {show(found['period'], 's', 3)}"
+            yield f"stick–slip between {found['lower']:.4f} and {found['upper']:.4f}, every {every}"
+        yield "file: static, kinetic, displacement of the kinetic mean"
+        for row in self.repeats_table:
+            kinetic = "stick–slip" if row["kinetic"] is None else f"{row['kinetic']:.4f}"
+            start, end = (show(w, "m") for w in row["window"])
+            yield f"  {Path(row['file']).name}: {row['static']:.4f}, {kinetic}, {start} to {end}"
+
+    def draw(self) -> Figure:
+        """Friction coefficient over displacement of every repeat."""
+        from layerjam.report import figures
+
+        return figures.friction(*self.record)
+
+
+@command(
+    "test",
+    place=20,
+    examples=("layerjam friction friction-*.csv --normal-force 2.45N",),
+    computes=False,
+)
 def friction(
-    files: Paths,
+    files: Files,
     *,
-    normal_force: Quantity | None = None,
-    window: tuple[Quantity | None, Quantity | None] | None = None,
-    standard: str = "paper",
-    area: Quantity | None = None,
-    accept_judder: bool = False,
-    brake: AnyBrake | None = None,
-    out: str | Path | None = None,
-    partial: bool = False,
-    choices: ReadingOptions | None = None,
+    test: FrictionTest = FrictionTest(),
+    brake: TargetBrake | None = None,
+    out: OutBrake | None = None,
+    partial: Partial = False,
+    options: FileOptions = FileOptions(),
     progress: Progress | None = None,
-    force: bool = False,
-) -> Answer:
-    """Static and kinetic friction from friction tests.
+    force: Overwrite = False,
+) -> Friction:
+    """Static and kinetic friction from friction tests: as the paper, ASTM D1894 or ISO 8295 has it.
 
-    `standard` is "paper", "d1894" or "iso8295". `normal_force` may come from the files' sidecars,
-    or from the 200 g of the two standards; `window` is the travel of the kinetic mean, counted
-    from the record's first sample; `area` is that under the sled, for the pressure of the test.
-    Where a record judders kinetic is None; `accept_judder` takes the middle of the stick-slip.
-    With `brake` and `out` the result is written into a copy of the brake's file. `choices` answers
-    what a file leaves open (sign, column, decimal sign). `progress` is told (what, share done).
-    `record` is (traces, FrictionResult), traces thinned.
+    `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
+    or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
+    mean, counted from the record's first sample; `area` is that under the sled, for the pressure of
+    the test. Where a record sticks and slips, kinetic is None; `accept_stick_slip` takes the middle
+    of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
     """
+    from layerjam.identify.friction.reduction import GRAVITY, pooled, reduce_repeat, with_friction
+    from layerjam.identify.friction.standards import standard_named
+
     if (brake is None) != (out is None):
         raise QuantityError("brake and out: give both to write a brake, or neither")
-    rule = standard_named(standard)
-    target = brake_at(brake, None) if brake is not None else None
-    span = _span(window, rule)
-    given = None if normal_force is None else si(normal_force, NORMAL_FORCE, "normal force")
-    under = rule.area if area is None else si(area, AREA, "area")
+    rule = standard_named(test.standard)
+    span, accepted = test.window(rule), test.accept_stick_slip
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
 
     def use(trace: Trace) -> tuple[Trace, FrictionRepeat, float]:
-        pressed = given if given is not None else trace.facts.normal_force or by_rule
+        pressed = test.normal_force or trace.facts.normal_force or by_rule
         if pressed is None:
             raise FitError("nothing says how hard the films were pressed; give --normal-force")
-        repeat = reduce_repeat(trace, pressed, span, rule, accept_judder)
-        return trace.thinned(PICTURE), repeat, pressed
+        repeat = reduce_repeat(trace, pressed, span, rule, accepted)
+        return trace.thinned(PICTURE), repeat, float(pressed)
 
-    used, refused = each(files, use, choices, progress)
+    used, refused = each(files, use, options, progress)
     loads = sorted({pressed for _, _, pressed in used})
     if len(loads) > 1:
         raise FitError(f"the files' normal forces differ: {', '.join(show(v, 'N') for v in loads)}")
     traces = [trace for trace, _, _ in used]
     odd = [w for trace in traces for w in trace.warnings]
-    result = pooled([r for _, r, _ in used], odd, loads[0], span, rule, accept_judder)
-    warnings = [*result.warnings, *_odd_loads(traces, loads[0], given is None, rule)]
-    warnings += _of_judder(result)
-    atmosphere = target.brake.site.atmosphere if target is not None else Site().atmosphere
-    pressure = _pressure(loads[0], under, atmosphere, area is None, rule)
-    said = pressure.pop("sentence")
-    warnings += [said] if pressure["ratio"] > ALIKE else []
+    found = pooled([r for _, r, _ in used], odd, loads[0], span, rule, accepted)
+    warnings = [*found.warnings, *_odd_loads(traces, loads[0], test.normal_force is None, rule)]
+    warnings += _stick_slip_notices(found)
+    pressure = _pressure(loads[0], test.area, brake.brake.site if brake else Site(), rule)
+    sentence = pressure.pop("sentence")
+    warnings += [sentence] if pressure["ratio"] > ALIKE else []
     written = None
-    if target is not None:
-        text, more = with_friction(target, result, Path(str(out)).stem)
+    if brake is not None:
+        text, more = with_friction(brake, found, Path(str(out)).stem)
         written, why = write_brake(out, lambda _: text, force, bool(refused), partial)
         warnings += more if written else why
-    intervals = {
-        "static": result.over_static.as_dict(),
-        "kinetic": None if result.over_kinetic is None else result.over_kinetic.as_dict(),
-    }
-    return Answer(
-        values={
-            "static": result.static,
-            "kinetic": result.kinetic,
-            "static_sd": result.static_sd,
-            "kinetic_sd": result.kinetic_sd,
-            "repeats": len(result.repeats),
-            "standard": rule.name,
-            "window": list(result.window),
-            "intervals": intervals,
-            "stick_slip": _stick_slip(result),
-            "pressure": pressure,
-            "repeats_table": [_row(r, loads[0]) for r in result.repeats],
-            "understood": understood(traces),
-            "refused": refused,
-            "file": written,
+    return Friction(
+        static=found.static,
+        kinetic=found.kinetic,
+        static_sd=found.static_sd,
+        kinetic_sd=found.kinetic_sd,
+        repeats=len(found.repeats),
+        standard=rule.name,
+        window=list(found.window),
+        intervals={
+            "static": found.over_static.as_dict(),
+            "kinetic": found.over_kinetic and found.over_kinetic.as_dict(),
         },
-        units=UNITS,
-        warnings=warnings,
+        stick_slip=_stick_slip(found),
+        pressure=pressure,
+        repeats_table=[_row(r, loads[0]) for r in found.repeats],
+        understood=understood(traces),
         refused=refused,
-        record=(traces, result),
+        file=written,
+        warnings=warnings,
+        record=(traces, found),
     )
 
 
-def _span(
-    window: tuple[Quantity | None, Quantity | None] | None, rule: Standard
-) -> tuple[float, float] | None:
-    """The window asked for [m]; what is left open comes from the standard; None for the latter."""
-    if window is None or window == (None, None):
-        return None
-    asked = [si(v, m, n) if v is not None else None
-             for v, m, n in zip(window, (SLIP, TRAVEL), ("from", "to"), strict=True)]  # fmt: skip
-    low, high = (rule.window[i] if v is None else v for i, v in enumerate(asked))
-    if low >= high:
-        raise QuantityError(f"from: {show(low, 'm')} is not below to, {show(high, 'm')}")
-    return low, high
-
-
-def _odd_loads(traces: Sequence[Trace], load: float, assumed: bool, rule: Standard) -> list[str]:
+def _odd_loads(
+    traces: Sequence[Trace], load: float, assumed: bool, rule: Standard
+) -> Iterator[Notice]:
     """Normal forces that sidecars state otherwise, or that nobody stated."""
-    out = []
     for trace in traces:
         stated = trace.facts.normal_force
         if stated is not None and abs(stated - load) > 1e-3 * load:
-            out.append(
-                f"{Path(trace.path).name}: its sidecar says {show(stated, 'N')}, the normal force "
-                f"given is {show(load, 'N')}, which counts"
+            yield Notice(
+                f"{Path(trace.path).name}: its sidecar states {show(stated, 'N')}, the normal "
+                f"force given is {show(load, 'N')}, which counts",
+                "normal-force-stated",
             )
         if stated is None and assumed:
-            out.append(
+            yield Notice(
                 f"the normal force is that of the {show(rule.sled_mass, 'kg')} sled of "
-                f"{rule.title}, {show(load, 'N')}; give --normal-force if yours differs"
+                f"{rule.title}, {show(load, 'N')}; give --normal-force if yours differs",
+                "normal-force-assumed",
             )
-    return out
 
 
-def _pressure(
-    load: float, area: float, use: float, assumed: bool, rule: Standard
-) -> dict[str, Any]:
-    """How the pressure of the test lies to that of use."""
-    test = load / area
-    whose = f"the area of {rule.title}, another one: --area" if assumed else "the area given"
+def _pressure(load: float, area: float | None, site: Site, rule: Standard) -> dict[str, Any]:
+    """The pressure of the test beside that of use, the site's atmosphere."""
+    under, use = area or rule.area, site.atmosphere
+    pressed = load / under
+    whose = "the area given" if area else f"the area of {rule.title}, another one: --area"
+    sentence = (
+        f"the films were pressed with {show(pressed, 'Pa')} ({whose}), a brake presses them with "
+        f"up to {show(use, 'Pa')}, {use / pressed:.0f} times that; friction changes with pressure, "
+        "and only pulls of the brake show by how much"
+    )
     return {
-        "test": test,
+        "test": pressed,
         "use": use,
-        "ratio": use / test,
-        "area": area,
-        "area_assumed": assumed,
-        "sentence": f"the films were pressed with {show(test, 'Pa')} ({whose}), a brake presses "
-        f"them with up to {show(use, 'Pa')}, {use / test:.0f} times that; friction changes with "
-        "pressure, and only pulls of the brake tell by how much",
+        "ratio": use / pressed,
+        "area": under,
+        "area_assumed": area is None,
+        "sentence": Notice(sentence, "pressure"),
     }
 
 
-def _of_judder(result: FrictionResult) -> list[str]:
-    """What to say of stick-slip."""
-    saw = _stick_slip(result)
-    if saw is None:
-        return []
-    names = ", ".join(saw["files"])
+def _stick_slip_notices(found: FrictionResult) -> Iterator[Notice]:
+    """What to say of stick–slip."""
+    envelope = _stick_slip(found)
+    if envelope is None:
+        return
     what = (
-        f"the middle, {saw['middle']:.4g}, is taken as kinetic friction"
-        if result.accepted
-        else "there is no kinetic friction to average (--accept-judder takes the middle)"
+        f"the middle, {envelope['middle']:.4g}, is taken as kinetic friction"
+        if found.accepted
+        else "there is no kinetic friction to average (--accept-stick-slip takes the middle)"
     )
-    said = [
-        f"{names}: the films stick and slip between {saw['lower']:.4g} and {saw['upper']:.4g}, "
-        f"every {show(saw['spacing'], 'm', 3)}; {what}"
-    ]
-    if not result.standard.first_maximum:
-        said.append(
+    yield Notice(
+        f"{', '.join(envelope['files'])}: the films stick and slip between "
+        f"{envelope['lower']:.4g} and {envelope['upper']:.4g}, every "
+        f"{show(envelope['spacing'], 'm', 3)}; {what}",
+        "stick-slip",
+    )
+    if not found.standard.first_maximum:
+        yield Notice(
             "static is the greatest force, here the highest of many teeth, and so above what "
-            "they end at on average; --standard d1894 takes the first maximum"
+            "they end at on average; --standard d1894 takes the first maximum",
+            "static-of-teeth",
         )
-    return said
 
 
-def _stick_slip(result: FrictionResult) -> dict[str, Any] | None:
-    """The envelope over the repeats that judder, as coefficients; None where none does."""
-    found = [r.teeth for r in result.judders if r.teeth is not None]
-    if not found:
+def _stick_slip(found: FrictionResult) -> dict[str, Any] | None:
+    """The envelope over the repeats that stick and slip, as coefficients; None where none does."""
+    several = [r.teeth for r in found.sticking if r.teeth is not None]
+    if not several:
         return None
 
     def mean(values: Sequence[float]) -> float:
         return sum(values) / len(values)
 
-    upper = mean([t.upper for t in found]) / result.normal_force
-    lower = mean([t.lower for t in found]) / result.normal_force
-    periods = [t.period for t in found if t.period is not None]
+    upper = mean([t.upper for t in several]) / found.normal_force
+    lower = mean([t.lower for t in several]) / found.normal_force
+    periods = [t.period for t in several if t.period is not None]
     return {
         "upper": upper,
         "lower": lower,
         "amplitude": (upper - lower) / 2,
         "middle": (upper + lower) / 2,
         "relative_amplitude": (upper - lower) / (upper + lower),
-        "period": mean(periods) if len(periods) == len(found) else None,
-        "spacing": mean([t.spacing for t in found]),
-        "files": [r.path for r in result.judders],
-        "accepted": result.accepted,
-        "reason": "stick-slip has no plain mean: kinetic is the middle of its envelope"
-        if result.accepted
-        else "stick-slip has no plain mean, so that kinetic is not reported",
+        "period": mean(periods) if len(periods) == len(several) else None,
+        "spacing": mean([t.spacing for t in several]),
+        "files": [r.path for r in found.sticking],
+        "accepted": found.accepted,
+        "reason": "stick–slip has no plain mean: kinetic is the middle of its envelope"
+        if found.accepted
+        else "stick–slip has no plain mean, so that kinetic is not reported",
     }
 
 
@@ -243,11 +299,11 @@ def _row(repeat: FrictionRepeat, load: float) -> dict[str, Any]:
         "samples": repeat.samples,
         "speed": repeat.speed,
         "stick_slip": teeth is not None,
-        "upper": None if teeth is None else teeth.upper / load,
-        "lower": None if teeth is None else teeth.lower / load,
-        "period": None if teeth is None else teeth.period,
-        "spacing": None if teeth is None else teeth.spacing,
-        "inertial_force": None if inertia is None else inertia.most,
-        "connection_stiffness": None if inertia is None else inertia.stiffness,
-        "acceleration": None if inertia is None else inertia.acceleration,
+        "upper": teeth and teeth.upper / load,
+        "lower": teeth and teeth.lower / load,
+        "period": teeth and teeth.period,
+        "spacing": teeth and teeth.spacing,
+        "inertial_force": inertia and inertia.most,
+        "connection_stiffness": inertia and inertia.stiffness,
+        "acceleration": inertia and inertia.acceleration,
     }

@@ -2,23 +2,61 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Annotated
 
-from layerjam.commands.answer import Answer, si
+from layerjam.commands.declare import Help, Progress, command
+from layerjam.commands.quantities import SEED, Overwrite
+from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.load import write_whole
-from layerjam.errors import QuantityError
-from layerjam.lab.campaign import campaign
-from layerjam.lab.campaign_files import commands, write_campaign
+from layerjam.errors import Notice, QuantityError
 from layerjam.lab.spec import Spec
-from layerjam.lab.text import example, spec_text
-from layerjam.units import QuantitySpec
-
-_SEED = QuantitySpec("1", "seed", hi=2**63 - 1, whole=True)
-
 
 PRACTICE = "practice"
 """Name of the campaign that is built in."""
+
+
+@result
+class PracticeFiles(Result):
+    """The files of a campaign and where the truth is; `record` is the Campaign.
+
+    For an example to edit, `text` holds it, or says what to do with the file, and all else is None.
+    """
+
+    folder: str | None = fact("the folder", default=None)
+    files: Sequence[str] | None = fact(
+        "the files", default=None, shown=lambda files: f"{len(files)}, each with its sidecar"
+    )
+    friction_tests: int | None = number("1", "friction tests", default=None)
+    pulls: int | None = number("1", "pulls", default=None)
+    samples: int | None = number("1", "samples of all files", default=None)
+    faulty: int | None = number("1", "files with a fault on purpose", default=None)
+    seed: int | None = number("1", "seed of the campaign", default=None)
+    truth: str | None = fact("file with the truth", default=None)
+    next: Sequence[str] | None = fact("commands to try", default=None, listed=False)
+    stopped: bool | None = fact("whether it was stopped", default=None, listed=False)
+    text: str = ""
+
+    @property
+    def exit_code(self) -> int:
+        """130 where the keyboard stopped it, as for every interrupted command."""
+        return 130 if self.stopped else super().exit_code
+
+    def lines(self) -> Iterator[str]:
+        """What to try with the files."""
+        yield from ("", "try:", *(f"  {line}" for line in self.next or ()))
+
+    def table(self, width: int = 80) -> str:
+        """The example as it is, or the table."""
+        return self.text.rstrip("\n") or super().table(width)
+
+    def json(self) -> str:
+        """The contract's JSON; for an example its text."""
+        if not self.text:
+            return super().json()
+        return json.dumps({"example": self.text, "units": {}, "warnings": []}, indent=2)
 
 
 def lab_example(out: str | Path | None = None, *, force: bool = False) -> str:
@@ -26,6 +64,8 @@ def lab_example(out: str | Path | None = None, *, force: bool = False) -> str:
 
     Raises FileError where that exists and `force` is not set.
     """
+    from layerjam.lab.text import example, spec_text
+
     text = spec_text(example())
     if out is not None:
         if Path(out).suffix != ".toml":
@@ -38,53 +78,73 @@ def _fill(place: Path, text: str) -> None:
     place.write_text(text, encoding="utf-8", newline="\n")
 
 
+@command(
+    "test",
+    place=80,
+    examples=("layerjam lab practice --out practice", "layerjam lab --example --out campaign.toml"),
+)
 def lab(
-    spec: str | Path | Spec,
+    spec: Annotated[
+        str | Path | Spec | None,
+        Help("The campaign's TOML file, or practice, which is built in.", metavar="SPEC"),
+    ] = None,
     *,
-    out: str | Path,
-    seed: int | None = None,
-    force: bool = False,
-    progress: Callable[[str, float], None] | None = None,
-) -> Answer:
-    """Write the files of a campaign into the folder `out`, with the truth beside them.
+    out: Annotated[
+        str | Path | None,
+        Help("Folder to write, new or empty; with --example a .toml file.", metavar="DIR"),
+    ] = None,
+    example: Annotated[
+        bool, Help("Print a commented campaign to edit, or write it to --out.")
+    ] = False,
+    seed: Annotated[int | str | None, SEED, Help("Seed instead of the campaign's own.")] = None,
+    force: Overwrite = False,
+    progress: Progress | None = None,
+) -> PracticeFiles:
+    """Practice files of a virtual laboratory: the truth is known, the machine has its faults.
 
-    `spec` is the path of a TOML file, a Spec, or "practice", which is built in; `seed` counts
-    instead of its own. Every file says that it is synthetic. `progress` is told (what, share done);
-    stopped by the keyboard, the files written are whole and the answer says so. `record` is the
-    Campaign. Raises FileError where `out` is not empty and `force` is not set.
+    The files of a campaign and the truth beside them are written into the folder `out`. `spec` is
+    the path of a TOML file, a Spec, or "practice", which is built in; `seed` counts instead of its
+    own. Every file says that it is synthetic. Stopped by the keyboard, the files written are whole
+    and the result says so. Raises FileError where `out` is not empty and `force` is not set.
     """
-    if seed is not None:
-        seed = int(si(seed, _SEED, "seed"))
-    built_in = not isinstance(spec, Spec) and str(spec) == PRACTICE and not Path(spec).exists()
-    made = campaign(example() if built_in else spec, seed)
+    from layerjam.lab.campaign import campaign
+    from layerjam.lab.campaign_files import commands, write_campaign
+    from layerjam.lab.text import example as built_in
+
+    if example:
+        if spec is not None or seed is not None:
+            raise QuantityError("--example: takes --out and --force only")
+        text = lab_example(out, force=force)
+        return PracticeFiles(text=f"Edit it, then: layerjam lab {out} --out DIR" if out else text)
+    if spec is None or out is None:
+        raise QuantityError(
+            "lab: SPEC and --out are needed; layerjam lab --example --out SPEC.toml makes one to "
+            "edit, and layerjam lab practice --out DIR needs none"
+        )
+    shipped = not isinstance(spec, Spec) and str(spec) == PRACTICE and not Path(spec).exists()
+    made = campaign(built_in() if shipped else spec, seed)
     written = write_campaign(made, out, force, progress)
-    warnings = ["the files are synthetic: written by a program, not measured"]
+    warnings = [Notice("the files are synthetic: written by a program, not measured", "synthetic")]
     if written.stopped:
-        warnings.append(
-            f"stopped: {len(written.files)} of {len(made.tests)} files were written; those are "
-            "whole"
-        )
+        said = f"{len(written.files)} of {len(made.tests)} files were written; those are whole"
+        warnings.append(Notice(f"stopped: {said}", "stopped"))
     if written.strangers:
-        one = written.strangers == 1
-        warnings.append(
-            f"{written.strangers} other {'file' if one else 'files'} in {written.folder} "
-            f"{'is' if one else 'are'} not of this campaign; "
-            f"{'it was' if one else 'they were'} there before"
-        )
-    return Answer(
-        values={
-            "folder": str(written.folder),
-            "files": [str(p) for p in written.files],
-            "friction_tests": sum(1 for t in made.tests if t.kind == "friction"),
-            "pulls": sum(1 for t in made.tests if t.kind == "pull"),
-            "samples": written.samples,
-            "faulty": sum(1 for t in made.tests if t.practice),
-            "seed": made.spec.seed,
-            "truth": str(written.folder / "truth.toml"),
-            "next": commands(made, written.folder),
-            "stopped": written.stopped,
-        },
-        units=dict.fromkeys(("friction_tests", "pulls", "samples", "faulty", "seed"), "1"),
+        count = written.strangers
+        others = "1 other file" if count == 1 else f"{count} other files"
+        were = "is not of this campaign; it was" if count == 1 else "are not of this one; they were"
+        said = f"{others} in {written.folder} {were} there before"
+        warnings.append(Notice(said, "strangers"))
+    return PracticeFiles(
+        folder=str(written.folder),
+        files=[str(p) for p in written.files],
+        friction_tests=sum(1 for t in made.tests if t.kind == "friction"),
+        pulls=sum(1 for t in made.tests if t.kind == "pull"),
+        samples=written.samples,
+        faulty=sum(1 for t in made.tests if t.practice),
+        seed=made.spec.seed,
+        truth=str(written.folder / "truth.toml"),
+        next=commands(made, written.folder),
+        stopped=written.stopped,
         warnings=warnings,
         record=made,
     )

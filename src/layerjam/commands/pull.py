@@ -2,60 +2,94 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
-from layerjam.commands.answer import Answer
-from layerjam.commands.files import CURVE, Paths, Progress, each, understood
-from layerjam.identify.pull.summary import PullSummary, pull_summary
-from layerjam.measure.options import ReadingOptions
-from layerjam.measure.trace import Trace
+from layerjam.commands.declare import Help, Progress, command
+from layerjam.commands.files import CURVE, each, understood
+from layerjam.commands.reading import FileOptions, Files
+from layerjam.commands.results import Result, fact, result
+from layerjam.errors import Notice
+from layerjam.units import show
 
-UNITS_OF_A_PULL = {
-    "vacuum": "Pa", "speed": "m/s", "slack": "m", "preload": "N", "preload_se": "N",
-    "onset": "m", "onset_se": "m", "stiffness": "N/m", "stiffness_se": "N/m",
-    "peak_force": "N", "peak_force_se": "N", "peak_elongation": "m",
-    "steady_slope": "N/m", "steady_slope_se": "N/m", "steady_force": "N",
-    "steady_from": "m", "steady_to": "m", "stick_slip_amplitude": "N", "stick_slip_upper": "N",
-    "stick_slip_lower": "N", "stick_slip_spacing": "m", "stick_slip_period": "s",
-    "unloading_stiffness": "N/m", "unloading_stiffness_se": "N/m", "residual_force": "N",
-    "residual_elongation": "m", "work": "J", "loop_energy": "J", "noise": "N", "tared": "N",
-}  # fmt: skip
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from layerjam.identify.pull.summary import PullSummary
+    from layerjam.measure.trace import Trace
+
+_OF_UNIT = {
+    "Pa": "vacuum",
+    "m/s": "speed",
+    "s": "stick_slip_period",
+    "J": "work loop_energy",
+    "m": "slack onset onset_se peak_elongation steady_from steady_to stick_slip_spacing "
+    "residual_elongation",
+    "N": "preload preload_se peak_force peak_force_se steady_force stick_slip_amplitude "
+    "stick_slip_upper stick_slip_lower residual_force noise tared",
+    "N/m": "stiffness stiffness_se steady_slope steady_slope_se unloading_stiffness "
+    "unloading_stiffness_se",
+}
+UNITS_OF_A_PULL = {name: unit for unit, names in _OF_UNIT.items() for name in names.split()}
 """Unit of each key of one pull's table."""
 
 
-def pull(
-    files: Paths,
-    *,
-    tare: bool = False,
-    choices: ReadingOptions | None = None,
-    progress: Progress | None = None,
-) -> Answer:
-    """Slack, preload, onset, stiffness, peak, steady part, stick-slip and way back of pulls.
+@result
+class Pulls(Result):
+    """What each pull shows; `record` is a list of (trace, PullSummary), the traces thinned."""
 
-    Nothing is subtracted from a force unless `tare` asks for the force before the load rises.
-    `choices` answers what a file leaves open (sign, column, decimal sign), `progress` is told
-    (what, share done). `record` is a list of (trace, PullSummary), traces thinned.
+    pulls: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
+    tare: bool = fact("whether the force before the load rises was subtracted", listed=False)
+    understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
+    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+
+    def lines(self) -> Iterator[str]:
+        """A paragraph a pull."""
+        for number, row in enumerate(self.pulls):
+            if number:
+                yield ""
+            yield from _paragraph(row)
+
+    def draw(self) -> Figure:
+        """Force over elongation with what was read from it."""
+        from layerjam.report import pull_figures
+
+        return pull_figures.pulls(self.record)
+
+
+@command("test", place=10, examples=("layerjam pull pull-*.csv",), computes=False)
+def pull(
+    files: Files,
+    *,
+    tare: Annotated[bool, Help("Subtract the force before the load rises.")] = False,
+    options: FileOptions = FileOptions(),
+    progress: Progress | None = None,
+) -> Pulls:
+    """What measured pulls show: slack, preload, onset, stiffness, peak, stick–slip, unloading.
+
+    `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
+    asks for the force before the load rises.
     """
+    from layerjam.identify.pull.summary import pull_summary
 
     def use(trace: Trace) -> tuple[Trace, PullSummary]:
         found = pull_summary(trace, tare)
         features = found.features.thinned(CURVE)
         return trace.thinned(CURVE), replace(found, features=features)
 
-    used, refused = each(files, use, choices, progress)
+    used, refused = each(files, use, options, progress)
     warnings = [w for trace, _ in used for w in trace.warnings]
-    warnings += [f"{trace.path}: {note}" for trace, found in used for note in found.notes]
-    return Answer(
-        values={
-            "pulls": [_row(trace, found) for trace, found in used],
-            "tare": tare,
-            "understood": understood(t for t, _ in used),
-            "refused": refused,
-        },
-        units={},
-        warnings=warnings,
+    warnings += [
+        Notice(f"{trace.path}: {note}", "pull") for trace, found in used for note in found.notes
+    ]
+    return Pulls(
+        pulls=[_row(trace, found) for trace, found in used],
+        tare=tare,
+        understood=understood(t for t, _ in used),
         refused=refused,
+        warnings=warnings,
         record=used,
     )
 
@@ -63,6 +97,7 @@ def pull(
 def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
     """One pull, every key; None where the record does not show it."""
     features, start, steady = found.features, found.start, found.steady
+    straight, peaked = features.straight or None, features.has_peak or None
     teeth, back = found.teeth, found.unloading
     return {
         "file": trace.path,
@@ -73,11 +108,11 @@ def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
         "preload_se": start.baseline_se,
         "onset": start.onset,
         "onset_se": start.onset_se,
-        "stiffness": features.stiffness if features.straight else None,
-        "stiffness_se": features.stiffness_se if features.straight else None,
-        "peak_force": features.peak_force if features.has_peak else None,
-        "peak_force_se": features.peak_force_se if features.has_peak else None,
-        "peak_elongation": features.peak_elongation if features.has_peak else None,
+        "stiffness": straight and features.stiffness,
+        "stiffness_se": straight and features.stiffness_se,
+        "peak_force": peaked and features.peak_force,
+        "peak_force_se": peaked and features.peak_force_se,
+        "peak_elongation": peaked and features.peak_elongation,
         "steady_slope": steady and steady.slope,
         "steady_slope_se": steady and steady.slope_se,
         "steady_force": steady and steady.force,
@@ -100,3 +135,33 @@ def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
         "noise": found.noise,
         "tared": found.tared,
     }
+
+
+def _paragraph(row: Mapping[str, Any]) -> Iterator[str]:
+    """One pull in sentences."""
+
+    def text(key: str) -> str:
+        unit, error = UNITS_OF_A_PULL[key], row.get(f"{key}_se")
+        value = show(row[key], unit)
+        return value if error is None else f"{value} ± {show(error, unit, 2)}"
+
+    yield Path(row["file"]).name
+    yield f"  slack {text('slack')}, preload {text('preload')}, onset at {text('onset')}"
+    yield (
+        f"  stiffness {text('stiffness')}, peak {text('peak_force')} at {text('peak_elongation')}"
+    )
+    if row["steady_slope"] is not None:
+        yield (
+            f"  after it {text('steady_slope')}, {text('steady_force')} between "
+            f"{text('steady_from')} and {text('steady_to')}"
+        )
+    if row["stick_slip"]:
+        yield (
+            f"  stick–slip ± {text('stick_slip_amplitude')}, {row['teeth']} teeth, every "
+            f"{text('stick_slip_spacing')}, {text('stick_slip_period')}"
+        )
+    if row["unloading_stiffness"] is not None:
+        yield (
+            f"  unloading {text('unloading_stiffness')}, left over {text('residual_elongation')} "
+            f"and {text('residual_force')}; kept {text('loop_energy')} of {text('work')}"
+        )

@@ -50,6 +50,7 @@ ROPE_STIFFNESS = replace(
     spec_of(Rope, "stiffness"), text="stiffness of the rope", example="16.8kN/m"
 )
 ROPE_DAMPING = replace(spec_of(Rope, "damping"), example="'20 N s/m'")
+AREA = QuantitySpec("m^2", "area", lo=1e-9, hi=1.0, example="625mm^2")
 DURATION = QuantitySpec("s", "time to simulate", open_lo=True, hi=1e5, example="20s")
 LOG_TIME = QuantitySpec("s", "time in the log", lo=-1e9, hi=1e9, example="2s")
 SEED = QuantitySpec("1", "seed of the random numbers", hi=2**63 - 1, whole=True)
@@ -129,6 +130,10 @@ def _brake(value: Any, given: Mapping[str, Any]) -> BrakeFile:
 BrakeInput = Annotated[
     AnyBrake,
     Input("Catalogue name or path of a brake's TOML file.", metavar="BRAKE", convert=_brake),
+]
+
+TargetBrake = Annotated[
+    AnyBrake, Input("Brake to write the result into.", metavar="BRAKE", convert=_brake)
 ]
 
 

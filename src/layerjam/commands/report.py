@@ -6,140 +6,222 @@ import contextlib
 import hashlib
 import re
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from layerjam.commands import calibration as calibration_verb
-from layerjam.commands import friction as friction_verb
-from layerjam.commands import validation as validation_verb
-from layerjam.commands.answer import VACUUM, Answer, AnyBrake, Quantity, brake_at
-from layerjam.commands.files import Paths, Progress
+from layerjam.commands.calibration import calibrate as run_calibration
+from layerjam.commands.declare import Help, Progress, PythonOnly, command, options
+from layerjam.commands.friction import FrictionTest
+from layerjam.commands.friction import friction as run_friction
+from layerjam.commands.quantities import VACUUM, Atmosphere, BrakeInput, Overwrite, brake_file
+from layerjam.commands.reading import FileOptions, FileVacuum, Measured, several
+from layerjam.commands.results import Result, fact, plain, result
+from layerjam.commands.validation import validate as run_validation
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
-from layerjam.errors import FitError, LayerjamError, QuantityError
-from layerjam.identify.calibration.peaks import Calibration, PullFit, fit_pull
-from layerjam.identify.curves import speed_of
-from layerjam.identify.friction.reduction import FrictionResult, with_friction
-from layerjam.identify.provenance import calibrated_on, sha256
-from layerjam.identify.validation.metrics import Validation
-from layerjam.measure.options import ReadingOptions
-from layerjam.measure.readers.read import read_trace
+from layerjam.errors import FitError, LayerjamError, Notice, QuantityError
 from layerjam.measure.trace import Trace
-from layerjam.report.brake_files import Written, check_folder, write
-from layerjam.report.brake_report import BrakeReport
-from layerjam.report.brake_tables import Calibrated, FileUsed
-from layerjam.report.page import check_extras
 from layerjam.units import QuantitySpec
 
-DEPTHS = ("exact", "curves")
+if TYPE_CHECKING:
+    from layerjam.report.brake_files import Written
+    from layerjam.report.brake_report import BrakeReport
+    from layerjam.report.brake_tables import Calibrated, FileUsed
+
 SPEED = QuantitySpec("m/s", "speed of the crosshead", open_lo=True)
 NEAR = 0.03
 """Part by which a held back vacuum or speed may differ from the one given."""
+Paths = Sequence[Measured] | Measured
+
+
+@options
+class Measurements:
+    """The files of a report, and which of them serve what."""
+
+    friction: Annotated[Paths, Help("Friction tests.", metavar="FILE...", greedy=True)] = ()
+    pulls: Annotated[Paths, Help("Pulls to calibrate on.", metavar="FILE...", greedy=True)] = ()
+    validate: Annotated[Paths, Help("Pulls to validate on.", metavar="FILE...", greedy=True)] = ()
+    calibrate_on: Annotated[
+        Paths,
+        Help(
+            "Calibrate on these alone; the other pulls serve the validation.",
+            metavar="FILE...",
+            greedy=True,
+        ),
+    ] = ()
+    holdout: Annotated[
+        Sequence[str],
+        Help(
+            "Keep the pulls at this vacuum, speed or 'repeat N' for the validation.",
+            metavar="Q...",
+            greedy=True,
+        ),
+    ] = ()
+
+    def divided(
+        self, reading: FileOptions, tell: Progress
+    ) -> tuple[Sequence[Measured], Sequence[Measured]]:
+        """Which pulls to calibrate on, and which to validate on."""
+        pulls, others = several(self.pulls), several(self.validate)
+        chosen = several(self.calibrate_on)
+        holdout = [self.holdout] if isinstance(self.holdout, str) else list(self.holdout)
+        if chosen and holdout:
+            raise QuantityError("--calibrate-on and --holdout: give one of them")
+        if holdout and not pulls:
+            raise QuantityError("--holdout: there are no --pulls to hold back from")
+        if holdout:
+            kept, held = _held_back(pulls, holdout, reading, tell)
+            return kept, [*held, *others]
+        if chosen:
+            known = {_identity(p) for p in chosen}
+            rest = [p for p in pulls if _identity(p) not in known]
+            if not (rest or others):
+                raise QuantityError("--calibrate-on: names every pull, none is left to validate on")
+            return chosen, [*rest, *others]
+        return pulls, others or pulls
+
+
+@result
+class Report(Result):
+    """Where the report's files are, and each stage's keys; `record` is the BrakeReport."""
+
+    report: str = fact("the page")
+    pdf: str | None = fact("the page as PDF; null without the extra 'pdf'")
+    numbers: str = fact("every number, as CSV")
+    results: str = fact("everything, as JSON")
+    figures: Sequence[str] = fact(
+        "the figures", shown=lambda found: found and f"{len(found)} in {Path(found[0]).parent}"
+    )
+    friction: Mapping[str, Any] | None = fact("keys of friction", listed=False)
+    calibration: Mapping[str, Any] | None = fact("keys of calibrate", listed=False)
+    validation: Mapping[str, Any] | None = fact("keys of validate", listed=False)
+    calibrated_on_the_same: Sequence[str] = fact(
+        "files that were both calibrated and validated on", listed=False
+    )
+    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
 
 
 @dataclass(kw_only=True)
 class _Work:
-    """What the stages leave behind."""
+    """What the stages take, and what they leave behind."""
 
     file: BrakeFile
-    choices: ReadingOptions | None
-    vacuum: Quantity | None
-    atmosphere: Quantity | None
-    say: Callable[[str], None]
-    progress: Progress | None
+    atmosphere: float | None
+    vacuum: float | None
+    options: FileOptions
+    tell: Progress
     stages: dict[str, dict[str, Any]] = field(default_factory=dict)
     warnings: dict[str, list[str]] = field(default_factory=dict)
     refused: list[tuple[str, str, str]] = field(default_factory=list)
     files: list[FileUsed] = field(default_factory=list)
 
-    def keep(self, stage: str, answer: Answer, traces: Sequence[Trace]) -> None:
-        """Take a verb's answer into the report."""
-        values = {k: v for k, v in answer.values.items() if k not in ("file", "refused")}
-        self.stages[stage] = {**values, "units": dict(answer.units)}
-        said = (w for w in answer.warnings if not w.startswith("synthetic:"))
+    def keep(self, stage: str, found: Result, traces: Sequence[Trace], *left_out: str) -> None:
+        """Take a command's result into the report, without warnings of the keys left out."""
+        values = {k: v for k, v in found.values.items() if k not in ("file", "refused")}
+        self.stages[stage] = {**plain(values), "units": dict(found.units)}
+        said = (w for w in found.warnings if _key(w) not in ("synthetic", *left_out))
         self.warnings[stage] = list(dict.fromkeys(said))
-        self.refused += [(Path(p).name, stage, why) for p, why in answer.refused.items()]
-        for trace in traces:
-            facts = trace.facts
-            self.files.append(
-                FileUsed(
-                    name=Path(trace.path).name,
-                    role=stage,
-                    sha256=sha256(trace.path),
-                    format=trace.format,
-                    vacuum=facts.vacuum,
-                    speed=speed_of(trace) if stage != "friction" else facts.speed,
-                    repeat=facts.repeat,
-                    synthetic=facts.synthetic,
-                    understood=trace.understood,
-                )
-            )
+        refused: Mapping[str, str] = found.values["refused"]
+        self.refused += [(Path(p).name, stage, why) for p, why in refused.items()]
+        self.files += [_used(trace, stage) for trace in traces]
+
+    def at_site(self, file: BrakeFile) -> BrakeFile:
+        """The brake at the site's atmosphere."""
+        return brake_file(file, self.atmosphere)
 
 
+def _key(warning: str) -> str:
+    return warning.key if isinstance(warning, Notice) else ""
+
+
+def _used(trace: Trace, stage: str) -> FileUsed:
+    from layerjam.identify.curves import speed_of
+    from layerjam.identify.provenance import sha256
+    from layerjam.report.brake_tables import FileUsed
+
+    facts = trace.facts
+    return FileUsed(
+        name=Path(trace.path).name,
+        role=stage,
+        sha256=sha256(trace.path),
+        format=trace.format,
+        vacuum=facts.vacuum,
+        speed=speed_of(trace) if stage != "friction" else facts.speed,
+        repeat=facts.repeat,
+        synthetic=facts.synthetic,
+        understood=trace.understood,
+    )
+
+
+@command(
+    "test",
+    place=50,
+    examples=(
+        "layerjam report choi2018-kapton --friction friction-*.csv --pulls pull-*.csv "
+        "--holdout 46.1kPa --out report",
+    ),
+)
 def report(
-    brake: AnyBrake,
+    brake: BrakeInput,
     *,
-    out: str | Path,
-    friction: Paths = (),
-    pulls: Paths = (),
-    validate: Paths = (),
-    calibrate_on: Paths = (),
-    holdout: Sequence[str] = (),
-    normal_force: Quantity | None = None,
-    window: tuple[Quantity | None, Quantity | None] | None = None,
-    standard: str = "paper",
-    area: Quantity | None = None,
-    accept_judder: bool = False,
-    depth: str = "exact",
-    vacuum: Quantity | None = None,
-    atmosphere: Quantity | None = None,
-    choices: ReadingOptions | None = None,
-    force: bool = False,
-    command: str = "layerjam.report(...) in Python",
-    date: str | None = None,
-    say: Callable[[str], None] | None = None,
+    out: Annotated[str | Path, Help("Folder for the report.", metavar="DIR")],
+    measurements: Measurements = Measurements(),
+    test: FrictionTest = FrictionTest(),
+    depth: Annotated[
+        Literal["exact", "curves"], Help("Calibrate on peaks, or on whole curves.")
+    ] = "exact",
+    vacuum: FileVacuum = None,
+    atmosphere: Atmosphere = None,
+    options: FileOptions = FileOptions(),
+    force: Overwrite = False,
+    command: Annotated[
+        str, PythonOnly("What the page says it was made with.", typed=True)
+    ] = "layerjam.report(...) in Python",
+    date: Annotated[str | None, PythonOnly("Date (ISO) instead of today.")] = None,
+    names: Annotated[
+        Mapping[str, str] | None, PythonOnly("What the page calls files, by their name.")
+    ] = None,
     progress: Progress | None = None,
-    names: Mapping[str, str] | None = None,
-) -> Answer:
-    """Write report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
+) -> Report:
+    """Measurements of one brake as a page: friction, calibration, validation, HTML and PDF.
 
+    Writes report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
     `friction` tests give the friction, `pulls` the calibration, `validate` is what the calibrated
     brake is compared with; each may be left out. Of `pulls` alone some can be kept for validation:
     `calibrate_on` names those to calibrate on, or `holdout` holds back a vacuum ("46.1 kPa"), a
     speed ("19 mm/s") or a repeat ("repeat 3"). Without any of these the brake is compared with the
-    pulls it was calibrated on, and the page says so. `vacuum` serves files without a sidecar;
-    `normal_force`, `window`, `standard`, `area`, `accept_judder` belong to the friction tests and
-    `depth` ("exact" or "curves") to the calibration, as in their own verbs; `date` (ISO) is
-    today unless given; `progress` is told (what, share done) of the files read; `names` {file name:
-    what the report calls it} serves files that lie under other names than their own.
-    `record` is the BrakeReport. Raises FileError where a report exists and `force` is not set.
+    pulls it was calibrated on, and the page says so. `vacuum` serves files without a sidecar; the
+    options of friction tests and `depth` are as in `friction` and `calibrate`. `command` is what
+    the page says it was made with, `date` (ISO) is today unless given; `names` {file name: what the
+    report calls it} serves files that lie under other names than their own. Raises FileError where
+    a report exists and `force` is not set.
     """
-    out = Path(out)
+    from layerjam.report.brake_files import check_folder, write
+    from layerjam.report.brake_report import BrakeReport
+    from layerjam.report.page import check_extras
+
+    out, tell = Path(out), progress or (lambda _what, _share: None)
     check_extras()
     check_folder(out, force)
     work = _Work(
-        file=brake_at(brake, atmosphere), choices=choices, vacuum=vacuum, atmosphere=atmosphere,
-        say=say or (lambda _: None), progress=progress,
-    )  # fmt: skip
-    given = work.file
-    fitted_on, tested_on = _divided(pulls, validate, calibrate_on, holdout, work)
-    if depth not in DEPTHS:
-        raise QuantityError(f"depth: '{depth[:40]}' is not allowed here; use {' or '.join(DEPTHS)}")
-    if not (friction or fitted_on or tested_on):
+        file=brake,
+        options=options,
+        vacuum=vacuum,
+        atmosphere=atmosphere,
+        tell=tell,
+    )
+    fitted_on, tested_on = measurements.divided(options, tell)
+    tests = several(measurements.friction)
+    if not (tests or fitted_on or tested_on):
         raise FitError("nothing was given to report: --friction, --pulls or --validate")
     made: dict[str, Any] = {}
-    with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder) / f"{given.name}.toml"
-        if friction:
-            made["friction"] = _friction(
-                work, friction, normal_force=normal_force, window=window, standard=standard,
-                area=area, accept_judder=accept_judder,
-            )  # fmt: skip
-        if fitted_on:
-            made["calibration"] = _calibration(work, fitted_on, depth, place)
+    if tests:
+        made["friction"] = _friction(work, tests, test)
+    if fitted_on:
+        made["calibration"] = _calibration(work, fitted_on, depth)
     if tested_on:
         made |= _validation(work, tested_on)
     content = BrakeReport(
@@ -150,143 +232,130 @@ def report(
         date=date or datetime.now(UTC).date().isoformat(),
         refused=work.refused,
         warnings=work.warnings,
-        brake_sha256=hashlib.sha256(given.text.encode()).hexdigest(),
+        brake_sha256=hashlib.sha256(brake.text.encode()).hexdigest(),
         names=names or {},
         **made,
     )
-    written = write(content, out, force, work.say)
-    return _answer(content, written)
+    return _written(content, write(content, out, force, lambda what: tell(what, 0.9)))
 
 
-def _answer(content: BrakeReport, written: Written) -> Answer:
-    """The verb's answer: where the files are, and each stage's keys (None where there is none)."""
-    refused = {name: why for name, _, why in content.refused}
-    values: dict[str, Any] = {
-        "report": str(written.report),
-        "pdf": None if written.pdf is None else str(written.pdf),
-        "numbers": str(written.numbers),
-        "results": str(written.results),
-        "figures": [str(p) for p in written.figures],
-        **{s: content.stages.get(s) for s in ("friction", "calibration", "validation")},
-        "calibrated_on_the_same": list(content.seen),
-        "refused": refused,
-    }
-    warnings = [w for some in content.warnings.values() for w in some]
+def _written(content: BrakeReport, written: Written) -> Report:
+    """Where the files are, and each stage's keys (None where there is no stage)."""
+    warnings: list[str] = [w for some in content.warnings.values() for w in some]
     if content.synthetic:
-        warnings.insert(0, "synthetic: written by a program, not measured")
+        said = "synthetic: written by a program, not measured"
+        warnings.insert(0, Notice(said, "synthetic"))
     if content.seen:
-        warnings.append(
-            "validated on pulls that were also calibrated on, which is no test of the model: "
-            "hold some back with --holdout or --calibrate-on, or give others with --validate"
+        said = (
+            "validated on pulls that were also calibrated on, which is no test of the model: hold "
+            "some back with --holdout or --calibrate-on, or give others with --validate"
         )
-    return Answer(
-        values=values,
-        units={},
+        warnings.append(Notice(said, "calibrated-on"))
+    stages = {s: content.stages.get(s) for s in ("friction", "calibration", "validation")}
+    return Report(
+        report=str(written.report),
+        pdf=written.pdf and str(written.pdf),
+        numbers=str(written.numbers),
+        results=str(written.results),
+        figures=[str(p) for p in written.figures],
+        **stages,
+        calibrated_on_the_same=list(content.seen),
+        refused={name: why for name, _, why in content.refused},
         warnings=[*warnings, *written.warnings],
-        refused=refused,
         record=content,
     )
 
 
-def _friction(work: _Work, files: Paths, **how: Any) -> tuple[Sequence[Trace], FrictionResult]:
-    work.say(f"friction: {len(files)} files")
-    answer = friction_verb.friction(files, choices=work.choices, progress=work.progress, **how)
-    traces, result = answer.record
-    work.keep("friction", answer, traces)
-    if result.kinetic is None:
-        work.warnings["friction"].append(
-            f"the kinetic friction of {work.file.name}'s file stands: these tests give none"
-        )
+def _friction(work: _Work, files: Sequence[Measured], test: FrictionTest) -> Any:
+    """(traces, FrictionResult); the brake takes the friction over."""
+    from layerjam.identify.friction.reduction import with_friction
+
+    work.tell(f"friction: {len(files)} files", 0.1)
+    found = run_friction(files, test=test, options=work.options, progress=work.tell)
+    traces, fit = found.record
+    work.keep("friction", found, traces)
+    name = work.file.name
+    if fit.kinetic is None:
+        stands = f"the kinetic friction of {name}'s file stands: these tests give none"
+        work.warnings["friction"].append(Notice(stands, "kinetic-stands"))
     else:
-        text, _ = with_friction(work.file, result, work.file.name)
-        made = BrakeFile.read(text, work.file.name)
-        work.file = brake_at(made, work.atmosphere)
-    return traces, result
+        text, _ = with_friction(work.file, fit, name)
+        work.file = work.at_site(BrakeFile.read(text, name))
+    return traces, fit
 
 
-def _calibration(work: _Work, files: Paths, depth: str, place: Path) -> Calibrated:
-    work.say(f"calibration: {len(files)} pulls")
+def _calibration(
+    work: _Work, files: Sequence[Measured], depth: Literal["exact", "curves"]
+) -> Calibrated:
+    """The fit; the brake takes it over."""
+    from layerjam.identify.calibration.peaks import Calibration, fit_pull
+    from layerjam.report.brake_tables import Calibrated
+
+    work.tell(f"calibration: {len(files)} pulls", 0.3)
     brake = work.file.brake
-    answer, traces = calibration_verb.calibrated(
-        work.file, files, depth, (), work.vacuum, place, True, None, work.choices, (0, 0, 0),
-        work.progress, True,
-    )  # fmt: skip
-    result = answer.record[1]
-    fits: list[PullFit] = list(result.fits) if isinstance(result, Calibration) else []
-    for curve in () if isinstance(result, Calibration) else result.curves:
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / f"{work.file.name}.toml"
+        found = run_calibration(
+            work.file,
+            files,
+            depth=depth,
+            vacuum=work.vacuum,
+            out=place,
+            partial=True,
+            options=work.options,
+            progress=work.tell,
+        )
+        work.file = work.at_site(load(place))
+    fit = found.record[1]
+    fits = list(fit.fits) if isinstance(fit, Calibration) else []
+    for curve in () if isinstance(fit, Calibration) else fit.curves:
         with contextlib.suppress(FitError):
             fits.append(fit_pull(curve.pull, curve.vacuum, brake))
-    work.file = brake_at(load(place), work.atmosphere)
-    work.keep("calibration", answer, traces)
+    work.keep("calibration", found, found.traces)
     return Calibrated(
-        values=answer.values,
-        fits=fits,
-        checks=result.checks,
-        count=len(result.files),
-        record=result,
+        values=found.values, fits=fits, checks=fit.checks, count=len(fit.files), record=fit
     )
 
 
-def _validation(work: _Work, files: Paths) -> dict[str, Any]:
-    work.say(f"validation: {len(files)} pulls")
-    answer, before, traces = validation_verb.validated(
-        work.file, files, work.vacuum, None, work.choices, work.progress
+def _validation(work: _Work, files: Sequence[Measured]) -> dict[str, Any]:
+    """The Validation, that before calibration, and the pulls that were also calibrated on."""
+    work.tell(f"validation: {len(files)} pulls", 0.6)
+    found = run_validation(
+        work.file, files, vacuum=work.vacuum, options=work.options, progress=work.tell
     )
-    result: Validation = answer.record[1]
-    seen = calibrated_on(work.file, [t.path for t in traces])
-    work.keep("validation", answer, traces)
-    kept = [w for w in work.warnings["validation"] if "was calibrated on it" not in w]
-    work.warnings["validation"] = kept
+    work.keep("validation", found, found.traces, "calibrated-on")
     calibrated = "calibration" in work.stages or work.file.brake.scale_factor != 1.0
     return {
-        "validation": result,
-        "before": before if calibrated else None,
-        "seen": [Path(p).name for p in seen],
+        "validation": found.record[1],
+        "before": found.before if calibrated else None,
+        "seen": [Path(p).name for p in found.calibrated_on],
     }
 
 
-def _divided(
-    pulls: Paths, validate: Paths, calibrate_on: Paths, holdout: Sequence[str], work: _Work
-) -> tuple[Paths, Paths]:
-    """Which files to calibrate on, and which to validate on."""
-    if calibrate_on and holdout:
-        raise QuantityError("--calibrate-on and --holdout: give one of them")
-    if holdout and not pulls:
-        raise QuantityError("--holdout: there are no --pulls to hold back from")
-    if holdout:
-        kept, held = _held_back(pulls, holdout, work)
-        return kept, [*held, *validate]
-    if calibrate_on:
-        chosen = {_identity(p) for p in calibrate_on}
-        rest = [p for p in pulls if _identity(p) not in chosen]
-        if not (rest or validate):
-            raise QuantityError("--calibrate-on: names every pull, none is left to validate on")
-        return calibrate_on, [*rest, *validate]
-    return pulls, validate or pulls
-
-
-def _identity(path: str | Path) -> str:
-    return str(Path(path).resolve())
+def _identity(source: Measured) -> str:
+    return str(Path(source.path if isinstance(source, Trace) else source).resolve())
 
 
 def _held_back(
-    pulls: Paths, holdout: Sequence[str], work: _Work
-) -> tuple[list[str | Path], list[str | Path]]:
+    pulls: Sequence[Measured], holdout: Sequence[str], reading: FileOptions, tell: Progress
+) -> tuple[list[Measured], list[Measured]]:
     """The pulls apart: to calibrate on, and those at a vacuum, speed or repeat of `holdout`."""
+    from layerjam.identify.curves import speed_of
+    from layerjam.measure.readers.read import read_trace
+
     wanted = [_condition(text) for text in holdout]
-    work.say(f"holding back {', '.join(holdout)}")
-    kept: list[str | Path] = []
-    held: list[str | Path] = []
-    for path in pulls:
+    tell(f"holding back {', '.join(holdout)}", 0.05)
+    kept: list[Measured] = []
+    held: list[Measured] = []
+    for source in pulls:
         try:
-            trace = read_trace(path, work.choices)
+            trace = source if isinstance(source, Trace) else read_trace(source, reading)
         except LayerjamError:
-            kept.append(path)  # refused, with its reason, where it would be used
+            kept.append(source)  # refused, with its reason, where it would be used
             continue
-        facts = {"vacuum": trace.facts.vacuum, "speed": speed_of(trace)}
-        facts["repeat"] = trace.facts.repeat
+        facts = asdict(replace(trace.facts, speed=speed_of(trace)))
         away = any(_is(facts[what], value, what) for what, value in wanted)
-        (held if away else kept).append(path)
+        (held if away else kept).append(source)
     for side, word in ((kept, "to calibrate on"), (held, "held back")):
         if not side:
             raise FitError(f"--holdout {', '.join(holdout)}: of {len(pulls)} pulls none is {word}")

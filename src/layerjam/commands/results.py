@@ -255,6 +255,31 @@ class Result:
         return f"<table>{rows}</table>{notes}"
 
 
+@result
+class Bounded(Result):
+    """A result some of whose numbers have a 95 % interval beside them: NAME_low and NAME_high."""
+
+    def rows(self) -> list[tuple[str, str]]:
+        """The numbers with their intervals; "above" where an interval is open."""
+        made = []
+        for name, text in super().rows():
+            key = name.replace(" ", "_")
+            low, high = (getattr(self, f"{key}_{end}", None) for end in ("low", "high"))
+            if low is not None:
+                unit, value = self.units[key], getattr(self, key)
+                upper = "" if high is None else f" to {show(high, unit, like=value)}"
+                between = f"{'' if upper else 'above '}{show(low, unit, like=value)}{upper}"
+                made.append((name, f"{text} (95 %: {between})"))
+            else:
+                made.append((name, text))
+        return made
+
+
+def bound(unit: str, text: str = "end of the 95 % interval") -> Any:
+    """A field for one end of a number's 95 % interval; the table shows it beside the number."""
+    return number(unit, text, default=None, listed=False)
+
+
 def key_of(f: Field[Any]) -> str:
     """The key in the JSON of a field of a result."""
     return f.metadata["key"] or f.name

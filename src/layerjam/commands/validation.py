@@ -2,76 +2,153 @@
 
 from __future__ import annotations
 
-from layerjam.commands.answer import Answer, AnyBrake, Quantity, brake_at
-from layerjam.commands.files import Paths, Progress, pulls
-from layerjam.errors import FitError
-from layerjam.identify.curves import curves_of
-from layerjam.identify.provenance import calibrated_on
-from layerjam.identify.validation.metrics import Validation, compare, uncalibrated, validate_curves
-from layerjam.identify.validation.table import UNITS, file_row, summary, validation_checks
-from layerjam.measure.options import ReadingOptions
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from layerjam.commands.declare import Progress, command
+from layerjam.commands.files import check_lines, pulls
+from layerjam.commands.quantities import Atmosphere, BrakeInput
+from layerjam.commands.reading import FileOptions, Files, FileVacuum
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.errors import FitError, Notice
 from layerjam.measure.trace import Trace
+from layerjam.units import show
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
+def _percent(part: float) -> str:
+    return f"{part:.2%}"
+
+
+@result
+class ModelErrors(Result):
+    """How far the model lies from the pulls; `record` is (BrakeFile, Validation).
+
+    `before` is the Validation of the brake before calibration, None where there is nothing to
+    compare; `traces` are the pulls that were used, thinned.
+    """
+
+    mape: float = number("1", "mean absolute error of the force, relative", shown=_percent)
+    mape_sd: float | None = number("1", "SD over the pulls", shown=_percent)
+    mape_conditions: float = number("1", "mean over the conditions", listed=False)
+    mape_conditions_sd: float | None = number("1", "SD over the conditions", listed=False)
+    rmse: float = number("N", "root of the mean squared error")
+    bias: float = number("N", "mean of model less measured force")
+    r_squared: float | None = number(
+        "1", "part of the variance that is explained", shown="{:.4f}".format
+    )
+    scatter: Mapping[str, Any] | None = fact("the repeats' part of the error", listed=False)
+    conditions: Sequence[Mapping[str, Any]] = fact("each vacuum and speed", listed=False)
+    uncalibrated: Mapping[str, Any] | None = fact(
+        "the same of the brake with a scale factor of 1 and the sheets' own stiffness", listed=False
+    )
+    checks: Sequence[Mapping[str, Any]] = fact("what the residuals say", listed=False)
+    files: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
+    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+    before: Any = None
+    calibrated_on: Sequence[str] = ()
+    """Paths of those pulls that the brake was calibrated on."""
+    traces: Sequence[Trace] = ()
+
+    def lines(self) -> Iterator[str]:
+        """Tables per file and per condition, and what the repeats explain."""
+        yield from ("", "MAPE    RMSE      vacuum     file")
+        for row in self.files:
+            note = f" ({row['note']})" if row["note"] else ""
+            yield (
+                f"{row['mape']:<6.2%}  {show(row['rmse'], 'N', 3):<8}  "
+                f"{show(row['vacuum'], 'Pa'):<9}  {row['path']}{note}"
+            )
+        yield from ("", "vacuum     speed      pulls  MAPE    before calibration  scatter's share")
+        before = self.uncalibrated
+        for index, row in enumerate(self.conditions):
+            was = _percent(before["conditions"][index]["mape"]) if before else "-"
+            speed = "-" if row["speed"] is None else show(row["speed"], "m/s", 3)
+            yield (
+                f"{show(row['vacuum'], 'Pa'):<9}  {speed:<9}  {row['repeats']:<5}  "
+                f"{row['mape']:<6.2%}  {was:<18}  {_share(row['scatter'])}"
+            )
+        if before:
+            yield from ("", f"before calibration: MAPE {before['mape']:.2%}")
+        if self.scatter:
+            yield _of_scatter(self.scatter)
+        yield from check_lines(self.checks)
+
+    def draw(self) -> Figure:
+        """Measured and predicted curves, and what is left between them."""
+        from layerjam.report import figures
+
+        file, found = self.record
+        return figures.validation(file, found, any(t.synthetic for t in self.traces))
+
+
+def _share(scatter: Mapping[str, Any] | None) -> str:
+    if scatter is None or scatter["share"] is None:
+        return "-"
+    return "all of it" if scatter["model_mse"] <= 0 else f"{scatter['share']:.0%}"
+
+
+def _of_scatter(scatter: Mapping[str, Any]) -> str:
+    if scatter["share"] is None:
+        return "the model meets every pull exactly"
+    if scatter["model_mse"] <= 0:
+        return "the model's own error cannot be told from none: the repeats scatter as much"
+    return (
+        f"of the mean squared error {scatter['share']:.0%} is scatter between repeats, which no "
+        "model can take away"
+    )
+
+
+@command(
+    "test",
+    place=40,
+    examples=("layerjam validate my-brake-calibrated.toml validation-*.csv",),
+)
 def validate(
-    brake: AnyBrake,
-    files: Paths,
+    brake: BrakeInput,
+    files: Files,
     *,
-    vacuum: Quantity | None = None,
-    atmosphere: Quantity | None = None,
-    choices: ReadingOptions | None = None,
+    vacuum: FileVacuum = None,
+    atmosphere: Atmosphere = None,
+    options: FileOptions = FileOptions(),
     progress: Progress | None = None,
-) -> Answer:
+) -> ModelErrors:
     """How far the brake's model lies from measured pulls.
 
-    Over which window, identify.validation.metrics says.
-
+    `files` are paths or traces, several or one. identify.validation.metrics says over which window.
     `uncalibrated` holds the same errors of the brake with a scale factor of 1 and the sheets' own
-    stiffness. Says so where the brake was calibrated on one of the files. `record` is
-    (BrakeFile, Validation).
+    stiffness. A warning says where the brake was calibrated on one of the files.
     """
-    answer, _, _ = validated(brake, files, vacuum, atmosphere, choices, progress)
-    return answer
+    from layerjam.identify.curves import curves_of
+    from layerjam.identify.provenance import calibrated_on
+    from layerjam.identify.validation.metrics import compare, uncalibrated, validate_curves
+    from layerjam.identify.validation.table import file_row, summary, validation_checks
 
-
-def validated(
-    brake: AnyBrake,
-    files: Paths,
-    vacuum: Quantity | None,
-    atmosphere: Quantity | None,
-    choices: ReadingOptions | None,
-    progress: Progress | None = None,
-) -> tuple[Answer, Validation | None, list[Trace]]:
-    """`validate`'s answer, the Validation before calibration, and the traces that were used."""
-    file = brake_at(brake, atmosphere)
-    used, refused, odd = pulls(files, file, vacuum, choices, compare, progress)
+    used, refused, odd = pulls(files, brake, vacuum, options, compare, progress)
     curves = curves_of(used)
-    result = validate_curves(curves, file.brake)
-    warnings = file.warnings() + odd
+    found, before = validate_curves(curves, brake.brake), None
+    warnings = [*brake.warnings(), *odd]
     try:
-        before: Validation | None = validate_curves(curves, uncalibrated(file.brake))
+        before = validate_curves(curves, uncalibrated(brake.brake))
     except FitError as error:
-        before = None
-        warnings.append(f"before calibration there is nothing to compare: {error}")
-    same = calibrated_on(file, [t.path for t, _, _ in used])
+        why = f"before calibration there is nothing to compare: {error}"
+        warnings.append(Notice(why, "uncalibrated"))
+    same = calibrated_on(brake, [t.path for t, _, _ in used])
     if same:
-        warnings.append(
-            f"{', '.join(same)}: this brake was calibrated on it, which is no test of the model"
-        )
-    answer = Answer(
-        values={
-            **summary(result),
-            "uncalibrated": None if before is None else summary(before),
-            "checks": [
-                {"name": c.name, "passed": c.passed, "sentence": c.sentence}
-                for c in validation_checks(result, len(same))
-            ],
-            "files": [file_row(c) for c in result.curves],
-            "refused": refused,
-        },
-        units=UNITS,
-        warnings=warnings,
+        why = f"{', '.join(same)}: this brake was calibrated on it, which is no test of the model"
+        warnings.append(Notice(why, "calibrated-on"))
+    return ModelErrors(
+        **summary(found),
+        uncalibrated=before and summary(before),
+        checks=[asdict(c) for c in validation_checks(found, len(same))],
+        files=[file_row(c) for c in found.curves],
         refused=refused,
-        record=(file, result),
+        warnings=warnings,
+        record=(brake, found),
+        before=before,
+        calibrated_on=same,
+        traces=[t for t, _, _ in used],
     )
-    return answer, before, [t for t, _, _ in used]

@@ -129,10 +129,11 @@ def fitted_part(curve: Curve) -> slice:
 def usable(pull: PullFeatures, vacuum: float) -> None:
     """Raise FitError for a pull that least squares over whole curves cannot use."""
     if vacuum <= 0:
-        raise FitError(f"{pull.path}: at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
+        raise FitError.of(pull.path, f"at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
     above = int((pull.force > LINEAR[0] * pull.peak_force).sum())
     if above < SHORTEST:
-        raise FitError(
-            f"{pull.path}: has {above} samples above {LINEAR[0]:.0%} of its greatest force; at "
-            f"least {SHORTEST} are needed to fit its curve"
+        raise FitError.of(
+            pull.path,
+            f"has {above} samples above {LINEAR[0]:.0%} of its greatest force; at "
+            f"least {SHORTEST} are needed to fit its curve",
         )

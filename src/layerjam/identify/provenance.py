@@ -11,6 +11,7 @@ from typing import Any
 
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
+from layerjam.errors import Notice
 from layerjam.identify.checks import Check
 from layerjam.records.source import Source
 
@@ -25,8 +26,8 @@ def sha256(path: str) -> str:
 
 
 def digests(paths: Iterable[str]) -> list[dict[str, str]]:
-    """Name and SHA-256 of each file, as a [made_by] table holds them."""
-    return [{"name": Path(path).name, "sha256": sha256(path)} for path in paths]
+    """Name and SHA-256 of each file, as a [made_by] table holds them; a made trace has no file."""
+    return [{"name": Path(p).name, "sha256": sha256(p)} for p in paths if _there(p)]
 
 
 def renamed(value: Any, names: Mapping[str, str]) -> Any:
@@ -35,6 +36,8 @@ def renamed(value: Any, names: Mapping[str, str]) -> Any:
     `names` is {name of a file: what it is called}, for files that lie under other names than those
     their owner knows.
     """
+    if isinstance(value, Notice):
+        return Notice(renamed(str(value), names), value.key)
     if isinstance(value, str):
         for name, new in names.items():
             if name in value:
@@ -56,7 +59,11 @@ def calibrated_on(file: BrakeFile, paths: Iterable[str]) -> list[str]:
         for entry in file.notes.get("files", [])
         if isinstance(entry, dict) and isinstance(entry.get("sha256"), str)
     }
-    return [path for path in paths if known and sha256(path) in known]
+    return [path for path in paths if known and _there(path) and sha256(path) in known]
+
+
+def _there(path: str) -> bool:
+    return bool(path) and Path(path).is_file()
 
 
 def calibrated_text(

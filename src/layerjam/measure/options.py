@@ -55,7 +55,8 @@ class ReadingOptions:
         for name, entry in entries(ReadingOptions):
             given = getattr(self, name)
             if isinstance(entry.spec, ListSpec):
-                object.__setattr__(self, name, entry.spec.check(tuple(given), name))
+                given = (given,) if isinstance(given, str) else tuple(given)
+                object.__setattr__(self, name, entry.spec.check(given, name))
             elif given is not None:
                 entry.spec.check(given, name)
 

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.simulate.drop import spring_of
 from layerjam.simulate.record import DropRecord, Outcome, column
 from layerjam.units import check, quantity, show
 
@@ -146,6 +145,8 @@ def specific_force(record: DropRecord) -> tuple[Array, Array]:
     """
     time, force = np.asarray(record.time, float), np.asarray(record.force, float)
     if _swings_back(record):
+        from layerjam.simulate.drop import spring_of  # brings JAX, which no sensor needs
+
         spring = spring_of(record.brake.brake, record.rope_stiffness)
         weight = record.mass * record.gravity
         swing = float(force[-1]) - weight

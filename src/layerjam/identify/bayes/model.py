@@ -136,7 +136,7 @@ def reduced(curves: Sequence[Curve]) -> Data:
 def _pieces(curve: Curve) -> list[tuple[Array, Array, Array]]:
     """Rise and sliding part as means over stretches; one piece where no rise is straight."""
     if curve.vacuum <= 0:
-        raise FitError(f"{curve.path}: at {show(curve.vacuum, 'Pa')} of vacuum no sheet is jammed")
+        raise FitError.of(curve.path, f"at {show(curve.vacuum, 'Pa')} of vacuum no sheet is jammed")
     pull, u, force = curve.pull, curve.elongation, curve.force
     begun = fitted_part(curve)
     if pull.straight:
@@ -152,9 +152,10 @@ def _pieces(curve: Curve) -> list[tuple[Array, Array, Array]]:
         pieces = [_means(u[begun], force[begun], SLIDE)]
     found = len(pieces[-1][0])
     if found < FEWEST_BINS:
-        raise FitError(
-            f"{curve.path}: has {found} of {SLIDE} stretches with samples after it began to "
-            f"slide; at least {FEWEST_BINS} are needed (pull further, or sample faster)"
+        raise FitError.of(
+            curve.path,
+            f"has {found} of {SLIDE} stretches with samples after it began to "
+            f"slide; at least {FEWEST_BINS} are needed (pull further, or sample faster)",
         )
     return [p for p in pieces if len(p[0])]
 

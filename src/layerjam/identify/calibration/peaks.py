@@ -106,30 +106,34 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     straight rise before it.
     """
     if vacuum <= 0:
-        raise FitError(f"{pull.path}: at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
+        raise FitError.of(pull.path, f"at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
     if not pull.has_peak:
         least = show(float(peak_vacuum(brake)), "Pa")
-        raise FitError(
-            f"{pull.path}: the force rises to the end, there is no peak to calibrate on (this "
-            f"brake peaks above {least} of vacuum; was the travel long enough?)"
+        raise FitError.of(
+            pull.path,
+            f"the force rises to the end, there is no peak to calibrate on (this "
+            f"brake peaks above {least} of vacuum; was the travel long enough?)",
         )
     if not pull.straight:
-        raise FitError(
-            f"{pull.path}: the force bends off long before its peak, so that no straight rise "
-            "tells the stiffness (pull at more vacuum)"
+        raise FitError.of(
+            pull.path,
+            "the force bends off long before its peak, so that no straight rise "
+            "tells the stiffness (pull at more vacuum)",
         )
     if pull.peak_samples < FEWEST:
-        raise FitError(
-            f"{pull.path}: has {pull.peak_samples} samples between onset and a fall of {FALL:.0%} "
-            f"from the peak; at least {FEWEST} are needed to calibrate on it"
+        raise FitError.of(
+            pull.path,
+            f"has {pull.peak_samples} samples between onset and a fall of {FALL:.0%} "
+            f"from the peak; at least {FEWEST} are needed to calibrate on it",
         )
     factor = float(scale_factor_of_peak(pull.peak_force, vacuum, brake))
     if not np.isfinite(factor):
         root = float(enclosure_at(vacuum, brake).root)
         least = show(root * brake.sheets.overlap**0.5, "N")
-        raise FitError(
-            f"{pull.path}: a peak of {show(pull.peak_force, 'N')} is below {least}, the least that "
-            "the enclosure's law allows at this vacuum"
+        raise FitError.of(
+            pull.path,
+            f"a peak of {show(pull.peak_force, 'N')} is below {least}, the least that "
+            "the enclosure's law allows at this vacuum",
         )
     step = pull.peak_force * 1e-6
     slope = (float(scale_factor_of_peak(pull.peak_force + step, vacuum, brake)) - factor) / step

@@ -3,7 +3,7 @@
 The paper: static is the greatest force of a repeat, kinetic the mean over 40 to 100 mm of travel.
 The standards: static is the first maximum, kinetic the mean over a travel that begins where the
 films slide. Then mean, sample standard deviation and 95 % t interval over the repeats. A record
-with stick-slip in it has no kinetic friction to be averaged: its envelope is reported instead.
+with stick–slip in it has no kinetic friction to be averaged: its envelope is reported instead.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ FEWEST = 10
 class FrictionRepeat:
     """One repeat: coefficients [-], where its maximum lies [m of travel], where it came from.
 
-    `kinetic` is None where the record sticks and slips, unless the middle was accepted.
-    `window` is the travel the mean was taken over [m], `teeth` the stick-slip in it (forces in N),
+    `kinetic` is None where the record sticks and slips, unless the envelope's middle was accepted.
+    `window` is the travel the mean was taken over [m], `teeth` the stick–slip in it (forces in N),
     `noise` one sample's standard deviation [N]. `distinct` is False where a standard's first
     maximum does not stand out.
     """
@@ -65,7 +65,7 @@ class FrictionRepeat:
 class FrictionResult:
     """Coefficients [-] over all repeats; `over_kinetic` is None where one of them sticks and slips.
 
-    Unless the middle of the stick-slip was `accepted`. `window` is the travel of the kinetic mean
+    Unless the middle of the stick–slip was `accepted`. `window` is the travel of the kinetic mean
     [m], on average over the repeats.
     """
 
@@ -99,8 +99,8 @@ class FrictionResult:
         return None if self.over_kinetic is None else self.over_kinetic.sd
 
     @property
-    def judders(self) -> tuple[FrictionRepeat, ...]:
-        """The repeats with stick-slip in them."""
+    def sticking(self) -> tuple[FrictionRepeat, ...]:
+        """The repeats with stick–slip in them."""
         return tuple(r for r in self.repeats if r.teeth is not None)
 
     @property
@@ -118,8 +118,8 @@ class FrictionResult:
             f"normal force {show(self.normal_force, 'N')}"
         )
         mean = f"mean over {start} to {end}"
-        if self.judders:
-            mean = f"{mean}; middle of the stick-slip where it sticks and slips"
+        if self.sticking:
+            mean = f"{mean}; middle of the stick–slip where it sticks and slips"
         first = "first maximum" if self.standard.first_maximum else "maximum"
         how = {"static": f"{first} of each repeat", "kinetic": mean}
         out = {}
@@ -161,13 +161,13 @@ def reduce_repeat(
     normal_force: float,
     window: tuple[float, float] | None = None,
     standard: Standard = PAPER,
-    accept_judder: bool = False,
+    accept_stick_slip: bool = False,
 ) -> FrictionRepeat:
     """One repeat's coefficients; `normal_force` [N].
 
     A `window` [m] counts travel from the record's first sample; without one the standard's holds.
-    With `accept_judder` the middle of a stick-slip's envelope serves as kinetic friction. Raises
-    FileError where the record does not cover the window.
+    With `accept_stick_slip` the middle of the stick–slip's envelope serves as kinetic friction.
+    Raises FileError where the record does not cover the window.
     """
     travel, force, time = _outward(trace)
     found = find_breakaway(travel, force) if standard.first_maximum else None
@@ -186,7 +186,7 @@ def reduce_repeat(
     clock = None if time is None else time[inside]
     teeth = find_saw_teeth(travel[inside], force[inside], clock).teeth
     if teeth is not None:
-        kinetic = teeth.middle / normal_force if accept_judder else None
+        kinetic = teeth.middle / normal_force if accept_stick_slip else None
     speed = speed_of(trace)
     inertia = None
     if found is None:
@@ -293,7 +293,7 @@ def reduce_friction(
     normal_force: float,
     window: tuple[float, float] | None = None,
     standard: Standard = PAPER,
-    accept_judder: bool = False,
+    accept_stick_slip: bool = False,
 ) -> FrictionResult:
     """Static and kinetic friction from repeats; `normal_force` [N], `window` [m] of travel.
 
@@ -305,9 +305,9 @@ def reduce_friction(
         raise FitError(
             f"friction: the window from {show(window[0], 'm')} to {show(window[1], 'm')} is empty"
         )
-    repeats = [reduce_repeat(t, normal_force, window, standard, accept_judder) for t in traces]
+    repeats = [reduce_repeat(t, normal_force, window, standard, accept_stick_slip) for t in traces]
     said = [w for t in traces for w in t.warnings]
-    return pooled(repeats, said, normal_force, window, standard, accept_judder)
+    return pooled(repeats, said, normal_force, window, standard, accept_stick_slip)
 
 
 def pooled(
@@ -316,7 +316,7 @@ def pooled(
     normal_force: float,
     window: tuple[float, float] | None,
     standard: Standard,
-    accept_judder: bool,
+    accept_stick_slip: bool,
 ) -> FrictionResult:
     """Mean, scatter and interval over repeats that `reduce_repeat` made; `said` of their files."""
     known = [r.kinetic for r in repeats if r.kinetic is not None]
@@ -335,7 +335,7 @@ def pooled(
         window=window or _mean_span(repeats),
         warnings=tuple(dict.fromkeys(warnings)),
         standard=standard,
-        accepted=accept_judder,
+        accepted=accept_stick_slip,
     )
 
 
@@ -375,12 +375,12 @@ def with_friction(file: BrakeFile, result: FrictionResult, name: str) -> tuple[s
 
     A scale factor belongs to the friction it was fitted with, so a new friction voids it. The
     [made_by] table names files with their SHA-256, standard, window and intervals. Raises FitError
-    where stick-slip leaves the kinetic friction unknown.
+    where stick–slip leaves the kinetic friction unknown.
     """
     if result.kinetic is None:
         raise FitError(
-            "friction: the films stick and slip, so there is no kinetic friction to write into the "
-            "brake (--accept-judder takes the middle of the stick-slip)"
+            "friction: the films stick and slip, so that there is no kinetic friction to write "
+            "into the brake (--accept-stick-slip takes the middle of the stick–slip)"
         )
     blank = Source(kind="assumed", text="not calibrated with this friction yet")
     changes = {**result.sources(), "scale_factor": (1.0, blank)}
@@ -401,7 +401,7 @@ def _made_by(result: FrictionResult) -> dict[str, Any]:
         "standard": result.standard.title,
         "window": f"{start} to {end} of travel",
         "interval": "; ".join(means),
-        "stick_slip": f"in {len(result.judders)} of {len(result.repeats)} repeats"
-        + ("; kinetic is the middle of its envelope" if result.judders else ""),
-        "files": digests(r.path for r in result.repeats if r.path and Path(r.path).is_file()),
+        "stick_slip": f"in {len(result.sticking)} of {len(result.repeats)} repeats"
+        + ("; kinetic is the middle of its envelope" if result.sticking else ""),
+        "files": digests(r.path for r in result.repeats),
     }

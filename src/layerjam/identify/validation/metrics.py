@@ -154,7 +154,7 @@ def _sampled(pull: PullFeatures, points: np.ndarray) -> np.ndarray:
 def _modelled(pull: PullFeatures, points: np.ndarray, vacuum: float, brake: Brake) -> np.ndarray:
     model = np.asarray(force_at_elongation(points, vacuum, brake))
     if not np.isfinite(model).all():
-        raise FitError(f"{pull.path}: the model has no answer there; the brake would snap")
+        raise FitError.of(pull.path, "the model has no answer there; the brake would snap")
     return model
 
 

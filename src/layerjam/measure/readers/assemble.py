@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from layerjam.errors import FileError
+from layerjam.errors import FileError, Notice
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.columns import Column, Taken
 from layerjam.measure.readers.content import Source
@@ -84,10 +84,11 @@ def trace_of(
         if role in options.negative:
             values[role] = -values[role]
             said.append(f"the sign of the {role} was turned, as asked")
-    facts, warnings = read_facts(source.path), []
+    facts = read_facts(source.path)
+    warnings: list[str] = []
     if facts.synthetic or SYNTHETIC.search(source.data[: table.first]):
         facts = replace(facts, synthetic=True)
-        warnings.append("synthetic: written by a program, not measured")
+        warnings.append(Notice("synthetic: written by a program, not measured", "synthetic"))
     if not grid.ended:
         warnings.append("the last line has no line end: the file may have been cut off there")
     trace = Trace(

@@ -34,7 +34,7 @@ STANDARD = Choice(
 )
 JUDDER = Choice(
     "judder", {"no": "not averaged", "yes": "its middle"}, "no", label="Stick-slip",
-    help="Whether the middle of a stick-slip counts as kinetic friction (--accept-judder)",
+    help="Whether the middle of a stick-slip counts as kinetic friction (--accept-stick-slip)",
 )  # fmt: skip
 DEPTH = Choice(
     "depth",
@@ -164,7 +164,7 @@ class Laboratory(Page):
         free = word(self.desk, self.name, FREE)
         return Asked(
             standard=word(self.desk, self.name, STANDARD),
-            accept_judder=word(self.desk, self.name, JUDDER) == "yes",
+            accept_stick_slip=word(self.desk, self.name, JUDDER) == "yes",
             depth=word(self.desk, self.name, DEPTH), free=(free,) if free else (),
         )  # fmt: skip
 

@@ -30,8 +30,7 @@ class Asked:
     """What the page's controls say, in the words of the verbs."""
 
     standard: str = "paper"
-    window: tuple[str, str] = ("", "")
-    accept_judder: bool = False
+    accept_stick_slip: bool = False
     depth: str = "exact"
     free: tuple[str, ...] = ()
 
@@ -40,10 +39,8 @@ class Asked:
         made: list[Option] = []
         if self.standard != "paper":
             made.append(("standard", self.standard))
-        if any(self.window):
-            made.append(("window", self.window))
-        if self.accept_judder:
-            made.append(("accept_judder", True))
+        if self.accept_stick_slip:
+            made.append(("accept_stick_slip", True))
         return tuple(made)
 
     def of_calibration(self) -> tuple[Option, ...]:

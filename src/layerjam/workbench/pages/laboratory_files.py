@@ -255,11 +255,11 @@ def _read(upload: Upload, sidecar: str, role: str, edited: bool, standard: str) 
         from dataclasses import replace
 
         facts = replace(facts, normal_force=answer.record[1].normal_force)
-    said = tuple(s for some in answer.understood.values() for s in some)
+    said = tuple(s for some in answer.values["understood"].values() for s in some)
     odd = tuple(w for t in traces for w in renamed(list(t.warnings), names))
     return Row(
         upload, role, sidecar, edited, facts, tuple(dict.fromkeys(said)), odd,
-        "; ".join(f"{k}: {v}" for k, v in answer.refused.items()) if not traces else "",
+        "; ".join(f"{k}: {v}" for k, v in answer.values["refused"].items()) if not traces else "",
         tuple(t.thinned(CURVE) for t in traces),
     )  # fmt: skip
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.commands.answer import Answer
+from layerjam.commands.results import Result
 from layerjam.report.page import drawn, svg_of, themed
 from layerjam.units import show
 from layerjam.workbench.pages.laboratory_steps import Done
@@ -40,24 +40,14 @@ _drawing = threading.Lock()
 """Matplotlib's settings are the process's: one figure at a time."""
 
 
-def picture_of(verb: str, answer: Answer) -> str:
+def picture_of(verb: str, answer: Result) -> str:
     """The verb's figure as SVG whose colours follow the page."""
-    from layerjam.report import figures
-
-    synthetic = any("synthetic" in w for w in answer.warnings)
     with _drawing:
-        if verb == "friction":
-            figure = figures.friction(*answer.record)
-        elif verb == "calibrate":
-            file, fit = answer.record
-            figure = figures.calibration(file, fit, synthetic)
-        else:
-            file, found = answer.record
-            figure = figures.validation(file, found, synthetic)
+        figure = answer.draw()
         return themed(svg_of(drawn(figure), verb))
 
 
-def numbers_of(verb: str, answer: Answer) -> list[tuple[str, str]]:
+def numbers_of(verb: str, answer: Result) -> list[tuple[str, str]]:
     """The step's numbers by name."""
     values = answer.values
     if verb == "friction":
@@ -106,8 +96,9 @@ def words_of(done: Done) -> list[str]:
     """What to say of a step besides its checks."""
     if done.answer is None:
         return []
-    said = [w for w in done.answer.warnings if not w.startswith("synthetic")]
-    refused = [f"{name}: not used, {why}" for name, why in done.answer.refused.items()]
+    said = [w for w in done.answer.warnings if getattr(w, "key", "") != "synthetic"]
+    unused = done.answer.values["refused"].items()
+    refused = [f"{name}: not used, {why}" for name, why in unused]
     pressure = done.answer.values.get("pressure")
     return [*refused, *said] if pressure is None else [*refused, *dict.fromkeys(said)]
 
@@ -141,7 +132,7 @@ class Card:
             else:
                 self._result(done, done.answer)
 
-    def _result(self, done: Done, answer: Answer) -> None:
+    def _result(self, done: Done, answer: Result) -> None:
         with ui.row().classes("w-full items-start gap-8"):
             with ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1 items-baseline"):
                 for name, value in numbers_of(self.verb, answer):

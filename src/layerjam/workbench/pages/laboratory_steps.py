@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from layerjam.commands.answer import Answer
+from layerjam.commands.results import Result
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError
 from layerjam.identify.provenance import renamed
@@ -64,7 +64,7 @@ class Step:
         """{made-up name: the user's}."""
         return {u.upload.path.name: u.upload.name for _, some in self.files for u in some}
 
-    def run(self, folder: Path | None, progress: Callable[[str, float], None]) -> Answer:
+    def run(self, folder: Path | None, progress: Callable[[str, float], None]) -> Result:
         """The answer in the user's words; what is written goes into `folder` (made up).
 
         Raises LayerjamError as the verb does, with the user's names in it.
@@ -86,15 +86,12 @@ class Step:
         if self.verb == "report":
             more |= {"names": self.names, "command": self.command()}
         try:
-            answer: Answer = verb(*args, progress=progress, **more)
+            answer: Result = verb(*args, progress=progress, **more)
         except LayerjamError as error:
             raise LayerjamError(renamed(str(error), self.names)) from None
         names = {**self.names, self.out: self.out} if self.out else self.names
         said = dict.fromkeys(renamed(list(answer.warnings), names))
-        return replace(
-            answer, values=renamed(dict(answer.values), names), warnings=tuple(said),
-            refused=renamed(dict(answer.refused), names),
-        )  # fmt: skip
+        return replace(answer, **renamed(dict(answer.values), names), warnings=tuple(said))
 
     @property
     def _module(self) -> str:
@@ -130,10 +127,7 @@ class Step:
         if self.brake and self._brake_is_option:
             words += ["--brake", self.brake.name]
         for key, value in self.options:
-            if isinstance(value, tuple) and key == "window":
-                words += [w for flag, v in zip(("--from", "--to"), value, strict=True)
-                          for w in (flag, v) if v]  # fmt: skip
-            elif isinstance(value, tuple):
+            if isinstance(value, tuple):
                 words += [w for v in value for w in (f"--{key.replace('_', '-')}", v)]
             elif value is not False:
                 words.append("--" + key.replace("_", "-"))
@@ -159,7 +153,7 @@ class Done:
     """A step that was computed: its answer and picture (SVG), the brake it wrote; or why not."""
 
     step: Step
-    answer: Answer | None = None
+    answer: Result | None = None
     text: str = ""
     brake: BrakeFile | None = None
     picture: str = ""

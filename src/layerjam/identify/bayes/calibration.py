@@ -1,4 +1,4 @@
-"""What `calibrate` at depth "bayesian" returns, around the sampler of identify.bayes.fit."""
+"""A sampled posterior in the shape of the other calibrations over curves."""
 
 from __future__ import annotations
 

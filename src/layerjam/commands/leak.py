@@ -1,0 +1,207 @@
+"""`leak`: the leak of a closed chamber from a pressure-hold log."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+
+from layerjam.commands.declare import Help, command
+from layerjam.commands.pressure_log import (
+    ROOM,
+    VOLUME,
+    End,
+    LogFile,
+    Start,
+    Temperature,
+    Zero,
+    read_pressure,
+    span_text,
+    window,
+)
+from layerjam.commands.quantities import Atmosphere
+from layerjam.commands.reading import LogOptions
+from layerjam.commands.results import Bounded, bound, fact, number, result
+from layerjam.errors import Notice
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from layerjam.identify.logs.leak import Leak, LeakFit
+
+
+@result
+class LeakFound(Bounded):
+    """Leak of a closed chamber, by the law that suits the log best; `record` is the Leak.
+
+    Leak rates are at the window's mean pressure, positive out of the chamber; None without a
+    volume.
+    """
+
+    model: str = fact("law that suits best")
+    distinct: bool = fact("whether it suits clearly better than the others")
+    rate: float = number("1/s", "conductance over volume", listed=False)
+    rate_low: float = bound("1/s")
+    rate_high: float = bound("1/s")
+    time_constant: float | None = number("s", "time constant of the leak")
+    time_constant_low: float | None = bound("s")
+    time_constant_high: float | None = bound("s")
+    conductance: float | None = number("m^3/s", "conductance of the leak")
+    leak_rate: float | None = number("Pa m^3/s", "leak at the mean pressure")
+    leak_rate_low: float | None = bound("Pa m^3/s")
+    leak_rate_high: float | None = bound("Pa m^3/s")
+    leak_rate_sccm: float | None = number("cm^3/min at 0 °C and 101325 Pa", "the same in sccm")
+    pressure_change_rate: float = number("Pa/s", "change of the pressure there")
+    mean_pressure: float = number("Pa", "mean absolute pressure of the window")
+    side: str = fact("side of the atmosphere")
+    reading: str = fact("what the pressure counts from")
+    atmosphere: float = number("Pa", "atmosphere of the site")
+    zero_fitted: float | None = number("Pa", "zero of the sensor, as fitted")
+    temperature: float = number("K", "temperature of the gas")
+    temperature_equivalent: float = number("K", "change of temperature that would do the same")
+    window: Sequence[float] = number("s", "part of the log that counts", shown=span_text)
+    samples: int = number("1", "samples that count")
+    models: Mapping[str, Any] = fact("every law", listed=False)
+    understood: Sequence[str] = fact("what was made of the file", listed=False)
+
+    def lines(self) -> Iterator[str]:
+        """One line a law."""
+        yield ""
+        for name, fit in self.models.items():
+            constant = f"{fit['time_constant']:.4g} s" if fit["time_constant"] else "none"
+            yield f"{name}: time constant {constant}, misses by {fit['rmse']:.3g} Pa (RMSE)"
+
+    def draw(self) -> Figure:
+        """Pressure over time with the laws."""
+        from layerjam.report import measurement_figures
+
+        return measurement_figures.leak(self.record)
+
+
+@command(
+    "vacuum",
+    place=50,
+    examples=("layerjam leak hold.csv --volume 120mL --reading vacuum",),
+    computes=False,
+)
+def leak(
+    file: LogFile,
+    *,
+    volume: Annotated[
+        float | str | None, VOLUME, Help("Volume of the chamber and its line.")
+    ] = None,
+    temperature: Temperature = None,
+    zero: Zero = None,
+    start: Start = None,
+    end: End = None,
+    atmosphere: Atmosphere = None,
+    options: LogOptions = LogOptions(),
+) -> LeakFound:
+    """Leak of a closed chamber from a pressure-hold log.
+
+    `reading` says what the pressure counts from (absolute, gauge, vacuum) where the file does not.
+    Without `volume` only rates can be told. A column of temperature is used; else `temperature` is
+    that of the gas all the time.
+    """
+    from layerjam.identify.logs.leak import fit_leak, sccm
+
+    span = window(start, end)
+    log, absolute, kind, around, said = read_pressure(
+        file, options.reading, atmosphere, zero, options, True
+    )
+    logged = "temperature" in log
+    warm: Any = log["temperature"] if logged else ROOM if temperature is None else temperature
+    found = fit_leak(log["time"], absolute, atmosphere=around, window=span, temperature=warm)
+    best = found.fits[found.best]
+    lean, low, high = best.flow_interval(found.mean, around)
+    slow, fast = best.series.interval(lambda v: float(v[1]))
+    gas = float(np.mean(warm))
+
+    def held(rate: float) -> float | None:
+        return None if volume is None else volume * rate
+
+    leaks = held(lean)
+    said += [*found.warnings, *_heat(found, logged)]
+    said += _unsure(found, low <= 0 <= high, volume is None, logged, temperature is not None)
+    return LeakFound(
+        model=found.best,
+        distinct=found.distinct,
+        rate=best.rate,
+        rate_low=slow,
+        rate_high=fast,
+        time_constant=1 / best.rate if best.rate > 0 else None,
+        time_constant_low=1 / fast if fast > 0 else None,
+        time_constant_high=1 / slow if slow > 0 else None,
+        conductance=held(best.rate),
+        leak_rate=leaks,
+        leak_rate_low=held(low),
+        leak_rate_high=held(high),
+        leak_rate_sccm=None if leaks is None else sccm(leaks, gas),
+        pressure_change_rate=-lean,
+        mean_pressure=found.mean,
+        side="over the atmosphere" if found.mean > around else "under the atmosphere",
+        reading=kind,
+        atmosphere=around,
+        zero_fitted=best.zero,
+        temperature=gas,
+        temperature_equivalent=found.heat,
+        window=list(found.window),
+        samples=len(found.time),
+        models={n: _of_leak(f, found, volume) for n, f in found.fits.items()},
+        understood=list(log.understood),
+        warnings=said,
+        record=found,
+    )
+
+
+def _unsure(
+    found: Leak, none_shown: bool, no_volume: bool, logged: bool, given: bool
+) -> Iterator[Notice]:
+    """What is not known, and what would tell it."""
+    if logged and given:
+        why = "the log has a column of temperature, which counts, not --temperature"
+        yield Notice(why, "temperature-logged")
+    if no_volume:
+        yield Notice("without --volume only the rate is known, not the leak", "no-volume")
+    elif not (given or logged):
+        why = "the gas is taken to have 20 °C for sccm; --temperature says otherwise"
+        yield Notice(why, "temperature-assumed")
+    if not found.distinct:
+        yield Notice(
+            "the log does not tell the leak's laws apart: the leak near the pressures measured is "
+            "known, at others it depends on the law (see models)",
+            "laws-alike",
+        )
+    if none_shown:
+        why = "the interval of the leak holds zero: no leak is shown by this log"
+        yield Notice(why, "no-leak")
+
+
+def _of_leak(fit: LeakFit, found: Leak, held: float | None) -> dict[str, Any]:
+    from layerjam.identify.logs.leak import flow
+
+    empty = flow(fit.model, 0.0, fit.rate, found.atmosphere)
+    return {
+        "rate": fit.rate,
+        "time_constant": 1 / fit.rate if fit.rate > 0 else None,
+        "conductance": None if held is None else held * fit.rate,
+        "rmse": fit.series.rmse,
+        "worse_by": fit.series.worse_by(found.fits[found.best].series),
+        "correlation": fit.series.correlation,
+        "leak_rate_at_full_vacuum": None if held is None else held * empty,
+    }
+
+
+def _heat(found: Leak, known: bool) -> list[Notice]:
+    """Whether a change of temperature could have made the log."""
+    if known or abs(found.heat) > 10:
+        return []
+    change = "cooling" if found.heat < 0 else "warming"
+    return [
+        Notice(
+            f"a {change} of {abs(found.heat):.2g} K alone would change the pressure as much as "
+            "the log shows; log the temperature too, or hold longer",
+            "temperature-alone",
+        )
+    ]

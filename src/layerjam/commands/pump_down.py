@@ -1,0 +1,251 @@
+"""`pump-down`: volume and pump flow from pump-down logs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from layerjam.commands.declare import Help, command
+from layerjam.commands.pressure_log import (
+    VOLUME,
+    End,
+    LogFile,
+    Start,
+    Zero,
+    read_pressure,
+    span_text,
+    window,
+)
+from layerjam.commands.quantities import Atmosphere
+from layerjam.commands.reading import LogOptions
+from layerjam.commands.results import Bounded, bound, fact, number, result
+from layerjam.errors import Notice, QuantityError
+from layerjam.measure.log import Log
+from layerjam.units import QuantitySpec
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from layerjam.identify.logs.pump_down import Known, PumpDown
+
+FLOW = QuantitySpec("m^3/s", "flow of the pump", lo=1e-12, hi=10, example="3.33mL/s")
+COMPLIANCE = QuantitySpec(
+    "m^3/Pa", "volume lost per vacuum", lo=-1e-3, hi=1e-3, example="0.01mL/kPa"
+)
+
+
+@result
+class PumpFound(Bounded):
+    """Volume and pump flow, as far as the logs tell them.
+
+    `record` is (PumpDown, PumpDown with the volume added or None, the PumpDown of a constant volume
+    where a compliance counts or None).
+    """
+
+    rate: float = number("1/s", "flow over volume")
+    rate_low: float = bound("1/s")
+    rate_high: float = bound("1/s")
+    rate_with_volume: float | None = number("1/s", "the same with the volume added")
+    time_constant: float = number("s", "time constant of the pump-down")
+    volume: float | None = number("m^3", "volume that is pumped")
+    volume_low: float | None = bound("m^3")
+    volume_high: float | None = bound("m^3")
+    flow: float | None = number("m^3/s", "flow of the pump")
+    flow_low: float | None = bound("m^3/s")
+    flow_high: float | None = bound("m^3/s")
+    ultimate_pressure: float = number("Pa", "absolute pressure that the pump reaches")
+    ultimate_pressure_low: float = bound("Pa")
+    ultimate_pressure_high: float = bound("Pa")
+    ultimate_vacuum: float = number("Pa", "vacuum that the pump reaches")
+    start_pressure: float = number("Pa", "absolute pressure at the start")
+    compliance_ratio: float | None = number("1/Pa", "volume lost per vacuum over volume")
+    compliance_ratio_low: float | None = bound("1/Pa")
+    compliance_ratio_high: float | None = bound("1/Pa")
+    compliance: float | None = number("m^3/Pa", "volume lost per vacuum")
+    rmse: float = number("Pa", "root of the mean squared error")
+    identifiable: str = fact("what the logs tell")
+    reading: str = fact("what the pressure counts from")
+    atmosphere: float = number("Pa", "atmosphere of the site")
+    window: Sequence[float] = number("s", "part of the log that counts", shown=span_text)
+    samples: int = number("1", "samples that count", listed=False)
+    understood: Sequence[str] = fact("what was made of the file", listed=False)
+
+    def draw(self) -> Figure:
+        """Pressure over time with the fit."""
+        from layerjam.report import measurement_figures
+
+        alone, second, constant = self.record
+        return measurement_figures.pump_down(alone, second, constant)
+
+
+@command(
+    "vacuum",
+    place=60,
+    examples=("layerjam pump-down pump-down.csv --volume 7.5mL",),
+    computes=False,
+)
+def pump_down(
+    file: LogFile,
+    with_volume: Annotated[
+        str | Path | None, Help("The same line with a known volume added.", metavar="FILE2")
+    ] = None,
+    *,
+    volume: Annotated[float | str | None, VOLUME, Help("Volume pumped, if known.")] = None,
+    flow: Annotated[float | str | None, FLOW, Help("Flow of the pump, if known.")] = None,
+    added_volume: Annotated[float | str | None, VOLUME, Help("Volume added for FILE2.")] = None,
+    compliance: Annotated[
+        float | str | Literal["fit"] | None,
+        COMPLIANCE,
+        Help("Volume lost per vacuum, or 'fit' to fit it too."),
+    ] = None,
+    zero: Zero = None,
+    start: Start = None,
+    end: End = None,
+    atmosphere: Atmosphere = None,
+    options: LogOptions = LogOptions(),
+) -> PumpFound:
+    """Volume and pump flow from pump-down logs, as far as they tell them.
+
+    One log gives flow over volume. `volume`, `flow`, or the log `with_volume` of the same line with
+    `added_volume` gives both. `compliance` is the volume lost per vacuum, or "fit".
+    """
+    from layerjam.identify.logs.pump_down import fit_pump_down
+
+    if (with_volume is None) != (added_volume is None):
+        raise QuantityError("added volume: give the second log and --added-volume, or neither")
+    stated = {"volume": volume, "flow": flow, "added volume": added_volume}
+    known = [name for name, value in stated.items() if value is not None]
+    if len(known) > 1:
+        raise QuantityError(f"{known[0]} and {known[1]}: one of them is enough; give one")
+    if compliance is not None and added_volume is not None:
+        raise QuantityError("compliance: two logs are compared at constant volume; leave it out")
+    span = window(start, end)
+
+    def one(path: str | Path, shrink: float | None = 0.0) -> _Fitted:
+        log, absolute, kind, around, said = read_pressure(
+            path, options.reading, atmosphere, zero, options
+        )
+        made = fit_pump_down(log["time"], absolute, atmosphere=around, window=span, shrink=shrink)
+        return _Fitted(made, kind, said, log)
+
+    first = one(file)
+    fits = [first.fit]
+    warnings = list(first.said)
+    if compliance is not None:
+        fits.append(_shrinking(first.fit, compliance, volume, flow, lambda s: one(file, s).fit))
+        warnings += _no_compliance(*fits) if compliance == "fit" else []
+    alone = fits[-1]
+    warnings += alone.warnings
+    second = None
+    if with_volume is not None:
+        other = one(with_volume)
+        second = other.fit
+        warnings += [*other.said, *second.warnings]
+    if not known:
+        why = (
+            "one log tells flow over volume only: any pump and volume in this proportion draw the "
+            "same curve; give --volume, --flow, or a second log with --added-volume"
+        )
+        warnings.append(Notice(why, "flow-over-volume"))
+    both = (
+        "the ultimate pressure holds the pump's own limit and the line's leak together; a "
+        "pressure-hold log (layerjam leak) tells the leak"
+    )
+    return PumpFound(
+        **_of_pump(alone, second, volume, flow, added_volume),
+        identifiable="flow and volume" if known else "flow/volume",
+        reading=first.kind,
+        atmosphere=alone.atmosphere,
+        window=list(alone.window),
+        samples=len(alone.time),
+        understood=list(first.log.understood),
+        warnings=[*warnings, Notice(both, "limit-and-leak")],
+        record=(alone, second, fits[0] if len(fits) > 1 else None),
+    )
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """A log that was fitted."""
+
+    fit: PumpDown
+    kind: str
+    said: Sequence[str]
+    log: Log
+
+
+def _shrinking(
+    constant: PumpDown,
+    compliance: Any,
+    volume: float | None,
+    flow: float | None,
+    fitted: Callable[[float | None], PumpDown],
+) -> PumpDown:
+    """The fit with a volume that shrinks with vacuum, by `compliance` [m^3/Pa] or "fit"."""
+    from layerjam.identify.logs.pump_down import with_compliance
+
+    if compliance == "fit":
+        return fitted(None)
+    if volume is None and flow is None:
+        raise QuantityError("compliance: needs --volume or --flow, or write --compliance fit")
+    found = constant
+    for _ in range(12 if volume is None else 1):  # the volume follows from the flow, and back
+        found = fitted(with_compliance(volume, flow, compliance, found))
+    return found
+
+
+def _no_compliance(constant: PumpDown, shrinking: PumpDown) -> list[Notice]:
+    from layerjam.identify.logs.pump_down import better_with_shrink
+
+    if better_with_shrink(constant, shrinking):
+        return []
+    return [
+        Notice(
+            "a volume that changes with vacuum is not clearly better than a constant one (AICc); "
+            "its compliance is not shown by this log",
+            "no-compliance",
+        )
+    ]
+
+
+def _of_pump(
+    alone: PumpDown,
+    second: PumpDown | None,
+    volume: float | None,
+    flow: float | None,
+    added: float | None,
+) -> dict[str, Any]:
+    """What the fits tell of pump and volume."""
+    from layerjam.identify.logs.pump_down import flow_of, from_two, volume_of
+
+    found: dict[str, Known | None] = {"volume": None, "flow": None}
+    if second is not None:
+        found["volume"], found["flow"] = from_two(alone, second, added)
+    elif volume is not None:
+        found["flow"] = flow_of(alone, volume)
+    elif flow is not None:
+        found["volume"] = volume_of(alone, flow)
+    out: dict[str, Any] = {}
+    for name, given in (("volume", volume), ("flow", flow)):
+        known = found[name]
+        out[name] = known.value if known else given
+        out[f"{name}_low"], out[f"{name}_high"] = known.interval if known else (None, None)
+    intervals = {"rate": alone.interval(2), "ultimate_pressure": alone.interval(1)}
+    if alone.shrink_fitted:
+        intervals["compliance_ratio"] = alone.interval(3)
+    for name, (low, high) in intervals.items():
+        out |= {f"{name}_low": low, f"{name}_high": high}
+    base = out["volume"]
+    return out | {
+        "rate": alone.rate,
+        "rate_with_volume": second and second.rate,
+        "time_constant": 1 / alone.rate,
+        "ultimate_pressure": alone.ultimate,
+        "ultimate_vacuum": alone.atmosphere - alone.ultimate,
+        "start_pressure": alone.start,
+        "compliance_ratio": alone.shrink or None,
+        "compliance": alone.shrink * base if base and alone.shrink else None,
+        "rmse": alone.series.rmse,
+    }

@@ -1,0 +1,80 @@
+"""Measured files as commands take them: paths or traces, one or several, and how they are read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+from layerjam.commands.declare import Help, options
+from layerjam.commands.quantities import VACUUM
+from layerjam.measure.options import ReadingOptions
+from layerjam.measure.sidecar import Facts
+from layerjam.measure.trace import Trace
+from layerjam.units import spec_of
+
+Measured = str | Path | Trace
+"""A file of a test machine, or a trace that was read (and perhaps cut) in Python."""
+SPECIMEN = spec_of(ReadingOptions, "specimen")
+NORMAL_FORCE = replace(spec_of(Facts, "normal_force"), example="2.45N")
+
+Files = Annotated[
+    Sequence[Measured] | Measured, Help("Exports of a test machine.", metavar="FILE...")
+]
+FileVacuum = Annotated[
+    float | str | None, VACUUM, Help("Vacuum of files whose sidecar does not state it.")
+]
+Partial = Annotated[bool, Help("Write the brake even if some files were refused.")]
+Columns = Annotated[
+    str | None,
+    Help(
+        "What the columns are, in order (time:ms,skip,force:N) or by name (force:N=Load).",
+        metavar="ROLE:UNIT,...",
+    ),
+]
+Decimal = Annotated[str | None, Help("Decimal sign of the files.", metavar=". or ,")]
+
+
+@options
+class TableOptions(ReadingOptions):
+    """How a table or a log is read where it leaves something open."""
+
+    columns: Columns = None
+    decimal: Decimal = None
+
+
+@options
+class LogOptions(TableOptions):
+    """How a log of pressure is read where it leaves something open."""
+
+    reading: Annotated[
+        str | None,
+        Help("What the pressure counts from.", metavar="absolute|gauge|vacuum"),
+    ] = None
+
+
+@options
+class FileOptions(TableOptions):
+    """How the files of a test machine are read where they leave something open."""
+
+    negative: Annotated[
+        Sequence[str],
+        Help("What the machine counts with the opposite sign.", metavar="force|elongation"),
+    ] = ()
+    column: Annotated[
+        Sequence[str],
+        Help(
+            "Which column is force, elongation or time, in which unit.",
+            metavar="ROLE[:UNIT]=NAME",
+        ),
+    ] = ()
+    specimen: Annotated[
+        int | None, SPECIMEN, Help("Which specimen of files that hold several.")
+    ] = None
+    sheet: Annotated[str | None, Help("Which sheet of workbooks.", metavar="NAME")] = None
+
+
+def several(files: Sequence[Measured] | Measured) -> list[Measured]:
+    """The files as a list; one path or trace alone makes a list of one."""
+    return [files] if isinstance(files, str | Path | Trace) else list(files)
