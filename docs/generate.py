@@ -301,11 +301,6 @@ PARTS: dict[str, Callable[[], str]] = {
     )
 }
 PARTS |= {f"options_{name.replace('-', '_')}": partial(described, name) for name in commands()}
-PARTS |= {
-    f"options_{one.name.replace('-', '_')}": partial(options, one.name)
-    for one in app.registered_commands
-    if one.name
-}
 
 
 def generated(text: str) -> str:

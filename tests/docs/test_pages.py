@@ -8,6 +8,7 @@ import io
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -20,47 +21,35 @@ import json_schema
 from docs import examples
 from layerjam import __version__
 from layerjam.cli.main import app, main
-from layerjam.commands.index import commands
+from layerjam.commands.index import commands, load
 from layerjam.commands.schema import schema
+from layerjam.device.load import load as load_brake
 
 ROOT = examples.ROOT
-MEASURED = "out/demo/measurements"
-PULL = f"{MEASURED}/calibration-kapton-94.5kPa-13mms-1.TRA"
-COMMANDS = {
-    "new": "new mine --from choi2018-ptfe --out mine.toml",
-    "show": "show choi2018-polyester",
-    "force": "force choi2018-kapton --slip 20mm --vacuum 94.5kPa",
-    "vacuum": "vacuum choi2018-kapton --slip 20mm --force 100N",
-    "tensile": "tensile choi2018-kapton --vacuum 50kPa --speed 13mm/s --travel 40mm",
-    "drop": "drop choi2018-kapton --mass 1kg --speed 2.5m/s --vacuum 94.5kPa",
-    "regulate": "regulate choi2018 --target 60kPa --safe-state release --sensor-range 103kPa",
-    "follow": "follow choi2018 choi2018-kapton --profile sine --low 40N --high 60N --period 20s "
-    "--duration 20s --speed 1mm/s --safe-state release --sensor-range 103kPa",
-    "array": "array choi2018-kapton --parallel 3 --series 2 --vacuum 94.5kPa",
-    "design": "design wrist",
-    "sweep": "sweep wrist --out swept",
-    "apply": "apply slow-stop",
-    "parts": "parts smc-vt307v",
-    "compare": "compare choi2018-kapton",
-    "plan": "plan choi2018 choi2018-kapton --mass 1kg --speed 2.5m/s --warning 6s --travel 40mm "
-    "--samples 1000",
-    "rise": "rise choi2018 --target 94.5kPa",
-    "tune": "tune choi2018-kapton --mass 1kg --speed 2.5m/s --travel 40mm",
-    "stick-slip": "stick-slip choi2018-kapton --vacuum 94.5kPa --speed 1mm/s",
-    "lab": "lab practice --out lab",
-    "pull": f"pull {PULL}",
-    "friction": f"friction {MEASURED}/friction-kapton-1.csv --normal-force 2.45N",
-    "calibrate": f"calibrate choi2018-kapton {PULL}",
-    "validate": f"validate choi2018-kapton {PULL}",
-    "report": f"report choi2018-kapton --validate {PULL} --out pages",
-    "sleeve": "sleeve sleeve.csv",
-    "leak": "leak hold.csv --volume 100mL",
-    "pump-down": "pump-down line.csv line-and-10mL.csv --added-volume 10mL",
-    "crash": "crash drop.csv",
-    "reproduce": "reproduce --out report",
-    "schema": "schema force",
+MEASURED = Path("out/demo/measurements")
+INSTEAD = {
+    "plan": "layerjam plan choi2018 choi2018-kapton --mass 1kg --speed 2.5m/s --warning 6s "
+    "--travel 40mm --samples 1000",
+    "apply": "layerjam apply slow-stop",
 }
+"""What is run in place of a command's first example, for it takes less time."""
 WITHOUT_JSON = {"workbench"}
+COMMANDS = {
+    name: INSTEAD.get(name, entry.examples[0])
+    for name, entry in commands().items()
+    if name not in WITHOUT_JSON
+}
+LINKS = {
+    "friction-*.csv": "friction-kapton-*.csv",
+    "pull-*.csv": "validation-kapton-*-7mms-1.csv",
+    "validation-*.csv": "validation-kapton-*-19mms-1.csv",
+}
+"""Names of the examples: measured files that stand for them."""
+OTHER_LINKS = {
+    "my-brake-calibrated.toml": "my-brake.toml",
+    "pump-down.csv": "line.csv",
+    "silicone-1.csv": "sleeve.csv",
+}
 
 
 def script(path: Path) -> ModuleType:
@@ -81,7 +70,34 @@ def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
     logs = re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0]
     with contextlib.chdir(folder):
         exec(logs, {})
+        for name, source in LINKS.items():
+            for index, path in enumerate(sorted(MEASURED.glob(source)), 1):
+                _link(Path(name.replace("*", str(index))), path)
+        Path("my-brake.toml").write_text(load_brake("choi2018-kapton").text, encoding="utf-8")
+        for name, source in OTHER_LINKS.items():
+            _link(Path(name), Path(source))
     return folder
+
+
+def _link(name: Path, source: Path) -> None:
+    """A file under another name, with its sidecar."""
+    for ending in ("", ".toml"):
+        if Path(f"{source}{ending}").exists():
+            Path(f"{name}{ending}").symlink_to(Path(f"{source}{ending}"))
+
+
+def _overwriting(name: str) -> list[str]:
+    """The flag to replace files, of a command that has it."""
+    flags = [p for p in load(name).parameters if p.name == "force" and p.type is bool]
+    return ["--force"] if flags else []
+
+
+def _typed(example: str) -> list[str]:
+    """The words of an example as a shell hands them on."""
+    made = []
+    for word in shlex.split(example)[1:]:
+        made += sorted(map(str, Path().glob(word))) if "*" in word else [word]
+    return made
 
 
 @pytest.fixture(scope="module")
@@ -112,22 +128,20 @@ def test_every_table_the_generator_makes_is_used(generate: ModuleType) -> None:
 def test_every_command_has_its_row() -> None:
     import typer
 
-    assert set(_rows()) == set(COMMANDS) | WITHOUT_JSON
+    assert set(_rows()) == set(commands())
     group = typer.main.get_command(app)
     there = set(group.list_commands(typer.Context(group)))
-    assert there == set(COMMANDS) | WITHOUT_JSON, "give the command its row in docs/commands.md"
+    assert there == set(commands()), "give the command its section in docs/commands.md"
 
 
 def _rows() -> dict[str, set[str]]:
     """{command: JSON keys} of the tables on the page."""
     text = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| `layerjam ([\w-]+)(?:[^|]|\\\|)* \| (.*) \|$", text, re.MULTILINE)
-    found = {name: set(re.findall(r"`([^`]+)`", keys)) for name, keys in rows}
+    found = {}
     for name in re.findall(r"<!-- generated: options_(\w+) -->", text):
         part = text.split(f"<!-- generated: options_{name} -->")[1].split("<!-- end -->")[0]
-        if "| JSON key |" in part:
-            keys = re.findall(r"^\| `([^`]+)`", part.split("| JSON key |")[1], re.MULTILINE)
-            found[name.replace("_", "-")] = set(keys)
+        keys = re.findall(r"^\| `([^`]+)`", part.split("| JSON key |")[1], re.MULTILINE)
+        found[name.replace("_", "-")] = set(keys)
     return found
 
 
@@ -138,13 +152,11 @@ def test_json_has_the_keys_of_the_table(
     monkeypatch.chdir(reader)
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
-        code = main([*COMMANDS[name].split(), "--json"])
+        code = main([*_typed(COMMANDS[name]), "--json", *_overwriting(name)])
     assert code == 0
     printed = json.loads(said.getvalue())
     assert set(printed) == _rows()[name] | {"units", "warnings"}
-    if name in commands():
-        whole = json.loads(schema(name).json())
-        assert json_schema.problems(printed, whole) == []
+    assert json_schema.problems(printed, json.loads(schema(name).json())) == []
 
 
 def test_functions_named_on_the_nomenclature_page_exist() -> None:
