@@ -11,7 +11,7 @@ import functools
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from fractions import Fraction
 from numbers import Real
 from typing import Any, TypeVar, dataclass_transform
@@ -287,6 +287,8 @@ class QuantitySpec:
         """The SI value of text with a unit, or of a number where none is due, within the bounds."""
         if self.whole and isinstance(text, bool):
             raise QuantityError.of(name, f"{text} is not allowed; {self.text} is a whole number")
+        if self.whole and isinstance(text, str) and re.fullmatch(r"\s*[0-9]{1,40}\s*", text):
+            text = int(text)
         if self.whole and isinstance(text, int):
             # exact beyond what a float holds, as seeds may be
             self.check(text if abs(text) < 2**63 else math.inf, name)
@@ -296,7 +298,7 @@ class QuantitySpec:
 
     def si(self, value: str | float, name: str) -> Any:
         """The SI value of text with a unit, or of a number that is SI already, within bounds."""
-        if isinstance(value, str):
+        if isinstance(value, str) or (self.whole and isinstance(value, int)):
             return self.read(value, name)
         if isinstance(value, bool) or not isinstance(value, Real):
             raise QuantityError.of(name, f"{_short(value)} is not a number or a text with a unit")
@@ -326,11 +328,18 @@ def quantity(
     return field(default=default, metadata={"quantity": spec})
 
 
+def like(spec: QuantitySpec, text: str = "", *, default: Any = MISSING) -> Any:
+    """A dataclass field of a quantity that is defined elsewhere, its meaning in other words."""
+    return field(default=default, metadata={"quantity": replace(spec, text=text or spec.text)})
+
+
 RECORDS: list[type] = []
 """Every class made by `record`; the mechanics registers them with JAX, which is heavy."""
 
 
-@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(quantity, field))
+@dataclass_transform(
+    kw_only_default=True, frozen_default=True, field_specifiers=(quantity, like, field)
+)
 def record(cls: type[T]) -> type[T]:
     """A frozen, keyword-only dataclass of quantities (SI floats) and nested records."""
     made = dataclass(frozen=True, kw_only=True)(cls)

@@ -69,7 +69,7 @@ def pull(**changed: str | None) -> list[str]:
         (pull(speed=None, travel=None, procedure="vent"), ("vacuum", "not both")),
         (pull(speed=None), ("speed missing", "procedure")),
         (["tensile", KAPTON], ("vacuum, speed, travel missing",)),
-        (pull(speed="0 mm/s"), ("speed", "at least 0.001 mm/s")),
+        (pull(speed="0 mm/s"), ("speed", "at least 0.0001 mm/s")),
         (pull(speed="13 mm"), ("speed", "units of m/s")),
         (pull(travel="0 mm"), ("travel", "at least 1 µm")),
         (pull(travel="1 km"), ("travel", "at most")),

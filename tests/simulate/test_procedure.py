@@ -105,7 +105,7 @@ def test_every_sentence() -> None:
         ("push at 1 mm/s until 20 mm", "is no step; steps are: evacuate to"),
         ("pull at 1 until 20 mm", "'1' has no unit"),
         ("pull at 1 mm until 20 mm", "not in units of m/s"),
-        ("pull at 0 mm/s until 20 mm", "at least 0.001 mm/s"),
+        ("pull at 0 mm/s until 20 mm", "at least 0.0001 mm/s"),
         ("pull at -1 mm/s until 20 mm", "not allowed"),
         ("pull at 1 mm/s until nan mm", "not a number"),
         ("evacuate to -5 kPa", "zero or more"),

@@ -7,10 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from layerjam.commands.quantities import (
-    CROSSHEAD_SPEED,
-    ELONGATION,
-    SLIP,
-    VACUUM,
     AnyBrake,
     brake_file,
     si,
@@ -19,6 +15,7 @@ from layerjam.commands.quantities import (
 )
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
+from layerjam.simulate.quantities import CROSSHEAD_SPEED, ELONGATION, SLIP, VACUUM
 from layerjam.units import QuantitySpec
 
 __all__ = ["SLIP", "VACUUM", "AnyBrake", "si"]

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Annotated
 
 from layerjam.commands.declare import Help, command
-from layerjam.commands.quantities import ELONGATION, VACUUM, Atmosphere, BrakeInput, vacuum_within
+from layerjam.commands.quantities import Atmosphere, BrakeInput, vacuum_within
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import Notice, QuantityError
+from layerjam.simulate.quantities import ELONGATION, VACUUM
 from layerjam.units import QuantitySpec
 
 PARALLEL = QuantitySpec("1", "chains of brakes side by side", lo=1, hi=100, whole=True)

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import check_lines, pulls, understood, write_brake
-from layerjam.commands.quantities import SEED, Atmosphere, BrakeInput, OutBrake, Overwrite
+from layerjam.commands.quantities import (
+    Atmosphere,
+    BrakeInput,
+    OutBrake,
+    Overwrite,
+)
+from layerjam.simulate.quantities import SEED
 from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.brake import Brake

@@ -6,9 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, Input, command
-from layerjam.commands.quantities import VACUUM, AnyBrake, Atmosphere, brake_file, vacuum_within
+from layerjam.commands.quantities import (
+    AnyBrake,
+    Atmosphere,
+    brake_file,
+    vacuum_within,
+)
 from layerjam.commands.results import Result, fact, result
 from layerjam.errors import Notice
+from layerjam.simulate.quantities import VACUUM
 from layerjam.units import show
 
 if TYPE_CHECKING:

@@ -179,14 +179,7 @@ class Parameter:
             if values.shape:
                 return values
             value = values.item()
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            raise QuantityError(
-                f"{self.label}: {type(value).__name__} is no quantity; give text with a unit or an "
-                f"SI number in {spec.unit}"
-            ) from None
-        spec.check(number, self.label)
+        number = spec.si(value.item() if getattr(value, "shape", None) == () else value, self.label)
         if 0 < number < spec.unlikely_below:
             notices.append(
                 Notice(
@@ -195,7 +188,7 @@ class Parameter:
                     "unlikely-unit",
                 )
             )
-        return int(number) if spec.whole else number
+        return number
 
 
 def union(kind: Any) -> Iterator[Any]:

@@ -11,19 +11,13 @@ import numpy as np
 
 from layerjam.commands.declare import Help, command, options
 from layerjam.commands.lines import LineInput
-from layerjam.commands.quantities import (
-    CROSSHEAD_SPEED,
-    DURATION,
-    FORCE,
-    Atmosphere,
-    BrakeInput,
-    Seed,
-)
+from layerjam.commands.quantities import Atmosphere, BrakeInput, Seed
 from layerjam.commands.regulator import RegulatorSettings, regulator_of
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import FileError, QuantityError
 from layerjam.measure.log import TIME, read_log
 from layerjam.measure.readers.columns import Want
+from layerjam.simulate.quantities import CROSSHEAD_SPEED, DURATION, FORCE
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:

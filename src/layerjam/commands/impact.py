@@ -27,15 +27,15 @@ from layerjam.commands.sensor import Heating, Reading, Sensing, Warmth, heating,
 from layerjam.commands.tuning import arrival, tune
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
+from layerjam.simulate.quantities import DURATION
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.rope_alone import BareDrop
 from layerjam.simulate.vacuum_history import History
-from layerjam.units import QuantitySpec, show
+from layerjam.units import show
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-DURATION = QuantitySpec("s", "time to follow the mass for", open_lo=True, hi=3600, example="2s")
 IDLE_SENSOR = (
     "measured_peak",
     "measured_peak_g",

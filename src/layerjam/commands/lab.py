@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Annotated
 
 from layerjam.commands.declare import Help, Progress, command
-from layerjam.commands.quantities import SEED, Overwrite
+from layerjam.commands.quantities import Overwrite
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.load import write_whole
 from layerjam.errors import Notice, QuantityError
 from layerjam.lab.spec import Spec
+from layerjam.simulate.quantities import SEED
 
 PRACTICE = "practice"
 """Name of the campaign that is built in."""

@@ -8,9 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from layerjam.commands.declare import Help, command
 from layerjam.commands.lines import ONLY_COMPLIANCE, Fluid, LineInput
 from layerjam.commands.quantities import (
-    ARRIVAL_SPEED,
-    MASS,
-    VACUUM,
     ArrivalSpeed,
     Atmosphere,
     BrakeInput,
@@ -27,6 +24,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Line, water_compliance
+from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, VACUUM
 from layerjam.simulate.record import Outcome
 from layerjam.units import QuantitySpec, show
 

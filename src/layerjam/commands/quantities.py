@@ -17,6 +17,18 @@ from layerjam.device.mount import Rope, Site
 from layerjam.errors import Notice, QuantityError
 from layerjam.records.changes import RecordFile
 from layerjam.records.source import Source
+from layerjam.simulate.quantities import (
+    ARRIVAL_SPEED,
+    CROSSHEAD_SPEED,
+    DURATION,
+    ELONGATION,
+    FORCE,
+    MASS,
+    SEED,
+    SLIP,
+    STOP_TRAVEL,
+    VACUUM,
+)
 from layerjam.units import QuantitySpec, show, spec_of
 
 if TYPE_CHECKING:
@@ -26,34 +38,14 @@ F = TypeVar("F", bound=RecordFile[Any])
 AnyBrake = str | Path | BrakeFile | Brake
 
 ATMOSPHERE = replace(spec_of(Site, "atmosphere"), example="95kPa")
-VACUUM = QuantitySpec(
-    "Pa",
-    "vacuum, the atmosphere less the pressure inside,",
-    example="94.5kPa",
-    symbol="P",
-    unlikely_below=200.0,
-)
 TARGET = replace(VACUUM, text="vacuum to reach", symbol="", open_lo=True)
-SLIP = QuantitySpec("m", "slip of the sheets", example="20mm", symbol="x")
-FORCE = QuantitySpec("N", "force", example="100N", symbol="F")
-MASS = QuantitySpec("kg", "moving mass", lo=1e-6, hi=1e6, example="1kg", symbol="M")
-ARRIVAL_SPEED = QuantitySpec(
-    "m/s", "speed at the taut rope", lo=1e-6, hi=1e4, example="2.5m/s", symbol="v"
-)
 HEIGHT = QuantitySpec("m", "height of the fall", open_lo=True, hi=1e5, example="30cm")
-STOP_TRAVEL = QuantitySpec(
-    "m", "slip of the brake to stop within", lo=1e-6, hi=10, example="40mm", symbol="d"
-)
-CROSSHEAD_SPEED = QuantitySpec("m/s", "speed of the crosshead", lo=1e-6, hi=100, example="13mm/s")
-ELONGATION = QuantitySpec("m", "elongation to pull to", lo=1e-6, hi=10, example="40mm", symbol="u")
 ROPE_STIFFNESS = replace(
     spec_of(Rope, "stiffness"), text="stiffness of the rope", example="16.8kN/m"
 )
 ROPE_DAMPING = replace(spec_of(Rope, "damping"), example="'20 N s/m'")
 AREA = QuantitySpec("m^2", "area", lo=1e-9, hi=1.0, example="625mm^2")
-DURATION = QuantitySpec("s", "time to simulate", open_lo=True, hi=1e5, example="20s")
 LOG_TIME = QuantitySpec("s", "time in the log", lo=-1e9, hi=1e9, example="2s")
-SEED = QuantitySpec("1", "seed of the random numbers", hi=2**63 - 1, whole=True)
 
 Atmosphere = Annotated[float | str | None, ATMOSPHERE, Help("Atmosphere of the site.")]
 Vacuum = Annotated[float | str, VACUUM]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 from layerjam.commands.declare import Help, options
-from layerjam.commands.quantities import VACUUM
+from layerjam.simulate.quantities import VACUUM
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace

@@ -9,12 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.lines import LineInput
-from layerjam.commands.quantities import DURATION, Atmosphere, Seed, Target, vacuum_within
+from layerjam.commands.quantities import (
+    Atmosphere,
+    Seed,
+    Target,
+    vacuum_within,
+)
 from layerjam.commands.regulator import RecordedStep, RegulatorSettings, regulator_of, tuned_by
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.control.settings import Regulator, detection_times
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.file import LineFile
+from layerjam.simulate.quantities import DURATION
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:

@@ -16,7 +16,13 @@ from layerjam.commands.calibration import calibrate as run_calibration
 from layerjam.commands.declare import Help, Progress, PythonOnly, command, options
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.friction import friction as run_friction
-from layerjam.commands.quantities import VACUUM, Atmosphere, BrakeInput, Overwrite, brake_file
+from layerjam.commands.quantities import (
+    Atmosphere,
+    BrakeInput,
+    Overwrite,
+    brake_file,
+)
+from layerjam.simulate.quantities import VACUUM
 from layerjam.commands.reading import FileOptions, FileVacuum, Measured, several
 from layerjam.commands.results import Result, fact, plain, result
 from layerjam.commands.validation import validate as run_validation

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command
 from layerjam.commands.quantities import (
-    SEED,
     Atmosphere,
     BrakeInput,
     CrossheadSpeed,
@@ -18,6 +17,7 @@ from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, ProcedureError, QuantityError
 from layerjam.simulate.procedure import Procedure, parse_procedure, simple_pull
+from layerjam.simulate.quantities import SEED
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:

@@ -20,7 +20,14 @@ from layerjam.records.reader import Reader
 from layerjam.records.toml import parse_toml
 from layerjam.records.values import AsItIs, Entry, FlagSpec, ListSpec, TextSpec, entries, value
 from layerjam.records.writer import plain
-from layerjam.units import QuantitySpec, nested, quantity, show, spec_of
+from layerjam.simulate.quantities import (
+    ARRIVAL_SPEED,
+    CROSSHEAD_SPEED,
+    MASS,
+    SEED,
+    STOP_TRAVEL,
+)
+from layerjam.units import QuantitySpec, like, nested, quantity, show, spec_of
 
 MOST_VALUES = 1_000_000
 _TEXT = TextSpec()
@@ -106,9 +113,9 @@ class AxisSpec(AsItIs):
 class StopRequest:
     """[stop]: a mass to be stopped; `travel` is slip, None where nothing is asked."""
 
-    mass: float = quantity("kg", "mass to stop", lo=1e-3, hi=1e6)
-    speed: float = quantity("m/s", "speed of the mass", lo=1e-3, hi=1000)
-    travel: float | None = quantity("m", "slip it may take", lo=1e-4, hi=100, default=None)
+    mass: float = like(MASS, "mass to stop")
+    speed: float = like(ARRIVAL_SPEED, "speed of the mass")
+    travel: float | None = like(STOP_TRAVEL, "slip it may take", default=None)
     force: float | None = quantity(
         "N", "greatest force allowed", open_lo=True, hi=1e9, default=None
     )
@@ -119,8 +126,8 @@ class StopRequest:
 class StickSlipRequest:
     """[judder]: what pulls, for the stiffness over the least without stick–slip."""
 
-    speed: float = quantity("m/s", "speed of the pull", lo=1e-7, hi=100)
-    mass: float = quantity("kg", "mass pulled", lo=1e-6, hi=1e6)
+    speed: float = like(CROSSHEAD_SPEED, "speed of the pull")
+    mass: float = like(MASS, "mass pulled")
     damping_ratio: float = quantity("1", "damping of the mount over the critical one", hi=10)
 
 
@@ -136,7 +143,7 @@ class ScatterRequest:
     samples: int = quantity(
         "1", "samples of the friction", lo=100, hi=10_000_000, whole=True, default=20_000
     )
-    seed: int = quantity("1", "seed", hi=2**63 - 1, whole=True, default=1)
+    seed: int = like(SEED, default=1)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,8 @@ from layerjam.errors import QuantityError
 from layerjam.lab.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form
 from layerjam.lab.faults import Faults, LoadCell, consistent
 from layerjam.records.values import ListSpec, TextSpec, value
-from layerjam.units import QuantitySpec, check, nested, quantity, show
+from layerjam.simulate.quantities import CROSSHEAD_SPEED, NORMAL_FORCE, SEED
+from layerjam.units import QuantitySpec, check, like, nested, quantity, show
 
 MOST_TESTS = 10_000
 MOST_SAMPLES = 5_000_000
@@ -95,11 +96,11 @@ class FrictionTests(LoadCell):
     """Friction tests of each brake's film: a sled pulled over film by a string."""
 
     repeats: int = quantity("1", "repeats; 0 for none", hi=1000, whole=True, default=0)
-    normal_force: float = quantity(
-        "N", "force pressing the films together", lo=1e-4, hi=1e5, default=0.25 * 9.80665
+    normal_force: float = like(
+        NORMAL_FORCE, "force pressing the films together", default=0.25 * 9.80665
     )
     travel: float = quantity("m", "travel of the crosshead", lo=1e-3, hi=5, default=0.11)
-    speed: float = quantity("m/s", "speed of the crosshead", lo=1e-6, hi=1, default=2.5e-3)
+    speed: float = like(CROSSHEAD_SPEED, default=2.5e-3)
     sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=100.0)
     string_stiffness: float = quantity(
         "N/m", "stiffness of string and load cell", lo=1, hi=1e7, default=300.0
@@ -178,7 +179,7 @@ class Spec:
     """A whole campaign; the same spec gives the same numbers, bit for bit."""
 
     brakes: tuple[Truth, ...] = ()
-    seed: int = quantity("1", "seed of all random numbers", hi=2**63 - 1, whole=True, default=1)
+    seed: int = like(SEED, "seed of all random numbers", default=1)
     pulls: Pulls = nested(Pulls, default=Pulls())
     friction: FrictionTests = nested(FrictionTests, default=FrictionTests())
     scatter: Scatter = nested(Scatter, default=Scatter())

@@ -10,7 +10,8 @@ from layerjam.records.reader import Reader
 from layerjam.records.toml import parse_toml, read_text
 from layerjam.records.values import FlagSpec, TextSpec, entries, value
 from layerjam.records.writer import plain
-from layerjam.units import quantity
+from layerjam.simulate.quantities import CROSSHEAD_SPEED, NORMAL_FORCE, SEED, VACUUM
+from layerjam.units import like, quantity
 
 SIDECAR_ENDING = ".toml"
 READ = "read"
@@ -21,18 +22,14 @@ READ = "read"
 class Facts:
     """The conditions of one test; None (or empty) where nobody stated them."""
 
-    vacuum: float | None = quantity(
-        "Pa", "vacuum in the brake during the test", hi=110e3, symbol="P", default=None
-    )
-    speed: float | None = quantity("m/s", "speed of the crosshead", open_lo=True, default=None)
+    vacuum: float | None = like(VACUUM, "vacuum in the brake during the test", default=None)
+    speed: float | None = like(CROSSHEAD_SPEED, default=None)
     repeat: int | None = quantity("1", "number of the repeat", whole=True, default=None)
     brake: str | None = value(TextSpec(text="name of the brake"), default=None)
-    normal_force: float | None = quantity(
-        "N", "normal force of a friction test", open_lo=True, default=None
-    )
+    normal_force: float | None = like(NORMAL_FORCE, "normal force of a friction test", default=None)
     procedure: str | None = value(TextSpec(text="what was done"), default=None)
     synthetic: bool = value(FlagSpec(text="whether the file is computed"), default=False)
-    seed: int | None = quantity("1", "seed of a synthetic file", whole=True, default=None)
+    seed: int | None = like(SEED, "seed of a synthetic file", default=None)
     note: str = value(TextSpec(text="anything else"), default="")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import jax
@@ -13,6 +14,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
+from layerjam.device.mount import Rope, Site
 from layerjam.errors import QuantityError
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.pull import least_stiffness
@@ -38,20 +40,20 @@ from layerjam.mechanics.stop.motion_step import (
     setting_of,
 )
 from layerjam.simulate.drop import ran_out, snap_reason
+from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.vacuum_history import VACUUM, History
-from layerjam.units import QuantitySpec, show
+from layerjam.simulate.vacuum_history import History
+from layerjam.units import QuantitySpec, show, spec_of
 
-__all__ = ["MASS", "SPEED", "History", "TimedStop", "drop_in_time"]
-MASS = QuantitySpec("kg", "mass", lo=1e-6, hi=1e6)
-SPEED = QuantitySpec("m/s", "speed on arrival", lo=0.0, hi=1e4)
+__all__ = ["History", "TimedStop", "drop_in_time"]
+SPEED = replace(ARRIVAL_SPEED, lo=0.0)
 LIMITS = {
     "mass": MASS,
     "speed": SPEED,
-    "gravity": QuantitySpec("m/s^2", "gravity along the pull", hi=100),
-    "rope_damping": QuantitySpec("N s/m", "damping of the rope", hi=1e6),
-    "rope_stiffness": QuantitySpec("N/m", "stiffness of the rope", lo=1, hi=1e9),
-    "duration": QuantitySpec("s", "time to simulate", open_lo=True, hi=1e9),
+    "gravity": replace(spec_of(Site, "gravity"), text="gravity along the pull"),
+    "rope_damping": spec_of(Rope, "damping"),
+    "rope_stiffness": replace(spec_of(Rope, "stiffness"), text="stiffness of the rope"),
+    "duration": DURATION,
 }
 
 SAMPLES = 600
@@ -354,7 +356,7 @@ def _check(given: Mapping[str, float | None], step: float | None, brake: Brake) 
 def _changing(vacuum: float | History, atmosphere: float) -> History | None:
     """The history if it changes after the taut rope; QuantityError beyond the atmosphere [Pa]."""
     if not isinstance(vacuum, History):
-        QuantitySpec(VACUUM.unit, VACUUM.text, hi=atmosphere).check(vacuum, "vacuum")
+        replace(VACUUM, hi=atmosphere).check(vacuum, "vacuum")
         return None
     vacuum.check_site(atmosphere)
     later = np.append(vacuum.at(0.0), vacuum.vacuum[vacuum.time > 0])

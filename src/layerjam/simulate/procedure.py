@@ -11,10 +11,9 @@ from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
 from layerjam.errors import LayerjamError, ProcedureError
+from layerjam.simulate.quantities import CROSSHEAD_SPEED, VACUUM
 from layerjam.units import QuantitySpec, check, exact_text
 
-_VACUUM = QuantitySpec("Pa", "vacuum")
-_SPEED = QuantitySpec("m/s", "crosshead speed", lo=1e-6, hi=100)
 _POSITION = QuantitySpec("m", "elongation", hi=10)
 _TIME = QuantitySpec("s", "duration", hi=1e7)
 MAX_STEPS = 200
@@ -41,7 +40,7 @@ class _Step:
 class Evacuate(_Step):
     """Bring the vacuum to `to` [Pa] with the crosshead at rest, then wait `hold` [s]."""
 
-    to: float = _of(_VACUUM)
+    to: float = _of(VACUUM)
     hold: float = field(default=0.0, metadata={"quantity": _TIME})
 
     @property
@@ -70,7 +69,7 @@ class Pull(_Step):
     """Move the crosshead out at `speed` [m/s] until elongation `until` [m]."""
 
     sentence = "pull at {speed} until {until}"
-    speed: float = _of(_SPEED)
+    speed: float = _of(CROSSHEAD_SPEED)
     until: float = _of(_POSITION)
 
     @property
@@ -84,7 +83,7 @@ class Return(_Step):
     """Move the crosshead back at `speed` [m/s] to elongation `to` [m]."""
 
     sentence = "return at {speed} to {to}"
-    speed: float = _of(_SPEED)
+    speed: float = _of(CROSSHEAD_SPEED)
     to: float = _of(_POSITION)
 
     @property
@@ -148,24 +147,28 @@ def _cycle(found: Sequence[str]) -> list[Step]:
     times = int(found[0])
     if times * 2 > MAX_STEPS:
         raise ProcedureError(f"procedure: {times} cycles; at most {MAX_STEPS // 2}")
-    low, high, speed = _q(_POSITION, found[1]), _q(_POSITION, found[2]), _q(_SPEED, found[3])
+    low, high, speed = (
+        _q(_POSITION, found[1]),
+        _q(_POSITION, found[2]),
+        _q(CROSSHEAD_SPEED, found[3]),
+    )
     return [Pull(speed=speed, until=high), Return(speed=speed, to=low)] * times
 
 
 _SENTENCES: dict[str, tuple[str, _Maker]] = {
     "evacuate to 94.5 kPa [and hold 5 s]": (
         r"evacuate to (.+?)(?: and hold (?:for )?(.+))?",
-        lambda f: [Evacuate(to=_q(_VACUUM, f[0]), hold=_q(_TIME, f[1]) if f[1] else 0.0)],
+        lambda f: [Evacuate(to=_q(VACUUM, f[0]), hold=_q(_TIME, f[1]) if f[1] else 0.0)],
     ),
     "vent": (r"vent", lambda f: [Vent()]),
     "hold 5 s": (r"hold (?:for )?(.+)", lambda f: [Hold(duration=_q(_TIME, f[0]))]),
     "pull at 13 mm/s until 40 mm": (
         r"pull at (.+?) (?:until|to) (.+)",
-        lambda f: [Pull(speed=_q(_SPEED, f[0]), until=_q(_POSITION, f[1]))],
+        lambda f: [Pull(speed=_q(CROSSHEAD_SPEED, f[0]), until=_q(_POSITION, f[1]))],
     ),
     "return at 13 mm/s to 0 mm": (
         r"return at (.+?) (?:until|to) (.+)",
-        lambda f: [Return(speed=_q(_SPEED, f[0]), to=_q(_POSITION, f[1]))],
+        lambda f: [Return(speed=_q(CROSSHEAD_SPEED, f[0]), to=_q(_POSITION, f[1]))],
     ),
     "cycle 3 times between 10 mm and 20 mm at 13 mm/s": (
         r"cycle (\d{1,4}) times between (.+?) and (.+?) at (.+)",

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from layerjam.errors import QuantityError
+from layerjam.simulate.quantities import VACUUM
 from layerjam.units import QuantitySpec, show
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 TIME = QuantitySpec("s", "time from the taut rope", lo=-1e9, hi=1e9)
-VACUUM = QuantitySpec("Pa", "vacuum, the atmosphere less the pressure inside,")
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,7 @@ from layerjam.studies.machines.ankle_clutch import fall_time, last_before
 from layerjam.studies.machines.readiness import line_for
 from layerjam.studies.machines.scenario import Array, Brakes, Curve, Kind, Scenario, Word
 from layerjam.studies.machines.verdict import Bound, Facts, Result
-from layerjam.units import nested, quantity, record, show
+from layerjam.units import like, nested, quantity, record, show, spec_of
 
 SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
 """Mean speeds tried [rad/s]."""
@@ -60,9 +60,9 @@ class Orthosis:
 class Control:
     """The regulator's sensor and clock."""
 
-    sensor_range: float = quantity("Pa", "greatest vacuum the sensor shows", lo=1, hi=1e7)
-    noise: float = quantity("Pa", "standard deviation of a reading", hi=1e5)
-    sample_time: float = quantity("s", "time between two samples", lo=1e-4, hi=1)
+    sensor_range: float = like(spec_of(Sensor, "range"))
+    noise: float = like(spec_of(Sensor, "noise"))
+    sample_time: float = like(spec_of(Regulator, "sample_time"))
 
 
 @record

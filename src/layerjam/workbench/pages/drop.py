@@ -9,10 +9,11 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.commands.answer import Answer
-from layerjam.commands.quantities import ARRIVAL_SPEED as SPEED
-from layerjam.commands.quantities import HEIGHT, MASS, VACUUM
+from layerjam.commands.quantities import HEIGHT
 from layerjam.commands.quantities import ROPE_STIFFNESS as ROPE
-from layerjam.commands.quantities import STOP_TRAVEL as TRAVEL
+from layerjam.simulate.quantities import ARRIVAL_SPEED as SPEED
+from layerjam.simulate.quantities import MASS, VACUUM
+from layerjam.simulate.quantities import STOP_TRAVEL as TRAVEL
 from layerjam.units import QuantitySpec, show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
-from layerjam.commands.quantities import DURATION, TARGET
+from layerjam.commands.quantities import TARGET
 from layerjam.commands.regulate import FAULT_AT, Regulation
 from layerjam.commands.vacuum_line import VacuumRise
 from layerjam.control.faults import PROVOKED
 from layerjam.control.settings import KINDS, SAFE_STATES, Regulator
 from layerjam.fluid.line import Sensor
+from layerjam.simulate.quantities import DURATION
 from layerjam.units import QuantitySpec, show, spec_of
 from layerjam.workbench import live
 from layerjam.workbench.call import Call

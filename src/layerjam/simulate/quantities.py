@@ -1,0 +1,32 @@
+"""The quantities that simulations, measured files, designs and commands share: one definition each.
+
+`replace` gives one of them another meaning or example, `units.like` makes a field of it.
+"""
+
+from __future__ import annotations
+
+from layerjam.device.mount import Site
+from layerjam.units import QuantitySpec, spec_of
+
+VACUUM = QuantitySpec(
+    "Pa",
+    "vacuum, the atmosphere less the pressure inside,",
+    hi=spec_of(Site, "atmosphere").hi,
+    example="94.5kPa",
+    symbol="P",
+    unlikely_below=200.0,
+)
+SLIP = QuantitySpec("m", "slip of the sheets", example="20mm", symbol="x")
+FORCE = QuantitySpec("N", "force", example="100N", symbol="F")
+NORMAL_FORCE = QuantitySpec("N", "normal force", lo=1e-4, hi=1e5, example="2.45N")
+MASS = QuantitySpec("kg", "moving mass", lo=1e-6, hi=1e6, example="1kg", symbol="M")
+ARRIVAL_SPEED = QuantitySpec(
+    "m/s", "speed at the taut rope", lo=1e-6, hi=1e4, example="2.5m/s", symbol="v"
+)
+CROSSHEAD_SPEED = QuantitySpec("m/s", "speed of the crosshead", lo=1e-7, hi=100, example="13mm/s")
+STOP_TRAVEL = QuantitySpec(
+    "m", "slip of the brake to stop within", lo=1e-6, hi=100, example="40mm", symbol="d"
+)
+ELONGATION = QuantitySpec("m", "elongation to pull to", lo=1e-6, hi=10, example="40mm", symbol="u")
+DURATION = QuantitySpec("s", "time to simulate", open_lo=True, hi=1e5, example="20s")
+SEED = QuantitySpec("1", "seed of the random numbers", hi=2**63 - 1, whole=True)
