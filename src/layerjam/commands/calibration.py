@@ -14,13 +14,13 @@ from layerjam.commands.quantities import (
     OutBrake,
     Overwrite,
 )
-from layerjam.simulate.quantities import SEED
 from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError
 from layerjam.measure.trace import Trace
+from layerjam.simulate.quantities import SEED
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:

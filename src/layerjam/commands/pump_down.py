@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -22,15 +22,16 @@ from layerjam.commands.quantities import Atmosphere
 from layerjam.commands.reading import LogOptions
 from layerjam.commands.results import Bounded, bound, fact, number, result
 from layerjam.errors import Notice, QuantityError
+from layerjam.fluid.line import Pump
 from layerjam.measure.log import Log
-from layerjam.units import QuantitySpec
+from layerjam.units import QuantitySpec, spec_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from layerjam.identify.logs.pump_down import Known, PumpDown
 
-FLOW = QuantitySpec("m^3/s", "flow of the pump", lo=1e-12, hi=10, example="3.33mL/s")
+FLOW = replace(spec_of(Pump, "flow"), text="flow of the pump", example="20mL/s")
 COMPLIANCE = QuantitySpec(
     "m^3/Pa", "volume lost per vacuum", lo=-1e-3, hi=1e-3, example="0.01mL/kPa"
 )

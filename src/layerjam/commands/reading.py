@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Annotated
 
 from layerjam.commands.declare import Help, options
-from layerjam.simulate.quantities import VACUUM
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
+from layerjam.simulate.quantities import VACUUM
 from layerjam.units import spec_of
 
 Measured = str | Path | Trace

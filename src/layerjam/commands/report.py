@@ -22,7 +22,6 @@ from layerjam.commands.quantities import (
     Overwrite,
     brake_file,
 )
-from layerjam.simulate.quantities import VACUUM
 from layerjam.commands.reading import FileOptions, FileVacuum, Measured, several
 from layerjam.commands.results import Result, fact, plain, result
 from layerjam.commands.validation import validate as run_validation
@@ -30,6 +29,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FitError, LayerjamError, Notice, QuantityError
 from layerjam.measure.trace import Trace
+from layerjam.simulate.quantities import VACUUM
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
