@@ -1,12 +1,13 @@
-"""Every figure of every shipped brake: axes name their units, no word hides another or leaves."""
+"""Every figure of every shipped brake: axes name their units, no word hides another or leaves.
+
+The paper's own figures are measured as `reproduce` draws them (test_reproduce).
+"""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from itertools import combinations
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,7 +19,6 @@ from lab import bench as virtual
 from layerjam.control.closed_loop import simulate
 from layerjam.control.follow import bode, follow, rehabilitation
 from layerjam.control.plan import plan
-from layerjam.design.comparison import comparison
 from layerjam.design.requirements import Objective
 from layerjam.device.load import catalogue, load
 from layerjam.fluid.file import load_line
@@ -42,7 +42,6 @@ from layerjam.report import (
     bayes_figures,
     brake_figures,
     control_figures,
-    density_figures,
     design_figures,
     figures,
     fluid_figures,
@@ -51,19 +50,16 @@ from layerjam.report import (
     measurement_figures,
     plan_figures,
     pull_figures,
-    stack_figures,
     stick_slip_figures,
 )
 from layerjam.report.brake_tables import Calibrated
 from layerjam.simulate.drop import drop
 from layerjam.simulate.procedure import simple_pull
-from layerjam.simulate.stack_spread import peak_spread
 from layerjam.simulate.stick_slip import stick_slip
 from layerjam.simulate.tensile import tensile
-from layerjam.studies.choi2018 import figures as paper
-from layerjam.studies.choi2018 import sensor_figures, speed_figures
 from layerjam.studies.machines import figures as machine_figures
 from layerjam.studies.machines.registry import analyse, load_scenario, scenarios
+from report.legible import faults
 
 pytest.importorskip("matplotlib")
 FULL, PART = 94.5e3, 46.1e3
@@ -214,12 +210,6 @@ def dropped(name: str) -> Any:
     return drop(load(name), mass=1.0, speed=2.0, vacuum=FULL, rope_stiffness=2e4)[1]
 
 
-def compared() -> Any:
-    brakes = [load(n) for n in catalogue()]
-    rows, sheet, lines, others = comparison(brakes, [A] * len(brakes))
-    return rows, lines, sheet, list(others.looked_for)
-
-
 def held() -> Any:
     t = np.arange(0, 200, 0.5)
     noise = np.random.default_rng(1).normal(0, 20, len(t))
@@ -283,97 +273,22 @@ OF_BRAKE: dict[str, Callable[[str], Any]] = {
 }
 
 
-def _exact_of_paper() -> dict[str, dict[str, float]]:
-    given = {"choi2018-kapton": (0.875, 1.07e5), "choi2018-ptfe": (1.24, 4.2e4)}
-    return {name: {"scale_factor": a, "eq9": k} for name, (a, k) in given.items()}
-
-
 ALONE: dict[str, Callable[[], Any]] = {
     "stick-slip-friction": lambda: figures.friction(*stuck_and_slipped()),
     "calibration-of-curves": lambda: figures.calibration(
         load(BRAKES[0]), calibrate_curves(curves(BRAKES[0]), load(BRAKES[0]).brake), True
     ),
     "loop": lambda: control_figures.loop(*regulated()),
-    "density": lambda: density_figures.density(*compared()),
     "rise-air": lambda: fluid_figures.rise_figure(load_line("choi2018").line, 80e3),
     "rise-water": lambda: fluid_figures.rise_figure(load_line("choi2018").line, 80e3, True, "mine"),
     "rise-never": lambda: fluid_figures.rise_figure(load_line("choi2018").line, 1.01e5),
-    "fig5": fluid_figures.fig5,
-    "fig11": impact_figures.fig11,
-    "regulators": line_pictures.regulators,
-    "forces": line_pictures.forces,
     "leak": lambda: measurement_figures.leak(held()),
     "pump-down": lambda: measurement_figures.pump_down(emptied(), None, None),
     "crash": lambda: measurement_figures.crash(struck()),
-    "stack-onset": stack_figures.onset,
-    "stack-spread": lambda: stack_figures.spread(
-        peak_spread(load(BRAKES[0]), FULL, 0.1, samples=99)
-    ),
-    "fig4": paper.fig4,
-    "fig7-9": paper.fig7_9,
-    "fig8": lambda: paper.fig8(_exact_of_paper()),
-    "eq5": paper.eq5,
-    "sheets": paper.sheets_and_mass,
-    "closing": paper.closing,
-    "accelerometer": sensor_figures.readings,
-    "filter-and-rope": sensor_figures.what_it_takes,
-    "fig4-judder": speed_figures.fig4_judder,
-    "judder-map": speed_figures.amplitude,
-    "fig6": speed_figures.fig6,
 }
 
 
-# measures
-
-
-def words_of(figure: Any) -> list[Any]:
-    """Every text that is drawn."""
-    from matplotlib.text import Text
-
-    ticks, drawn = set(), set()
-    for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis):
-            every = [*axis.get_major_ticks(), *axis.get_minor_ticks()]
-            ticks |= {label for tick in every for label in (tick.label1, tick.label2)}
-            if axes.get_visible() and axis.get_visible() and axes.axison:
-                seen = axis._update_ticks()
-                drawn |= {label for tick in seen for label in (tick.label1, tick.label2)}
-    hidden = {t for axes in figure.axes if not axes.get_visible() for t in axes.findobj(Text)}
-    return [
-        t
-        for t in set(figure.findobj(Text)) - hidden
-        if t.get_visible() and t.get_text().strip() and (t not in ticks or t in drawn)
-    ]
-
-
-def faults(figure: Any) -> list[str]:
-    """What is wrong with a figure, in words."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.text import Text
-
-    renderer = FigureCanvasAgg(figure).get_renderer()
-    figure.draw_without_rendering()
-    out, boxes = [], []
-    for text in words_of(figure):
-        box = Text.get_window_extent(text, renderer)
-        whole = figure.bbox
-        if box.x0 < -1 or box.y0 < -1 or box.x1 > whole.x1 + 1 or box.y1 > whole.y1 + 1:
-            out.append(f"leaves the canvas: {text.get_text()!r}")
-        boxes.append((text.get_text(), box.padded(-1.0, -0.12 * box.height)))
-    for (one, first), (other, second) in combinations(boxes, 2):
-        if first.overlaps(second):
-            out.append(f"overlap: {one!r} and {other!r}")
-    for axes in (a for a in figure.axes if a.get_visible()):
-        for axis in (axes.xaxis, axes.yaxis):
-            ticks = [label for tick in axis._update_ticks() for label in (tick.label1, tick.label2)]
-            said = [label.get_text() for label in ticks if label.get_visible()]
-            words = [re.search(r"[a-z]{2}", s.replace("mathdefault", "")) for s in said]
-            if not axis.get_visible() or not said or any(words):
-                continue
-            label = axis.label.get_text()
-            if not (re.search(r"\[[^\]]+\]", label) or label.startswith("number of")):
-                out.append(f"no unit: {label!r} of {axes.get_title(loc='left')!r}")
-    return out
+# tests
 
 
 @pytest.mark.parametrize("brake", BRAKES)

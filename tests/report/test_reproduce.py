@@ -12,7 +12,9 @@ from xml.etree import ElementTree
 import pytest
 
 from layerjam.cli.main import main
+from layerjam.report import page
 from layerjam.studies.choi2018.reproduce import reproduce
+from report.legible import faults
 
 KEYS = ["claim", "section", "paper", "ours", "unit", "verdict", "why"]
 VERDICTS = ("reproduced", "differs", "not reproducible", "not yet")
@@ -37,11 +39,20 @@ TOLERANCE = {
 }
 
 
+ILLEGIBLE: list[str] = []
+"""What is wrong with the figures of the page, found as they are drawn."""
+drawn = page.drawn
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("reproduction") / "report"
     told: list[str] = []
-    made = reproduce(out, progress=lambda what, _: told.append(what))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            page, "drawn", lambda figure: ILLEGIBLE.extend(faults(figure)) or drawn(figure)
+        )
+        made = reproduce(out, progress=lambda what, _: told.append(what))
     assert (made.report, made.results) == (str(out / "report.html"), str(out / "results.json"))
     assert any("synthetic" in line for line in told) and made.report in told[-1]
     rows = json.loads(Path(made.results).read_text(encoding="utf-8"))
@@ -160,6 +171,10 @@ def test_the_page_holds_every_row_and_figure(folder: Path, rows: list[dict[str, 
     assert text.count("<svg") == len(figures) >= 7
     assert text.count("<figcaption>") == len(figures)
     assert "synthetic" in words
+
+
+def test_no_word_of_a_figure_hides_another_and_axes_have_units(folder: Path) -> None:
+    assert folder.is_dir() and ILLEGIBLE == []
 
 
 def test_figures_are_whole_svg(folder: Path) -> None:
