@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from layerjam.fluid import closed_forms as forms
 from layerjam.fluid.file import load_line
@@ -17,7 +16,6 @@ from layerjam.report import style
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA
 from layerjam.units import show
 
-Array = npt.NDArray[np.float64]
 save = style.save
 FULL = 94.5e3
 TANK = Reservoir(volume=0.5e-3, conductance=2e-9)
@@ -99,18 +97,10 @@ def _levels(axes: style.Axes, target: float) -> None:
     axes.set(xlabel="time [s]", ylabel="vacuum [kPa]")
 
 
-def _pumped_water(line: Line, target: float) -> tuple[Array, Array]:
-    """Time [s] and vacuum [Pa] of a line filled with water, up to the target or where it boils."""
-    end = min(target, forms.reachable(line, water=True))
-    whole = end * (line.chamber.compliance or np.nan) / forms.pumps_flow(line)
-    return np.array([0.0, whole, LONG * whole]), np.array([0.0, end, end])
-
-
-@style.styled
 def rise_figure(line: Line, target: float, water: bool = False, name: str = "") -> style.Figure:
     """Vacuum over time, and what would make the line faster; all in SI, checked by the caller."""
     if water:
-        time, vacuum = _pumped_water(line, target)
+        time, vacuum = forms.filling(target, line)
         rise = forms.rise_time(target, line, water=True)
     else:
         rise, made = pumped(target, line)
