@@ -224,7 +224,7 @@ def test_progress_is_said_after_two_seconds_only(capsys, monkeypatch):
     clock = [0.0]
     monkeypatch.setattr("layerjam.cli.ticker.time.monotonic", lambda: clock[0])
     ticker = Ticker()
-    for at, share in ((1.0, 0.1), (2.5, 0.3), (3.0, 0.4), (3.6, 0.5)):
+    for at, share in ((1.0, 0.1), (3.1, 0.3), (3.6, 0.4), (4.2, 0.5)):
         clock[0] = at
         ticker("pull", share)
     assert capsys.readouterr().err == "layerjam: pull 30%\nlayerjam: pull 50%\n"

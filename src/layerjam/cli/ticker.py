@@ -12,12 +12,14 @@ PATIENCE = 2.0
 class Ticker:
     """Called with (what, share done); says so once a second from the third second on.
 
+    The first call starts the clock: what was loaded before it is no part of the work.
     Loops that numba has not compiled yet tell nothing while they are compiled: then a sentence says
     that this happens once.
     """
 
     def __init__(self) -> None:
-        self.started = self.said = time.monotonic()
+        self.started: float | None = None
+        self.said = 0.0
         self.waiting: threading.Timer | None = None
 
     def __enter__(self) -> Ticker:
@@ -29,6 +31,8 @@ class Ticker:
 
     def __call__(self, what: str, share: float) -> None:
         """Tell what is being done and how much of it is."""
+        now = time.monotonic()
+        self.started = self.started or now
         if self.waiting is not None:
             self.waiting.cancel()
             self.waiting = None
@@ -37,7 +41,6 @@ class Ticker:
             self.waiting.daemon = True
             self.waiting.start()
             return
-        now = time.monotonic()
         if now - self.started > PATIENCE and now - self.said > 1:
             self.said = now
             self.say(f"{what} {share:.0%}")
