@@ -119,6 +119,22 @@ def test_its_answers_have_a_schema(dive: Any) -> None:
     assert json_schema.problems({**answer, "depth": 12.0}, whole)
 
 
+def test_the_page_has_its_control_and_copies_it(dive: Any) -> None:
+    more = pytest.importorskip("layerjam.workbench.more")
+    from layerjam.workbench.call import Call, result_fields
+    from layerjam.workbench.controls import asked
+
+    (depth,) = more.others("dive", ())
+    assert depth.spec == DEPTH and "at most 300 m" in more.refusal(depth, "1 km")
+    control = asked("dive", "depth", 12.0, (1.0, 40.0))
+    assert control.spec == DEPTH and "at most 300 m" in control.help
+    call = Call("dive", options={"depth": control.text(12.0)})
+    assert call.run().pressure == dive(depth=12).pressure
+    assert call.command() == "layerjam dive --depth '12 m'"
+    assert 'lj.dive(depth="12 m")' in call.python()
+    assert result_fields("dive")["pressure"] == "pressure above the surface's"
+
+
 def patched(text: str, patch: str) -> str:
     """A text with the lines of a diff block, whose parts are apart by `...`."""
     at = 0
@@ -136,7 +152,7 @@ def test_one_more_option_is_one_file_as_contributing_says(
 ) -> None:
     patch = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("```diff\n")[1]
     patch = patch.split("```")[0]
-    assert sum(line.startswith("+") for line in patch.splitlines()) == 2 + 1  # and its physics
+    assert sum(line.startswith("+") for line in patch.splitlines()) == 3 + 1  # and its physics
     text = patched(Path(impact.__file__).read_text(encoding="utf-8"), patch)
     (tmp_path / "sloping.py").write_text(text, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)

@@ -1,5 +1,6 @@
-"""What one asks of a brake: a function for every command, of the same name and quantities.
+"""What one asks of a brake: each command declared once, as a function with a typed result.
 
 A quantity is text with its unit (``"94.5 kPa"``) or an SI number; a brake is a catalogue name, the
-path of a TOML file, or a BrakeFile. The command line prints what these functions return.
+path of a TOML file, a BrakeFile or a Brake. The command line, the page's controls, the tables of
+the docs and the JSON Schemas are made from these declarations.
 """

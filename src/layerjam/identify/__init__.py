@@ -1,1 +1,1 @@
-"""What the lab says: traces from test machines' files, and what they tell about a brake."""
+"""What measurements mean: friction, pulls, calibration, validation, rubber, logs."""

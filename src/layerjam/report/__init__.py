@@ -1,1 +1,1 @@
-"""All drawing, and the reproduction of the paper."""
+"""All drawing, and pages of measurements."""
