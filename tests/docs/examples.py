@@ -35,7 +35,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 FENCE = re.compile(r"^```([a-z]*)([^\n`]*)\n(.*?)^```[ ]*$", re.MULTILINE | re.DOTALL)
-KINDS = {"python", "text", "console", "sh", "toml", "csv", "json"}
+KINDS = {"python", "text", "console", "sh", "toml", "csv", "json", "diff"}
 NOT_RUN = ("make", "git", "pip")
 
 
@@ -201,7 +201,7 @@ class Page:
             self.shell(block)
         elif block.kind == "json":
             json.loads(block.text)
-        else:
+        elif block.kind != "diff":  # one is applied by tests/commands/test_one_more_command.py
             if block.kind == "toml":
                 tomllib.loads(block.text)
             elif not block.title:
