@@ -69,7 +69,7 @@ def test_every_kind_of_vacuum_and_undo(drop):
     drop.get_by_text("is not allowed").wait_for()
     field.fill("5")
     field.press("Enter")
-    drop.get_by_text("BOTTOMED_OUT").wait_for()
+    drop.get_by_text("BOTTOMED_OUT: the travel").wait_for()
     assert drop.inner_text(at("value-outcome")) == "bottomed out"
     drop.click("[data-testid=undo]")
     drop.wait_for_function(

@@ -117,7 +117,7 @@ def test_what_is_copied_gives_the_number_on_the_page(pull, tmp_path):
     said = subprocess.run(words, capture_output=True, text=True, check=True, cwd=tmp_path)
     force = json.loads(said.stdout)["peak_force"]
     assert show(force, "N") == shown
-    code = copied(pull, "copy-as-python").replace(".values)", ".peak_force.hex())")
+    code = copied(pull, "copy-as-python") + "\nprint(result.peak_force.hex())"
     said = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path
     )

@@ -19,9 +19,9 @@ from layerjam.commands.lab import lab_example
 from layerjam.errors import LayerjamError
 from layerjam.measure.readers.workbook import MAX_UNPACKED
 from layerjam.workbench import uploads as up
-from layerjam.workbench.call import Subject
+from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.laboratory_chain import Asked, Chain, report, taken_roles
+from layerjam.workbench.pages.laboratory_chain import Asked, Campaign, Chain, report, taken_roles
 from layerjam.workbench.pages.laboratory_drop import practice_files
 from layerjam.workbench.pages.laboratory_files import (
     Reader,
@@ -32,9 +32,9 @@ from layerjam.workbench.pages.laboratory_files import (
     put_roles,
     sidecar_text,
 )
-from layerjam.workbench.pages.laboratory_steps import Step, Used, stem_of
+from layerjam.workbench.pages.laboratory_steps import stem_of
 from layerjam.workbench.runner import Stopped
-from layerjam.workbench.uploads import Refused, Upload, Uploads, clean, in_users_toml, is_sidecar
+from layerjam.workbench.uploads import Refused, Uploads, clean, in_users_toml, is_sidecar
 
 KAPTON = Subject("choi2018-kapton")
 FORCE = [min(7.0 * i, 175 - i) for i in range(60)]
@@ -64,6 +64,10 @@ def few(practice: dict[str, bytes]) -> dict[str, bytes]:
     wanted = ("friction_choi2018-kapton_1", "friction_choi2018-kapton_2", "94.5kPa_7mms_1",
               "94.5kPa_7mms_2", "40kPa_7mms_1")  # fmt: skip
     return {n: d for n, d in practice.items() if any(w in n for w in wanted)}
+
+
+def campaign_of(rows, tab, brake=KAPTON, name=KAPTON.name, asked=None, tell=quiet):
+    return Campaign(rows, brake, name, asked or Asked(), tab.folder, tell)
 
 
 def rows_of(tab: Uploads, desk: Desk) -> list:
@@ -221,7 +225,7 @@ def campaign(practice):
         tab.take(name, data)
     put_roles(desk, taken_roles(rows_of(tab, desk)))
     rows = rows_of(tab, desk)
-    chain.run(rows, KAPTON, KAPTON.name, Asked(), tab.folder, quiet)
+    chain.run(campaign_of(rows, tab))
     yield tab, rows, chain
     tab.close()
 
@@ -231,36 +235,22 @@ def test_practice_files_calibrate_the_brake_they_were_made_with(campaign):
     assert all(r.synthetic and r.good for r in rows)
     truth = lab_example()
     assert "scale_factor = 0.92" in truth and 'stiffness = "120 kN/m"' in truth
-    fitted = chain.done["calibrate"].answer
-    product = fitted.scale_factor * chain.done["friction"].answer.kinetic
+    fitted = chain.done["calibrate"].result
+    product = fitted.scale_factor * chain.done["friction"].result.kinetic
     assert product == pytest.approx(0.92 * 0.235, rel=0.05)
     assert fitted.stiffness == pytest.approx(120e3, rel=0.03)
-    assert chain.done["validate"].answer.mape < 0.06
+    assert chain.done["validate"].result.mape < 0.06
 
 
 def test_what_is_written_and_said_names_files_as_the_user_does(campaign):
     tab, _, chain = campaign
     for done in chain.done.values():
-        shown = json.dumps([dict(done.answer.values), list(done.answer.warnings)], default=str)
-        for text in (shown, done.text, done.step.python(), done.step.command()):
+        shown = json.dumps([dict(done.result.values), list(done.result.warnings)], default=str)
+        for text in (shown, done.text, done.call.python(), done.call.command()):
             assert "layerjam-file" not in text and str(tab.folder) not in text
         assert done.picture.lstrip().startswith("<svg")
     names = [f["name"] for f in chain.done["calibrate"].brake.notes["files"]]
-    assert names == [n for n in chain.done["calibrate"].step.names.values()]
-
-
-def test_what_is_copied_gives_the_same_numbers(campaign, practice, tmp_path, monkeypatch):
-    _, _, chain = campaign
-    for name, data in few(practice).items():
-        (tmp_path / name).write_bytes(data)
-    monkeypatch.chdir(tmp_path)
-    for verb in ("friction", "calibrate", "validate"):
-        done, space = chain.done[verb], {}
-        with contextlib.redirect_stdout(io.StringIO()):
-            exec(done.step.python(), space)
-        for key in ("static", "kinetic", "scale_factor", "stiffness", "mape", "rmse"):
-            if key in done.answer.values:
-                assert space["answer"].values[key] == done.answer.values[key]
+    assert names == [n for n in chain.done["calibrate"].call.names.values()]
 
 
 def test_the_command_says_the_same_as_python(campaign, practice, tmp_path, monkeypatch, capsys):
@@ -271,26 +261,26 @@ def test_the_command_says_the_same_as_python(campaign, practice, tmp_path, monke
         (tmp_path / name).write_bytes(data)
     monkeypatch.chdir(tmp_path)
     for verb in ("friction", "calibrate"):
-        words = shlex.split(chain.done[verb].step.command())
+        words = shlex.split(chain.done[verb].call.command())
         monkeypatch.setattr("sys.argv", [*words, "--json"])
         with contextlib.suppress(SystemExit):
             main()
         said = json.loads(capsys.readouterr().out)
         key = "kinetic" if verb == "friction" else "scale_factor"
-        assert said[key] == chain.done[verb].answer.values[key]
+        assert said[key] == chain.done[verb].result.values[key]
 
 
 def test_a_step_whose_inputs_stand_is_not_computed_again(campaign):
     tab, rows, chain = campaign
     before = dict(chain.done)
-    chain.run(rows, KAPTON, KAPTON.name, Asked(), tab.folder, quiet)
+    chain.run(campaign_of(rows, tab))
     assert all(chain.done[v] is before[v] for v in before)
 
 
 def test_sampling_is_never_begun_unasked_and_can_be_stopped(campaign):
     tab, rows, _ = campaign
     chain, asked = Chain(), Asked(depth="bayesian")
-    chain.run(rows, KAPTON, KAPTON.name, asked, tab.folder, quiet)
+    chain.run(campaign_of(rows, tab, asked=asked))
     assert "press 'Sample'" in chain.instead["calibrate"] and "validate" not in chain.done
 
     def stop(what: str, share: float) -> None:
@@ -298,9 +288,9 @@ def test_sampling_is_never_begun_unasked_and_can_be_stopped(campaign):
             raise Stopped
 
     with pytest.raises(Stopped):
-        chain.run(rows, KAPTON, KAPTON.name, asked, tab.folder, stop, sample=True)
+        chain.run(campaign_of(rows, tab, asked=asked, tell=stop), sample=True)
     assert "stopped" in chain.instead["calibrate"]
-    chain.run(rows, KAPTON, KAPTON.name, asked, tab.folder, quiet)
+    chain.run(campaign_of(rows, tab, asked=asked))
     assert "press 'Sample'" in chain.instead["calibrate"]
 
 
@@ -308,16 +298,16 @@ def test_a_brake_is_not_written_over_the_one_it_is_made_from(campaign):
     tab, rows, chain = campaign
     fitted = chain.done["calibrate"]
     again = Chain()
-    brake = Subject(fitted.step.out, fitted.brake)
-    again.run(rows, brake, fitted.brake.name, Asked(), tab.folder, quiet)
-    assert again.done["calibrate"].step.out == "choi2018-kapton-again-calibrated.toml"
-    assert again.done["friction"].step.subjects == (brake,)
-    assert again.done["calibrate"].step.subjects == ()
+    brake = Subject(fitted.call.out, fitted.brake)
+    again.run(campaign_of(rows, tab, brake, fitted.brake.name))
+    assert again.done["calibrate"].call.out == "choi2018-kapton-again-calibrated.toml"
+    assert again.done["friction"].call.to_save == [brake.name]
+    assert again.done["calibrate"].call.to_save == []
 
 
 def test_a_report_names_files_as_the_user_does(campaign):
     tab, rows, _ = campaign
-    done = report(rows, KAPTON, KAPTON.name, Asked(), tab.folder, quiet)
+    done = report(campaign_of(rows, tab))
     assert {"report.html", "report.pdf", "results.json", "numbers.csv"} <= set(done.pages)
     for name in ("report.html", "results.json", "numbers.csv"):
         text = done.pages[name].decode()
@@ -332,14 +322,14 @@ def test_names_in_toml_and_copied_text_are_quoted():
     import tomllib
 
     assert tomllib.loads(text) == {"a": f"peak of {odd}"}
-    upload = Upload(odd, Path("/nowhere/layerjam-file-0001.csv"), "0" * 64, 1)
-    step = Step("pull", (("", (Used(upload, ""),)),))
+    file = DataFile(odd, Path("/nowhere/layerjam-file-0001.csv"))
+    step = Call("pull", files=(file,))
     assert shlex.split(step.command()) == ["layerjam", "pull", odd]
     space: dict = {}
-    exec(step.python().splitlines()[2].replace("layerjam.pull", "list"), space)
-    assert space["answer"] == [odd]
-    dashed = replace(upload, name="-x.csv")
-    assert "./-x.csv" in Step("pull", (("", (Used(dashed, ""),)),)).command()
+    exec(step.python().splitlines()[2].replace("lj.pull", "list"), space)
+    assert space["result"] == [odd]
+    dashed = replace(file, shown="-x.csv")
+    assert "./-x.csv" in Call("pull", files=(dashed,)).command()
 
 
 @given(st.text(max_size=80))

@@ -2,37 +2,32 @@
 
 from __future__ import annotations
 
-import importlib
+import json
 import shlex
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from layerjam.commands.answer import Answer
+from layerjam.commands.index import load
 from layerjam.device.file import BrakeFile
+from layerjam.errors import LayerjamError, Notice
 from layerjam.fluid.file import LineFile
+from layerjam.identify.provenance import renamed
 
 if TYPE_CHECKING:
+    from layerjam.commands.declare import Parameter
     from layerjam.design.requirements import DesignSpecification
 
-VERBS = {
-    "show": "predict", "force": "predict", "vacuum": "predict", "tensile": "tensile",
-    "drop": "impact", "tune": "tuning", "stick_slip": "stick_slip", "rise": "vacuum_line",
-    "regulate": "regulate", "follow": "follow", "plan": "plan", "friction": "friction",
-    "calibrate": "calibration", "validate": "validation", "pull": "pull", "design": "design",
-    "compare": "compare", "array": "array", "apply": "apply",
-}  # fmt: skip
-"""Verb and the module of `layerjam.commands` it lives in."""
-
-
-PYTHON = 'import jax, layerjam\njax.config.update("jax_enable_x64", True)\n'
-"""How copied Python begins."""
+NOTE = "the sidecars NAME.toml lie beside the files: the page's button 'Sidecars' downloads them"
+"""Above what is copied, where the page wrote facts or answers of its own."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A brake or line: how the user names it, and the object where it is not the catalogue's."""
+    """A brake, line or specification: the user's name for it, and the object if it is not ours."""
 
     name: str
     file: BrakeFile | LineFile | DesignSpecification | None = None
@@ -40,52 +35,178 @@ class Subject:
 
 @dataclass(frozen=True)
 class DataFile:
-    """A measured file: the user's name for it, and where its bytes are."""
+    """A measured file: the user's name for it, where its bytes are, and its sidecar's text.
+
+    `edited` says that the page wrote the sidecar. Two equal files give the same numbers.
+    """
 
     shown: str
     path: Path
+    sidecar: str = ""
+    edited: bool = False
+
+
+Value = str | float | bool | Subject | DataFile | tuple[str, ...] | tuple[DataFile, ...]
+Options = dict[str, Value]
 
 
 @dataclass(frozen=True)
 class Call:
-    """A verb with its subjects, measured files and options.
+    """A command with its subjects, measured files and options; two equal calls answer alike.
 
-    Options are texts with units, numbers, or flags; what is copied names files as the user does.
+    Options are texts with units, numbers, flags, words, or files and subjects that are no
+    positional argument. `out` is the file or folder that is written, as the user would call it.
+    `made` says that the subject is a file that the call before writes.
     """
 
-    verb: str
+    name: str
     subjects: tuple[Subject, ...] = ()
-    options: Mapping[str, str | float | bool] = field(default_factory=dict)
+    options: Mapping[str, Value] = field(default_factory=dict)
     files: tuple[DataFile, ...] = ()
+    out: str = ""
+    made: bool = False
 
-    def run(self, **more: Any) -> Answer:
-        """The answer; raises LayerjamError as the verb does."""
-        where = VERBS[self.verb]
-        home = "layerjam.studies.machines" if where == "apply" else "layerjam.commands"
-        module = importlib.import_module(f"{home}.{where}")
-        things: list[Any] = [s.name if s.file is None else s.file for s in self.subjects]
+    @property
+    def data(self) -> tuple[DataFile, ...]:
+        """Every measured file."""
+        given = [v for v in (*self.options.values(), self.files) if isinstance(v, tuple)]
+        alone = [v for v in self.options.values() if isinstance(v, DataFile)]
+        return (*alone, *(f for some in given for f in some if isinstance(f, DataFile)))
+
+    @property
+    def names(self) -> dict[str, str]:
+        """{name under which a file lies: the user's name for it}."""
+        return {file.path.name: file.shown for file in self.data}
+
+    @property
+    def to_save(self) -> list[str]:
+        """Names of subjects that the user has to save before what is copied can run."""
+        given = [*self.subjects, *(v for v in self.options.values() if isinstance(v, Subject))]
+        return [] if self.made else [s.name for s in given if s.file is not None]
+
+    def run(self, **more: Any) -> Any:
+        """The result, with the user's names of files; raises LayerjamError as the command does."""
+        try:
+            result = load(self.name)(
+                *(_real(v) for v in self._alone()),
+                **{key: _real(v) for key, v in self.options.items()},
+                **more,
+            )
+        except LayerjamError as error:
+            if not self.names:
+                raise
+            raise _in_users_words(error, self.names) from None
+        names = self.names | ({self.out: self.out} if self.out else {})
+        return _with_names(result, names) if names else result
+
+    def _alone(self) -> Iterator[Value]:
+        """The arguments that stand without a name."""
+        yield from self.subjects
         if self.files:
-            things.append([file.path for file in self.files])
-        made: Answer = getattr(module, self.verb)(*things, **self.options, **more)
-        return made
+            yield self.files
 
     def python(self) -> str:
-        """Three lines that give the same numbers; an edited brake is the file that was saved."""
-        parts = [repr(s.name) for s in self.subjects]
-        if self.files:
-            parts.append(repr([file.shown for file in self.files]))
-        parts += [f"{key}={value!r}" for key, value in self.options.items()]
-        inside = ", ".join(parts).replace("'", '"')
-        return PYTHON + f"print(layerjam.{self.verb}({inside}).values)\n"
+        """Lines that give the same numbers in a fresh process."""
+        return as_python([self])
+
+    def _asked(self) -> str:
+        parts = [_literal(_shown(v)) for v in self._alone()]
+        parts += [f"{key}={_literal(_shown(v))}" for key, v in self.options.items()]
+        parts += [f"out={_literal(self.out)}"] if self.out else []
+        return f"result = lj.{load(self.name).python_name}({', '.join(parts)})\nprint(result)\n"
 
     def command(self) -> str:
         """The same on the command line."""
-        words = ["layerjam", self.verb.replace("_", "-"), *(s.name for s in self.subjects)]
-        words += [file.shown for file in self.files]
+        words = ["layerjam", load(self.name).name]
+        for value in self._alone():
+            words += _words(_shown(value))
         for key, value in self.options.items():
-            if value is False:
-                continue
-            words.append("--" + key.replace("_", "-"))
-            if value is not True:
-                words.append(str(value))
-        return " ".join(shlex.quote(word) for word in words)
+            declared = parameters(self.name)[key]
+            if value is True:
+                words.append(declared.option)
+            elif declared.help.greedy:
+                words += [declared.option, *_words(_shown(value))]
+            elif value is not False:
+                words += [w for one in _words(_shown(value)) for w in (declared.option, one)]
+        words += ["--out", self.out] if self.out else []
+        return _head([self]) + " ".join(shlex.quote(word) for word in words)
+
+
+def as_python(calls: Sequence[Call]) -> str:
+    """Lines that give the numbers of several calls in a fresh process."""
+    asked = "".join(call._asked() for call in calls)
+    return f"{_head(calls)}import layerjam as lj\n\n{asked}" if asked else ""
+
+
+def _head(calls: Sequence[Call]) -> str:
+    """What must be said above a copy."""
+    edited = any(file.edited for call in calls for file in call.data)
+    return f"# {NOTE}\n" if edited else ""
+
+
+@cache
+def parameters(name: str) -> Mapping[str, Parameter]:
+    """{name: parameter} of a declared command."""
+    return MappingProxyType({p.name: p for p in load(name).parameters})
+
+
+@cache
+def result_fields(name: str) -> Mapping[str, str]:
+    """{key of a command's result: what it is}."""
+    keys = load(name).result.keys()
+    return MappingProxyType({f.name: f.metadata["result"] for f in keys})
+
+
+def key_of(warning: str) -> str:
+    """What kind of warning it is."""
+    return warning.key if isinstance(warning, Notice) else ""
+
+
+def _real(value: Value) -> Any:
+    """What the command is given."""
+    if isinstance(value, Subject):
+        return value.name if value.file is None else value.file
+    if isinstance(value, DataFile):
+        return value.path
+    if isinstance(value, tuple):
+        return [_real(one) for one in value]
+    return value
+
+
+def _shown(value: Value) -> str | float | bool | Sequence[str]:
+    """What the user would write."""
+    if isinstance(value, Subject):
+        return value.name
+    if isinstance(value, DataFile):
+        return value.shown
+    if isinstance(value, tuple):
+        return [one if isinstance(one, str) else one.shown for one in value]
+    return value
+
+
+def _words(value: str | float | bool | Sequence[str]) -> list[str]:
+    """Words of the command line; a file whose name begins with a dash is no option."""
+    if isinstance(value, str | float | int):
+        return [str(value)]
+    return [f"./{word}" if word.startswith("-") else word for word in value]
+
+
+def _literal(value: object) -> str:
+    """A Python literal with double quotes."""
+    return repr(value) if isinstance(value, bool) else json.dumps(value, ensure_ascii=False)
+
+
+def _in_users_words(error: LayerjamError, names: Mapping[str, str]) -> LayerjamError:
+    """The same kind of error, whose texts call files as the user does."""
+    made = error.__class__.__new__(error.__class__)
+    made.__dict__.update({key: renamed(value, names) for key, value in vars(error).items()})
+    made.args = (renamed(str(error), names),)
+    return made
+
+
+def _with_names(result: Any, names: Mapping[str, str]) -> Any:
+    """A result whose texts call files as the user does."""
+    said = (Notice(renamed(str(w), names), key_of(w)) for w in result.warnings)
+    keys = [f.name for f in result.keys()]  # noqa: SIM118
+    values = {key: renamed(getattr(result, key), names) for key in keys}
+    return replace(result, **values, warnings=list(dict.fromkeys(said)))

@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from layerjam.report.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY
 
-COLORS = {"main": BLUE, "second": ORANGE, "good": GREEN, "bad": RED, "quiet": GREY,
-          "other": PURPLE, "sky": SKY}  # fmt: skip
+COLORS = MappingProxyType(
+    dict(main=BLUE, second=ORANGE, good=GREEN, bad=RED, quiet=GREY, other=PURPLE, sky=SKY)
+)
 POINTS = 500
 """Points of a curve sent to the browser at most."""
 
@@ -67,65 +69,68 @@ def options(
     log: tuple[bool, bool] = (False, False),
 ) -> dict[str, Any]:
     """The chart. `marks` are (x, y, text, colour), `bands` (x from, x to, colour) on the ground."""
-    ink = "#dfe5ea" if dark else INK
-    faint = "#3a444d" if dark else "#e3e8ec"
+    ink = ink_of(dark)
     series = [_series(curve, ink) for curve in curves]
     if series:
         series[0]["markPoint"] = {
-            "symbol": "circle", "symbolSize": 9, "animation": False,
-            "data": [
-                {"coord": [a, b], "itemStyle": {"color": COLORS.get(color, color)},
-                 "label": {"show": True, "position": "top", "formatter": text, "color": ink}}
-                for a, b, text, color in marks
-            ],
-        }  # fmt: skip
-        series[0]["markArea"] = {
-            "silent": True,
-            "data": [
-                [{"xAxis": a, "itemStyle": {"color": COLORS.get(c, c), "opacity": 0.12}},
-                 {"xAxis": b}] for a, b, c in bands
-            ],
-        }  # fmt: skip
-
-    def axis(
-        name: str, limits: tuple[float | None, float | None], logarithmic: bool, gap: int
-    ) -> Any:
-        return {
-            "type": "log" if logarithmic else "value", "name": name, "nameLocation": "middle",
-            "nameGap": gap, "min": limits[0], "max": limits[1],
-            "nameTextStyle": {"color": ink, "fontSize": 13},
-            "axisLabel": {"color": ink, "hideOverlap": True},
-            "axisLine": {"show": True, "lineStyle": {"color": GREY}},
-            "splitLine": {"lineStyle": {"color": faint}},
-        }  # fmt: skip
-
+            **dict(symbol="circle", symbolSize=9, animation=False),
+            "data": [_mark(*mark, ink) for mark in marks],
+        }
+        series[0]["markArea"] = {"silent": True, "data": [_band(*band) for band in bands]}
     return {
         "animation": False,
-        "grid": {"left": 62, "right": 96, "top": 24, "bottom": 48},
+        "grid": dict(left=62, right=96, top=24, bottom=48),
         "tooltip": {
-            "trigger": "axis", "axisPointer": {"type": "cross"}, "confine": True,
-            "order": "valueDesc",
+            **dict(trigger="axis", confine=True, order="valueDesc"),
+            "axisPointer": {"type": "cross"},
         },
-        "xAxis": axis(x, x_range, log[0], 28),
-        "yAxis": axis(y, y_range, log[1], 44),
+        "xAxis": _axis(x, x_range, log[0], 28, dark),
+        "yAxis": _axis(y, y_range, log[1], 44, dark),
         "series": series,
-    }  # fmt: skip
+    }
+
+
+def ink_of(dark: bool) -> str:
+    """The colour of words and lines on the page's ground."""
+    return "#dfe5ea" if dark else INK
+
+
+def _mark(x: float, y: float, text: str, color: str, ink: str) -> dict[str, Any]:
+    """A dot with words over it."""
+    label = dict(show=True, position="top", formatter=text, color=ink)
+    return dict(coord=[x, y], itemStyle={"color": COLORS.get(color, color)}, label=label)
+
+
+def _band(start: float, end: float, color: str) -> list[dict[str, Any]]:
+    """A stretch of the x axis on coloured ground."""
+    ground = dict(color=COLORS.get(color, color), opacity=0.12)
+    return [dict(xAxis=start, itemStyle=ground), {"xAxis": end}]
+
+
+def _axis(
+    name: str, limits: tuple[float | None, float | None], log: bool, gap: int, dark: bool
+) -> dict[str, Any]:
+    ink = ink_of(dark)
+    return {
+        **dict(type="log" if log else "value", name=name, nameLocation="middle", nameGap=gap),
+        **dict(min=limits[0], max=limits[1]),
+        "nameTextStyle": dict(color=ink, fontSize=13),
+        "axisLabel": dict(color=ink, hideOverlap=True),
+        "axisLine": {"show": True, "lineStyle": {"color": GREY}},
+        "splitLine": {"lineStyle": {"color": "#3a444d" if dark else "#e3e8ec"}},
+    }
 
 
 def stacked(parts: Sequence[dict[str, Any]], shares: Sequence[float]) -> dict[str, Any]:
     """Charts of `options` below each other as one, on one x axis; `shares` of the height."""
-    made: dict[str, Any] = {
-        "animation": False, "grid": [], "xAxis": [], "yAxis": [], "series": [],
-        "tooltip": {**parts[0]["tooltip"], "axisPointer": {"type": "line"}},
-        "axisPointer": {"link": [{"xAxisIndex": "all"}]},
-    }  # fmt: skip
+    made: dict[str, Any] = dict(animation=False, grid=[], xAxis=[], yAxis=[], series=[])
+    made["tooltip"] = {**parts[0]["tooltip"], "axisPointer": {"type": "line"}}
+    made["axisPointer"] = {"link": [{"xAxisIndex": "all"}]}
     top, room = 3.0, 88.0 - 4.0 * (len(parts) - 1)
     for i, (part, share) in enumerate(zip(parts, shares, strict=True)):
         high = room * share / sum(shares)
-        made["grid"].append({
-            "left": part["grid"]["left"], "right": part["grid"]["right"],
-            "top": f"{top:.2f}%", "height": f"{high:.2f}%",
-        })  # fmt: skip
+        sides = {side: part["grid"][side] for side in ("left", "right")}
+        made["grid"].append({**sides, "top": f"{top:.2f}%", "height": f"{high:.2f}%"})
         top += high + 4.0
         last = i == len(parts) - 1
         under = {} if last else {"name": "", "axisLabel": {"show": False}}
@@ -155,15 +160,13 @@ def with_readout(made: dict[str, Any], x: tuple[str, str], unit: str) -> dict[st
 def _series(curve: Curve, ink: str) -> dict[str, Any]:
     color = ink if curve.color == "ink" else COLORS.get(curve.color, curve.color)
     made: dict[str, Any] = {
-        "type": "scatter" if curve.dots else "line", "name": curve.name,
-        "data": thin(curve.x, curve.y), "color": color, "emphasis": {"disabled": True},
-    }  # fmt: skip
+        **dict(type="scatter" if curve.dots else "line", name=curve.name, color=color),
+        "data": thin(curve.x, curve.y),
+        "emphasis": {"disabled": True},
+    }
     if curve.dots:
         return made | {"symbolSize": 4}
     # a line's own colour is too faint for words
-    return made | {
-        "showSymbol": False, "silent": True,
-        "lineStyle": {"width": curve.width, "type": "dashed" if curve.dashed else "solid"},
-        "endLabel": {"show": bool(curve.name), "formatter": "{a}", "color": ink,
-                     "distance": 4, "fontSize": 12},
-    }  # fmt: skip
+    end = dict(show=bool(curve.name), formatter="{a}", color=ink, distance=4, fontSize=12)
+    line = dict(width=curve.width, type="dashed" if curve.dashed else "solid")
+    return made | dict(showSymbol=False, silent=True, lineStyle=line, endLabel=end)

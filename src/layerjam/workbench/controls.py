@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 from nicegui import ui
 
 from layerjam.errors import QuantityError
-from layerjam.units import QuantitySpec, exact_text, show, unit_factor, usual_unit
+from layerjam.units import QuantitySpec, exact_text, unit_factor, usual_unit
+from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Bar
+from layerjam.workbench.widgets import dressed, select
 
 
 @dataclass(frozen=True)
 class Control:
-    """A quantity a page asks for. `low` to `high` [SI] is the slider's way, within the bounds."""
+    """A quantity that a page asks for. `low` to `high` [SI] is the slider's span, within bounds."""
 
     key: str
     spec: QuantitySpec
@@ -25,6 +28,7 @@ class Control:
     unit: str = ""
     label: str = ""
     steps: int = 400
+    text_of: str = ""
 
     @property
     def shown_unit(self) -> str:
@@ -43,11 +47,11 @@ class Control:
 
     @property
     def help(self) -> str:
-        """QuantitySpec and bounds, as a sentence."""
-        return f"{self.spec.text}: {self.spec.allowed()}"
+        """What it means and its bounds, as a sentence."""
+        return f"{(self.text_of or self.spec.text).rstrip('.,')}: {self.spec.allowed()}"
 
     def text(self, value: float) -> str:
-        """The value as the verbs take it, with its unit."""
+        """The value as the commands take it, with its unit."""
         return exact_text(value, self.spec.unit)
 
     @property
@@ -59,6 +63,29 @@ class Control:
     def rounded(self, value: float) -> float:
         """The SI value of the nearest step of the slider, short in the shown unit."""
         return float(f"{value / self.factor:.{self.digits}f}") * self.factor
+
+    def within(self, low: float | None = None, high: float | None = None) -> Control:
+        """The same with narrower bounds [SI]; what lies outside of them is refused."""
+        lo = self.spec.lo if low is None else low
+        hi = self.spec.hi if high is None else high
+        default = max(min(self.default, hi), lo)
+        return replace(self, spec=replace(self.spec, lo=lo, hi=hi), default=default)
+
+
+def asked(
+    command: str, name: str, default: float, span: tuple[float, float], **more: Any
+) -> Control:
+    """The control of one parameter of a command, with its declared meaning and bounds."""
+    declared = parameters(command)[name]
+    if declared.spec is None:
+        raise TypeError(f"{command} declares no quantity called {name}")
+    key = more.pop("key", name)
+    return Control(key, declared.spec, default, *span, text_of=declared.help.text, **more)
+
+
+def by_key(*controls: Control) -> dict[str, Control]:
+    """{key: control}."""
+    return {control.key: control for control in controls}
 
 
 @dataclass(frozen=True)
@@ -75,6 +102,14 @@ class Choice:
     def name(self) -> str:
         """What stands before it."""
         return self.label or self.key.replace("_", " ").capitalize()
+
+
+def chosen(command: str, name: str, words: Mapping[str, str], **more: str) -> Choice:
+    """The choice of one parameter of a command; `words` says more of what may be chosen."""
+    declared = parameters(command)[name]
+    shown = {word: words.get(word, word.replace("-", " ")) for word in declared.words}
+    default = more.pop("default", "") or str(declared.default or declared.words[0])
+    return Choice(name, shown, default, help=more.pop("help", "") or declared.sentence, **more)
 
 
 def number(desk: Desk, page: str, control: Control) -> float:
@@ -94,116 +129,124 @@ def word(desk: Desk, page: str, choice: Choice) -> str:
     return value if isinstance(value, str) and value in choice.words else choice.default
 
 
-def slider(
-    desk: Desk, page: str, control: Control, renew: Callable[[], Control] | None = None
-) -> None:
+class Slider:
     """Label, slider and number; wrong numbers are refused in words below, nothing is changed.
 
     `renew` gives the control anew, with other bounds, after another brake or line was taken.
     """
-    factor = control.factor
-    ident = f"{page}-{control.key}"
-    with ui.column().classes("w-full gap-0"):
-        with ui.row().classes("w-full items-center justify-between no-wrap"):
-            ui.label(control.name).classes("text-sm").tooltip(control.help)
-            field = ui.input().props(
-                f'dense outlined input-class="text-right" suffix="{control.shown_unit}" '
-                f'aria-label="{control.name} [{control.shown_unit}]" data-testid="{ident}-number" '
-                'hide-bottom-space'
-            ).classes("w-36")  # fmt: skip
-        bar = Bar(min=0, max=1).props(f'aria-label="{control.name}" data-testid="{ident}" dense')
-    bar.beside(field)
-    filling = False
 
-    def span() -> None:
-        low, high = control.low / factor, control.high / factor
-        bar.way(low, high, (high - low) / control.steps, control.digits)
+    def __init__(
+        self, desk: Desk, page: str, control: Control, renew: Callable[[], Control] | None = None
+    ) -> None:
+        self.desk, self.page, self.control = desk, page, control
+        self._renew, self._filling = renew, False
+        ident = f"{page}-{control.key}"
+        with ui.column().classes("w-full gap-0"):
+            with ui.row().classes("w-full items-center justify-between no-wrap"):
+                ui.label(control.name).classes("text-sm").tooltip(control.help)
+                self.field = number_field(f"{control.name} [{control.shown_unit}]", "w-36")
+                dressed(self.field, f"{ident}-number", suffix=control.shown_unit)
+            bar = Bar(min=0, max=1)
+            self.bar = dressed(bar, ident, how="dense", aria_label=control.name)
+        self.bar.beside(self.field)
+        self.bar.on_value_change(self._moved)
+        on_typed(self.field, self._typed)
+        desk.watch(self._changed)
+        self._span()
+        self._fill()
 
-    def fill() -> None:
-        nonlocal filling
-        filling = True
-        value = number(desk, page, control)
-        bar.set_value(min(max(value, control.low), control.high) / factor)
-        field.set_value(f"{value / factor:.6g}")
-        field.error = None
-        filling = False
+    def _span(self) -> None:
+        c = self.control
+        low, high = c.low / c.factor, c.high / c.factor
+        self.bar.span(low, high, (high - low) / c.steps, c.digits)
 
-    def moved(event: object) -> None:
-        if filling:
+    def _fill(self) -> None:
+        c, value = self.control, number(self.desk, self.page, self.control)
+        self._filling = True
+        self.bar.set_value(min(max(value, c.low), c.high) / c.factor)
+        self.field.set_value(f"{value / c.factor:.6g}")
+        self.field.error = None
+        self._filling = False
+
+    def _moved(self, event: Any) -> None:
+        if self._filling:
             return
-        field.error = None
-        desk.put(page, control.key, control.rounded(float(event.value) * factor))  # type: ignore[attr-defined]
+        self.field.error = None
+        moved = self.control.rounded(float(event.value) * self.control.factor)
+        self.desk.put(self.page, self.control.key, moved)
 
-    def typed() -> None:
-        text = str(field.value or "").strip()
+    def _typed(self) -> None:
+        text = with_unit(str(self.field.value or ""), self.control.shown_unit)
         try:
-            float(text)
-            text = f"{text} {control.shown_unit}".strip()
-        except ValueError:
-            pass
-        try:
-            value = control.spec.read(text, control.name)
+            value = self.control.spec.read(text, self.control.name)
         except QuantityError as err:
-            field.error = str(err)
+            self.field.error = str(err)
             return
         # leaving a field that was not touched is no step of undo
-        if value != number(desk, page, control):
-            desk.put(page, control.key, value)
-        fill()
+        if value != number(self.desk, self.page, self.control):
+            self.desk.put(self.page, self.control.key, value)
+        self._fill()
 
-    def watch(what: str) -> None:
-        nonlocal control
+    def _changed(self, what: str) -> None:
         if what not in ("undo", "brake", "line"):
             return
-        if renew is not None:
-            control = renew()
-            span()
-        fill()
+        if self._renew is not None:
+            self.control = self._renew()
+            self._span()
+        self._fill()
 
-    bar.on_value_change(moved)
-    field.on("keydown.enter", typed)
-    field.on("blur", typed)
-    desk.watch(watch)
-    span()
-    fill()
+
+def number_field(label: str, width: str) -> ui.input:
+    """A field for a number, which stands right in it."""
+    how = "dense outlined hide-bottom-space"
+    return dressed(ui.input(), "", width, how, aria_label=label, input_class="text-right")
+
+
+def on_typed(field: ui.input, act: Callable[[], None]) -> None:
+    """Call `act` when the user has typed into a field and leaves it or presses Enter."""
+    field.on("keydown.enter", act)
+    field.on("blur", act)
+
+
+def with_unit(text: str, unit: str) -> str:
+    """What was typed; a bare number is in the unit that the page shows."""
+    text = text.strip()
+    try:
+        float(text)
+    except ValueError:
+        return text
+    return f"{text} {unit}".strip()
 
 
 def choice(desk: Desk, page: str, what: Choice) -> None:
     """A row of words to choose from."""
+
+    def put(event: Any) -> None:
+        desk.put(page, what.key, str(event.value))
+
     with ui.row().classes("w-full items-center justify-between"):
         ui.label(what.name).classes("text-sm").tooltip(what.help or what.name)
-        toggle = ui.toggle(
-            dict(what.words), value=word(desk, page, what),
-            on_change=lambda e: desk.put(page, what.key, str(e.value)),
-        ).props(
-            f'dense no-caps aria-label="{what.name}" data-testid="{page}-{what.key}"'
-        )  # fmt: skip
-
-    def fill(_: str) -> None:
-        if toggle.value != word(desk, page, what):
-            toggle.set_value(word(desk, page, what))
-
-    desk.watch(lambda changed: fill(changed) if changed == "undo" else None)
+        toggle = ui.toggle(dict(what.words), value=word(desk, page, what), on_change=put)
+        dressed(toggle, f"{page}-{what.key}", how="dense no-caps", aria_label=what.name)
+    _follow(desk, page, what, toggle)
 
 
 def menu(desk: Desk, page: str, what: Choice) -> None:
     """A list of words to choose from that opens; for more words than fit a row."""
-    box = ui.select(
-        dict(what.words), value=word(desk, page, what), label=what.name,
-        on_change=lambda e: desk.put(page, what.key, str(e.value)),
-    ).props(
-        f'dense outlined options-dense aria-label="{what.name}" data-testid="{page}-{what.key}"'
-    ).classes("w-full")  # fmt: skip
-    if what.help:
-        box.tooltip(what.help)
+
+    def put(event: Any) -> None:
+        desk.put(page, what.key, str(event.value))
+
+    ident, now = f"{page}-{what.key}", word(desk, page, what)
+    box = select(what.words, what.name, ident, put, value=now, tip=what.help)
+    _follow(desk, page, what, box)
+
+
+def _follow(desk: Desk, page: str, what: Choice, box: ui.toggle | ui.select) -> None:
+    """Undo moves the choice back."""
 
     def fill(changed: str) -> None:
         if changed == "undo" and box.value != word(desk, page, what):
             box.set_value(word(desk, page, what))
 
     desk.watch(fill)
-
-
-def readout(value: float | None, unit: str) -> str:
-    """A number as it stands in a table of results."""
-    return "–" if value is None else show(value, unit)

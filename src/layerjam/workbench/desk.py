@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
@@ -29,9 +31,14 @@ class Desk:
         self._future: list[State] = []
         self._moved = 0.0
         self._watching: list[Callable[[str], None]] = []
-        self.brake = read_any_brake(self.state.brake)
-        self.line = read_any_line(self.state.line)
-        self.beside = read_any_brake(self.state.beside) if self.state.beside else None
+        self._read()
+
+    def _read(self) -> None:
+        """Brake and line of the state."""
+        self.brake: BrakeFile = read_any("brake", self.state.brake)
+        self.line: LineFile = read_any("line", self.state.line)
+        beside = self.state.beside
+        self.beside: BrakeFile | None = read_any("brake", beside) if beside else None
 
     def watch(self, told: Callable[[str], None]) -> None:
         """Call `told(what)` after changes: "brake", "line", "settings", "undo" or "page"."""
@@ -55,9 +62,7 @@ class Desk:
 
     def _only_differs(self, last: State, page: str, key: str) -> bool:
         """Whether the last step already was a move of this control."""
-        if (last.brake, last.line, last.beside, last.page) != (
-            self.state.brake, self.state.line, self.state.beside, self.state.page,
-        ):  # fmt: skip
+        if replace(last, settings={}) != replace(self.state, settings={}):
             return False
         pages = {*last.settings, *self.state.settings}
         changed = [
@@ -68,22 +73,19 @@ class Desk:
         ]
         return changed == [(page, key)]
 
+    def put_file(self, what: str, text: str) -> None:
+        """Another "brake", "line" or brake "beside" it: a catalogue name or TOML text.
+
+        An empty text takes the one beside away. Raises LayerjamError.
+        """
+        made = read_any("line" if what == "line" else "brake", text) if text else None
+        setattr(self, what, made)
+        changed: dict[str, Any] = {what: text}
+        self._become(replace(self.state, **changed), "line" if what == "line" else "brake")
+
     def put_brake(self, text: str) -> None:
         """Another brake: a catalogue name or TOML text. Raises LayerjamError."""
-        made = read_any_brake(text)
-        self.brake = made
-        self._become(replace(self.state, brake=text), "brake")
-
-    def put_beside(self, text: str) -> None:
-        """A second brake to compare with, none if empty. Raises LayerjamError."""
-        self.beside = read_any_brake(text) if text else None
-        self._become(replace(self.state, beside=text), "brake")
-
-    def put_line(self, text: str) -> None:
-        """Another line: a catalogue name or TOML text. Raises LayerjamError."""
-        made = read_any_line(text)
-        self.line = made
-        self._become(replace(self.state, line=text), "line")
+        self.put_file("brake", text)
 
     def open(self, page: str) -> None:
         """Another page; no step of undo."""
@@ -103,9 +105,7 @@ class Desk:
             return False
         target.append(self.state)
         self.state = replace(source.pop(), page=self.state.page)
-        self.brake = read_any_brake(self.state.brake)
-        self.line = read_any_line(self.state.line)
-        self.beside = read_any_brake(self.state.beside) if self.state.beside else None
+        self._read()
         self._tell("undo")
         return True
 
@@ -121,32 +121,39 @@ class Desk:
         for told in self._watching:
             told(what)
 
+    def subject(self, what: str) -> Subject:
+        """A file as a call takes it: its catalogue name, or the file that the user can save."""
+        text, file = getattr(self.state, what), getattr(self, what)
+        known = SHELVES["line" if what == "line" else "brake"].names()
+        return Subject(text) if text in known else Subject(f"{file.name}.toml", file)
+
     def brake_subject(self) -> Subject:
-        """The brake as a call takes it: its name, or the file the user can save."""
-        if self.state.brake in catalogue():
-            return Subject(self.state.brake)
-        return Subject(f"{self.brake.name}.toml", self.brake)
-
-    def line_subject(self) -> Subject:
-        """The line likewise."""
-        if self.state.line in lines():
-            return Subject(self.state.line)
-        return Subject(f"{self.line.name}.toml", self.line)
+        """The brake as a call takes it."""
+        return self.subject("brake")
 
 
-def read_any_brake(text: str) -> BrakeFile:
-    """A brake by catalogue name or from TOML text; never from a path."""
-    if text in catalogue():
-        return load(text)
+@dataclass(frozen=True)
+class Shelf:
+    """Where brakes or lines come from: the catalogue's names, its files, and how a text is read."""
+
+    names: Callable[[], list[str]]
+    load: Callable[[str], Any]
+    read: Callable[[str], Any]
+
+
+SHELVES: Mapping[str, Shelf] = MappingProxyType(
+    {
+        "brake": Shelf(catalogue, load, lambda text: BrakeFile.read(text, "the brake")),
+        "line": Shelf(lines, load_line, lambda text: LineFile.read(text, "the line")),
+    }
+)
+
+
+def read_any(what: str, text: str) -> Any:
+    """A brake or line by catalogue name or from TOML text; never from a path."""
+    shelf = SHELVES[what]
+    if text in shelf.names():
+        return shelf.load(text)
     if "\n" not in text:
-        raise QuantityError(f"brake: '{text[:60]}' is not in the catalogue")
-    return BrakeFile.read(text, "the brake")
-
-
-def read_any_line(text: str) -> LineFile:
-    """A line by catalogue name or from TOML text; never from a path."""
-    if text in lines():
-        return load_line(text)
-    if "\n" not in text:
-        raise QuantityError(f"line: '{text[:60]}' is not in the catalogue")
-    return LineFile.read(text, "the line")
+        raise QuantityError(f"{what}: '{text[:60]}' is not in the catalogue")
+    return shelf.read(text)

@@ -87,7 +87,7 @@ class Gate:
             await send({"type": "websocket.close", "code": 1008})
             return
         body = f"layerjam: {why}\n".encode()
-        head = [(b"content-type", b"text/plain; charset=utf-8"),
-                (b"content-length", str(len(body)).encode())]  # fmt: skip
+        length = (b"content-length", str(len(body)).encode())
+        head = [(b"content-type", b"text/plain; charset=utf-8"), length]
         await send({"type": "http.response.start", "status": status, "headers": head})
         await send({"type": "http.response.body", "body": body})

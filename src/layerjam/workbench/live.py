@@ -4,6 +4,9 @@ An update of NiceGUI lets the browser go through every element of the page and t
 of a chart's options; under a slider that is most of the time. What changes with every move goes
 past it, all of one drawing in one message; the server's elements are the same as ever, so that a
 reload or a later update shows the same.
+
+This file, and the boxes of `scene`, are all that uses what NiceGUI does not promise to keep; its
+version is bounded for that in the extra `workbench`, and `check` says so before the server starts.
 """
 
 from __future__ import annotations
@@ -15,33 +18,24 @@ from weakref import WeakKeyDictionary
 
 from nicegui import Client, json, ui
 
-SCRIPT = """<script>
-window.layerjamLive = (texts, contents, charts) => {
-  const raw = (id) => Vue.toRaw(Vue.toRaw(mounted_app.elements)[id]);
-  for (const id in texts) {
-    if (raw(id)) raw(id).text = texts[id];
-    const node = document.getElementById('c' + id)?.firstChild;
-    if (node) node.nodeValue = texts[id];
-  }
-  for (const id in contents) {
-    if (raw(id)) raw(id).props.innerHTML = contents[id];
-    const element = document.getElementById('c' + id);
-    if (element) element.innerHTML = contents[id];
-  }
-  for (const id in charts) {
-    if (raw(id)) Object.assign(Vue.toRaw(raw(id).props.options), charts[id]);
-    getElement(id)?.chart?.setOption(charts[id]);
-  }
-};
-window.layerjamSlid = (bar, field, value) => {
-  const digits = document.getElementById('c' + bar).dataset.digits;
-  getElement(field).inputValue = String(+(+value.toFixed(digits)).toPrecision(6));
-  // the slider tells nothing where it comes back to what it takes for its value
-  getElement(bar).$.props.modelValue = value;
-  Vue.toRaw(Vue.toRaw(mounted_app.elements)[bar]).props['model-value'] = value;
-};
-</script>"""
-"""For the page's body, once."""
+from layerjam.errors import MissingExtraError
+
+NEEDED = (
+    (ui.label, "_handle_text_change"),
+    (ui.label, "_text_to_model_text"),
+    (ui.html, "_handle_content_change"),
+    (ui.slider, "LOOPBACK"),
+)
+"""What the classes below change of NiceGUI's own."""
+
+
+def check() -> None:
+    """Raise MissingExtraError where another NiceGUI than the supported one is installed."""
+    if not all(hasattr(kind, name) for kind, name in NEEDED):
+        raise MissingExtraError(
+            "the workbench (a nicegui of version 3.18 or later, but not 4)", "workbench"
+        )
+
 
 _waiting: WeakKeyDictionary[Client, dict[str, dict[int, Any]]] = WeakKeyDictionary()
 
@@ -80,15 +74,15 @@ class Table(ui.html):
         super().__init__("", sanitize=False)
 
     def _handle_content_change(self, content: str) -> None:
-        with self._props.suspend_updates():
+        with self.props.suspend_updates():
             super()._handle_content_change(content)
         _tell(self, "contents", content)
 
 
 class Bar(ui.slider):
-    """A slider that the server does not answer: it has moved already.
+    """A slider that the server does not reply to: it has moved already.
 
-    NiceGUI answers every move with the slider itself, and the page is laid out anew.
+    NiceGUI replies to every move with the slider itself, and the page is laid out anew.
     """
 
     LOOPBACK = None
@@ -100,7 +94,7 @@ class Bar(ui.slider):
             js_handler=f"(value) => layerjamSlid({self.id}, {field.id}, value)",
         )
 
-    def way(self, low: float, high: float, step: float, digits: int) -> None:
+    def span(self, low: float, high: float, step: float, digits: int) -> None:
         """From where to where; `digits` behind the point tell the steps apart."""
         self.props.update({"min": low, "max": high, "step": step, "data-digits": digits})
         self.update()

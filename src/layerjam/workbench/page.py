@@ -3,38 +3,86 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from nicegui import Client, background_tasks, ui
 
-from layerjam.commands.answer import Answer
-from layerjam.commands.results import Result
+from layerjam.commands.results import in_words
 from layerjam.errors import LayerjamError
-from layerjam.units import show
-from layerjam.workbench.call import Call
+from layerjam.workbench.call import Call, Options, result_fields
+from layerjam.workbench.controls import Choice, Control, Slider, number, word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
 from layerjam.workbench.rest import WORK, elsewhere, settle_later
 from layerjam.workbench.runner import Runner
+from layerjam.workbench.widgets import QUIET, Alert, dressed, named, one_line
 
 
-class Page:
-    """A tab. A page fills its slot in `build`, answers in `compute`, draws in `draw`.
-
-    `compute` runs in a thread and calls verbs only, through `calls`; `draw` runs on the event loop.
-    """
+class Asking:
+    """Asks for numbers and words, which the desk keeps under the page's `name`."""
 
     name = ""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk = desk
+
+    def controls(self) -> Mapping[str, Control]:
+        """The numbers it asks for, with the bounds that brake and line set now."""
+        return {}
+
+    def value(self, key: str) -> float:
+        """A control's value [SI]."""
+        return number(self.desk, self.name, self.controls()[key])
+
+    def text(self, key: str) -> str:
+        """A control's value as a command takes it."""
+        control = self.controls()[key]
+        return control.text(number(self.desk, self.name, control))
+
+    def texts(self, *keys: str) -> Options:
+        """{control: its value as a command takes it}."""
+        return {key: self.text(key) for key in keys}
+
+    def word(self, what: Choice) -> str:
+        """The word that is chosen."""
+        return word(self.desk, self.name, what)
+
+    def slider(self, key: str, seen: Callable[[], bool] | None = None) -> ui.column:
+        """A control's slider; with `seen` it is there only while that is so."""
+        with self.while_(seen) as box:
+            Slider(self.desk, self.name, self.controls()[key], lambda: self.controls()[key])
+        return box
+
+    def while_(self, seen: Callable[[], bool] | None) -> ui.column:
+        """A place whose content is there only while `seen()`, looked at after every change."""
+        box = ui.column().classes("w-full gap-2")
+        if seen is not None:
+
+            def look(_: str = "") -> None:
+                box.set_visibility(seen())
+
+            self.desk.watch(look)
+            look()
+        return box
+
+
+class Page(Asking):
+    """A tab. A page fills its slot in `build`, computes in `compute`, draws in `draw`.
+
+    `compute` runs in a thread and calls commands only, through `calls`; `draw` runs on the event
+    loop.
+    """
+
     title = ""
     icon = ""
     """Of the tab where a page stands alone; else they are in `pages.all`."""
 
     def __init__(self, desk: Desk) -> None:
-        self.desk = desk
+        super().__init__(desk)
         self.dark = False
         self.result: Any = None
-        self.problem: ui.label | None = None
+        self.problem: Alert | None = None
         self.built = False
         self.client: Client | None = None
         self.prepare: Callable[[], None] = lambda: None
@@ -51,11 +99,11 @@ class Page:
         raise NotImplementedError
 
     def calls(self) -> Sequence[Call]:
-        """The questions behind what is shown, as they can be copied."""
+        """The calls behind what is shown, as they can be copied."""
         return ()
 
     def compute(self) -> Any:
-        """Answers to the page's calls."""
+        """The results of the page's calls."""
         return [call.run() for call in self.calls()]
 
     def _answer(self) -> Any:
@@ -76,7 +124,7 @@ class Page:
         self.refresh()
 
     def refresh(self) -> None:
-        """Ask anew, with the latest inputs."""
+        """Compute anew, with the latest inputs."""
         if self.built and self.desk.state.page == self.name:
             background_tasks.create(self.runner.ask(), name=f"layerjam {self.name}")
 
@@ -88,8 +136,7 @@ class Page:
         if self.client is None or self.client.is_deleted:  # the tab was closed meanwhile
             return
         if self.problem is not None:
-            self.problem.set_text(problem)
-            self.problem.set_visibility(bool(problem))
+            self.problem.say(problem)
         if not problem:
             self.result = result
             self.draw(result)
@@ -98,56 +145,50 @@ class Page:
 
     def problem_line(self) -> None:
         """Where a refusal stands, in words."""
-        self.problem = ui.label("").classes("text-negative").props(
-            f'role="alert" data-testid="{self.name}-problem"'
-        )  # fmt: skip
-        self.problem.set_visibility(False)
+        self.problem = Alert(f"{self.name}-problem")
 
     async def settled(self) -> None:
         """Wait until nothing is being computed (for tests)."""
-        while self.runner._running:
+        while self.runner.running:
             await asyncio.sleep(0.01)
 
 
-def answered(call: Call, **more: Any) -> tuple[Answer | None, str]:
-    """The answer, or the refusal in words: where one of several questions may be refused alone."""
+def answered(call: Call, **more: Any) -> tuple[Any, str]:
+    """The result, or the refusal in words: where one of several calls may be refused alone."""
     try:
         return call.run(**more), ""
     except LayerjamError as err:
-        return None, " ".join(str(err).split())
+        return None, one_line(err)
 
 
 class Figures:
     """A small table of numbers: names left, values right, told apart by key."""
 
-    def __init__(self, page: str, rows: Sequence[tuple[str, str]]) -> None:
-        """`rows` are (key of the answer, what it is called)."""
-        self.rows = rows
+    def __init__(self, page: str, command: str, keys: Sequence[str], **names: str) -> None:
+        """`keys` of the command's result; `names` are given where the key alone says too little."""
         self._cells: dict[str, Words] = {}
+        about = result_fields(command)
         with ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1 items-baseline"):
-            for key, name in rows:
-                ui.label(name).classes("text-sm opacity-80")
-                self._cells[key] = Words("–").classes("text-base font-medium text-right").props(
-                    f'data-testid="{page}-{key}"'
-                )  # fmt: skip
+            for key in keys:
+                name = names.get(key) or named(key)
+                label = ui.label(name).classes(QUIET)
+                if key in about:
+                    label.tooltip(about[key])
+                cell = dressed(Words("–"), f"{page}-{key}", "text-base font-medium text-right")
+                self._cells[key] = cell
 
-    def fill(self, answer: Answer | Result) -> None:
-        """The values of an answer with their units."""
+    def fill(self, result: Any, but: Sequence[str] = ()) -> None:
+        """The numbers of a result with their units; those of `but` do not apply."""
         for key, cell in self._cells.items():
-            value = answer.values.get(key)
-            unit = answer.units.get(key, "1")
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            words = (
-                {True: "yes", False: "no", None: "–"}.get(value, str(value)) if not number else ""
-            )
-            cell.set_text(show(value, unit) if number else words)  # type: ignore[arg-type]
+            value = None if key in but else result.values.get(key)
+            cell.set_text("–" if value is None else in_words(value, result.units.get(key, "1")))
 
 
 class Notes:
-    """The answer's warnings as quiet lines."""
+    """The warnings of a result as quiet lines."""
 
     def __init__(self) -> None:
-        self._box = ui.column().classes("gap-1 text-sm opacity-80")
+        self._box = ui.column().classes(f"gap-1 {QUIET}")
         self._shown: tuple[str, ...] = ()
 
     def fill(self, warnings: Sequence[str]) -> None:

@@ -22,7 +22,7 @@ REST = 120.0
 """Seconds without a computation after which what was compiled is given back."""
 
 SOON = 2.0
-"""Seconds after a page's first answer in which it is sent and drawn."""
+"""Seconds after a page's first result in which it is sent and drawn."""
 
 
 class Work:
@@ -37,11 +37,11 @@ class Work:
         self._answered: set[str] = set()
 
     def first(self, page: str) -> bool:
-        """Whether this is the first answer of that page in this process, or since a rest."""
-        if page in self._answered:
-            return False
-        self._answered.add(page)
-        return True
+        """Whether this is the first result of that page in this process, or since a rest."""
+        with self._door:
+            known = page in self._answered
+            self._answered.add(page)
+            return not known
 
     @contextmanager
     def going_on(self) -> Iterator[None]:

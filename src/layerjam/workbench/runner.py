@@ -27,15 +27,15 @@ class Runner:
     ) -> None:
         """`elsewhere` awaits a function in another thread."""
         self._compute, self._show, self._elsewhere = compute, show, elsewhere
-        self._running = self._again = False
+        self.running = self._again = False
         self.stop_flag = threading.Event()
 
     async def ask(self) -> None:
-        """Compute with the inputs of now; returns when the answer is shown or was overtaken."""
-        if self._running:
+        """Compute with the inputs of now; returns when the result is shown or was overtaken."""
+        if self.running:
             self._again = True
             return
-        self._running = True
+        self.running = True
         try:
             while True:
                 self._again = False
@@ -53,7 +53,7 @@ class Runner:
                 if not self._again:
                     return
         finally:
-            self._running = False
+            self.running = False
 
     def stop(self) -> None:
         """End a computation that reports its progress."""

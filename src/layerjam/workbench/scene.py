@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from nicegui import ui
@@ -13,6 +14,7 @@ from nicegui.elements.scene.scene_object3d import Object3D
 from layerjam.device.brake import Brake
 from layerjam.report.style import BLUE, GREY, ORANGE
 from layerjam.units import show
+from layerjam.workbench.widgets import button, dressed, hint
 
 UNIT = 0.01
 """Metres in one unit of the scene."""
@@ -24,26 +26,20 @@ GROUND, NIGHT = "#eef2f5", "#262d34"
 INK = "#6b7a88"
 """Of what must be seen on both."""
 _LABEL = "font: 600 13px sans-serif; color: var(--stack-ink); white-space: nowrap"
-STYLE = ":root { --stack-ink: #1c2530 } .body--dark { --stack-ink: #e6ebef }"
-STILL = """() => {
-  const view = getElement(IDENT), draw = view.renderer.render.bind(view.renderer);
-  const write = view.text_renderer.render.bind(view.text_renderer);
-  let seen = '', changed = true;
-  const looks = (scene, camera) => [
-    ...[...camera.position, ...camera.quaternion].map(x => Number(x).toFixed(4)),
-    camera.aspect, view.ground,
-    view.renderer.domElement.width, view.renderer.domElement.height,
-    ...scene.children.flatMap(c => [c.id, c.children.length, ...c.position, ...c.scale]),
-  ].join();
-  view.renderer.render = (scene, camera) => {
-    const now = view.$el.isConnected && !document.hidden ? looks(scene, camera) : '';
-    changed = now !== seen && now !== '';
-    seen = now;
-    if (changed) draw(scene, camera);
-  };
-  view.text_renderer.render = (...all) => { if (changed) write(...all); };
-}"""
-"""NiceGUI draws a scene twenty times a second, seen or not: here only when it looks different."""
+
+
+Point = tuple[float, float, float]
+
+
+VIEWS = MappingProxyType(
+    {
+        "whole": (-0.08, -1.15, 0.5),
+        "left end": (-0.95, -0.42, 0.32),
+        "right end": (0.95, -0.42, 0.32),
+        "side": (0.0, -1.22, 0.0),
+    }
+)
+"""From where the brake is seen, in its lengths from its middle."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +47,8 @@ class Box:
     """A box of the scene: centre and size in scene units, x along the pull and z up."""
 
     name: str
-    centre: tuple[float, float, float]
-    size: tuple[float, float, float]
+    centre: Point
+    size: Point
     color: str
     opacity: float = 1.0
 
@@ -62,8 +58,8 @@ class Stack:
     """What is drawn of a brake, and what must be said of the drawing."""
 
     boxes: tuple[Box, ...]
-    labels: tuple[tuple[str, str, tuple[float, float, float]], ...]
-    """(name, text, place)."""
+    labels: tuple[tuple[str, str, Point], ...]
+    """(name, text, position)."""
     scale: int
     drawn: int
     length: float
@@ -103,30 +99,25 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
     ]
     cap = max(1.2 * held, 0.06 * (free + lap + far))
     tall = height + 3 * thick
-    for name, inner, way in (("cap left", start, -1), ("cap right", end, 1)):
-        middle = inner + way * cap / 2
+    for name, inner, side in (("cap left", start, -1), ("cap right", end, 1)):
+        middle = inner + side * cap / 2
         boxes.append(_box(name, (middle, 0, 0), (cap, 1.25 * sheets.width, tall), GREY))
         hole = max(brake.mount.screw_hole, 0.001)
         boxes.append(
             _box(f"screw {name}", (middle, 0, tall / 2), (hole, hole, 0.5 * hole), "#39424b")
         )
     room = (0.25 + 1.5 * (1 - share)) * thick
-    boxes.append(
-        _box(
-            "sleeve", ((start + end) / 2, 0, 0),
-            (end - start, sheets.width + 2 * room, height + 2 * room), "#9fb4c4", 0.28,
-        )
-    )  # fmt: skip
+    around = (end - start, sheets.width + 2 * room, height + 2 * room)
+    boxes.append(_box("enclosure", ((start + end) / 2, 0, 0), around, "#9fb4c4", 0.28))
     low = -tall / 2 - 2.5 * thick
     left, right = start + free + slip, start + free + lap
-    boxes.append(_box("overlap", ((left + right) / 2, -sheets.width / 2, low),
-                      (max(right - left, 1e-5), 0.0006, 0.0012), INK))  # fmt: skip
+    under = ((left + right) / 2, -sheets.width / 2, low)
+    boxes.append(_box("overlap", under, (max(right - left, 1e-5), 0.0006, 0.0012), INK))
     labels = (
-        ("overlap", f"overlap {show(lap - slip, 'm', 3)}",
-         _at((left + right) / 2, -sheets.width / 2, low)),
+        ("overlap", f"overlap {show(lap - slip, 'm', 3)}", _at(*under)),
         ("left", "left end", _at(start - cap / 2, 0, tall / 2)),
         ("right", "right end", _at(end + cap / 2, 0, tall / 2)),
-    )  # fmt: skip
+    )
     longest = free + lap + far + 2 * cap + sheets.usable_travel
     return Stack(
         tuple(boxes), labels, scale, drawn, longest / UNIT, sheets.usable_travel / 2 / UNIT
@@ -140,20 +131,16 @@ def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float,
         ends = (span[0] - held, span[0] + sheets.free_left + sheets.overlap)
     else:
         ends = (span[1] - sheets.free_right - sheets.overlap, span[1] + held)
-    return _box(
-        f"sheet {number}", (sum(ends) / 2, 0, z), (ends[1] - ends[0], sheets.width, thick),
-        ORANGE if number % 2 else BLUE,
-    )  # fmt: skip
+    size = (ends[1] - ends[0], sheets.width, thick)
+    color = ORANGE if number % 2 else BLUE
+    return _box(f"sheet {number}", (sum(ends) / 2, 0, z), size, color)
 
 
-def _at(x: float, y: float, z: float) -> tuple[float, float, float]:
+def _at(x: float, y: float, z: float) -> Point:
     return (x / UNIT, y / UNIT, z / UNIT)
 
 
-def _box(
-    name: str, centre: tuple[float, float, float], size: tuple[float, float, float], color: str,
-    opacity: float = 1.0,
-) -> Box:  # fmt: skip
+def _box(name: str, centre: Point, size: Point, color: str, opacity: float = 1.0) -> Box:
     """A box given in metres."""
     return Box(name, _at(*centre), _at(*size), color, opacity)
 
@@ -185,30 +172,31 @@ class StackView:
         self._boxes: dict[str, Any] = {}
         self._labels: dict[str, tuple[str, Any]] = {}
         self._frame = (0.0, 0.0)
-        self._view: Callable[[], None] = self.whole
+        self._view = VIEWS["whole"]
         self._dark = False
-        ui.add_css(STYLE)
+        camera = ui.scene.perspective_camera(fov=28)
         with ui.element("div").classes("w-full"):
-            self.scene = (
-                ui.scene(
-                    width=640, height=320, grid=False, background_color=GROUND, fps=20,
-                    camera=ui.scene.perspective_camera(fov=28), click_events=[],
-                )
-                .classes("w-full h-80")
-                .props(f'role="img" data-testid="{ident}" aria-label="The stack of sheets"')
-            )  # fmt: skip
-            self.scene.on("init", js_handler=STILL.replace("IDENT", str(self.scene.id)))
+            self.scene = ui.scene(
+                width=640,
+                height=320,
+                grid=False,
+                background_color=GROUND,
+                fps=20,
+                camera=camera,
+                click_events=[],
+            )
+            about = "The stack of sheets"
+            dressed(self.scene, ident, "w-full h-80", role="img", aria_label=about)
+            still = f"() => layerjamStill(getElement({self.scene.id}))"
+            self.scene.on("init", js_handler=still)
             with ui.row().classes("gap-1 items-center"):
                 ui.label("Seen").classes("text-sm")
-                for name, how in (
-                    ("whole", self.whole), ("left end", self.left), ("right end", self.right),
-                    ("side", self.side),
-                ):  # fmt: skip
-                    ui.button(name, on_click=how).props(
-                        f'flat dense no-caps data-testid="{ident}-{name.replace(" ", "-")}" '
-                        f'aria-label="Seen from: {name}"'
-                    )
-                ui.label("drag to turn, wheel to come nearer").classes("text-sm opacity-80")
+                for name, (x, y, z) in VIEWS.items():
+                    look = partial(self._look, x, y, z)
+                    key = f"{ident}-{name.replace(' ', '-')}"
+                    seen = button(name, look, key, how="flat dense no-caps")
+                    dressed(seen, aria_label=f"Seen from: {name}")
+                hint("drag to turn, wheel to come nearer")
 
     def show(self, stack: Stack, words: str, dark: bool = False) -> None:
         """Bring the scene up to date."""
@@ -229,7 +217,7 @@ class StackView:
             self._boxes.pop(name).delete()
         if self._frame != (stack.length, stack.middle):
             self._frame = (stack.length, stack.middle)
-            self._view()
+            self._look(*self._view)
 
     def _place(self, box: Box) -> None:
         thing = self._boxes.get(box.name)
@@ -237,7 +225,7 @@ class StackView:
             thing = self._boxes[box.name] = Slab(box.color, box.opacity)
         thing.scale(*box.size).move(*box.centre)
 
-    def _write(self, name: str, text: str, place: tuple[float, float, float]) -> None:
+    def _write(self, name: str, text: str, place: Point) -> None:
         old = self._labels.get(name)
         if old is not None and old[0] != text:
             old[1].delete()
@@ -247,27 +235,9 @@ class StackView:
             old = self._labels[name] = (text, self.scene.text(text, f"{_LABEL}; {side}"))
         old[1].move(*place)
 
-    def _look(self, how: Callable[[], None], x: float, y: float, z: float) -> None:
-        """Look at the middle from a place given in lengths of the brake."""
-        self._view = how
+    def _look(self, x: float, y: float, z: float) -> None:
+        """Look at the middle from a position given in lengths of the brake."""
+        self._view = (x, y, z)
         far, middle = self._frame
-        self.scene.move_camera(
-            x=middle + x * far, y=y * far, z=z * far, look_at_x=middle, look_at_y=0, look_at_z=0,
-            duration=0.3,
-        )  # fmt: skip
-
-    def whole(self) -> None:
-        """All of it from the front, a little from above."""
-        self._look(self.whole, -0.08, -1.15, 0.5)
-
-    def left(self) -> None:
-        """Along the brake from its left cap."""
-        self._look(self.left, -0.95, -0.42, 0.32)
-
-    def right(self) -> None:
-        """Along the brake from its right cap."""
-        self._look(self.right, 0.95, -0.42, 0.32)
-
-    def side(self) -> None:
-        """Flat from the side, where the sheets are seen one above the other."""
-        self._look(self.side, 0.0, -1.22, 0.0)
+        to = dict(look_at_x=middle, look_at_y=0.0, look_at_z=0.0)
+        self.scene.move_camera(x=middle + x * far, y=y * far, z=z * far, duration=0.3, **to)

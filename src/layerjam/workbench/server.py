@@ -51,8 +51,9 @@ def _why_not(number: int | None, host: str, port: int) -> str:
     return f"host: '{host[:60]}' is no address of this machine"
 
 
-def serve(*, host: str, port: int, show: bool, engine: Callable[[], None],
-          token: str | None = None) -> None:  # fmt: skip
+def serve(
+    *, host: str, port: int, show: bool, engine: Callable[[], None], token: str | None = None
+) -> None:
     """Serve until interrupted; `engine` makes JAX ready, in a thread.
 
     Raises MissingExtraError without NiceGUI, and QuantityError where it cannot listen.
@@ -64,11 +65,14 @@ def serve(*, host: str, port: int, show: bool, engine: Callable[[], None],
     if not is_loopback(host):
         token = token or secrets.token_urlsafe(18)
     check_free(host, port)
+    from layerjam.workbench import live
     from layerjam.workbench.gate import Gate
     from layerjam.workbench.pages.all import TABS
     from layerjam.workbench.rest import REST, WORK
     from layerjam.workbench.shell import frame
     from layerjam.workbench.uploads import close_all
+
+    live.check()
 
     @ui.page("/", title="layerjam workbench", dark=None)
     def page(s: str = "") -> None:
@@ -78,16 +82,23 @@ def serve(*, host: str, port: int, show: bool, engine: Callable[[], None],
 
     app.add_middleware(Gate, token=token, largest=BODY, local=is_loopback(host))
     place = f"http://{'localhost' if host in ('127.0.0.1', '::1') else host}:{port}/"
-    app.on_startup(lambda: print(f"workbench: {place}{f'?token={token}' if token else ''}"
-                                 "  (Ctrl-C ends it)", flush=True))  # fmt: skip
+    said = f"workbench: {place}{f'?token={token}' if token else ''}  (Ctrl-C ends it)"
+    app.on_startup(lambda: print(said, flush=True))
     app.on_shutdown(close_all)
     app.timer(REST / 4, lambda: run.io_bound(WORK.give_back), immediate=False)
     with contextlib.suppress(KeyboardInterrupt):
         ui.run(
-            host=host, port=port, title="layerjam workbench", show=show, reload=False,
-            show_welcome_message=False, reconnect_timeout=10, favicon=ICON, language="en-US",
+            host=host,
+            port=port,
+            title="layerjam workbench",
+            show=show,
+            reload=False,
+            show_welcome_message=False,
+            reconnect_timeout=10,
+            favicon=ICON,
+            language="en-US",
             ws_per_message_deflate=not is_loopback(host),
-        )  # fmt: skip
+        )
 
 
 _ready = threading.Lock()

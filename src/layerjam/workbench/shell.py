@@ -3,28 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from nicegui import ui
 
 from layerjam.errors import LayerjamError
+from layerjam.workbench.call import as_python
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.live import SCRIPT
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
 from layerjam.workbench.rest import elsewhere
-from layerjam.workbench.state import LONGEST_LINK, State, from_link, to_link
-
-STYLE = """
-.page { padding: 12px 8px }
-.side { width: 330px; flex: none; gap: 12px }
-.main { flex: 1; min-width: 0 }
-.chart { width: 100%; height: 460px }
-@media (max-width: 900px) { .page { flex-wrap: wrap } .side { width: 100% } }
-.q-field__messages { line-height: 1.3 }
-.body--dark .text-primary:not(.bg-primary) { --q-primary: #7cc0ef }
-.body--dark .text-negative { --q-negative: #ff9d94 }
-:focus-visible { outline: 2px solid #0072B2; outline-offset: 2px }
-"""
+from layerjam.workbench.state import LONGEST_LINK, from_link, to_link
+from layerjam.workbench.widgets import button, dressed, shipped
 
 # what slides moves away from under a click
 ui.expansion.default_props("duration=0")
@@ -50,10 +40,10 @@ def frame(link: str, kinds: Sequence[Tab | type[Page]], prepare: Callable[[], No
     desk, trouble = desk_of(link)
     names = [kind.name for kind in kinds]
     if desk.state.page not in names:
-        desk.state = State(**{**vars(desk.state), "page": names[0]})
+        desk.state = replace(desk.state, page=names[0])
     pages: dict[str, Page] = {}
-    ui.add_css(STYLE)
-    ui.add_body_html(SCRIPT)
+    ui.add_css(shipped("workbench.css"))
+    ui.add_body_html(f"<script>{shipped('workbench.js')}</script>")
     ui.colors(primary="#0B5C8E", negative="#B3261E")
     dark = ui.dark_mode(None)
     tabs = _header(desk, kinds, pages, dark)
@@ -106,9 +96,7 @@ def _header(
         ui.label("layerjam").classes("text-h6")
         with ui.tabs().props("dense no-caps") as tabs:
             for kind in kinds:
-                ui.tab(kind.name, label=kind.title, icon=kind.icon).props(
-                    f'data-testid="tab-{kind.name}"'
-                )
+                dressed(ui.tab(kind.name, label=kind.title, icon=kind.icon), f"tab-{kind.name}")
         with ui.row().classes("items-center gap-1"):
             for icon, what, act in (
                 ("undo", "Undo (Ctrl Z)", desk.undo),
@@ -131,16 +119,15 @@ def _header(
 
 def _button(icon: str, what: str, act: Callable[[], object]) -> None:
     name = what.split(" (", maxsplit=1)[0].lower().replace(" ", "-")
-    ui.button(icon=icon, on_click=act).props(
-        f'flat round color=white aria-label="{what}" data-testid="{name}"'
-    ).tooltip(what)
+    look = "flat round color=white"
+    dressed(button("", act, name, icon, how=look, tip=what), aria_label=what)
 
 
 def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
     page = pages.get(desk.state.page)
     calls = [] if page is None else list(page.calls())
     try:
-        text = "\n".join(getattr(c, how)() for c in calls)
+        text = as_python(calls) if how == "python" else "\n".join(c.command() for c in calls)
     except LayerjamError as err:
         ui.notify(str(err), type="warning")
         return
@@ -152,10 +139,9 @@ def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
         ui.label(f"Copied as {'a command' if how == 'command' else 'Python'}").classes(
             "font-medium"
         )
-        ui.code(text, language="bash" if how == "command" else "python").classes("w-full").props(
-            'data-testid="copied"'
-        )
-        edited = [s.name for c in calls for s in c.subjects if s.file]
+        code = ui.code(text, language="bash" if how == "command" else "python")
+        dressed(code, "copied", "w-full")
+        edited = [name for call in calls for name in call.to_save]
         if edited:
             ui.label(f"{edited[0]} was edited or written here: save it beside where you run this.")
         ui.button("Close", on_click=dialog.close).props("flat autofocus")
@@ -185,18 +171,6 @@ def _address(desk: Desk) -> None:
     ui.timer(0.5, follow)
 
 
-KEYS = """<script>
-addEventListener('keydown', e => {
-  const typing = e.target.matches('input:not([type=range]), textarea, select');
-  if (e.repeat || typing || !(e.ctrlKey || e.metaKey) || e.key.toLowerCase() !== 'z') return;
-  e.preventDefault();
-  emitEvent(e.shiftKey ? 'layerjam_redo' : 'layerjam_undo');
-});
-</script>"""
-"""Only these keys come to the server; in a field that is typed into they are the field's own."""
-
-
 def _keys(desk: Desk) -> None:
-    ui.add_body_html(KEYS)
     ui.on("layerjam_undo", desk.undo)
     ui.on("layerjam_redo", desk.redo)

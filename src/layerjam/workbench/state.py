@@ -7,7 +7,7 @@ import binascii
 import json
 import math
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from layerjam.errors import QuantityError
@@ -37,16 +37,12 @@ class State:
     def put(self, page: str, key: str, value: Value) -> State:
         """A state with one setting changed."""
         inside = {**self.settings.get(page, {}), key: value}
-        return State(self.page, self.brake, self.line, self.beside,
-                     {**self.settings, page: inside})  # fmt: skip
+        return replace(self, settings={**self.settings, page: inside})
 
 
 def to_link(state: State) -> str:
     """The state as text that may stand in an address."""
-    text = json.dumps(
-        {"page": state.page, "brake": state.brake, "line": state.line, "beside": state.beside,
-         "settings": state.settings}, separators=(",", ":"), allow_nan=False,
-    )  # fmt: skip
+    text = json.dumps(vars(state), separators=(",", ":"), allow_nan=False)
     return base64.urlsafe_b64encode(zlib.compress(text.encode(), 9)).decode().rstrip("=")
 
 
@@ -68,11 +64,8 @@ def from_link(text: str) -> State:
     words = {k: found.get(k, "") for k in ("page", "brake", "line", "beside")}
     if not all(isinstance(v, str) for v in words.values()):
         raise QuantityError("link: page, brake and line are texts; the page begins anew")
-    return State(
-        page=words["page"] or "brake", brake=words["brake"] or State.brake,
-        line=words["line"] or State.line, beside=words["beside"],
-        settings=_settings(found.get("settings", {})),
-    )  # fmt: skip
+    said = {key: text for key, text in words.items() if text}
+    return State(**said, settings=_settings(found.get("settings", {})))
 
 
 def _settings(found: Any) -> dict[str, dict[str, Value]]:

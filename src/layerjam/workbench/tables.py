@@ -5,23 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-STYLE = """
-.plain-scroll { overflow-x: auto; max-width: 100% }
-.plain-table { border-collapse: collapse; font-size: 0.875rem }
-.plain-table th, .plain-table td { padding: 3px 12px 3px 0; vertical-align: top; text-align: left;
-  border-bottom: 1px solid rgba(128, 128, 128, 0.3) }
-.plain-table th { font-weight: 600 }
-.plain-table .num { text-align: right; white-space: nowrap }
-"""
-
 Cell = str | tuple[str, str]
 """A text, or a text and the classes it has besides."""
 
 
 def html(
-    heads: Sequence[str], rows: Iterable[Sequence[Cell]], numbers: Sequence[int] = (),
-    caption: str = "", ident: str = "",
-) -> str:  # fmt: skip
+    heads: Sequence[str],
+    rows: Iterable[Sequence[Cell]],
+    numbers: Sequence[int] = (),
+    caption: str = "",
+    ident: str = "",
+) -> str:
     """The table; `numbers` are the columns that stand right. Nothing in it is taken as HTML.
 
     Too wide for its place it scrolls, by the keyboard too.

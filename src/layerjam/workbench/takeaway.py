@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from layerjam.report.style import save
 from layerjam.simulate.record import Record
+from layerjam.workbench.widgets import button
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ENDINGS = ("svg", "png", "pdf")
+
+
+def buttons(page: str, act: Callable[[str], Any]) -> None:
+    """A button for each ending of a figure."""
+    for ending in ENDINGS:
+        button(f"figure as {ending.upper()}", partial(act, ending), f"{page}-figure-{ending}")
 
 
 def figure_bytes(figure: Figure, ending: str) -> bytes:

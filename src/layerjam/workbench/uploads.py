@@ -30,8 +30,8 @@ ALL_TOGETHER = 500 * 2**20
 SIDECAR = 64 * 2**10
 """Bytes of a sidecar."""
 LONGEST_NAME = 120
-ENDINGS = (".csv", ".tsv", ".txt", ".tra", ".dat", ".asc", ".log", ".xml", ".xlsx", ".xlsm",
-           ".xlsb", ".xls", ".ods")  # fmt: skip
+TEXTS = (".csv", ".tsv", ".txt", ".tra", ".dat", ".asc", ".log", ".xml")
+ENDINGS = (*TEXTS, ".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
 """Kept in the made-up name; the readers look at the content, any other becomes .dat."""
 OURS = "layerjam-file-"
 
@@ -78,7 +78,8 @@ class Uploads:
             self._place = tempfile.TemporaryDirectory(
                 prefix="layerjam-workbench-", ignore_cleanup_errors=True
             )
-            _OPEN.add(self)
+            with _DOOR:
+                _OPEN.add(self)
         return Path(self._place.name)
 
     def room(self, name: str, size: int) -> None:
@@ -160,11 +161,14 @@ class Uploads:
 
 
 _OPEN: weakref.WeakSet[Uploads] = weakref.WeakSet()
+_DOOR = threading.Lock()
 
 
 def close_all() -> None:
     """Delete every tab's folder: a server that is told to end may not come to Python's own exit."""
-    for tab in list(_OPEN):
+    with _DOOR:
+        tabs = list(_OPEN)
+    for tab in tabs:
         tab.close()
 
 

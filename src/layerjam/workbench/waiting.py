@@ -7,9 +7,10 @@ import time
 from nicegui import ui
 
 from layerjam.workbench.runner import Runner
+from layerjam.workbench.widgets import button, dressed
 
 PATIENCE = 0.6
-"""Seconds a computation runs before it is spoken of."""
+"""Seconds a computation runs before the page says so."""
 LOOK = 0.3
 
 
@@ -22,21 +23,19 @@ class Waiting:
         self._words, self._share = "", 0.0
         with ui.row().classes("w-full items-center gap-3") as self._row:
             ui.spinner(size="sm")
-            self._label = ui.label("computing").classes("text-sm").props('role="status"')
+            self._label = dressed(ui.label("computing"), "", "text-sm", role="status")
             self._bar = ui.linear_progress(value=0, show_value=False).classes("grow")
-            ui.button("Stop", on_click=runner.stop).props(
-                f'outline dense no-caps data-testid="{page}-stop"'
-            )
+            button("Stop", runner.stop, f"{page}-stop")
         self._row.set_visibility(False)
         ui.timer(LOOK, self._look)
 
     def tell(self, what: str, share: float) -> None:
-        """A verb's progress callback, in its thread; raises Stopped where the user said so."""
+        """A command's progress callback, in its thread; raises Stopped where the user said so."""
         self._words, self._share = what, share
         self._runner.check()
 
     def _look(self) -> None:
-        if not self._runner._running:
+        if not self._runner.running:
             if self._since is not None:
                 self._since, self._words, self._share = None, "", 0.0
                 self._row.set_visibility(False)

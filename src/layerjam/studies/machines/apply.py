@@ -39,6 +39,8 @@ class MachineResult(Result):
     scenarios: Sequence[str] | None = fact(
         "scenarios that come with the program", default=None, listed=False
     )
+    titles: Mapping[str, str] | None = None
+    """What each of these scenarios is, by name."""
 
     @property
     def units(self) -> dict[str, str]:
@@ -54,6 +56,17 @@ class MachineResult(Result):
             if value is not None
         ]
         return [*super().rows(), *own]
+
+    def pictures(self, progress: Progress) -> list[tuple[str, str]]:
+        """(SVG text, caption) of each drawing of the machine's page, in order."""
+        from layerjam.report.page import drawn
+        from layerjam.studies.machines.figures import pictures
+
+        made = []
+        for picture in pictures(self.record):
+            progress(f"figure {picture.name}", 0.0)
+            made.append((drawn(picture.figure()), picture.caption))
+        return made
 
     def lines(self) -> Iterator[str]:
         """Every limit and the verdict; or the scenarios' names."""
@@ -104,7 +117,8 @@ def apply(
     from layerjam.studies.machines.registry import analyse, load_scenario
 
     if names:
-        return MachineResult(scenarios=machines())
+        titles = {name: load_scenario(name).title for name in machines()}
+        return MachineResult(scenarios=list(titles), titles=titles)
     if scenario is None:
         raise QuantityError(f"say which scenario: {', '.join(machines())}, or a TOML file")
     given = load_scenario(scenario)

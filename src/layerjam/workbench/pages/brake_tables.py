@@ -4,34 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
 
 from nicegui import ui
 
-from layerjam.commands.answer import Answer
-from layerjam.commands.edit import BRAKE_FIELDS as FIELDS
+from layerjam.commands.edit import BRAKE_FIELDS
 from layerjam.device.file import BrakeFile
 from layerjam.units import get, show
 from layerjam.workbench import live
+from layerjam.workbench.call import result_fields
 from layerjam.workbench.tables import Cell, html
 
-ROWS: Mapping[str, tuple[str, int]] = {
-    "mass": ("Mass", -1),
-    "max_force": ("Greatest force of a pull at full vacuum", 1),
-    "holding_force": ("Holding force at rest, full vacuum", 1),
-    "force_density": ("Force over mass", 1),
-    "energy_capacity": ("Energy capacity of one stop", 1),
-    "usable_travel": ("Usable travel", 1),
-    "stiffness_before_slip": ("Stiffness before slip, sheets alone", 0),
-    "stiffness_measured": ("Stiffness measured, with the rig", 0),
-    "stiffness_sliding": ("Stiffness while sliding", 0),
-    "peak_vacuum": ("Vacuum above which a pull has a peak", 0),
-    "buckling_force": ("Buckling force of the free sheets", 0),
-    "sheet_stress": ("Stress in the sheets at the greatest force", -1),
-    "clamp_stress": ("Stress at the clamp at the greatest force", -1),
-    "film_strength": ("Strength of the film", 1),
-    "scale_factor": ("Scale factor on the friction", 0),
-}
-"""Key of `show`, its words, and which way is better: more, less, or neither of the two."""
+ROWS: Mapping[str, int] = MappingProxyType(
+    {
+        "mass": -1,
+        "max_force": 1,
+        "holding_force": 1,
+        "force_density": 1,
+        "energy_capacity": 1,
+        "usable_travel": 1,
+        "stiffness_before_slip": 0,
+        "stiffness_measured": 0,
+        "stiffness_sliding": 0,
+        "peak_vacuum": 0,
+        "buckling_force": 0,
+        "sheet_stress": -1,
+        "clamp_stress": -1,
+        "film_strength": 1,
+        "scale_factor": 0,
+    }
+)
+"""Key of `show`, and which is better: more, less, or neither of the two."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +48,12 @@ class Line:
     verdict: str = ""
 
 
-def lines(here: Answer, beside: Answer | None) -> list[Line]:
+def lines(here: Any, beside: Any | None) -> list[Line]:
     """The rows; with a second brake the difference in words, seen from the first."""
     made = []
-    for key, (name, better) in ROWS.items():
-        unit = here.units[key]
+    about = result_fields("show")
+    for key, better in ROWS.items():
+        unit, name = here.units[key], about[key][0].upper() + about[key][1:]
         mine = here.values[key]
         if beside is None:
             made.append(Line(name, show(mine, unit)))
@@ -81,7 +86,7 @@ class Comparison:
     def __init__(self) -> None:
         self._box = live.Table()
 
-    def fill(self, here: Answer, beside: Answer | None) -> None:
+    def fill(self, here: Any, beside: Any | None) -> None:
         """Show one brake, or two and their difference."""
         heads = ["", here.values["name"]]
         if beside is not None:
@@ -115,12 +120,12 @@ class Sources:
         self._shown = file.text
         heads = ["Number", "Value", "Kind", "Source", "Spread", "Conflict"]
         rows = []
-        for path, (spec, _) in FIELDS.items():
+        for path, (spec, _) in BRAKE_FIELDS.items():
             value, source = get(file.brake, path), file.sources.get(path)
             if value is None:
                 continue
-            said = ["default", "", "", ""] if source is None else [
-                source.kind, source.text, source.spread, source.conflict
-            ]  # fmt: skip
+            said = ("default", "", "", "")
+            if source is not None:
+                said = (source.kind, source.text, source.spread, source.conflict)
             rows.append([path, show(value, spec.unit, 6), *said])
         self._box.set_content(html(heads, rows, (1,), "Sources", "brake-sources"))

@@ -1,29 +1,35 @@
-"""Design: from a need to a brake, several as one, what others make, and the four machines."""
+"""Design: from a requirement to a brake, several as one, what others make, four machines."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from nicegui import ui
 
-from layerjam.workbench import tables
 from layerjam.workbench.call import Call
-from layerjam.workbench.controls import Choice, choice, word
+from layerjam.workbench.controls import Choice, choice
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.design_arrays import Arrays
 from layerjam.workbench.pages.design_density import Density
 from layerjam.workbench.pages.design_machines import Machines
 from layerjam.workbench.pages.design_need import NeedPart
-from layerjam.workbench.pages.design_part import STYLE, Host, Part
+from layerjam.workbench.pages.design_part import Host, Part
 from layerjam.workbench.waiting import Waiting
 
-PART = Choice(
-    "part",
-    {"need": "From a need", "arrays": "Several as one", "density": "Force over mass",
-     "machines": "Four machines"},
-    "need", help="What this page shows",
-)  # fmt: skip
+WORDS = MappingProxyType(
+    {
+        "need": "From a requirement",
+        "arrays": "Several as one",
+        "density": "Force over mass",
+        "machines": "Four machines",
+    }
+)
+PART = Choice("part", WORDS, "need", help="What this page shows")
+KINDS: Mapping[str, type[Part]] = MappingProxyType(
+    {"need": NeedPart, "arrays": Arrays, "density": Density, "machines": Machines}
+)
 
 
 class Design(Host):
@@ -33,15 +39,11 @@ class Design(Host):
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
-        self.parts: dict[str, Part] = {
-            "need": NeedPart(self), "arrays": Arrays(self), "density": Density(self),
-            "machines": Machines(self),
-        }  # fmt: skip
+        self.parts = {key: kind(self) for key, kind in KINDS.items()}
         self.boxes: dict[str, ui.column] = {}
 
     def build(self) -> None:
         """The choice of a part, and the parts below it; each is built when first opened."""
-        ui.add_css(tables.STYLE + STYLE)
         with ui.column().classes("w-full page gap-3"):
             with ui.row().classes("w-full items-center gap-6 design-head"):
                 choice(self.desk, self.name, PART)
@@ -55,10 +57,10 @@ class Design(Host):
 
     def part(self) -> Part:
         """The one that is open."""
-        return self.parts[word(self.desk, self.name, PART)]
+        return self.parts[self.word(PART)]
 
     def _open_part(self) -> None:
-        now = word(self.desk, self.name, PART)
+        now = self.word(PART)
         for key, box in self.boxes.items():
             box.set_visibility(key == now)
         if not self.parts[now].built:
@@ -67,11 +69,11 @@ class Design(Host):
                 self.parts[now].build()
 
     def calls(self) -> Sequence[Call]:
-        """What the open part asks."""
+        """The open part's calls."""
         return self.part().calls()
 
     def compute(self) -> Any:
-        """The open part's answers, and whose they are."""
+        """The open part's results, and whose they are."""
         part = self.part()
         return part, part.compute()
 

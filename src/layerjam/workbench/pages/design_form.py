@@ -1,92 +1,90 @@
-"""The usual need in a few numbers; what it writes goes into the specification and is searched."""
+"""The usual requirement in a few numbers; what it writes is the specification."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from nicegui import ui
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from layerjam.design.few_numbers import HOLD, STOP, hold, stop
 from layerjam.device.load import catalogue
 from layerjam.errors import LayerjamError
-from layerjam.workbench.controls import Choice, Control, choice, number, slider, word
+from layerjam.workbench.controls import Choice, Control, by_key, choice
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.page import Asking
 from layerjam.workbench.pages.design_part import PAGE
+from layerjam.workbench.widgets import Alert, button, fold, hint, one_line
 
-KIND = Choice("form", {"hold": "hold a force", "stop": "stop a mass"}, "hold", label="Need")
+KIND = Choice("form", {"hold": "hold a force", "stop": "stop a mass"}, "hold", label="Requirement")
+MAKERS: Mapping[str, Callable[..., Any]] = {"hold": hold, "stop": stop}
+
+
+def _control(
+    kind: str, name: str, default: float, span: tuple[float, float], **more: Any
+) -> Control:
+    spec = (HOLD if kind == "hold" else STOP)[name]
+    key = "margin" if name == "stress_margin" else name
+    return Control(f"{kind}_{key}", spec, default, *span, **more)
+
+
 HOLDS = (
-    Control("hold_force", HOLD["force"], 300.0, 10.0, 3000.0, unit="N", label="Holding force"),
-    Control("hold_mass", HOLD["mass"], 0.06, 0.01, 0.5, unit="g", label="Mass at most"),
-    Control("hold_width", HOLD["width"], 0.025, 0.005, 0.1, unit="mm", label="Width at most"),
-    Control("hold_length", HOLD["length"], 0.11, 0.06, 0.4, unit="mm", label="Length at most"),
-    Control("hold_margin", HOLD["stress_margin"], 2.0, 0.0, 5.0, label="Safety on stress"),
+    _control("hold", "force", 300.0, (10.0, 3000.0), unit="N", label="Holding force"),
+    _control("hold", "mass", 0.06, (0.01, 0.5), unit="g", label="Mass at most"),
+    _control("hold", "width", 0.025, (0.005, 0.1), unit="mm", label="Width at most"),
+    _control("hold", "length", 0.11, (0.06, 0.4), unit="mm", label="Length at most"),
+    _control("hold", "stress_margin", 2.0, (0.0, 5.0), label="Safety on stress"),
 )
 STOPS = (
-    Control("stop_mass", STOP["mass"], 75.0, 0.5, 150.0, unit="kg", label="Mass"),
-    Control("stop_speed", STOP["speed"], 2.0, 0.1, 10.0, unit="m/s", label="Speed"),
-    Control("stop_travel", STOP["travel"], 0.3, 0.01, 1.0, unit="mm", label="Travel at most"),
-    Control("stop_force", STOP["force"], 4000.0, 50.0, 10_000.0, unit="N",
-            label="Force at most"),
-    Control("stop_margin", STOP["stress_margin"], 1.5, 0.0, 5.0, label="Safety on stress"),
-)  # fmt: skip
+    _control("stop", "mass", 75.0, (0.5, 150.0), unit="kg", label="Mass"),
+    _control("stop", "speed", 2.0, (0.1, 10.0), unit="m/s", label="Speed"),
+    _control("stop", "travel", 0.3, (0.01, 1.0), unit="mm", label="Travel at most"),
+    _control("stop", "force", 4000.0, (50.0, 10_000.0), unit="N", label="Force at most"),
+    _control("stop", "stress_margin", 1.5, (0.0, 5.0), label="Safety on stress"),
+)
 
 
-class Form:
+class Form(Asking):
     """Sliders that write a specification from the desk's brake."""
+
+    name = PAGE
 
     def __init__(self, desk: Desk, written: Callable[[str], None]) -> None:
         """`written` takes the TOML text."""
-        self.desk, self.written = desk, written
+        super().__init__(desk)
+        self.written = written
+
+    def controls(self) -> Mapping[str, Control]:
+        """Of both kinds of requirement."""
+        return by_key(*HOLDS, *STOPS)
 
     def build(self) -> None:
         """Closed at first, as the text is there already."""
-        with (
-            ui.expansion("Write it from a few numbers")
-            .classes("w-full")
-            .props(f'dense header-class="font-medium" data-testid="{PAGE}-form-open"')
-        ):
+        with fold("Write it from a few numbers", f"{PAGE}-form-open"):
             choice(self.desk, PAGE, KIND)
-            self.boxes = {}
-            for key, controls in (("hold", HOLDS), ("stop", STOPS)):
-                with ui.column().classes("w-full gap-2") as self.boxes[key]:
+            for kind, controls in (("hold", HOLDS), ("stop", STOPS)):
+                with self.while_(lambda kind=kind: self.word(KIND) == kind):  # type: ignore[misc]
                     for control in controls:
-                        slider(self.desk, PAGE, control)
-            self.refused = (
-                ui.label("")
-                .classes("text-negative text-sm")
-                .props(f'role="alert" data-testid="{PAGE}-form-problem"')
-            )
-            ui.button("Write and search", icon="edit_note", on_click=self.write).props(
-                f'no-caps dense outline data-testid="{PAGE}-write"'
-            )
-            ui.label("It begins from the brake on the desk and its film.").classes(
-                "text-sm opacity-80"
-            )
-        self.desk.watch(lambda _: self._show())
-        self._show()
+                        self.slider(control.key)
+            self.refused = Alert(f"{PAGE}-form-problem", "text-sm")
+            look = "no-caps dense outline"
+            button("Write and search", self.write, f"{PAGE}-write", "edit_note", how=look)
+            hint("It begins from the brake on the desk and its film.")
 
-    def _show(self) -> None:
-        for key, box in self.boxes.items():
-            box.set_visibility(key == word(self.desk, PAGE, KIND))
-
-    def text(self) -> str:
+    def specification(self) -> str:
         """The specification of the numbers of now; raises LayerjamError."""
-        file = self.desk.brake
+        file, kind = self.desk.brake, self.word(KIND)
         own = self.desk.state.brake not in catalogue()
         called = f"{file.name}.toml" if own else self.desk.state.brake
-        kind = word(self.desk, PAGE, KIND)
-        controls = HOLDS if kind == "hold" else STOPS
-        *asked, margin = [(c, number(self.desk, PAGE, c)) for c in controls]
-        said = {c.key.split("_", 1)[1]: c.text(value) for c, value in asked}
-        made = hold if kind == "hold" else stop
-        return made(file, called, **said, stress_margin=margin[1]).text()
+        *asked, margin = HOLDS if kind == "hold" else STOPS
+        said = {c.key.split("_", 1)[1]: self.text(c.key) for c in asked}
+        made = MAKERS[kind](file, called, **said, stress_margin=self.value(margin.key))
+        return str(made.text())
 
     def write(self) -> None:
         """Into the editor, and search."""
         try:
-            text = self.text()
+            text = self.specification()
         except LayerjamError as err:
-            self.refused.set_text(" ".join(str(err).split()))
+            self.refused.say(one_line(err))
             return
-        self.refused.set_text("")
+        self.refused.say("")
         self.written(text)

@@ -5,26 +5,25 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Sequence
+from functools import cached_property
 from html import escape
 from typing import Any, NamedTuple
 
 from nicegui import ui
 
-from layerjam.commands.answer import Answer
-from layerjam.studies.machines.apply import machines
-from layerjam.studies.machines.registry import load_scenario
 from layerjam.units import show
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.controls import Choice, menu, word
+from layerjam.workbench.controls import Choice, menu
 from layerjam.workbench.page import Notes
 from layerjam.workbench.pages.design_part import PAGE, Host, Part, said, words
 from layerjam.workbench.tables import html
+from layerjam.workbench.widgets import dressed, fold, hint
 
 
 class Shown(NamedTuple):
-    """An answer and its drawings."""
+    """A result and its drawings."""
 
-    answer: Answer
+    result: Any
     pictures: list[tuple[str, str]]
     """(SVG text, caption)."""
 
@@ -37,57 +36,39 @@ class Machines(Part):
         self._known: dict[str, Shown] = {}
         self._drawn: Shown | None = None
 
+    @cached_property
     def choice(self) -> Choice:
         """The scenarios by name."""
-        names = {n: f"{n}: {load_scenario(n).title}" for n in machines()}
+        titles = Call("apply", options={"names": True}).run().titles
+        names = {name: f"{name}: {title}" for name, title in titles.items()}
         return Choice("scenario", names, "seat-belt", help="What the brakes are built into")
-
-    def scenario(self) -> str:
-        """The one that is chosen."""
-        return word(self.desk, PAGE, self.choice())
 
     def build(self) -> None:
         """Scenario, verdict, limits, pictures, every number."""
         with ui.column().classes("w-full").style("max-width: 640px"):
-            menu(self.desk, PAGE, self.choice())
-        self.verdict = ui.label("").classes("text-base").style("max-width: 75ch").props(
-            f'role="status" data-testid="{PAGE}-verdict"'
-        )  # fmt: skip
-        self.limits = (
-            ui.html("", sanitize=False).classes("w-full").props(f'data-testid="{PAGE}-limits"')
-        )
-        self.pictures = (
-            ui.html("", sanitize=False).classes("w-full").props(f'data-testid="{PAGE}-pictures"')
-        )
-        with (
-            ui.expansion("Every number")
-            .classes("w-full")
-            .props(f'dense header-class="font-medium" data-testid="{PAGE}-machine-numbers"')
-        ):
+            menu(self.desk, PAGE, self.choice)
+        self.verdict = dressed(ui.label(""), f"{PAGE}-verdict", "text-base", role="status")
+        self.verdict.style("max-width: 75ch")
+        self.limits = dressed(ui.html("", sanitize=False), f"{PAGE}-limits", "w-full")
+        self.pictures = dressed(ui.html("", sanitize=False), f"{PAGE}-pictures", "w-full")
+        with fold("Every number", f"{PAGE}-machine-numbers"):
             self.results = ui.html("", sanitize=False).classes("w-full")
-        ui.label(
+        hint(
             "Computed from a model of the scenario's own brakes; nothing here was measured. A "
             "scenario of your own: layerjam apply FILE.toml."
-        ).classes("text-sm opacity-80")
+        )
         self.notes = Notes()
 
     def calls(self) -> Sequence[Call]:
         """The chosen machine."""
-        return [Call("apply", (Subject(self.scenario()),))]
+        return [Call("apply", (Subject(self.word(self.choice)),))]
 
-    def compute(self) -> Any:
-        """The answer and the drawings that its report holds; each machine once a tab."""
-        name = self.scenario()
+    def compute(self) -> Shown:
+        """The result and its drawings; each machine once a tab."""
+        name = self.word(self.choice)
         if name not in self._known:
-            from layerjam.report.page import drawn
-            from layerjam.studies.machines.figures import pictures
-
-            answer = self.calls()[0].run(progress=self.page.waiting.tell)
-            made = []
-            for picture in pictures(answer.record):
-                self.page.waiting.tell(f"figure {picture.name}", 0.0)
-                made.append((drawn(picture.figure()), picture.caption))
-            self._known[name] = Shown(answer, made)
+            result = self.calls()[0].run(progress=self.page.waiting.tell)
+            self._known[name] = Shown(result, result.pictures(self.page.waiting.tell))
         return self._known[name]
 
     def draw(self, found: Any) -> None:
@@ -95,27 +76,28 @@ class Machines(Part):
         if found is self._drawn:
             return
         self._drawn = found
-        answer = found.answer
-        self.verdict.set_text(answer.verdict)
-        self.limits.set_content(limits_table(answer))
+        result = found.result
+        self.verdict.set_text(result.verdict)
+        self.limits.set_content(limits_table(result))
         self.pictures.set_content("".join(_figure(svg, text) for svg, text in found.pictures))
-        rows = [(words(k), said(v, answer.units.get(k, ""))) for k, v in answer.results.items()]
-        rows.append(("mass of the brakes", said(answer.mass, "kg")))
-        needed = "none does" if answer.brakes_needed is None else str(answer.brakes_needed)
+        rows = [(words(k), said(v, result.units.get(k, ""))) for k, v in result.results.items()]
+        rows.append(("mass of the brakes", said(result.mass, "kg")))
+        needed = "none does" if result.brakes_needed is None else str(result.brakes_needed)
         rows.append(("brakes it would take", needed))
         self.results.set_content(html(("What", "Value"), rows, (1,), "Results"))
-        self.notes.fill(answer.warnings)
+        self.notes.fill(result.warnings)
 
 
-def limits_table(answer: Answer) -> str:
+def limits_table(result: Any) -> str:
     """Every limit, its value, and whether it is met."""
-    rows = [
-        (limit.name, said(limit.value, limit.unit),
-         f"{'at least' if limit.least else 'at most'} {show(limit.limit, limit.unit)}",
-         "met" if limit.met else f"missed, by {limit.factor:.3g} times"
-         if 0 < limit.factor < float("inf") else "missed")
-        for limit in answer.record.limits
-    ]  # fmt: skip
+    rows = []
+    for limit in result.record.limits:
+        allowed = f"{'at least' if limit.least else 'at most'} {show(limit.limit, limit.unit)}"
+        missed = "missed"
+        if 0 < limit.factor < float("inf"):
+            missed = f"missed, by {limit.factor:.3g} times"
+        value = said(limit.value, limit.unit)
+        rows.append((limit.name, value, allowed, "met" if limit.met else missed))
     return html(("Limit", "Value", "Allowed", ""), rows, (1, 2), "Limits")
 
 

@@ -1,4 +1,4 @@
-"""From a need to a brake: a specification, the search, and what it found."""
+"""From a requirement to a brake: a specification, the search, and what it found."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 from nicegui import events, ui
 
-from layerjam.commands.answer import Answer
 from layerjam.commands.design import brake_of
 from layerjam.design.requirements import DesignSpecification
 from layerjam.design.specification import examples, read_spec
@@ -20,13 +19,24 @@ from layerjam.errors import FileError, LayerjamError
 from layerjam.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.desk import read_any_brake
+from layerjam.workbench.desk import read_any
 from layerjam.workbench.page import Notes
 from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design_form import Form
 from layerjam.workbench.pages.design_part import PAGE, Host, Part, words
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import Stopped
+from layerjam.workbench.widgets import (
+    button,
+    chart,
+    columns,
+    dressed,
+    fold,
+    hint,
+    one_line,
+    select,
+    status,
+)
 
 LONGEST = 20_000
 """Characters of a specification on the page; the link has to hold it."""
@@ -35,9 +45,9 @@ STOPPED = "Stopped. Search begins it anew."
 
 
 class Found(NamedTuple):
-    """An answer, or why there is none and at which line."""
+    """A result, or why there is none and at which line."""
 
-    answer: Any = None
+    result: Any = None
     problem: str = ""
     line: int | None = None
 
@@ -63,7 +73,7 @@ class NeedPart(Part):
         """The brake of the desk that the specification begins from, as it was then."""
         text = str(self.desk.get(PAGE, "begin", ""))
         try:
-            file = read_any_brake(text) if text else None
+            file = read_any("brake", text) if text else None
         except LayerjamError:
             return {}
         return {} if file is None else {f"{file.name}.toml": file}
@@ -72,10 +82,11 @@ class NeedPart(Part):
         """The specification; raises FileError with the line."""
         text, _ = self.spec_text()
         key = (text, self.desk.get(PAGE, "begin", ""))
-        if self._read[0] != key or self._read[1] is None:
-            self._read = (key, read(text, self.beside()))
-        assert self._read[1] is not None
-        return self._read[1]
+        known, spec = self._read
+        if known != key or spec is None:
+            spec = read(text, self.beside())
+            self._read = (key, spec)
+        return spec
 
     def calls(self) -> Sequence[Call]:
         """The search; an own specification is the file that can be saved."""
@@ -86,7 +97,7 @@ class NeedPart(Part):
         return [Call("design", (Subject(f"{front.file_name(spec)}.toml", spec),))]
 
     def compute(self) -> Found:
-        """The answer to the specification; nothing twice, and nothing anew that was stopped."""
+        """The result to the specification; nothing twice, and nothing anew that was stopped."""
         key = (self.spec_text(), self.desk.get(PAGE, "begin", ""))
         if self._found[0] != key:
             self._found = (key, self._search())
@@ -94,88 +105,69 @@ class NeedPart(Part):
 
     def _search(self) -> Found:
         try:
-            answer = self.calls()[0].run(progress=self.page.waiting.tell)
+            result = self.calls()[0].run(progress=self.page.waiting.tell)
         except FileError as err:
             return Found(None, err.reason, err.line)
         except LayerjamError as err:
             return Found(None, str(err))
         except Stopped:
             return Found(None, STOPPED)
-        return Found(answer)
+        return Found(result)
 
     # ---- what stands on the page
 
     def build(self) -> None:
         """Specification, then front and tables."""
-        with ui.row().classes("w-full no-wrap items-start gap-6 page"):
-            with ui.column().classes("side design-side"):
-                self._specification()
-            with ui.column().classes("main gap-3"):
-                self.verdict = ui.label("").style("white-space: pre-line").props(
-                    f'role="status" data-testid="{PAGE}-outcome"'
-                )  # fmt: skip
-                with ui.column().classes("w-full gap-3") as self.results:
-                    self._results()
-                self.results.set_visibility(False)
-                self.notes = Notes()
+        side, main = columns()
+        with side.classes("design-side"):
+            self._specification()
+        with main:
+            self.verdict = dressed(ui.label(""), f"{PAGE}-outcome", role="status")
+            self.verdict.style("white-space: pre-line")
+            with ui.column().classes("w-full gap-3") as self.results:
+                self._results()
+            self.results.set_visibility(False)
+            self.notes = Notes()
         self.desk.watch(lambda what: self._fill() if what == "undo" else None)
 
     def _specification(self) -> None:
         with ui.row().classes("items-center gap-2"):
             ui.label("Begin from").classes("text-sm")
             for name in examples():
-                ui.button(f"example {name}", on_click=partial(self.begin, name)).props(
-                    f'outline dense no-caps data-testid="{PAGE}-example-{name}"'
-                )
+                button(f"example {name}", partial(self.begin, name), f"{PAGE}-example-{name}")
         self.form.build()
-        self.editor = ui.textarea("What is wanted (TOML)", value=self.spec_text()[0]).props(
-            f'outlined data-testid="{PAGE}-spec" spellcheck="false" maxlength={LONGEST} '
-            'aria-label="Specification as TOML" wrap="off"'
-        ).classes("w-full design-spec")  # fmt: skip
-        self.editor.on("keydown.ctrl.enter", self.search)
-        self.trouble = ui.html("", sanitize=False).classes("text-negative text-sm").props(
-            f'role="alert" data-testid="{PAGE}-spec-problem"'
-        )  # fmt: skip
+        text = ui.textarea("What is wanted (TOML)", value=self.spec_text()[0])
+        about, look = "Specification as TOML", "outlined spellcheck=false wrap=off"
+        self.editor = dressed(text, f"{PAGE}-spec", "w-full design-spec", look, aria_label=about)
+        dressed(self.editor, maxlength=LONGEST).on("keydown.ctrl.enter", self.search)
+        self.trouble = ui.html("", sanitize=False)
+        dressed(self.trouble, f"{PAGE}-spec-problem", "text-negative text-sm", role="alert")
         with ui.row().classes("items-center gap-2"):
-            ui.button("Search", icon="search", on_click=self.search).props(
-                f'no-caps data-testid="{PAGE}-search"'
-            ).tooltip("Ctrl Enter in the text")
-            ui.button("Save TOML", icon="download", on_click=self.save).props(
-                f'outline dense no-caps data-testid="{PAGE}-save"'
-            )
-        ui.label(
+            tip = "Ctrl Enter in the text"
+            button("Search", self.search, f"{PAGE}-search", "search", how="no-caps", tip=tip)
+            button("Save TOML", self.save, f"{PAGE}-save", "download")
+        hint(
             "Brakes, films and lines of the catalogue by name; the desk's own brake as "
             "NAME.toml. No file is opened from here."
-        ).classes("text-sm opacity-80")
+        )
 
     def _results(self) -> None:
         with ui.row().classes("w-full items-center gap-2"):
-            self.over = {
-                key: ui.select({}, label=label, on_change=partial(self._seen_over, key))
-                .props(f'dense outlined options-dense data-testid="{PAGE}-{key}" '
-                       f'aria-label="{label}"').classes("w-44")
-                for key, label in (("x", "Across"), ("y", "Up"))
-            }  # fmt: skip
-            for icon, what, step in (("chevron_left", "Previous design on the front", -1),
-                                     ("chevron_right", "Next design on the front", 1)):  # fmt: skip
-                ui.button(icon=icon, on_click=partial(self.walk, step)).props(
-                    f'flat round dense aria-label="{what}" '
-                    f'data-testid="{PAGE}-{"next" if step > 0 else "previous"}"'
-                ).tooltip(what)
-            ui.button("Put this brake on the desk", icon="move_down", on_click=self.take).props(
-                f'no-caps dense data-testid="{PAGE}-take"'
-            )
-        self.chart = ui.echart({}, on_point_click=self._clicked).classes("chart").style(
-            "height: 400px"
-        ).props(
-            f'data-testid="{PAGE}-front" role="img" aria-label="The front; the buttons above walk '
-            'along it"'
-        )  # fmt: skip
-        self.looked = (
-            live.Words("")
-            .classes("font-medium")
-            .props(f'role="status" data-testid="{PAGE}-picked"')
-        )
+            self.over = {}
+            for key, label in (("x", "Across"), ("y", "Up")):
+                seen = partial(self._seen_over, key)
+                self.over[key] = select({}, label, f"{PAGE}-{key}", seen, classes="w-44")
+            for arrow, way, step in (("left", "previous", -1), ("right", "next", 1)):
+                what, look = f"{way.capitalize()} design on the front", "flat round dense"
+                act, icon = partial(self.walk, step), f"chevron_{arrow}"
+                walker = button("", act, f"{PAGE}-{way}", icon, how=look, tip=what)
+                dressed(walker, aria_label=what)
+            text, look = "Put this brake on the desk", "no-caps dense"
+            button(text, self.take, f"{PAGE}-take", "move_down", how=look)
+        what = "The front; the buttons above walk along it"
+        size = "width: 100%; height: 400px"
+        self.chart = chart(f"{PAGE}-front", what, size, self._clicked)
+        self.looked = status(f"{PAGE}-picked", "font-medium")
         self.tables: dict[str, live.Table] = {}
         for key, title, is_open in (
             ("comparison", "Designs side by side", True),
@@ -183,19 +175,11 @@ class NeedPart(Part):
             ("chances", "Robustness of the chosen design", False),
             ("slopes", "What changes what, at the chosen design", False),
         ):
-            with (
-                ui.expansion(title, value=is_open)
-                .classes("w-full")
-                .props('dense header-class="font-medium"')
-            ):
-                self.tables[key] = live.Table().classes("w-full").props(
-                    f'data-testid="{PAGE}-{key}"'
-                )  # fmt: skip
+            with fold(title, is_open=is_open):
+                self.tables[key] = dressed(live.Table(), f"{PAGE}-{key}", "w-full")
         with ui.row().classes("items-center gap-2"):
             ui.label("Take away").classes("text-sm")
-            for ending in takeaway.ENDINGS:
-                ui.button(f"figure as {ending.upper()}", on_click=partial(self.figure, ending)
-                ).props(f'outline dense no-caps data-testid="{PAGE}-figure-{ending}"')  # fmt: skip
+            takeaway.buttons(PAGE, self.figure)
 
     def _fill(self) -> None:
         """The editor after undo."""
@@ -246,11 +230,11 @@ class NeedPart(Part):
 
     def walk(self, step: int) -> None:
         """The next design along the front."""
-        answer = self._found[1].answer
-        if answer is None or not answer.feasible:
+        result = self._found[1].result
+        if result is None or not result.feasible:
             return
-        numbers = front.along(answer)
-        number, _ = front.picked(answer, self.wanted())
+        numbers = front.along(result)
+        number, _ = front.picked(result, self.wanted())
         place = numbers.index(number) if number in numbers else 0
         self.pick(numbers[(place + step) % len(numbers)])
 
@@ -260,22 +244,22 @@ class NeedPart(Part):
         return int(value) if isinstance(value, int | float) else front.CHOSEN
 
     def _seen_over(self, key: str, event: events.ValueChangeEventArguments[Any]) -> None:
-        answer = self._found[1].answer
-        if event.value and answer is not None and answer.feasible:
-            usual = front.axes(answer)[key == "y"]
+        result = self._found[1].result
+        if event.value and result is not None and result.feasible:
+            usual = front.axes(result)[key == "y"]
             self.desk.put(PAGE, key, "" if event.value == usual else str(event.value))
 
     def take(self) -> None:
         """The design looked at becomes the desk's brake."""
-        answer = self._found[1].answer
-        if answer is None or not answer.feasible:
+        result = self._found[1].result
+        if result is None or not result.feasible:
             return
-        number, design = front.picked(answer, self.wanted())
+        number, design = front.picked(result, self.wanted())
         try:
-            file = brake_of(answer, None if number == front.REFINED else number)
+            file = brake_of(result, None if number == front.REFINED else number)
             self.desk.put_brake(file.text)
         except LayerjamError as err:
-            ui.notify(" ".join(str(err).split()), type="warning")
+            ui.notify(one_line(err), type="warning")
             return
         count = int(design["series"] * design["parallel"])
         many = f"; the design is {count} of them" if count > 1 else ""
@@ -283,14 +267,12 @@ class NeedPart(Part):
 
     async def figure(self, ending: str) -> None:
         """The figure that `design --figure` writes."""
-        answer = self._found[1].answer
-        if answer is None or not answer.feasible:
+        result = self._found[1].result
+        if result is None or not result.feasible:
             return
-        from layerjam.report.design_figures import front as drawn
-
-        content = await elsewhere(lambda: takeaway.figure_bytes(drawn(answer), ending))
+        content = await elsewhere(lambda: takeaway.figure_bytes(result.draw(), ending))
         if content is not None:
-            name = front.file_name(answer.record.spec)
+            name = front.file_name(result.record.spec)
             ui.download.content(content, f"{name}-design.{ending}")
 
     # ---- what is shown
@@ -298,34 +280,33 @@ class NeedPart(Part):
     def draw(self, found: Found) -> None:
         """The outcome; what has not changed stays as it is."""
         self.trouble.set_content(problem(found, self.spec_text()[0]))
-        answer = found.answer
-        fine = answer is not None and bool(answer.feasible)
+        result = found.result
+        fine = result is not None and bool(result.feasible)
         self.results.set_visibility(fine)
-        self.verdict.set_text("" if answer is None else front.verdict(answer))
-        self.notes.fill([] if answer is None else answer.warnings)
-        if answer is None or not fine:
+        self.verdict.set_text("" if result is None else front.verdict(result))
+        self.notes.fill([] if result is None else result.warnings)
+        if result is None or not fine:
             self._drawn = ()
             return
-        names = self._axes(answer)
-        number, design = front.picked(answer, self.wanted())
-        now = (id(answer), names, number, self.page.dark)
+        names = self._axes(result)
+        number, design = front.picked(result, self.wanted())
+        now = (id(result), names, number, self.page.dark)
         if now == self._drawn:
             return
         fresh = now[0] != (self._drawn or (0,))[0]
         self._drawn = now
-        live.draw(self.chart, front.front_chart(answer, names, number, self.page.dark))
+        live.draw(self.chart, front.front_chart(result, names, number, self.page.dark))
         self.looked.set_text(f"Looked at: {named(design)}")
-        self.tables["comparison"].set_content(front.comparison(answer, number))
+        self.tables["comparison"].set_content(front.comparison(result, number))
         if fresh:
-            for key, made in (("forbidden", front.forbidden), ("chances", front.chances),
-                              ("slopes", front.slopes)):  # fmt: skip
-                self.tables[key].set_content(made(answer))
+            for make in (front.forbidden, front.chances, front.slopes):
+                self.tables[make.__name__].set_content(make(result))
 
-    def _axes(self, answer: Answer) -> tuple[str, str]:
+    def _axes(self, result: Any) -> tuple[str, str]:
         """What the front is seen over now; the menus follow."""
-        known = front.drawable(answer)
+        known = front.drawable(result)
         out = []
-        for key, usual in zip(("x", "y"), front.axes(answer), strict=True):
+        for key, usual in zip(("x", "y"), front.axes(result), strict=True):
             wanted = str(self.desk.get(PAGE, key, ""))
             name = wanted if wanted in known else usual
             out.append(name)
@@ -343,7 +324,7 @@ def read(text: str, beside: dict[str, BrakeFile]) -> DesignSpecification:
 
 
 def problem(found: Found, text: str) -> str:
-    """Why there is no answer, with the line it is about."""
+    """Why there is no result, with the line it is about."""
     if not found.problem:
         return ""
     said = escape(" ".join(found.problem.split()))

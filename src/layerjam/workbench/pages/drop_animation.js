@@ -3,7 +3,7 @@
 window.layerjamDrop = window.layerjamDrop || (() => {
   const NS = "http://www.w3.org/2000/svg";
   const REST = {anchor: 16, sheets: 150, overlap: 130, rope: 46, mass: 46};
-  const WAY = 120; // pixels of the drawing that the greatest travel takes
+  const REACH = 120; // pixels of the drawing that the greatest travel takes
   let root, data, chart = null, now = 0, playing = false, last = 0, keep = 0;
   const part = (name) => root.querySelector(`[data-part=${name}]`);
   const round = (value, digits = 3) => Number(value.toPrecision(digits)).toString();
@@ -38,7 +38,7 @@ window.layerjamDrop = window.layerjamDrop || (() => {
     put("rect", {x: 40, y: 6, width: 110, height: 10, fill: "currentColor", opacity: 0.6});
     const made = {flat, still: [], moving: []};
     if (data.brake) {
-      made.sleeve = put("rect", {x: 62, width: 66, rx: 8, fill: "#56B4E9", opacity: 0.18});
+      made.enclosure = put("rect", {x: 62, width: 66, rx: 8, fill: "#56B4E9", opacity: 0.18});
       for (let i = 0; i < 7; i++) {
         const moving = i % 2 === 1;
         const sheet = put("rect", {x: 69 + 8 * i, width: 4, fill: moving ? "#E69F00" : "#0072B2"});
@@ -67,19 +67,19 @@ window.layerjamDrop = window.layerjamDrop || (() => {
   const zero = () => REST.anchor + REST.sheets + 20 + REST.rope + REST.mass;
 
   function ruler() {
-    const scale = WAY / data.most;
+    const scale = REACH / data.most;
     for (const power of [-3, -2, -1, 0, 1, 2, 3]) for (const step of [1, 2, 5]) {
       const length = step * 10 ** power;
       if (length * scale >= 30) return {pixels: length * scale, text: `${round(length)} mm`};
     }
-    return {pixels: WAY, text: `${round(data.most)} mm`};
+    return {pixels: REACH, text: `${round(data.most)} mm`};
   }
 
   function set(element, values) { for (const key in values) element.setAttribute(key, values[key]); }
 
   function draw() {
     if (!data) return;
-    const d = data.drawn, scale = WAY / data.most;
+    const d = data.drawn, scale = REACH / data.most;
     const travel = at(data.travel, now) * scale, force = at(data.force, now);
     const slip = data.brake ? at(data.slip, now) * scale : 0;
     const share = data.top > 0 ? Math.max(force / data.top, 0) : 0;
@@ -88,7 +88,7 @@ window.layerjamDrop = window.layerjamDrop || (() => {
       for (const s of d.still) set(s, {y: REST.anchor, height: REST.sheets - 10});
       for (const s of d.moving) set(s, {y: REST.anchor + 10 + slip, height: REST.sheets});
       set(d.bar, {y: REST.anchor + 10 + REST.sheets + slip});
-      set(d.sleeve, {y: REST.anchor, height: REST.sheets + 14 + slip});
+      set(d.enclosure, {y: REST.anchor, height: REST.sheets + 14 + slip});
       end = REST.anchor + 17 + REST.sheets + slip;
     }
     const top = zero() - REST.mass + travel;

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -12,38 +11,13 @@ from nicegui import ui
 from layerjam.simulate.record import DropRecord
 from layerjam.simulate.rope_alone import BareDrop
 from layerjam.units import show
+from layerjam.workbench.widgets import shipped
 
 SAMPLES = 240
 """Moments of the record sent to the browser."""
 SLOW = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 LASTS = 4.0
 """Least time an animation takes where the factor is chosen by itself [s]."""
-STYLE = """
-.drop-stage { color: inherit; width: 100%; display: block }
-.drop-play { min-width: 108px; padding: 6px 14px; border-radius: 4px; border: 0; font: inherit;
-  color: #fff; background: #0B5C8E; cursor: pointer }
-.drop-scrub { width: 100%; accent-color: #0B5C8E }
-.drop-now { display: grid; grid-template-columns: auto auto; gap: 2px 12px; font-size: 0.875rem }
-.drop-now dd { margin: 0; text-align: right; font-variant-numeric: tabular-nums }
-.drop-cursor { position: absolute; left: 0; top: 0; bottom: 0; width: 0; display: none;
-  border-left: 1.5px solid #D55E00; pointer-events: none }
-"""
-_HTML = """
-<div id="{root}" style="visibility:hidden" data-testid="drop-animation">
-<svg class="drop-stage" data-part="stage" role="img"
- aria-label="A mass on a rope pulls the brake: drawn in slow motion"></svg>
-<div style="display:flex;align-items:center;gap:12px;margin:6px 0">
-<button type="button" class="drop-play" data-part="play" data-testid="drop-play"
- aria-label="Play or pause the drop">▶ Drop</button>
-<span data-part="slow" data-testid="drop-slow-said" style="font-size:0.875rem"></span></div>
-<input type="range" class="drop-scrub" data-part="scrub" data-testid="drop-scrub" min="0" max="1000"
- step="5" value="0" aria-label="Moment of the drop"/>
-<dl class="drop-now" data-testid="drop-now">
-<dt>time from the taut rope</dt><dd data-part="clock"></dd>
-<dt>force on the mass</dt><dd data-part="force"></dd>
-<dt>way of the mass</dt><dd data-part="travel"></dd>
-<dt>deceleration</dt><dd data-part="deceleration"></dd></dl></div>
-"""
 
 
 def slowness(lasts: float) -> float:
@@ -82,7 +56,7 @@ def series(record: DropRecord | BareDrop, slow: float | None = None) -> dict[str
 
 
 def record_top(record: DropRecord | BareDrop) -> int:
-    """Place of the greatest force among the samples from time zero on."""
+    """Position of the greatest force among the samples from time zero on."""
     return int(np.argmax(record.force[record.time >= 0]))
 
 
@@ -94,7 +68,8 @@ class Animation:
         self._chart, self._cursor = chart, cursor
         cursor.classes("drop-cursor")
         self._root = f"drop-animation-{chart.id}"
-        ui.html(_HTML.format(root=self._root), sanitize=False).classes("w-full")
+        stage = shipped("pages/drop_animation.html").replace("ROOT", self._root)
+        ui.html(stage, sanitize=False).classes("w-full")
         self._loaded = False
 
     def load(self, made: dict[str, Any] | None) -> None:
@@ -103,6 +78,5 @@ class Animation:
         call = f"layerjamDrop.load('{self._root}', {data}, getElement({self._chart.id}))"
         if not self._loaded:
             self._loaded = True
-            here = files("layerjam.workbench.pages") / "drop_animation.js"
-            call = here.read_text(encoding="utf-8") + call
+            call = shipped("pages/drop_animation.js") + call
         self._chart.client.run_javascript(call)

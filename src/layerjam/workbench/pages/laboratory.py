@@ -4,53 +4,58 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from nicegui import app, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.measure.sidecar import SIDECAR_ENDING
-from layerjam.workbench.controls import Choice, choice, menu, word
+from layerjam.workbench.call import Call, key_of
+from layerjam.workbench.controls import Choice, choice, chosen, menu
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
-from layerjam.workbench.pages.laboratory_chain import Asked, Chain, report, taken_roles
+from layerjam.workbench.pages.laboratory_chain import (
+    SAMPLE,
+    Asked,
+    Campaign,
+    Chain,
+    report,
+    taken_roles,
+)
 from layerjam.workbench.pages.laboratory_correct import Correct
 from layerjam.workbench.pages.laboratory_drop import Dropped, practice_files
 from layerjam.workbench.pages.laboratory_files import Reader, Row, edits_of, put_roles
-from layerjam.workbench.pages.laboratory_results import STYLE, Card
-from layerjam.workbench.pages.laboratory_steps import Done, Step, stem_of
+from layerjam.workbench.pages.laboratory_results import Card
+from layerjam.workbench.pages.laboratory_steps import Done, stem_of
 from layerjam.workbench.pages.laboratory_table import Table
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import Runner
 from layerjam.workbench.uploads import Uploads, close_all, zipped
+from layerjam.workbench.widgets import Alert, button, columns, dressed, hint, one_line
 
-STANDARD = Choice(
-    "standard",
-    {"paper": "as the paper", "d1894": "ASTM D1894", "iso8295": "ISO 8295"},
-    "paper",
-    label="Friction tests read",
-    help="How static and kinetic friction are taken from a record",
-)
-JUDDER = Choice(
-    "judder", {"no": "not averaged", "yes": "its middle"}, "no", label="Stick-slip",
-    help="Whether the middle of a stick-slip counts as kinetic friction (--accept-stick-slip)",
-)  # fmt: skip
-DEPTH = Choice(
-    "depth",
-    {"exact": "peaks", "curves": "whole curves", "bayesian": "Bayesian"},
-    "exact",
-    label="Calibrated on",
-    help="Each pull's peak and slope; whole curves at once; or samples of what the curves allow",
+STEPS = ("friction", "calibrate", "validate")
+STANDARDS = {"paper": "as the paper", "d1894": "ASTM D1894", "iso8295": "ISO 8295"}
+METHODS = {"exact": "peaks", "curves": "whole curves", "bayesian": "Bayesian"}
+STICK_SLIP = Choice(
+    "judder",
+    {"no": "not averaged", "yes": "its middle"},
+    "no",
+    label="Stick–slip",
+    help="Whether the middle of stick–slip counts as kinetic friction (--accept-stick-slip)",
 )
 FREE = Choice(
     "free",
-    {"": "nothing more", "pressure_exponent": "pressure exponent", "speed": "speed",
-     "force_offset": "zero of the force"},
+    {
+        "": "nothing more",
+        "pressure_exponent": "pressure exponent",
+        "speed": "speed",
+        "force_offset": "zero of the force",
+    },
     "",
     label="Fit as well (whole curves)",
     help="--free of the command",
-)  # fmt: skip
+)
 SOON = 0.3
 """Files that arrive within this time [s] of each other are read together."""
 
@@ -63,6 +68,8 @@ class Laboratory(Page):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.uploads = Uploads()
+        self.standard = chosen("friction", "standard", STANDARDS, label="Friction tests read")
+        self.method = chosen("calibrate", "depth", METHODS, label="Calibrated on")
         self.reader, self.chain = Reader(), Chain()
         self.rows: list[Row] = []
         self.page: Done | None = None
@@ -81,54 +88,44 @@ class Laboratory(Page):
 
     def build(self) -> None:
         """Drop zone and settings left; files, results and report right."""
-        ui.add_css(STYLE)
         ui.context.client.on_delete(self.close)
         _at_shutdown()
-        with ui.row().classes("w-full no-wrap items-start gap-6 page"):
-            with ui.column().classes("side"):
-                self.dropped = Dropped(self.uploads, self._arrived)
-                ui.button(
-                    "Try with synthetic files", icon="science",
-                    on_click=lambda: self._begin("practice"),
-                ).props('flat dense no-caps data-testid="laboratory-practice"').tooltip(
-                    "A campaign of the virtual laboratory on the brake choi2018-kapton; nothing in "
-                    "it was measured"
-                )  # fmt: skip
-                ui.separator()
-                menu(self.desk, self.name, STANDARD)
-                choice(self.desk, self.name, JUDDER)
-                choice(self.desk, self.name, DEPTH)
-                menu(self.desk, self.name, FREE)
-                self._progress_box()
-                self.problem_line()
-            with ui.column().classes("main gap-4"):
-                self.banner = (
-                    ui.label("Synthetic: files among these were written by a program, not measured")
-                    .classes("synthetic")
-                    .props('data-testid="laboratory-synthetic"')
-                )
-                self.banner.set_visibility(False)
-                self.table = Table(self._chosen, self._divide, self._sidecars)
-                self.correct = Correct(self.desk, self._removed)
-                self.cards = {
-                    "friction": Card("friction", lambda: None),
-                    "calibrate": Card("calibrate", self._take_buttons),
-                    "validate": Card("validate", lambda: None),
-                }
-                self._report_card()
+        side, main = columns()
+        with side:
+            self.dropped = Dropped(self.uploads, self._arrived)
+            tip = (
+                "A campaign of the virtual laboratory on the brake choi2018-kapton; nothing in it "
+                "was measured"
+            )
+            text, practice = "Try with synthetic files", partial(self._begin, "practice")
+            key, look = "laboratory-practice", "flat dense no-caps"
+            button(text, practice, key, "science", how=look, tip=tip)
+            ui.separator()
+            menu(self.desk, self.name, self.standard)
+            choice(self.desk, self.name, STICK_SLIP)
+            choice(self.desk, self.name, self.method)
+            menu(self.desk, self.name, FREE)
+            self._progress_box()
+            self.problem_line()
+        with main.classes("gap-4"):
+            synthetic = "Synthetic: files among these were written by a program, not measured"
+            self.banner = dressed(ui.label(synthetic), "laboratory-synthetic", "synthetic")
+            self.banner.set_visibility(False)
+            self.table = Table(self._chosen, self._divide, self._sidecars)
+            self.correct = Correct(self.desk, self._removed)
+            self.cards = {
+                name: Card(name, self._take_buttons if name == "calibrate" else lambda: None)
+                for name in STEPS
+            }
+            self._report_card()
         ui.timer(0.2, self._tick)
 
     def _progress_box(self) -> None:
         with ui.column().classes("w-full gap-1") as self.working:
-            self.doing = ui.label("").classes("text-sm").props(
-                'role="status" data-testid="laboratory-doing"'
-            )  # fmt: skip
-            self.bar = ui.linear_progress(0.0, show_value=False).props(
-                'aria-label="Progress" instant-feedback'
-            )
-            ui.button("Stop", icon="stop", on_click=self._stop).props(
-                'outline dense no-caps data-testid="laboratory-stop"'
-            )
+            self.doing = dressed(ui.label(""), "laboratory-doing", "text-sm", role="status")
+            self.bar = ui.linear_progress(0.0, show_value=False)
+            dressed(self.bar, how="instant-feedback", aria_label="Progress")
+            button("Stop", self._stop, "laboratory-stop", "stop")
         self.working.set_visibility(False)
 
     def _take_buttons(self) -> None:
@@ -137,53 +134,52 @@ class Laboratory(Page):
         self.toml = _button("TOML", "download", self._download_brake, "toml")
 
     def _report_card(self) -> None:
-        with ui.card().classes("w-full").props('flat bordered data-testid="laboratory-report"'):
+        with dressed(ui.card(), "laboratory-report", "w-full", "flat bordered"):
             with ui.row().classes("w-full items-center justify-between"):
-                ui.label("Report").classes("text-lg font-medium").props('role="heading"')
-                self.make = _button("Make the report", "description", lambda: self._begin("report"),
-                                    "make-report")  # fmt: skip
-            self.report_problem = ui.label("").classes("text-negative").props('role="alert"')
-            self.report_words = (
-                ui.label(
-                    "Friction, calibration and validation on a few pages, with every file's digest."
-                )
-                .classes("opacity-80")
-                .props('data-testid="laboratory-report-words"')
+                dressed(ui.label("Report"), "", "text-lg font-medium", role="heading")
+                begin = partial(self._begin, "report")
+                self.make = _button("Make the report", "description", begin, "make-report")
+            self.report_problem = Alert("laboratory-report-problem")
+            words = hint(
+                "Friction, calibration and validation on a few pages, with every file's digest."
             )
+            self.report_words = dressed(words, "laboratory-report-words")
             with ui.row().classes("gap-2") as self.downloads:
                 for name in ("report.pdf", "report.html"):
-                    _button(name, "download", lambda name=name: self._download(name),
-                            name.replace(".", "-"))  # fmt: skip
-                _button("All of it (ZIP)", "folder_zip", lambda: self._download(""), "report-zip")
+                    _button(name, "download", partial(self._download, name), name.replace(".", "-"))
+                whole = partial(self._download, "")
+                _button("All of it (ZIP)", "folder_zip", whole, "report-zip")
             self.downloads.set_visibility(False)
 
     # what is computed
 
-    def asked(self) -> Asked:
-        """The controls' words."""
-        free = word(self.desk, self.name, FREE)
-        return Asked(
-            standard=word(self.desk, self.name, STANDARD),
-            accept_stick_slip=word(self.desk, self.name, JUDDER) == "yes",
-            depth=word(self.desk, self.name, DEPTH), free=(free,) if free else (),
-        )  # fmt: skip
+    def campaign(self, rows: Sequence[Row], tell: Any) -> Campaign:
+        """Files and controls of now."""
+        free = self.word(FREE)
+        asked = Asked(
+            standard=self.word(self.standard),
+            accept_stick_slip=self.word(STICK_SLIP) == "yes",
+            depth=self.word(self.method),
+            free=(free,) if free else (),
+        )
+        brake, name = self.desk.brake_subject(), self.desk.brake.name
+        return Campaign(rows, brake, name, asked, self.uploads.folder, tell)
 
-    def calls(self) -> Sequence[Step]:  # type: ignore[override]
+    def calls(self) -> Sequence[Call]:
         """The steps that are shown, in order, and the report where one was made."""
-        made = [self.chain.done.get(verb) for verb in ("friction", "calibrate", "validate")]
-        steps = [d.step for d in made if d is not None and d.answer is not None]
-        return [*steps, self.page.step] if self.page is not None else steps
+        made = [self.chain.done[name] for name in STEPS if name in self.chain.done]
+        steps = [done.call for done in made if done.result is not None]
+        return [*steps, self.page.call] if self.page is not None else steps
 
     def compute(self) -> list[Row]:
         """Read what is new, then friction, calibration and validation as far as files go."""
         with self._busy:
-            asked = self.asked()
-            rows = self.reader.rows(self.uploads, edits_of(self.desk), self._tell, asked.standard)
+            standard = self.word(self.standard)
+            rows = self.reader.rows(self.uploads, edits_of(self.desk), self._tell, standard)
             self._read = rows
             if rows:
                 sample, self._sample = self._sample, False
-                self.chain.run(rows, self.desk.brake_subject(), self.desk.brake.name, asked,
-                               self.uploads.folder, self._tell, sample)  # fmt: skip
+                self.chain.run(self.campaign(rows, self._tell), sample)
             else:
                 self.chain.done.clear()
             return rows
@@ -198,7 +194,7 @@ class Laboratory(Page):
 
     def refresh(self) -> None:
         """Ask anew; what is being computed from older inputs is given up."""
-        if self.runner._running:
+        if self.runner.running:
             self.runner.stop()
         super().refresh()
 
@@ -209,7 +205,7 @@ class Laboratory(Page):
 
     def draw(self, result: list[Row]) -> None:
         """Table, chosen files and cards."""
-        if self.page is not None and self._of != _inputs(result, self.asked(), self.desk):
+        if self.page is not None and self._of != self._inputs(result):
             self.page = None
         self._fill_files(result)
         self._fill_cards()
@@ -227,13 +223,13 @@ class Laboratory(Page):
         self._chosen(self.table.chosen)
 
     def _fill_cards(self) -> None:
-        for verb, card in self.cards.items():
-            card.fill(self.chain.done.get(verb), self.chain.instead.get(verb, ""))
+        for name, card in self.cards.items():
+            card.fill(self.chain.done.get(name), self.chain.instead.get(name, ""))
         fitted = self.chain.done.get("calibrate")
         ready = fitted is not None and bool(fitted.text)
         self.take.set_visibility(ready)
         self.toml.set_visibility(ready)
-        self.sample.set_visibility("Sampling" in self.chain.instead.get("calibrate", ""))
+        self.sample.set_visibility(self.chain.instead.get("calibrate") == SAMPLE)
 
     # what the user does
 
@@ -245,7 +241,7 @@ class Laboratory(Page):
             self._wait -= 0.2
             if self._wait <= 0:
                 self.refresh()
-        busy = self.runner._running or self.jobs._running
+        busy = self.runner.running or self.jobs.running
         self.working.set_visibility(busy and bool(self._progress[0]))
         if busy:
             what, share = self._progress
@@ -290,14 +286,14 @@ class Laboratory(Page):
         try:
             self.desk.put_brake(fitted.text)
         except LayerjamError as err:
-            ui.notify(str(err), type="warning")
+            ui.notify(one_line(err), type="warning")
             return
         ui.notify("The calibrated brake is on the desk; undo takes it back")
 
     def _download_brake(self) -> None:
         fitted = self.chain.done.get("calibrate")
         if fitted is not None and fitted.text:
-            ui.download.content(fitted.text.encode(), fitted.step.out, "application/toml")
+            ui.download.content(fitted.text.encode(), fitted.call.out, "application/toml")
 
     def _download(self, name: str) -> None:
         if self.page is None:
@@ -312,7 +308,7 @@ class Laboratory(Page):
     # report and practice files
 
     async def _begin(self, job: str) -> None:
-        if self.jobs._running:
+        if self.jobs.running:
             ui.notify(f"the {self.job} is still being made")
             return
         self.job = job
@@ -322,15 +318,14 @@ class Laboratory(Page):
         with self._busy:
             if self.job == "practice":
                 return practice_files(self.uploads.folder, self._tell_of_job)
-            return report(self.rows, self.desk.brake_subject(), self.desk.brake.name, self.asked(),
-                          self.uploads.folder, self._tell_of_job)  # fmt: skip
+            return report(self.campaign(self.rows, self._tell_of_job))
 
     def _job_done(self, result: Any, problem: str) -> None:
         if self.uploads.closed or not (problem or result):
             return
         if self.job == "report":
             self.page = None if problem else result
-            self._of = _inputs(self.rows, self.asked(), self.desk)
+            self._of = self._inputs(self.rows)
             self._fill_report(problem)
         elif problem:
             ui.notify(problem, type="warning")
@@ -339,15 +334,20 @@ class Laboratory(Page):
             self.dropped.take_all(result)
 
     def _fill_report(self, problem: str) -> None:
-        self.report_problem.set_text(problem)
+        self.report_problem.say(problem)
         self.downloads.set_visibility(self.page is not None)
-        if self.page is not None and self.page.answer is not None:
+        if self.page is not None and self.page.result is not None:
             size = sum(len(b) for b in self.page.pages.values())
-            self.report_words.set_text(
-                f"{len(self.page.pages)} files, {size / 1e6:.1f} MB. " + " ".join(
-                    w for w in self.page.answer.warnings if w.startswith(("validated", "no PDF"))
-                )
-            )  # fmt: skip
+            words = [f"{len(self.page.pages)} files, {size / 1e6:.1f} MB."]
+            words += [w for w in self.page.result.warnings if key_of(w) == "calibrated-on"]
+            if self.page.result.pdf is None:
+                words.append("No PDF: the optional part 'pdf' is not installed.")
+            self.report_words.set_text(" ".join(words))
+
+    def _inputs(self, rows: Sequence[Row]) -> Any:
+        """What a report depends on."""
+        files = [(r.upload.digest, r.sidecar, r.role) for r in rows]
+        return files, self.campaign(rows, None).asked, self.desk.state.brake
 
     def close(self) -> None:
         """The tab is gone: stop, and delete its files."""
@@ -361,12 +361,5 @@ def _at_shutdown() -> None:
     app.on_shutdown(close_all)
 
 
-def _inputs(rows: Sequence[Row], asked: Asked, desk: Desk) -> Any:
-    """What a report depends on."""
-    return [(r.upload.digest, r.sidecar, r.role) for r in rows], asked, desk.state.brake
-
-
 def _button(text: str, icon: str, act: Any, key: str) -> ui.button:
-    return ui.button(text, icon=icon, on_click=act).props(
-        f'outline dense no-caps padding="4px 10px" data-testid="laboratory-{key}"'
-    )
+    return button(text, act, f"laboratory-{key}", icon)

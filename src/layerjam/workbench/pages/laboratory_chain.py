@@ -9,46 +9,58 @@ from pathlib import Path
 
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError
-from layerjam.workbench.call import Subject
+from layerjam.workbench.call import Call, DataFile, Options, Subject
 from layerjam.workbench.pages.laboratory_files import Row
 from layerjam.workbench.pages.laboratory_results import picture_of
-from layerjam.workbench.pages.laboratory_steps import (
-    Done,
-    Step,
-    Used,
-    pages_of,
-    stem_of,
-    written,
-)
+from layerjam.workbench.pages.laboratory_steps import Done, pages_of, stem_of, written
+from layerjam.workbench.widgets import one_line
 
 Tell = Callable[[str, float], None]
-Option = tuple[str, str | bool | tuple[str, ...]]
+SAMPLE = "Sampling takes minutes: press 'Sample' to begin."
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What the page's controls say, in the words of the verbs."""
+    """What the page's controls say, in the words of the commands."""
 
     standard: str = "paper"
     accept_stick_slip: bool = False
     depth: str = "exact"
     free: tuple[str, ...] = ()
 
-    def of_friction(self) -> tuple[Option, ...]:
+    def of_friction(self) -> Options:
         """Options of `friction` that differ from its own."""
-        made: list[Option] = []
-        if self.standard != "paper":
-            made.append(("standard", self.standard))
-        if self.accept_stick_slip:
-            made.append(("accept_stick_slip", True))
-        return tuple(made)
+        made: Options = {} if self.standard == "paper" else {"standard": self.standard}
+        return made | ({"accept_stick_slip": True} if self.accept_stick_slip else {})
 
-    def of_calibration(self) -> tuple[Option, ...]:
+    def of_calibration(self) -> Options:
         """Options of `calibrate` that differ from its own."""
-        made: list[Option] = [("depth", self.depth)] if self.depth != "exact" else []
-        if self.free and self.depth == "curves":
-            made.append(("free", self.free))
-        return tuple(made)
+        made: Options = {} if self.depth == "exact" else {"depth": self.depth}
+        return made | ({"free": self.free} if self.free and self.depth == "curves" else {})
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What the chain is computed from: files, the desk's brake and its name, what is asked."""
+
+    rows: Sequence[Row]
+    brake: Subject
+    name: str
+    asked: Asked
+    folder: Path
+    tell: Tell
+
+    def used(self, role: str) -> tuple[DataFile, ...]:
+        """The files that a step takes."""
+        return tuple(r.data for r in self.rows if r.good and r.role == role)
+
+    @property
+    def stem(self) -> str:
+        """The name that files written here begin with."""
+        stem = stem_of(self.name)
+        if self.brake.name in (f"{stem}-tested.toml", f"{stem}-calibrated.toml"):
+            return f"{stem}-again"  # what is written does not replace what it is made from
+        return stem
 
 
 @dataclass
@@ -57,138 +69,114 @@ class Chain:
 
     done: dict[str, Done] = field(default_factory=dict)
     instead: dict[str, str] = field(default_factory=dict)
-    sampled: Step | None = None
+    sampled: Call | None = None
     """The Bayesian calibration that was asked for: it takes minutes and is never begun unasked."""
 
-    def run(
-        self, rows: Sequence[Row], brake: Subject, name: str, asked: Asked, folder: Path,
-        tell: Tell, sample: bool = False,
-    ) -> None:  # fmt: skip
-        """Bring all steps up to date. `brake` is the desk's, `name` what its file is called."""
-        stem, given = stem_of(name), brake
-        if brake.name in (f"{stem}-tested.toml", f"{stem}-calibrated.toml"):
-            stem += "-again"  # what is written does not take the place of what it is made from
-        self.instead = {}
+    def run(self, given: Campaign, sample: bool = False) -> None:
+        """Bring all steps up to date."""
         waits = "It waits for the calibration."
-        self.instead |= {"validate": waits} if used(rows, "validate") else {}
-        self._friction(used(rows, "friction"), brake, stem, asked, folder, tell)
-        tested = self.done.get("friction")
-        if tested is not None and tested.brake is not None:
-            brake = Subject(tested.step.out, tested.brake)
-        files = used(rows, "calibrate")
-        made = brake is not given
-        self._calibration(files, brake, made, stem, asked, folder, tell, sample)
-        fitted = self.done.get("calibrate")
-        if fitted is not None and fitted.brake is not None:
-            brake = Subject(fitted.step.out, fitted.brake)
-        lacking = bool(files) and (fitted is None or fitted.brake is None)
-        files = used(rows, "validate")
-        if lacking or not files:
+        self.instead = {"validate": waits} if given.used("validate") else {}
+        self._friction(given)
+        brake = self._written("friction") or given.brake
+        self._calibration(given, brake, sample)
+        fitted = self._written("calibrate")
+        files = given.used("validate")
+        if not files or (given.used("calibrate") and fitted is None):
             self._none("validate", waits if files else "")
-        else:
-            step = Step("validate", (("", files),), brake, edited=_edited(files),
-                        made=brake is not given)  # fmt: skip
-            self._do(step, folder, tell)
+            return
+        brake = fitted or brake
+        self._do(given, Call("validate", (brake,), files=files, made=brake is not given.brake))
 
-    def _friction(
-        self, files: tuple[Used, ...], brake: Subject, stem: str, asked: Asked, folder: Path,
-        tell: Tell,
-    ) -> None:  # fmt: skip
+    def _written(self, name: str) -> Subject | None:
+        """The brake that a step wrote."""
+        step = self.done.get(name)
+        return None if step is None or step.brake is None else Subject(step.call.out, step.brake)
+
+    def _friction(self, given: Campaign) -> None:
+        files = given.used("friction")
         if not files:
             self._none("friction", "")
             return
-        alone = Step("friction", (("", files),), None, asked.of_friction(),
-                     edited=_edited(files))  # fmt: skip
-        step = replace(alone, brake=brake, out=f"{stem}-tested.toml",
-                       options=(*alone.options, ("partial", True)))  # fmt: skip
+        alone = Call("friction", options=given.asked.of_friction(), files=files)
+        more: Options = {"brake": given.brake, "partial": True}
+        options = {**alone.options, **more}
+        writing = replace(alone, options=options, out=f"{given.stem}-tested.toml")
         known = self.done.get("friction")
-        juddered = known is not None and known.answer and known.answer.values["kinetic"] is None
-        if known is not None and juddered and known.step == alone:
+        sticks = known is not None and known.result is not None and known.result.kinetic is None
+        if sticks and known is not None and known.call == alone:
             return
-        self._do(step, folder, tell)
-        if self.done["friction"].answer is None:
-            self._do(alone, folder, tell)  # judder: numbers, and no kinetic friction to write
+        self._do(given, writing)
+        if self.done["friction"].result is None:
+            self._do(given, alone)  # stick–slip: numbers, and no kinetic friction to write
 
-    def _calibration(
-        self, files: tuple[Used, ...], brake: Subject, made: bool, stem: str, asked: Asked,
-        folder: Path, tell: Tell, sample: bool,
-    ) -> None:  # fmt: skip
+    def _calibration(self, given: Campaign, brake: Subject, sample: bool) -> None:
+        files = given.used("calibrate")
         if not files:
             self._none("calibrate", "")
             return
-        step = Step("calibrate", (("", files),), brake,
-                    (*asked.of_calibration(), ("partial", True)), f"{stem}-calibrated.toml",
-                    edited=_edited(files), made=made)  # fmt: skip
-        if asked.depth == "bayesian":
+        options = {**given.asked.of_calibration(), "partial": True}
+        out, made = f"{given.stem}-calibrated.toml", brake is not given.brake
+        step = Call("calibrate", (brake,), options, files, out, made)
+        if given.asked.depth == "bayesian":
             self.sampled = step if sample else self.sampled
             if self.sampled != step:
-                self._none("calibrate", "Sampling takes minutes: press 'Sample' to begin.")
+                self._none("calibrate", SAMPLE)
                 return
-        self._do(step, folder, tell)
+        self._do(given, step)
 
-    def _none(self, verb: str, why: str) -> None:
-        self.done.pop(verb, None)
+    def _none(self, name: str, why: str) -> None:
+        self.done.pop(name, None)
         if why:
-            self.instead[verb] = why
+            self.instead[name] = why
 
-    def _do(self, step: Step, folder: Path, tell: Tell) -> None:
+    def _do(self, given: Campaign, step: Call) -> None:
         """Compute a step unless it was; a refusal is a result too."""
-        known = self.done.get(step.verb)
-        if known is not None and known.step == step and (known.picture or known.answer is None):
+        known = self.done.get(step.name)
+        if known is not None and known.call == step and (known.picture or known.result is None):
             return
-        self.done.pop(step.verb, None)
-        self.instead[step.verb] = "It was stopped before it was done."
+        self.done.pop(step.name, None)
+        self.instead[step.name] = "It was stopped before it was done."
         begun, self.sampled = self.sampled, None  # sampling that is stopped is not begun unasked
-        made = self.done[step.verb] = carried_out(step, folder, tell)
+        made = self.done[step.name] = carried_out(step, given.folder, given.tell)
         self.sampled = begun
-        self.instead.pop(step.verb)
-        if made.answer is not None:  # the numbers are shown while the figure is drawn
-            tell(f"{step.verb}: drawing", 1.0)
-            self.done[step.verb] = replace(made, picture=picture_of(step.verb, made.answer))
+        self.instead.pop(step.name)
+        if made.result is not None:  # the numbers are shown while the figure is drawn
+            given.tell(f"{step.name}: drawing", 1.0)
+            self.done[step.name] = replace(made, picture=picture_of(step.name, made.result))
 
 
-def carried_out(step: Step, folder: Path, tell: Tell) -> Done:
-    """A step's answer and brake, or its refusal. Stopped and the like pass through."""
+def carried_out(step: Call, folder: Path, tell: Tell) -> Done:
+    """A step's result and brake, or its refusal. Stopped and the like pass through."""
+
+    def told(what: str, share: float) -> None:
+        tell(f"{step.name}: {what}", share)
+
+    more = {"out": folder / step.out, "force": True} if step.out else {}
     try:
-        answer = step.run(folder, lambda what, share: tell(f"{step.verb}: {what}", share))
+        result = step.run(progress=told, **more)
         text = written(step, folder)
         brake = BrakeFile.read(text, step.out) if text else None
-        return Done(step, answer, text, brake)
+        return Done(step, result, text, brake)
     except LayerjamError as err:
-        return Done(step, problem=" ".join(str(err).split()))
+        return Done(step, problem=one_line(err))
 
 
-def report(
-    rows: Sequence[Row], brake: Subject, name: str, asked: Asked, folder: Path, tell: Tell
-) -> Done:
+def report(given: Campaign) -> Done:
     """The report of all files as pages; raises LayerjamError."""
     taken = (("friction", "friction"), ("pulls", "calibrate"), ("validate", "validate"))
-    files = tuple((option, used(rows, role)) for option, role in taken if used(rows, role))
-    options = [*asked.of_friction()]
-    options += [("depth", asked.depth)] if asked.depth != "exact" else []
-    step = Step("report", files, brake, tuple(options), f"{stem_of(name)}-report",
-                edited=any_edited(rows))  # fmt: skip
-    place = folder / step.out
+    files: Options = {key: given.used(role) for key, role in taken if given.used(role)}
+    asked = given.asked
+    depth: Options = {} if asked.depth == "exact" else {"depth": asked.depth}
+    options = {**files, **asked.of_friction(), **depth}
+    step = Call("report", (given.brake,), options, out=f"{stem_of(given.name)}-report")
+    place = given.folder / step.out
     shutil.rmtree(place, ignore_errors=True)
     try:
-        answer = step.run(folder, tell)
-        return Done(step, answer, pages=pages_of(place))
+        about = {"names": step.names, "command": step.command().splitlines()[-1]}
+        result = step.run(out=place, force=True, progress=given.tell, **about)
+        return Done(step, result, pages=pages_of(place))
     finally:
         shutil.rmtree(place, ignore_errors=True)
-
-
-def used(rows: Sequence[Row], role: str) -> tuple[Used, ...]:
-    """The files that a step takes."""
-    return tuple(Used(r.upload, r.sidecar, r.edited) for r in rows if r.good and r.role == role)
-
-
-def any_edited(rows: Sequence[Row]) -> bool:
-    """Whether the page wrote a sidecar of a file that is used."""
-    return any(r.edited and r.good for r in rows)
-
-
-def _edited(files: Sequence[Used]) -> bool:
-    return any(f.edited for f in files)
 
 
 def taken_roles(rows: Sequence[Row]) -> Mapping[str, str]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 from nicegui import ui
@@ -10,7 +12,9 @@ from nicegui import ui
 from layerjam.errors import LayerjamError
 from layerjam.measure.sidecar import Facts
 from layerjam.units import show, spec_of
+from layerjam.workbench.call import parameters
 from layerjam.workbench.charts import Curve, options
+from layerjam.workbench.controls import with_unit
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.laboratory_files import (
     FACTS,
@@ -21,19 +25,28 @@ from layerjam.workbench.pages.laboratory_files import (
     edits_of,
     put_edits,
 )
+from layerjam.workbench.widgets import Alert, button, chart, dressed, fold, one_line, select
 
-UNITS = {"force": ("N", "kN", "mN", "lbf", "gf", "kgf"), "elongation": ("mm", "m", "µm", "in"),
-         "time": ("s", "ms", "min")}  # fmt: skip
+UNITS = MappingProxyType(
+    {
+        "force": ("N", "kN", "mN", "lbf", "gf", "kgf"),
+        "elongation": ("mm", "m", "µm", "in"),
+        "time": ("s", "ms", "min"),
+    }
+)
+EXAMPLES = MappingProxyType({"vacuum": "94.5 kPa", "normal_force": "2.45 N"})
+DECIMALS = MappingProxyType({"": "as found", ".": "point", ",": "comma"})
+SIGNS = MappingProxyType(
+    {
+        "": "nothing",
+        "force": "the force",
+        "elongation": "the elongation",
+        "force\nelongation": "both",
+    }
+)
 SHOWN = 6
 """Files whose curves are drawn."""
-HELP = {
-    "columns": "Every column in order, for files without names: time:ms,force:N,elongation:mm,skip "
-    "(--columns)",
-    "decimal": "The decimal sign, where a comma could be either (--decimal)",
-    "negative": "What this machine counts the other way round (--negative)",
-    "specimen": "Which specimen of a file that holds several, from 1 (--specimen)",
-    "sheet": "Which sheet of a workbook (--sheet)",
-}
+COLORS = ("main", "second", "good", "bad", "other", "sky")
 
 
 class Correct:
@@ -45,19 +58,13 @@ class Correct:
         self.dark = False
         self._fields: dict[str, Any] = {}
         self._keys: list[str] = []
-        with ui.card().classes("w-full").props(
-            'flat bordered data-testid="laboratory-detail"'
-        ) as self.box:  # fmt: skip
-            self._name = (
-                ui.label("").classes("text-lg font-medium break-all").props('role="heading"')
-            )
+        with dressed(ui.card(), "laboratory-detail", "w-full", "flat bordered") as self.box:
+            name = ui.label("")
+            self._name = dressed(name, "", "text-lg font-medium break-all", role="heading")
             with ui.row().classes("w-full items-start gap-6"):
                 self._words = ui.column().classes("gap-1").style("flex:1; min-width:300px")
-                self._chart = (
-                    ui.echart({})
-                    .style("flex:1; min-width:320px; height:260px")
-                    .props('data-testid="laboratory-record" role="img" aria-label="Measured curve"')
-                )
+                look = "flex:1; min-width:320px; height:260px"
+                self._chart = chart("laboratory-record", "Measured curve", look)
             self._below = ui.column().classes("w-full gap-3")
         self.box.set_visibility(False)
 
@@ -100,84 +107,80 @@ class Correct:
     def _draw(self, alone: bool) -> None:
         curves = self._curves(alone)
         self._chart.set_visibility(bool(curves))
-        chart = options(curves, x="elongation [mm]", y="force [N]", y_range=(None, None),
-                        dark=self.dark)  # fmt: skip
-        chart["grid"] = {"left": 62, "right": 24 if alone else 110, "top": 16, "bottom": 44}
+        axes: dict[str, Any] = {"x": "elongation [mm]", "y": "force [N]"}
+        made = options(curves, y_range=(None, None), dark=self.dark, **axes)
+        made["grid"] = {"left": 62, "right": 24 if alone else 110, "top": 16, "bottom": 44}
         self._chart.options.clear()
-        self._chart.options.update(chart)
+        self._chart.options.update(made)
         self._chart.update()
 
     def _beginning(self) -> None:
-        with ui.expansion("How the file begins").classes("w-full").props("dense"):
-            ui.label("\n".join(beginning(self.rows[0].upload))).classes(
-                "font-mono text-xs whitespace-pre overflow-x-auto w-full"
-            ).props('data-testid="laboratory-beginning" tabindex=0')
+        look = "font-mono text-xs whitespace-pre overflow-x-auto w-full"
+        with fold("How the file begins"):
+            lines = ui.label("\n".join(beginning(self.rows[0].upload)))
+            dressed(lines, "laboratory-beginning", look, "tabindex=0")
 
     def _curves(self, alone: bool) -> list[Curve]:
-        colors = ("main", "second", "good", "bad", "other", "sky")
-        return [
-            Curve(trace.travel * 1e3, trace.force, color=colors[n % len(colors)], width=1.5,
-                  name="" if alone and len(row.traces) == 1
-                  else (trace.specimen or row.upload.name)[-14:])
-            for n, (row, trace) in enumerate(
-                [(r, t) for r in self.rows[:SHOWN] for t in r.traces][:SHOWN])
-        ]  # fmt: skip
+        drawn = [(r, t) for r in self.rows[:SHOWN] for t in r.traces][:SHOWN]
+        made = []
+        for n, (row, trace) in enumerate(drawn):
+            unnamed = alone and len(row.traces) == 1
+            name = "" if unnamed else (trace.specimen or row.upload.name)[-14:]
+            color = COLORS[n % len(COLORS)]
+            made.append(Curve(trace.travel * 1e3, trace.force, color, name, width=1.5))
+        return made
 
     def _form(self) -> None:
-        edits = edits_of(self.desk)
-        said = edits.get(self._keys[0], {})
+        said = edits_of(self.desk).get(self._keys[0], {})
         fields: dict[str, Any] = {}
+        self._fields = fields
         with ui.row().classes("w-full items-end gap-3"):
             roles = {r.role for r in self.rows}
-            fields["role"] = _select(
-                "Used as", ROLES, self.rows[0].role if len(roles) == 1 else None, "role", "w-56"
-            )
+            role = self.rows[0].role if len(roles) == 1 else None
+            fields["role"] = _select("Used as", ROLES, role, "role", "w-56")
             for name in FACTS:
-                spec = spec_of(Facts, name)
-                fields[name] = _text(
-                    f"{name.replace('_', ' ').capitalize()}", said.get(name, ""), name,
-                    f"{spec.text}, with its unit; empty: as the sidecar says",
-                    self._stated(name),
-                )  # fmt: skip
-        with ui.expansion("Correct columns, units, signs").classes("w-full").props(
-            'dense data-testid="laboratory-correct"'
-        ), ui.column().classes("gap-3 w-full"):  # fmt: skip
-            given = _columns(said.get("column", ""))
-            for role, units in UNITS.items():
-                with ui.row().classes("items-end gap-3"):
-                    name, unit = given.get(role, ("", ""))
-                    fields[f"{role}-name"] = _text(
-                        f"Column of the {role}", name, f"{role}-name",
-                        f"Name of the column that holds the {role} (--column)", "",
-                    )  # fmt: skip
-                    known = {"": "its own unit", **{u: u for u in (*units, unit) if u}}
-                    fields[f"{role}-unit"] = _select("in", known, unit, f"{role}-unit", "w-36")
-            fields["columns"] = _text("All columns in order", said.get("columns", ""), "columns",
-                                      HELP["columns"], "such as time:s,skip,force:N,elongation:mm",
-                                      "w-full")  # fmt: skip
-            with ui.row().classes("items-end gap-3"):
-                fields["decimal"] = _select(
-                    "Decimal sign", {"": "as found", ".": "point", ",": "comma"},
-                    said.get("decimal", ""), "decimal", "w-36", HELP["decimal"],
-                )  # fmt: skip
-                fields["negative"] = _select(
-                    "Counted negative",
-                    {"": "nothing", "force": "the force", "elongation": "the elongation",
-                     "force\nelongation": "both"},
-                    said.get("negative", ""), "negative", "w-44", HELP["negative"],
-                )  # fmt: skip
-                fields["specimen"] = _text("Specimen", said.get("specimen", ""), "specimen",
-                                           HELP["specimen"], "such as 1")  # fmt: skip
-                fields["sheet"] = _text("Sheet", said.get("sheet", ""), "sheet", HELP["sheet"], "")
-        self._fields = fields
-        self._trouble = ui.label("").classes("text-negative").props(
-            'role="alert" data-testid="laboratory-edit-problem"'
-        )  # fmt: skip
+                tip = f"{spec_of(Facts, name).text}, with its unit; empty: as the sidecar says"
+                label = name.replace("_", " ").capitalize()
+                fields[name] = _text(label, said.get(name, ""), name, tip, self._stated(name))
+        corrections = fold("Correct columns, units, signs", "laboratory-correct")
+        with corrections, ui.column().classes("gap-3 w-full"):
+            self._columns(said)
+        self._trouble = Alert("laboratory-edit-problem")
         many = "" if len(self.rows) == 1 else f" to {len(self.rows)} files"
         with ui.row().classes("gap-2"):
+            remove = partial(self._remove, self._keys)
             _button(f"Apply{many}", "check", self._apply, "apply", "unelevated")
             _button("Forget corrections", "restart_alt", self._forget, "forget")
-            _button("Remove", "delete", lambda: self._remove(self._keys), "remove")
+            _button("Remove", "delete", remove, "remove")
+
+    def _columns(self, said: dict[str, str]) -> None:
+        """What the columns are, in which unit, counted how."""
+        fields, declared = self._fields, parameters("pull")
+        given = _columns(said.get("column", ""))
+
+        def text(label: str, key: str, example: str, width: str = "w-44") -> None:
+            tip = f"{declared[key].sentence} ({declared[key].option})"
+            fields[key] = _text(label, said.get(key, ""), key, tip, example, width)
+
+        for role, units in UNITS.items():
+            with ui.row().classes("items-end gap-3"):
+                name, unit = given.get(role, ("", ""))
+                tip = f"Name of the column that holds the {role} (--column)"
+                fields[f"{role}-name"] = _text(f"Column of the {role}", name, f"{role}-name", tip)
+                known = {"": "its own unit", **{u: u for u in (*units, unit) if u}}
+                fields[f"{role}-unit"] = _select("in", known, unit, f"{role}-unit", "w-36")
+        text(
+            "All columns in order", "columns", "such as time:s,skip,force:N,elongation:mm", "w-full"
+        )
+        with ui.row().classes("items-end gap-3"):
+            for label, key, words in (
+                ("Decimal sign", "decimal", DECIMALS),
+                ("Counted negative", "negative", SIGNS),
+            ):
+                tip, now = declared[key].sentence, said.get(key, "")
+                fields[key] = _select(label, dict(words), now, key, "w-44", tip)
+            text("Specimen", "specimen", "such as 1")
+            text("Sheet", "sheet", "")
 
     def _stated(self, name: str) -> str:
         """What the files say of a fact, for an empty field; else an example."""
@@ -185,7 +188,7 @@ class Correct:
         value = found.pop()
         if not found and value is not None:
             return f"stated: {show(value, spec_of(Facts, name).unit)}"
-        return "such as 94.5 kPa" if name == "vacuum" else "such as 2.45 N"
+        return f"such as {EXAMPLES[name]}"
 
     def changes(self) -> dict[str, str]:
         """What the form says, as settings of a file."""
@@ -199,7 +202,7 @@ class Correct:
         if not value["role"]:
             value.pop("role")
         for name in FACTS:
-            value[name] = _with_unit(value[name], name)
+            value[name] = with_unit(value[name], EXAMPLES[name].partition(" ")[2])
         return value
 
     def _apply(self) -> None:
@@ -207,9 +210,9 @@ class Correct:
         try:
             check_edit(changes)
         except LayerjamError as err:
-            self._trouble.set_text(" ".join(str(err).split()))
+            self._trouble.say(one_line(err))
             return
-        self._trouble.set_text("")
+        self._trouble.say("")
         put_edits(self.desk, self._keys, changes)
 
     def _forget(self) -> None:
@@ -219,15 +222,6 @@ class Correct:
             if gone:
                 put_edits(self.desk, [key], gone)
         self.rows = []
-
-
-def _with_unit(text: str, name: str) -> str:
-    """A bare number means the unit the field shows."""
-    try:
-        float(text)
-    except ValueError:
-        return text
-    return f"{text} {'kPa' if name == 'vacuum' else 'N'}"
 
 
 def _columns(text: str) -> dict[str, tuple[str, str]]:
@@ -242,27 +236,20 @@ def _columns(text: str) -> dict[str, tuple[str, str]]:
 
 
 def _text(
-    label: str, value: str, key: str, help: str, example: str, width: str = "w-44"
+    label: str, value: str, key: str, tip: str, example: str = "", width: str = "w-44"
 ) -> ui.input:
-    field = ui.input(label, value=value, placeholder=example).classes(width)
-    field.props(f'dense outlined stack-label maxlength=300 aria-label="{label}" '
-                f'data-testid="laboratory-{key}"')  # fmt: skip
-    field.tooltip(help)
-    return field
+    field = ui.input(label, value=value, placeholder=example).tooltip(tip)
+    look = "dense outlined stack-label maxlength=300"
+    return dressed(field, f"laboratory-{key}", width, look, aria_label=label)
 
 
 def _select(
-    label: str, words: dict[str, str], value: str | None, key: str, width: str, help: str = ""
+    label: str, words: dict[str, str], value: str | None, key: str, width: str, tip: str = ""
 ) -> ui.select:
-    box = ui.select(words, value=value if value in words else None, label=label).classes(width)
-    box.props(f'dense outlined options-dense stack-label aria-label="{label}" '
-              f'data-testid="laboratory-{key}"')  # fmt: skip
-    if help:
-        box.tooltip(help)
-    return box
+    now = value if value in words else None
+    box = select(words, label, f"laboratory-{key}", value=now, classes=width, tip=tip)
+    return dressed(box, how="stack-label")
 
 
 def _button(text: str, icon: str, act: Callable[[], Any], key: str, how: str = "flat") -> ui.button:
-    return ui.button(text, icon=icon, on_click=act).props(
-        f'{how} dense no-caps padding="4px 10px" data-testid="laboratory-{key}"'
-    )
+    return button(text, act, f"laboratory-{key}", icon, how=f"{how} dense no-caps")

@@ -5,36 +5,18 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 from nicegui import events, run, ui
 
 from layerjam.measure.sidecar import SIDECAR_ENDING
+from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.uploads import LARGEST, MOST, Refused, Uploads, clean
+from layerjam.workbench.widgets import button, dressed, hint
 
 AT_ONCE = 1000
 """Files that the browser offers in one go at most; what is kept is bounded by uploads."""
 SENTENCES = 5
 """Of what was not taken, that are shown."""
-ANYWHERE = """
-window.layerjamDrop ??= (() => {
-  const carries = e => [...(e.dataTransfer?.types ?? [])].includes('Files');
-  window.addEventListener('dragover', e => { if (carries(e)) e.preventDefault() });
-  window.addEventListener('drop', e => {
-    if (!carries(e)) return;
-    e.preventDefault();
-    const zone = document.querySelector('.files-dropped');
-    if (!zone || e.target.closest('.files-dropped') || !zone.offsetParent) return;
-    getElement(window.layerjamDropId).$refs.qRef.addFiles(e.dataTransfer.files);
-  });
-  return true;
-})();
-"""
-STYLE = """
-.files-dropped { width:100%; border:2px dashed #66717d; border-radius:8px }
-.files-dropped .q-uploader__list { min-height:72px; padding:8px 12px }
-.files-dropped .q-uploader__subtitle { display:none }
-"""
 
 
 class Dropped:
@@ -44,36 +26,29 @@ class Dropped:
         """`arrived` is called when a file was taken."""
         self.uploads, self._arrived = uploads, arrived
         self._said: list[str] = []
-        ui.add_css(STYLE)
         self.zone = ui.upload(
-            multiple=True, auto_upload=True, max_file_size=LARGEST, max_files=AT_ONCE,
-            on_upload=self._take, label="Drop measured files here",
-        ).props('flat data-testid="laboratory-drop"').classes("files-dropped")  # fmt: skip
+            multiple=True,
+            auto_upload=True,
+            max_file_size=LARGEST,
+            max_files=AT_ONCE,
+            on_upload=self._take,
+            label="Drop measured files here",
+        )
+        dressed(self.zone, "laboratory-drop", "files-dropped", "flat")
         with self.zone.add_slot("list"):
-            ui.label(
+            hint(
                 "CSV, TSV, TXT, TRA, XLSX, ODS, and sidecars NAME.csv.toml, many at once. Up to "
                 f"{MOST} files of {LARGEST // 2**20} MB; they stay on this computer, are deleted "
                 "when the tab is closed, and are not part of the link."
-            ).classes("text-sm opacity-80")
-        self.zone.on(
-            "rejected", self._rejected,
-            js_handler="(e) => emit(e.slice(0, 60).map(x => [x.failedPropValidation, "
-            "x.file.name.slice(0, 300), x.file.size]).concat([['count', '', e.length]]))",
-        )  # fmt: skip
-        self.zone.on(
-            "failed", self._failed,
-            js_handler="(e) => emit([e.files.map(f => f.name.slice(0, 300)).slice(0, 60), "
-            "e.xhr ? e.xhr.status : 0])",
-        )  # fmt: skip
+            )
+        self.zone.on("rejected", self._rejected, js_handler="(e) => emit(layerjamRejected(e))")
+        self.zone.on("failed", self._failed, js_handler="(e) => emit(layerjamFailed(e))")
         self.zone.on("finish", lambda: self.zone.run_method("removeUploadedFiles"))
-        ui.button("Choose files").props(
-            'outline dense no-caps icon="folder_open" padding="4px 10px" '
-            'data-testid="laboratory-choose"'
-        ).on("click", js_handler=f"() => getElement({self.zone.id}).$refs.qRef.pickFiles()")
-        self.box = (
-            ui.column().classes("gap-1 w-full").props('role="status" data-testid="laboratory-told"')
-        )
-        ui.run_javascript(f"window.layerjamDropId = {self.zone.id}; {ANYWHERE}")
+        pick = f"() => getElement({self.zone.id}).$refs.qRef.pickFiles()"
+        choose = button("Choose files", None, "laboratory-choose", "folder_open")
+        choose.on("click", js_handler=pick)
+        self.box = dressed(ui.column(), "laboratory-told", "gap-1 w-full", role="status")
+        ui.run_javascript(f"layerjamZone = {self.zone.id}")
 
     async def _take(self, event: events.UploadEventArguments) -> None:
         name = event.file.name
@@ -133,9 +108,7 @@ class Dropped:
                 ui.label(f"{len(self._said) - len(shown)} more were not taken, and:")
             for one in shown:
                 ui.label(one).classes("text-sm text-negative break-words")
-            ui.button("Dismiss", on_click=self._forget).props(
-                'flat dense no-caps data-testid="laboratory-dismiss"'
-            )
+            button("Dismiss", self._forget, "laboratory-dismiss", how="flat dense no-caps")
 
     def _forget(self) -> None:
         self._said.clear()
@@ -144,18 +117,15 @@ class Dropped:
 
 def practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str, bytes]:
     """Files of the built-in campaign of the virtual laboratory with their sidecars, by name."""
-    from layerjam.commands.lab import PRACTICE, lab
-
     place = folder / "practice"
     shutil.rmtree(place, ignore_errors=True)
     try:
-        made: Any = lab(PRACTICE, out=place, progress=tell)
+        made = Call("lab", (Subject("practice"),)).run(out=place, progress=tell)
         found = {}
         for path in map(Path, made.files):
-            found[path.name] = path.read_bytes()
-            beside = path.with_name(path.name + SIDECAR_ENDING)
-            if beside.exists():
-                found[beside.name] = beside.read_bytes()
+            for one in (path, path.with_name(path.name + SIDECAR_ENDING)):
+                if one.exists():
+                    found[one.name] = one.read_bytes()
         return found
     finally:
         shutil.rmtree(place, ignore_errors=True)

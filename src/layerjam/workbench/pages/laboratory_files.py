@@ -8,10 +8,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any
 
-from layerjam.errors import FileError, LayerjamError, QuantityError
+from layerjam.errors import (
+    FileError,
+    FitError,
+    LayerjamError,
+    MissingExtraError,
+    QuantityError,
+)
 from layerjam.identify.provenance import renamed
 from layerjam.measure.options import KEYS, ReadingOptions
 from layerjam.measure.readers.source import load_sources
@@ -19,9 +26,10 @@ from layerjam.measure.readers.unit_words import ROLES as ROLES_OF_PULLS
 from layerjam.measure.sidecar import Facts, read_facts
 from layerjam.measure.trace import Trace
 from layerjam.units import show, spec_of
+from layerjam.workbench.call import Call, DataFile, Options
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.laboratory_steps import Step, Used
 from layerjam.workbench.uploads import Upload, Uploads, sidecar_of
+from layerjam.workbench.widgets import one_line
 
 PAGE, FILES = "laboratory", "files"
 ROLES = {
@@ -37,6 +45,8 @@ LINES, LETTERS = 12, 110
 """Of a file's beginning that are shown."""
 CURVE = 400
 """Samples of a file's curve that are kept to be drawn."""
+TONES = MappingProxyType({"understood": "#00684c", "refused": "#a63d00", "left out": "#5b6672"})
+"""Colours under white letters, dark enough to read them; of what asks for something another one."""
 Edits = dict[str, dict[str, str]]
 
 
@@ -51,8 +61,9 @@ def edits_of(desk: Desk) -> Edits:
     known = {"role", *FACTS, *KEYS}
     return {
         str(key): {k: v for k, v in one.items() if k in known and isinstance(v, str)}
-        for key, one in found.items() if isinstance(one, dict)
-    }  # fmt: skip
+        for key, one in found.items()
+        if isinstance(one, dict)
+    }
 
 
 def put_edits(desk: Desk, keys: Iterable[str], changes: Mapping[str, str]) -> None:
@@ -137,7 +148,11 @@ class Row:
     warnings: tuple[str, ...] = ()
     refused: str = ""
     traces: tuple[Trace, ...] = ()
-    judder: bool = False
+
+    @property
+    def data(self) -> DataFile:
+        """The file as a call takes it."""
+        return DataFile(self.upload.name, self.upload.path, self.sidecar, self.edited)
 
     @property
     def asks(self) -> str:
@@ -166,23 +181,19 @@ class Row:
 
     def cells(self) -> dict[str, str]:
         """What the table shows of it."""
-        state = "refused" if self.refused else self.asks or (
-            "left out" if self.role == "aside" else "understood")  # fmt: skip
-        force = self.facts.normal_force
+        state = "left out" if self.role == "aside" else "understood"
+        state = "refused" if self.refused else self.asks or state
+        vacuum, force = self.vacuum, self.facts.normal_force
         return {
-            "id": self.upload.key, "name": self.upload.name, "role": ROLES[self.role],
-            "vacuum": "–" if self.vacuum is None else show(self.vacuum, "Pa"),
+            "id": self.upload.key,
+            "name": self.upload.name,
+            "role": ROLES[self.role],
+            "vacuum": "–" if vacuum is None else show(vacuum, "Pa"),
             "force": "–" if force is None else show(force, "N"),
-            "state": state, "tone": _tone(state),
+            "state": state,
+            "tone": TONES.get(state, "#8a4b00"),
             "refused": self.refused if len(self.refused) < 200 else self.refused[:199] + "…",
-        }  # fmt: skip
-
-
-def _tone(state: str) -> str:
-    """The colour under white letters, dark enough to read them."""
-    return {"understood": "#00684c", "refused": "#a63d00", "left out": "#5b6672"}.get(
-        state, "#8a4b00"
-    )
+        }
 
 
 class Reader:
@@ -192,9 +203,12 @@ class Reader:
         self._known: dict[tuple[str, str, str], Row] = {}
 
     def rows(
-        self, uploads: Uploads, edits: Edits, tell: Callable[[str, float], None],
+        self,
+        uploads: Uploads,
+        edits: Edits,
+        tell: Callable[[str, float], None],
         standard: str = "paper",
-    ) -> list[Row]:  # fmt: skip
+    ) -> list[Row]:
         """A row for each file; writes the sidecars that have changed first."""
         files, given = list(uploads.files), dict(uploads.sidecars)
         kept: dict[tuple[str, str, str], Row] = {}
@@ -219,49 +233,52 @@ class Reader:
 
 
 def _write(upload: Upload, text: str) -> None:
-    place = sidecar_of(upload.path)
-    there = place.read_text(encoding="utf-8") if place.exists() else ""
+    beside = sidecar_of(upload.path)
+    there = beside.read_text(encoding="utf-8") if beside.exists() else ""
     if there == text:
         return
     if text:
-        place.write_text(text, encoding="utf-8", newline="\n")
+        beside.write_text(text, encoding="utf-8", newline="\n")
     else:
-        place.unlink(missing_ok=True)
+        beside.unlink(missing_ok=True)
+
+
+OF_A_FILE = (FileError, FitError, QuantityError, MissingExtraError)
+"""What reading one file may raise; any other error is not the file's fault."""
 
 
 def _read(upload: Upload, sidecar: str, role: str, edited: bool, standard: str) -> Row:
     names = {upload.path.name: upload.name}
+    row = Row(upload, role if role in ROLES else "calibrate", sidecar, edited)
     try:
         facts = read_facts(upload.path)
     except FileError as err:
-        why = renamed(str(err), names)
-        return Row(upload, role if role in ROLES else "calibrate", sidecar, edited, refused=why)
+        return replace(row, refused=renamed(str(err), names))
     if role not in ROLES:
         role = "friction" if facts.normal_force else "calibrate"
-    more: tuple[tuple[str, str | bool], ...] = ()
-    if role == "friction":
-        more = (("standard", standard),) + (
-            () if facts.normal_force or standard != "paper" else (("normal_force", "1 N"),)
-        )
-    step = Step("friction" if role == "friction" else "pull", (("", (Used(upload, sidecar),)),),
-                options=more)  # fmt: skip
+    row = replace(row, role=role, facts=facts)
+    is_friction = role == "friction"
+    said: Options = {"standard": standard} if is_friction else {}
+    if is_friction and standard == "paper" and not facts.normal_force:
+        said["normal_force"] = "1 N"  # the page asks for it; the traces do not depend on it
+    call = Call("friction" if is_friction else "pull", options=said, files=(row.data,))
     try:
-        answer = step.run(None, lambda *_: None)
-    except LayerjamError as err:
-        why = " ".join(str(err).split()).removeprefix(f"{upload.name}: ")
-        return Row(upload, role, sidecar, edited, facts, refused=why)
-    traces = answer.record[0] if role == "friction" else [t for t, _ in answer.record]
-    if role == "friction" and standard != "paper" and not facts.normal_force:
-        from dataclasses import replace
-
-        facts = replace(facts, normal_force=answer.record[1].normal_force)
-    said = tuple(s for some in answer.values["understood"].values() for s in some)
-    odd = tuple(w for t in traces for w in renamed(list(t.warnings), names))
-    return Row(
-        upload, role, sidecar, edited, facts, tuple(dict.fromkeys(said)), odd,
-        "; ".join(f"{k}: {v}" for k, v in answer.values["refused"].items()) if not traces else "",
-        tuple(t.thinned(CURVE) for t in traces),
-    )  # fmt: skip
+        result = call.run()
+    except OF_A_FILE as err:
+        return replace(row, refused=one_line(err).removeprefix(f"{upload.name}: "))
+    traces = result.record[0] if is_friction else [t for t, _ in result.record]
+    if is_friction and standard != "paper" and not facts.normal_force:
+        facts = replace(facts, normal_force=result.record[1].normal_force)
+    understood = dict.fromkeys(s for some in result.understood.values() for s in some)
+    refused = "; ".join(f"{path}: {why}" for path, why in result.refused.items())
+    return replace(
+        row,
+        facts=facts,
+        understood=tuple(understood),
+        warnings=tuple(w for t in traces for w in renamed(list(t.warnings), names)),
+        refused="" if traces else refused,
+        traces=tuple(t.thinned(CURVE) for t in traces),
+    )
 
 
 def beginning(upload: Upload) -> list[str]:

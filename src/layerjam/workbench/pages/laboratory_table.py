@@ -8,9 +8,16 @@ from typing import Any
 from nicegui import events, ui
 
 from layerjam.workbench.pages.laboratory_files import Row
+from layerjam.workbench.widgets import button, dressed
 
-COLUMNS = (("name", "File"), ("role", "Used as"), ("vacuum", "Vacuum"),
-           ("force", "Normal force"), ("state", "State"))  # fmt: skip
+COLUMNS = (
+    ("name", "File"),
+    ("role", "Used as"),
+    ("vacuum", "Vacuum"),
+    ("force", "Normal force"),
+    ("state", "State"),
+)
+NO_FILES = "No files yet: drop some, or try with synthetic ones"
 STATE = """
 <q-td :props="props" style="white-space:normal"><q-badge :label="props.value"
  :style="{padding:'4px 6px', color:'#fff', background:props.row.tone}"></q-badge>
@@ -35,29 +42,39 @@ class Table:
         self.chosen: list[str] = []
         self._rows: list[dict[str, Any]] = []
         with ui.row().classes("w-full items-center justify-between"):
-            self.count = ui.label("No files yet: drop some, or try with synthetic ones").props(
-                'data-testid="laboratory-count" role="status"'
-            )
+            self.count = dressed(ui.label(NO_FILES), "laboratory-count", role="status")
             with ui.row().classes("gap-2") as self.more:
-                for text, icon, act, key, help in (
-                    ("Calibrate on the highest vacuum", "call_split", divide, "divide",
-                     "and validate on the pulls at others"),
-                    ("Sidecars", "download", sidecars, "sidecars",
-                     "NAME.toml of every file with what is set here, as a ZIP"),
-                ):  # fmt: skip
-                    ui.button(text, icon=icon, on_click=act).props(
-                        f'outline dense no-caps padding="4px 10px" data-testid="laboratory-{key}"'
-                    ).tooltip(help)
+                for text, icon, act, key, tip in (
+                    (
+                        "Calibrate on the highest vacuum",
+                        "call_split",
+                        divide,
+                        "divide",
+                        "and validate on the pulls at others",
+                    ),
+                    (
+                        "Sidecars",
+                        "download",
+                        sidecars,
+                        "sidecars",
+                        "NAME.toml of every file with what is set here, as a ZIP",
+                    ),
+                ):
+                    button(text, act, f"laboratory-{key}", icon, tip=tip)
         columns = [
             {"name": k, "label": label, "field": k, "align": "left", "sortable": True}
             for k, label in COLUMNS
         ]
         self.table = ui.table(
-            columns=columns, rows=[], row_key="id", selection="multiple", pagination=0,
+            columns=columns,
+            rows=[],
+            row_key="id",
+            selection="multiple",
+            pagination=0,
             on_select=self._selected,
-        ).props(
-            'flat bordered dense hide-bottom virtual-scroll data-testid="laboratory-files"'
-        ).classes("w-full").style("max-height: 340px")  # fmt: skip
+        ).style("max-height: 340px")
+        look = "flat bordered dense hide-bottom virtual-scroll"
+        dressed(self.table, "laboratory-files", "w-full", look)
         self.table.add_slot("body-cell-state", STATE)
         self.table.add_slot("body-cell-name", NAME)
         self.table.on("rowClick", self._clicked, js_handler="(e, row) => emit(row.id)")
@@ -67,10 +84,7 @@ class Table:
         """Show the files of now; ticks stay."""
         cells = [row.cells() for row in rows]
         good = sum(1 for r in rows if r.good)
-        self.count.set_text(
-            f"{len(rows)} files, {good} of them usable" if rows
-            else "No files yet: drop some, or try with synthetic ones"
-        )  # fmt: skip
+        self.count.set_text(f"{len(rows)} files, {good} of them usable" if rows else NO_FILES)
         self._show(bool(rows))
         there = {c["id"] for c in cells}
         self.chosen = [k for k in self.chosen if k in there]

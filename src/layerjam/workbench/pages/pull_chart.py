@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.commands.answer import Answer
 from layerjam.units import show
 from layerjam.workbench.charts import Curve, options, stacked, with_readout
 from layerjam.workbench.pages.pull_files import Reading
@@ -24,9 +23,9 @@ SHARES, TALL = (3, 1), 290
 FILE_COLORS = ("second", "good", "other", "sky", "bad")
 
 
-def pulled(answer: Answer, whole: Answer, reading: Reading, dark: bool) -> dict[str, Any]:
+def pulled(result: Any, whole: Any, reading: Reading, dark: bool) -> dict[str, Any]:
     """Force over elongation; the axis stands still while vacuum, speed and model change."""
-    record = answer.record
+    record = result.record
     curves = [Curve(record.elongation * MM, record.force, name="computed", width=2.5)]
     rest: list[Curve] = []
     for place, one in enumerate(reading.curves):
@@ -40,20 +39,22 @@ def pulled(answer: Answer, whole: Answer, reading: Reading, dark: bool) -> dict[
     if rest:
         grid = np.linspace(0.0, end, SHARED)
         curves, rest = _shared(curves, grid), _shared(rest, grid)
+    force = result.peak_force
+    common: dict[str, Any] = {"x": "elongation [mm]", "dark": dark}
     made = options(
-        curves, x="elongation [mm]", y="force [N]", dark=dark, x_range=(0, end if rest else None),
+        curves,
+        y="force [N]",
+        x_range=(0, end if rest else None),
         y_range=(0, top),
-        marks=[(answer.peak_elongation * MM, answer.peak_force,
-                f"{answer.peak_force:.1f} N", "bad")],
-    )  # fmt: skip
+        marks=[(result.peak_elongation * MM, force, f"{force:.1f} N", "bad")],
+        **common,
+    )
     if not rest:
         return with_readout(made, ("elongation", "mm"), "N")
     _name_ends(made, curves, top, len(rest))
     limit = round_up(max(*(float(np.nanmax(abs(c.y))) for c in rest), 1e-6))
-    below = options(
-        rest, x="elongation [mm]", y="left over [N]", dark=dark, x_range=(0, end),
-        y_range=(-limit, limit),
-    )  # fmt: skip
+    span: dict[str, Any] = {"x_range": (0.0, end), "y_range": (-limit, limit)}
+    below = options(rest, y="left over [N]", **span, **common)
     below["grid"]["right"] = made["grid"]["right"]
     below["yAxis"]["splitNumber"] = 3
     for series in below["series"]:
@@ -83,21 +84,19 @@ def _name_ends(made: dict[str, Any], curves: Sequence[Curve], top: float, files:
     for k in sorted(named, key=lambda k: -ends[k]):
         place = min(ends[k], above - 15.0)
         above = place
-        made["series"][k]["endLabel"] |= {
-            "offset": [0, ends[k] - place], "width": 190, "overflow": "truncate",
-        }  # fmt: skip
+        offset = [0, ends[k] - place]
+        made["series"][k]["endLabel"] |= dict(offset=offset, width=190, overflow="truncate")
     for k, series in enumerate(made["series"]):
         series["endLabel"]["show"] = k in named
 
 
-def saw(answer: Answer, whole: Answer, dark: bool) -> dict[str, Any]:
+def saw(result: Any, whole: Any, dark: bool) -> dict[str, Any]:
     """Force over time of a pull that sticks and slips."""
-    record = answer.record
+    record = result.record
     curves = [Curve(record.time, record.force, name="force")]
-    made = options(
-        curves, x="time [s]", y="force [N]", dark=dark, x_range=(0, None),
-        y_range=(0, round_up(max(whole.holding_force, float(record.force.max())))),
-    )  # fmt: skip
+    top = round_up(max(whole.holding_force, float(record.force.max())))
+    axes: dict[str, Any] = {"x": "time [s]", "y": "force [N]", "x_range": (0, None)}
+    made = options(curves, y_range=(0, top), dark=dark, **axes)
     return with_readout(made, ("time", "s"), "N")
 
 

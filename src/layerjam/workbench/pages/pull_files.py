@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 from nicegui import events, ui
 
-from layerjam.commands.answer import Answer
 from layerjam.identify.provenance import renamed
 from layerjam.identify.validation.metrics import CurveError
 from layerjam.units import show
@@ -16,6 +17,7 @@ from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.page import answered
 from layerjam.workbench.tables import html
 from layerjam.workbench.uploads import LARGEST, Refused, Uploads, sidecar_of
+from layerjam.workbench.widgets import Alert, button, dressed, hint
 
 
 @dataclass(frozen=True)
@@ -24,15 +26,16 @@ class Reading:
 
     files: tuple[DataFile, ...] = ()
     calls: tuple[Call, ...] = ()
-    understood: Answer | None = None
-    compared: Answer | None = None
+    understood: Any = None
+    compared: Any = None
     problem: str = ""
     lacking: bool = False
     """Whether a file does not say at which vacuum it was pulled."""
 
-    def named(self, text: str) -> str:
-        """A sentence with the user's names of the files."""
-        return in_users_names(text, self.files)
+    def named(self, path: str) -> str:
+        """The user's name of a file."""
+        made: str = renamed(path, {file.path.name: file.shown for file in self.files})
+        return made
 
     @property
     def curves(self) -> Sequence[CurveError]:
@@ -42,36 +45,28 @@ class Reading:
 
 def laid_out(uploads: Uploads) -> tuple[DataFile, ...]:
     """The measurements as a call takes them, their sidecars written beside them."""
-    files = tuple(DataFile(f.name, f.path) for f in list(uploads.files))
     given = dict(uploads.sidecars)
+    files = tuple(DataFile(f.name, f.path, given.get(f.name, "")) for f in list(uploads.files))
     for file in files:
-        if file.shown in given:
-            sidecar_of(file.path).write_text(given[file.shown], encoding="utf-8")
+        if file.sidecar:
+            sidecar_of(file.path).write_text(file.sidecar, encoding="utf-8")
     return files
-
-
-def in_users_names(text: str, files: Sequence[DataFile]) -> str:
-    """A sentence of a verb with the user's names where it has our paths."""
-    made: str = renamed(text, {file.path.name: file.shown for file in files})
-    return made
 
 
 def read(
     files: tuple[DataFile, ...], brake: Subject, vacuum: str, tell: Callable[[str, float], None]
 ) -> Reading:
-    """Both verbs on the files; refusals as words, in the user's names."""
+    """Both commands on the files; refusals as words, in the user's names."""
     if not files:
         return Reading()
     pull = Call("pull", files=files)
     understood, problem = answered(pull, progress=tell)
     if understood is None:
-        return Reading(files, (pull,), problem=in_users_names(problem, files))
+        return Reading(files, (pull,), problem=problem)
     lacking = any(row["vacuum"] is None for row in understood.pulls)
     validate = Call("validate", (brake,), {"vacuum": vacuum} if lacking else {}, files)
     compared, problem = answered(validate, progress=tell)
-    return Reading(
-        files, (pull, validate), understood, compared, in_users_names(problem, files), lacking
-    )
+    return Reading(files, (pull, validate), understood, compared, problem, lacking)
 
 
 class Measured:
@@ -81,25 +76,22 @@ class Measured:
         self.uploads, self._changed = uploads, changed
         self._shown: Reading | None = None
         self._said = ""
+        self._trouble = Alert("pull-file-problem", "text-sm")
         label = "Drop measured pulls here"
-        self.area = (
-            ui.upload(
-                multiple=True, max_file_size=LARGEST, label=label, auto_upload=True,
-                on_multi_upload=self._came,
-                on_rejected=lambda: self._say(f"a file has at most {LARGEST // 2**20} MB"),
-            )
-            .props(f'flat bordered aria-label="{label}" data-testid="pull-drop"')
-            .classes("w-full")
-        )  # fmt: skip
+        area = ui.upload(
+            multiple=True,
+            max_file_size=LARGEST,
+            label=label,
+            auto_upload=True,
+            on_multi_upload=self._came,
+            on_rejected=lambda: self._trouble.say(f"a file has at most {LARGEST // 2**20} MB"),
+        )
+        self.area = dressed(area, "pull-drop", "w-full", "flat bordered", aria_label=label)
         ui.label(
             "Exports of a test machine, with NAME.csv.toml beside NAME.csv if there is one. They "
             "stay on this machine and are not in the link."
         ).classes("text-xs opacity-80")
-        self._trouble = ui.label().classes("text-negative text-sm").props(
-            'role="alert" data-testid="pull-file-problem"'
-        )  # fmt: skip
-        self._trouble.set_visibility(False)
-        self.list = ui.column().classes("w-full gap-1").props('data-testid="pull-files"')
+        self.list = dressed(ui.column(), "pull-files", "w-full gap-1")
 
     async def _came(self, event: events.MultiUploadEventArguments) -> None:
         trouble = []
@@ -111,17 +103,13 @@ class Measured:
                 trouble.append(str(err))
         self.area.reset()
         self._said = "; ".join(trouble)
-        self._say(self._said)
+        self._trouble.say(self._said)
         self._changed()
-
-    def _say(self, words: str) -> None:
-        self._trouble.set_text(words)
-        self._trouble.set_visibility(bool(words))
 
     def _remove(self, shown: str) -> None:
         self.uploads.remove(f.key for f in self.uploads.files if f.name == shown)
         self._said = ""
-        self._say("")
+        self._trouble.say("")
         self._changed()
 
     def fill(self, reading: Reading) -> None:
@@ -130,7 +118,7 @@ class Measured:
             return
         self._shown = reading
         self.list.clear()
-        self._say("; ".join(words for words in (self._said, reading.problem) if words))
+        self._trouble.say("; ".join(filter(None, (self._said, reading.problem))))
         with self.list:
             for file in reading.files:
                 self._file(file.shown, reading)
@@ -144,10 +132,9 @@ class Measured:
     def _file(self, shown: str, reading: Reading) -> None:
         with ui.row().classes("w-full items-center justify-between no-wrap gap-1"):
             ui.label(shown).classes("text-sm font-medium").style("overflow-wrap: anywhere")
-            ui.button(icon="close", on_click=lambda: self._remove(shown)).props(
-                f'flat round dense size=sm aria-label="Take {_attribute(shown)} away" '
-                'data-testid="pull-file-remove"'
-            )
+            look, gone = "flat round dense size=sm", partial(self._remove, shown)
+            away = button("", gone, "pull-file-remove", "close", how=look)
+            dressed(away, aria_label=f"Take {shown} away")
         for sentence in self._sentences(shown, reading):
             ui.label(sentence).classes("text-xs opacity-80")
 
@@ -156,19 +143,15 @@ class Measured:
         if reading.understood is None:
             return []
         said = [
-            f"not used: {reading.named(why)}"
-            for answer in (reading.understood, reading.compared)
-            for path, why in (answer.refused.items() if answer is not None else ())
-            if reading.named(path).startswith(shown)
+            f"not used: {why}"
+            for result in (reading.understood, reading.compared)
+            for path, why in (result.refused.items() if result is not None else ())
+            if path.startswith(shown)
         ]
         for path, sentences in reading.understood.understood.items():
-            if reading.named(path).split(", specimen ")[0] == shown:
+            if path.split(", specimen ")[0] == shown:
                 said.append("; ".join(sentences))
         return list(dict.fromkeys(said))
-
-
-def _attribute(text: str) -> str:
-    return "".join(c for c in text if c.isalnum() or c in " ._-")
 
 
 class Errors:
@@ -184,27 +167,27 @@ class Errors:
             return
         self._shown = reading
         self.box.clear()
-        answer = reading.compared
-        if answer is None:
+        if reading.compared is None:
             return
         with self.box:
-            ui.label(
+            hint(
                 "Each file against the model at the vacuum of that file (dashed); below the curve "
                 "what is left over, measured less model, over the part that is compared."
-            ).classes("text-sm opacity-80")
-            heads = ["File", "Vacuum", "Speed", "MAPE", "RMSE", "Model − measured"]
-            rows = [
-                [
-                    reading.named(row["path"]), show(row["vacuum"], "Pa"),
-                    show(row["speed"], "m/s", 3), f"{row['mape']:.2%}", show(row["rmse"], "N", 3),
-                    show(row["bias"], "N", 3).replace("-", "−"),
-                ] for row in answer.files
-            ]  # fmt: skip
-            live.Table().set_content(
-                html(heads, rows, (1, 2, 3, 4, 5), "What is left over", "pull-errors")
             )
-            for check in answer.checks:
+            self._rows(reading.compared.files)
+            for check in reading.compared.checks:
                 mark = "✓" if check["passed"] else "look:"
                 ui.label(f"{mark} {check['name']}: {check['sentence']}").classes("text-sm")
-            for sentence in dict.fromkeys(answer.warnings):
-                ui.label(f"Note: {reading.named(sentence)}").classes("text-sm opacity-80")
+            for sentence in dict.fromkeys(reading.compared.warnings):
+                hint(f"Note: {sentence}")
+
+    def _rows(self, files: Sequence[Any]) -> None:
+        heads = ["File", "Vacuum", "Speed", "MAPE", "RMSE", "Model − measured"]
+        rows = []
+        for row in files:
+            vacuum, speed = show(row["vacuum"], "Pa"), show(row["speed"], "m/s", 3)
+            error, bias = show(row["rmse"], "N", 3), show(row["bias"], "N", 3)
+            mape, bias = f"{row['mape']:.2%}", bias.replace("-", "−")
+            rows.append([row["path"], vacuum, speed, mape, error, bias])
+        made = html(heads, rows, range(1, 6), "What is left over", "pull-errors")
+        live.Table().set_content(made)

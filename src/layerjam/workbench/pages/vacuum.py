@@ -3,53 +3,95 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from nicegui import ui
 
-from layerjam.commands.quantities import TARGET
-from layerjam.commands.regulate import FAULT_AT, Regulation
-from layerjam.commands.vacuum_line import VacuumRise
+from layerjam.commands.edit import LINE_FIELDS, edit_line
 from layerjam.control.faults import PROVOKED
-from layerjam.control.settings import KINDS, SAFE_STATES, Regulator
-from layerjam.fluid.line import Sensor
-from layerjam.simulate.quantities import DURATION
-from layerjam.units import QuantitySpec, show, spec_of
+from layerjam.control.settings import KINDS, SAFE_STATES
+from layerjam.fluid.parts import parts as known_parts
+from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, stacked
-from layerjam.workbench.controls import Choice, Control, choice, menu, number, slider, word
+from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, chosen, menu
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.more import More
 from layerjam.workbench.page import Figures, Notes, Page, answered
-from layerjam.workbench.pages.line_fields import LineFields
+from layerjam.workbench.pages.records import Editor, Kind
+from layerjam.workbench.widgets import chart, columns, dressed, fold, hint, status
 
-FLUID = Choice("fluid", {"air": "air", "water": "water"}, "air", help="What fills the line")
-KIND = Choice("kind", {k: k for k in KINDS}, "pi", label="Law",
-              help="; ".join(f"{k}: {v}" for k, v in KINDS.items()))  # fmt: skip
-SAFE = Choice("safe_state", {"": "not chosen", **{k: k for k in SAFE_STATES}}, "",
-              label="Safe state", help="Where a fault ends. "
-              + "; ".join(f"{k}: {v}" for k, v in SAFE_STATES.items()))  # fmt: skip
-FAULT = Choice("fault", {"none": "none",
-                         **{k: f"{k.replace('-', ' ')}: {v}" for k, v in PROVOKED.items()}},
-               "none", help="What breaks while the target is held")  # fmt: skip
+LINE = Kind(
+    "line",
+    "vacuum",
+    "vacuum-line",
+    MappingProxyType(
+        {
+            "chamber": "Chamber",
+            "pump": "Pump",
+            "tube": "Tube",
+            "valve": "Vent valve",
+            "leak": "Leak",
+            "sensor": "Sensor",
+            "reservoir": "Reservoir",
+            "": "Gas",
+            "site": "Site",
+        }
+    ),
+    LINE_FIELDS,
+    edit_line,
+    origin=("number_kind", "number_source"),
+    optional=("tube", "valve", "sensor", "reservoir"),
+    parts=lambda table: {
+        n: p.title or n for n, p in known_parts(table).items() if p.missing is None
+    },
+)
+OWN = ("target", "fluid", "safe_state", "kind", "fault", "fault_at", "duration", "sample_time")
+"""Inputs of `regulate` that have a control on the page, besides those of the sensor."""
+SENSOR = ("sensor_range", "noise")
 NOT_CHOSEN = (
     "Nothing is regulated until a safe state is chosen: whether a fault should let the brake go "
     "(release) or keep it jammed (hold) depends on what hangs on it."
 )
 KEY = (
-    "Light line: what the sensor shows. Yellow ground: broken and not said yet; red ground: said, "
-    "in the safe state. Below zero the pump runs backwards."
+    "Light line: what the sensor shows. Yellow ground: broken but not detected yet; red ground: "
+    "detected, in the safe state. Below zero the pump runs backwards."
 )
 LONGEST, SHORTEST = 1200.0, 1e-3
 """Time simulated at most and time between samples at least, on this page [s]."""
 KPA = 1e3
-STYLE = """
-.vacuum-times { display: grid; grid-template-columns: auto auto; gap: 2px 12px;
-  font-size: 0.8rem; margin: 0 }
-.vacuum-times dd { margin: 0; text-align: right }
-"""
+RISE = ("rise_time", "time_constant", "fall_time", "fall_by", "reachable", "gas_work")
+LOOP = (
+    "outcome",
+    "fault_at",
+    "fault_time",
+    "said_after",
+    "rise_time",
+    "overshoot",
+    "steady_error",
+    "ripple",
+    "pump_switches",
+    "pump_on",
+    "gain",
+    "integral_time",
+)
+
+
+def safe_choice() -> Choice:
+    """Where a fault ends; nothing is chosen for the user."""
+    what = "; ".join(f"{state}: {about}" for state, about in SAFE_STATES.items())
+    words = {"": "not chosen", **{state: state for state in SAFE_STATES}}
+    return Choice("safe_state", words, "", help=f"Where a fault ends. {what}")
+
+
+def fault_choice() -> Choice:
+    """What can be made to break."""
+    words = {name: f"{name.replace('-', ' ')}: {about}" for name, about in PROVOKED.items()}
+    return Choice("fault", {"none": "none", **words}, "none", help="What breaks meanwhile")
 
 
 class Vacuum(Page):
@@ -57,123 +99,102 @@ class Vacuum(Page):
 
     name = "vacuum"
 
-    def controls(self) -> dict[str, Control]:
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        self.line = Editor(desk, LINE)
+        self.more = More(self, "regulate", (*OWN, *SENSOR))
+        self.fluid = chosen("rise", "fluid", {})
+        about = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
+        self.law = Choice("kind", {k: k for k in KINDS}, "pi", label="Law", help=about)
+        self.safe, self.fault = safe_choice(), fault_choice()
+
+    def controls(self) -> Mapping[str, Control]:
         """Bounds that the line sets."""
-        full = self.desk.line.line.site.atmosphere
-        target = QuantitySpec("Pa", TARGET.text, 0.0, full, open_lo=True)
-        sample = spec_of(Regulator, "sample_time")
-        sample = QuantitySpec("s", sample.text, SHORTEST, sample.hi)
-        lasts = QuantitySpec("s", DURATION.text, 0.0, LONGEST, open_lo=True)
-        made = (
-            Control("target", target, min(60e3, 0.6 * full), 0.01 * full, 0.99 * full),
-            Control("fault_at", FAULT_AT, 10.0, 0.0, 30.0, unit="s", label="Fault begins at"),
-            Control("duration", lasts, 20.0, 1.0, 120.0, unit="s", label="Time simulated"),
-            Control("sample_time", sample, 0.01, SHORTEST, 0.1, unit="ms"),
-            Control("sensor_range", spec_of(Sensor, "range"), 103e3, 10e3, 200e3),
-            Control("noise", spec_of(Sensor, "noise"), 50.0, 0.0, 500.0, unit="Pa"),
+        full = self.more.atmosphere(self.desk.line.line.site.atmosphere)
+        target = asked("rise", "target", min(60e3, 0.6 * full), (0.01 * full, 0.99 * full))
+        lasts = asked("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Time simulated")
+        sample = asked("regulate", "sample_time", 0.01, (SHORTEST, 0.1), unit="ms")
+        begins = {"unit": "s", "label": "Fault begins at"}
+        return by_key(
+            target.within(high=full),
+            asked("regulate", "fault_at", 10.0, (0.0, 30.0), **begins),
+            lasts.within(high=LONGEST),
+            sample.within(SHORTEST),
+            asked("regulate", "sensor_range", 103e3, (10e3, 200e3)),
+            asked("regulate", "noise", 50.0, (0.0, 500.0), unit="Pa"),
         )
-        return {control.key: control for control in made}
 
     def build(self) -> None:
-        """Controls and line left, the two answers right."""
-        ui.add_css(STYLE)
-        with ui.row().classes("w-full no-wrap items-start gap-6 page"):
-            with ui.column().classes("side"):
-                self._slider("target")
-                choice(self.desk, self.name, FLUID)
-                choice(self.desk, self.name, SAFE)
-                choice(self.desk, self.name, KIND)
-                menu(self.desk, self.name, FAULT)
-                with ui.column().classes("w-full") as self.when:
-                    self._slider("fault_at")
-                with (
-                    ui.expansion("Sampling and sensor")
-                    .classes("w-full")
-                    .props('dense header-class="font-medium" data-testid="vacuum-sampling"')
-                ):
-                    self._slider("duration")
-                    self._slider("sample_time")
-                    with ui.column().classes("w-full") as self.stand_in:
-                        ui.label(
-                            "The line has no sensor: one of this range and noise stands in."
-                        ).classes("text-sm opacity-80")
-                        self._slider("sensor_range")
-                        self._slider("noise")
-                self.problem_line()
-                self.line = LineFields(self.desk)
-            with ui.column().classes("main gap-3"):
-                self._answers()
-        self._hide("settings")
-        self.desk.watch(self._hide)
+        """Controls and line left, the two results right."""
+        side, main = columns()
+        with side:
+            self.slider("target")
+            choice(self.desk, self.name, self.fluid)
+            choice(self.desk, self.name, self.safe)
+            choice(self.desk, self.name, self.law)
+            menu(self.desk, self.name, self.fault)
+            self.slider("fault_at", lambda: self.word(self.fault) != "none")
+            with fold("Sampling and sensor", "vacuum-sampling"):
+                self.slider("duration")
+                self.slider("sample_time")
+                with self.while_(self._no_sensor):
+                    hint("The line has no sensor: one of this range and noise stands in.")
+                    for key in SENSOR:
+                        self.slider(key)
+            self.more.build()
+            self.problem_line()
+            self.line.choosing()
+            with fold("Parts and numbers of the line", "vacuum-numbers"):
+                self.line.folds()
+                self.line.origin_fields()
+        with main:
+            self._results()
 
-    def _answers(self) -> None:
+    def _no_sensor(self) -> bool:
+        return self.desk.line.line.sensor is None
+
+    def _results(self) -> None:
         ui.label("Step response, pump full on").classes("text-lg")
-        self.rise_words = live.Words("").props('role="status" data-testid="vacuum-rise-words"')
+        self.rise_words = status("vacuum-rise-words")
+        narrow = "width: 260px; flex: none"
         with ui.row().classes("w-full no-wrap items-start gap-4"):
-            self.steps = ui.echart({}).style("flex: 1; min-width: 0; height: 260px").props(
-                'data-testid="vacuum-chart" role="img" aria-label="Vacuum over time, pump full on"'
-            )  # fmt: skip
-            with ui.column().style("width: 260px; flex: none"):
-                self.rise_figures = Figures(
-                    self.name,
-                    [("rise_time", "Rise, 10 to 90 %"), ("time_constant", "Time constant"),
-                     ("fall_time", "Fall, 90 to 10 %"), ("fall_by", "by"),
-                     ("reachable", "Reachable"), ("gas_work", "Work on the gas")],
-                )  # fmt: skip
+            look = "flex: 1; min-width: 0; height: 260px"
+            self.steps = chart("vacuum-chart", "Vacuum over time, pump full on", look)
+            with ui.column().style(narrow):
+                self.rise_figures = Figures(self.name, "rise", RISE)
         ui.label("Regulator").classes("text-lg")
-        self.verdict = live.Words(NOT_CHOSEN).props('role="status" data-testid="vacuum-verdict"')
+        self.verdict = status("vacuum-verdict", text=NOT_CHOSEN)
         with ui.row().classes("w-full no-wrap items-start gap-4") as self.regulated:
             with ui.column().classes("gap-0").style("flex: 1; min-width: 0"):
-                self.loop = ui.echart({}).style("width: 100%; height: 430px").props(
-                    'data-testid="vacuum-loop" role="img" '
-                    'aria-label="Vacuum and command over time, regulated"'
-                )  # fmt: skip
-                ui.label(KEY).classes("text-sm opacity-80")
-            with ui.column().style("width: 260px; flex: none"):
-                self.loop_figures = Figures(
-                    "vacuum-loop",
-                    [("outcome", "Detector says"), ("fault_at", "Fault begins"),
-                     ("fault_time", "Said at"), ("said_after", "After"),
-                     ("rise_time", "Rise, 10 to 90 %"), ("overshoot", "Overshoot"),
-                     ("steady_error", "Error at the end"), ("ripple", "Ripple"),
-                     ("pump_switches", "Pump switched"), ("pump_on", "Pump ran"),
-                     ("gain", "Gain"), ("integral_time", "Integral time")],
-                )  # fmt: skip
-                ui.label("Longest until a fault is said, at this vacuum").classes("text-sm")
-                self.detection = live.Table().props('data-testid="vacuum-detection"')
+                what = "Vacuum and command over time, regulated"
+                self.loop = chart("vacuum-loop", what, "width: 100%; height: 430px")
+                hint(KEY)
+            with ui.column().style(narrow):
+                self.loop_figures = Figures("vacuum-loop", "regulate", LOOP)
+                what = "Longest until a fault is detected, at this vacuum"
+                ui.label(what).classes("text-sm")
+                self.detection = dressed(live.Table(), "vacuum-detection")
         self.regulated.set_visibility(False)
         self.notes = Notes()
 
-    def _slider(self, key: str) -> None:
-        slider(self.desk, self.name, self.controls()[key], lambda: self.controls()[key])
-
-    def _hide(self, _: str) -> None:
-        self.when.set_visibility(word(self.desk, self.name, FAULT) != "none")
-        self.stand_in.set_visibility(self.desk.line.line.sensor is None)
-
-    def _text(self, key: str) -> str:
-        control = self.controls()[key]
-        return control.text(number(self.desk, self.name, control))
-
     def calls(self) -> Sequence[Call]:
         """The step; the regulator only once a safe state is chosen."""
-        subject, safe = self.desk.line_subject(), word(self.desk, self.name, SAFE)
-        common: dict[str, str | float | bool] = {"target": self._text("target")}
-        if word(self.desk, self.name, FLUID) == "water":
-            common["fluid"] = "water"
-        made = [Call("rise", (subject,), common)]
+        subjects, safe = (self.desk.subject("line"),), self.word(self.safe)
+        common = self.texts("target")
+        if self.word(self.fluid) != "air":
+            common["fluid"] = self.word(self.fluid)
+        more = self.more.options()
+        site = {key: value for key, value in more.items() if key == "atmosphere"}
+        made = [Call("rise", subjects, {**common, **site})]
         if not safe:
             return made
-        said = {
-            **common, "safe_state": safe, "kind": word(self.desk, self.name, KIND),
-            "duration": self._text("duration"), "sample_time": self._text("sample_time"),
-        }  # fmt: skip
-        if self.desk.line.line.sensor is None:
-            said |= {"sensor_range": self._text("sensor_range"), "noise": self._text("noise")}
-        fault = word(self.desk, self.name, FAULT)
-        if fault != "none":
-            said |= {"fault": fault, "fault_at": self._text("fault_at")}
-        return [*made, Call("regulate", (subject,), said)]
+        said = {**common, "safe_state": safe, "kind": self.word(self.law)}
+        said |= self.texts("duration", "sample_time")
+        if self._no_sensor():
+            said |= self.texts(*SENSOR)
+        if self.word(self.fault) != "none":
+            said |= {"fault": self.word(self.fault), "fault_at": self.text("fault_at")}
+        return [*made, Call("regulate", subjects, {**said, **more})]
 
     def compute(self) -> Any:
         """Each alone: a step that is refused leaves the regulator, and the other way round."""
@@ -194,43 +215,44 @@ class Vacuum(Page):
             said += loops[0][0].warnings
         self.notes.fill(list(dict.fromkeys(said)))
 
-    def _draw_rise(self, rise: VacuumRise | None, refused: str) -> None:
+    def _draw_rise(self, rise: Any | None, refused: str) -> None:
         self.steps.set_visibility(rise is not None)
         if rise is None:
             self.rise_words.set_text(f"Cannot: {refused}")
             return
-        target = show(rise.target, "Pa")
-        self.rise_words.set_text(
-            f"{target} in {rise.fluid}: 10 to 90 % in {show(rise.rise_time, 's', 3)}"
-            if rise.feasible else f"Cannot: {rise.reason}"
-        )  # fmt: skip
+        words = f"Cannot: {rise.reason}"
+        if rise.feasible:
+            risen = f"10 to 90 % in {show(rise.rise_time, 's', 3)}"
+            words = f"{show(rise.target, 'Pa')} in {rise.fluid}: {risen}"
+        self.rise_words.set_text(words)
         self.rise_figures.fill(rise)
         time, vacuum = np.asarray(rise.record.time), np.asarray(rise.record.vacuum)
         there = np.flatnonzero(vacuum >= rise.target)
         end = 1.4 * float(time[there[0]]) if len(there) else float(time[-1])
-        seen = time <= end
+        seen, wanted = time <= end, rise.target / KPA
         marks = [
-            (float(np.interp(part * rise.target, vacuum, time)), part * rise.target / KPA,
-             f"{part:.0%}", "quiet") for part in (0.1, 0.9) if rise.feasible
-        ]  # fmt: skip
-        wanted = rise.target / KPA
-        made = options(
-            [Curve(time[seen], vacuum[seen] / KPA),
-             Curve([0, end], [wanted, wanted], "good", "target", dashed=True, width=1.5)],
-            x="time [s]", y="vacuum [kPa]", x_range=(0, end), marks=marks, dark=self.dark,
-        )  # fmt: skip
+            (float(np.interp(part * rise.target, vacuum, time)), part * wanted, word, "quiet")
+            for part, word in ((0.1, "10%"), (0.9, "90%"))
+            if rise.feasible
+        ]
+        curves = [
+            Curve(time[seen], vacuum[seen] / KPA),
+            Curve([0, end], [wanted, wanted], "good", "target", dashed=True, width=1.5),
+        ]
+        axes: dict[str, Any] = {"x": "time [s]", "y": "vacuum [kPa]", "x_range": (0, end)}
+        made = options(curves, marks=marks, dark=self.dark, **axes)
         made["series"][1]["endLabel"]["color"] = made["xAxis"]["axisLabel"]["color"]
         live.draw(self.steps, made)
 
-    def _draw_loop(self, answer: Regulation) -> None:
-        _, loop = answer.record
-        end = answer.duration
-        begins, said = answer.fault_at, answer.fault_time
+    def _draw_loop(self, result: Any) -> None:
+        _, loop = result.record
+        end = result.duration
+        begins, said = result.fault_at, result.fault_time
         stop = end if said is None else said
         bands = [(begins, stop, "second")] if begins is not None and begins < stop else []
         bands += [(said, end, "bad")] if said is not None else []
-        common: dict[str, Any] = {"x": "time [s]", "x_range": (0, end), "dark": self.dark,
-                                  "bands": bands}  # fmt: skip
+        common: dict[str, Any] = {"x": "time [s]", "x_range": (0, end), "dark": self.dark}
+        common["bands"] = bands
         vacuum = [
             Curve(loop.time, loop.measured / KPA, "sky", "", width=1.0),
             Curve(loop.time, loop.target / KPA, "good", "target", dashed=True, width=1.5),
@@ -241,7 +263,7 @@ class Vacuum(Page):
             Curve(loop.time, loop.vent, "bad", "vent", width=1.5),
         ]
         low = -1.2 if float(loop.pump.min()) < 0 else 0
-        top = 1.15 * max(float(np.nanmax(loop.vacuum)), answer.target) / KPA
+        top = 1.15 * max(float(np.nanmax(loop.vacuum)), result.target) / KPA
         parts = [
             options(vacuum, y="vacuum [kPa]", y_range=(0, math.ceil(top / 10) * 10), **common),
             options(commands, y="command", y_range=(low, 1.2), **common),
@@ -253,42 +275,37 @@ class Vacuum(Page):
             for series, shift in zip(part["series"][-2:], (-7, 7), strict=True):
                 series["endLabel"]["offset"] = [0, shift]
         live.draw(self.loop, stacked(parts, (1.7, 1)))
-        self.loop_figures.fill(in_figures(answer))
-        self.verdict.set_text(verdict(answer))
-        self.detection.set_content(detection(answer))
+        # error and ripple are those of a target that the safe state has given up
+        given_up = () if result.outcome == "HEALTHY" else ("steady_error", "ripple")
+        self.loop_figures.fill(result, but=given_up)
+        self.verdict.set_text(verdict(result))
+        self.detection.set_content(detection(result))
 
 
-def in_figures(answer: Regulation) -> Regulation:
-    """Without error and ripple of a target that the safe state has given up."""
-    if answer.outcome == "HEALTHY":
-        return answer
-    return replace(answer, steady_error=None, ripple=None)
-
-
-def verdict(answer: Regulation) -> str:
-    """What the detector said, when, and what the safe state did, in words."""
-    target, end = show(answer.target, "Pa"), float(answer.record[1].vacuum[-1])
+def verdict(result: Any) -> str:
+    """What the detector reported, when, and what the safe state did, in words."""
+    target, end = show(result.target, "Pa"), float(result.record[1].vacuum[-1])
     held = f"at the end the vacuum is {show(end, 'Pa', 3) if end >= 1 else 'gone'}"
-    if answer.fault is None and answer.outcome == "HEALTHY":
-        rise = "never" if answer.rise_time is None else f"in {show(answer.rise_time, 's', 3)}"
+    if result.fault is None and result.outcome == "HEALTHY":
+        rise = "never" if result.rise_time is None else f"in {show(result.rise_time, 's', 3)}"
         return f"HEALTHY: risen to {target} {rise} (10 to 90 %); {held}."
     what = ""
-    if answer.fault is not None:
-        what = f"From {show(answer.fault_at, 's')} on {answer.broken}. "
-    if answer.outcome == "HEALTHY":
-        return f"{what}The detector said nothing; {held}."
-    after = "" if answer.said_after is None else f", {show(answer.said_after, 's', 3)} later"
-    state = f"{answer.safe_state}: {SAFE_STATES[answer.safe_state]}"
+    if result.fault is not None:
+        what = f"From {show(result.fault_at, 's')} on {result.broken}. "
+    if result.outcome == "HEALTHY":
+        return f"{what}The detector reported nothing; {held}."
+    after = "" if result.said_after is None else f", {show(result.said_after, 's', 3)} later"
+    state = f"{result.safe_state}: {SAFE_STATES[result.safe_state]}"
     return (
-        f"{what}{answer.outcome} was said at {show(answer.fault_time, 's')}{after}; from then on "
-        f"{state}, and {held}."
+        f"{what}{result.outcome} was detected at {show(result.fault_time, 's')}{after}; from then "
+        f"on {state}, and {held}."
     )
 
 
-def detection(answer: Regulation) -> str:
-    """HTML: each fault and the longest time until it is said."""
+def detection(result: Any) -> str:
+    """HTML: each fault and the longest time until it is detected."""
     rows = "".join(
         f"<dt>{name}</dt><dd>{'not seen' if time is None else show(time, 's', 3)}</dd>"
-        for name, time in answer.detection.items()
+        for name, time in result.detection.items()
     )
     return f'<dl class="vacuum-times">{rows}</dl>'

@@ -1,0 +1,120 @@
+"""The table of the page Drop: the same drop with no brake, at full vacuum, tuned, and so on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from types import MappingProxyType
+from typing import Any
+
+from layerjam.units import show
+from layerjam.workbench.call import result_fields
+
+MODES = MappingProxyType(
+    {
+        "none": "no brake",
+        "full": "full",
+        "tuned": "tuned",
+        "value": "a value",
+        "history": "a history",
+    }
+)
+ROWS = (
+    "outcome",
+    "vacuum",
+    "slip",
+    "peak_force",
+    "peak_deceleration",
+    "peak_g",
+    "stopping_time",
+    "end_speed",
+    "dissipated_energy",
+)
+"""These come first; below them stands what else a stop has to say."""
+LEFT_OUT = ("feasible", "reason", "speed", "accelerometer", "filter")
+OUTCOMES = MappingProxyType(
+    {
+        "STOPPED": "stopped",
+        "NEVER_SLID": "stopped without slip",
+        "SNAPS": "snaps",
+        "BOTTOMED_OUT": "bottomed out",
+        "FINISHED": "still moving",
+    }
+)
+
+
+Drops = Mapping[str, tuple[Any, str]]
+"""{mode: (result, or None; refusal)}."""
+
+
+def notes(drops: Drops) -> list[str]:
+    """Warnings of the drops, each with whose it is unless all drops of the brake say it."""
+    said = {mode: stop.warnings for mode, (stop, _) in drops.items() if stop is not None}
+    by_brake = [warnings for mode, warnings in said.items() if mode != "none"]
+    made = []
+    for mode, warnings in said.items():
+        for w in warnings:
+            shared = all(w in other for other in by_brake)
+            made.append(w if shared else f"{MODES[mode]}: {w}")
+    return list(dict.fromkeys(made))
+
+
+def verdict(stop: Any | None, refusal: str) -> str:
+    """What happened, in a sentence."""
+    if stop is None:
+        return f"Cannot: {refusal}"
+    if not stop.feasible:
+        return f"Cannot: {stop.reason}"
+    if stop.outcome == "BOTTOMED_OUT":
+        return (
+            f"BOTTOMED_OUT: the travel of {show(stop.slip, 'm')} is used up, the mass still at "
+            f"{show(stop.end_speed, 'm/s')}"
+        )
+    if stop.outcome is None:
+        return str(stop.reason)
+    if stop.stopping_time is None:
+        return f"{stop.outcome}: the mass does not stand still"
+    after = f"{stop.outcome}: in {show(stop.stopping_time, 's')}"
+    if stop.outcome == "NEVER_SLID":
+        return f"{after}, by the rope alone: the sheets never slid"
+    return after if stop.slip is None else f"{after}, after {show(stop.slip, 'm')} of slip"
+
+
+def table(drops: Drops, shown: str) -> str:
+    """HTML of the table; what cannot be says so across its column."""
+    fine = {mode: dict(stop.rows()) for mode, (stop, _) in drops.items() if stop and stop.feasible}
+    named = {key.replace("_", " ") for key in LEFT_OUT}
+    names = [key.replace("_", " ") for key in ROWS]
+    names += [n for texts in fine.values() for n in texts if n not in named]
+    names = list(dict.fromkeys(names))
+    about = result_fields("drop")
+    rows = []
+    for i, name in enumerate(names):
+        key = name.replace(" ", "_")
+        what = escape(about.get(key, ""))
+        cells = [f'<th scope="row" title="{what}">{escape(name.capitalize())}</th>']
+        for mode, (stop, refusal) in drops.items():
+            if mode in fine:
+                ident = f'data-testid="drop-{mode}-{key}"'
+                text = _cell(key, fine[mode].get(name, "–"))
+                cells.append(f"<td{_mark(mode, shown)} {ident}>{escape(text)}</td>")
+            elif i == 0:
+                why = refusal if stop is None else str(stop.reason)
+                ident = f'data-testid="drop-{mode}-outcome"'
+                said = f"cannot: {escape(why)}"
+                cells.append(f'<td rowspan="{len(names)}" class="cannot" {ident}>{said}</td>')
+        rows.append(f"<tr>{''.join(cells)}</tr>")
+    heads = [f'<th scope="col"{_mark(m, shown)}>{escape(MODES[m])}</th>' for m in drops]
+    return (
+        '<table class="drop-table"><caption class="sr-only">The same drop with no brake, at full '
+        f'vacuum and tuned</caption><thead><tr><th scope="col"></th>{"".join(heads)}</tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table>"
+    )
+
+
+def _mark(mode: str, shown: str) -> str:
+    return ' class="shown"' if mode == shown else ""
+
+
+def _cell(key: str, text: str) -> str:
+    return OUTCOMES.get(text, text) if key == "outcome" else text.replace("^2", "²")

@@ -1,0 +1,323 @@
+"""A brake or a line on the desk: chosen, opened, saved, and every number of it with its source."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from nicegui import events, ui
+
+from layerjam.errors import FileError, LayerjamError
+from layerjam.fluid.parts import FAMILIES
+from layerjam.records.source import KINDS
+from layerjam.records.toml import MAX_BYTES
+from layerjam.units import QuantitySpec, exact_text, get, usual_unit
+from layerjam.workbench.controls import number_field, on_typed, with_unit
+from layerjam.workbench.desk import SHELVES, Desk
+from layerjam.workbench.widgets import Alert, button, dressed, fold, one_line, select
+
+NEW_KINDS = ("measured", "data sheet", "handbook", "assumed")
+"""Kinds a number typed here may be of; the others are the files' own."""
+OWN, NONE = "own", "none"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What is edited: a brake or a line.
+
+    `groups` maps a table of its file to what stands above its fields, `fields` a dotted path to
+    (specification, required). `origin` are the desk's keys of kind and source of new numbers;
+    `optional` tables may be absent.
+    """
+
+    what: str
+    page: str
+    ident: str
+    groups: Mapping[str, str]
+    fields: Mapping[str, tuple[QuantitySpec, bool]]
+    edit: Callable[..., Any]
+    origin: tuple[str, str]
+    optional: tuple[str, ...] = ()
+    parts: Callable[[str], Mapping[str, str]] = lambda table: {}
+    """{part of the catalogue: its title} of a table."""
+
+    def paths(self, table: str) -> list[str]:
+        """The dotted paths of one table, in the file's order."""
+        return [path for path in self.fields if path.rpartition(".")[0] == table]
+
+
+class Editor:
+    """Changes what lies on the desk; refusals are said in place."""
+
+    def __init__(self, desk: Desk, kind: Kind) -> None:
+        self.desk, self.kind = desk, kind
+        self.rows: dict[str, FieldRow] = {}
+        self.waiting: dict[str, str] = {}
+        """Numbers typed that make no table yet, such as a tube without its bore."""
+        self._parts: dict[str, ui.select] = {}
+        self._folds: dict[str, ui.expansion] = {}
+
+    @property
+    def file(self) -> Any:
+        """The file on the desk."""
+        return getattr(self.desk, self.kind.what)
+
+    @property
+    def text(self) -> str:
+        """Its catalogue name, or its TOML text."""
+        return str(getattr(self.desk.state, self.kind.what))
+
+    @property
+    def known(self) -> list[str]:
+        """Names of the catalogue."""
+        return SHELVES[self.kind.what].names()
+
+    def value(self, path: str) -> Any:
+        """A number or a table of the record; None where it has none."""
+        return get(getattr(self.file, self.kind.what), path)
+
+    # ---- which file
+
+    def choosing(self) -> None:
+        """The choice of a file: from the catalogue, from disk; its name; saving."""
+        page, what = self.kind.page, self.kind.what
+        self.problem = Alert(f"{page}-{what}-problem")
+        self._chosen = select({}, what.capitalize(), self.kind.ident, self._chose)
+        with ui.row().classes("w-full gap-2 no-wrap"):
+            too_large = f"a {what}'s file has at most {MAX_BYTES // 1000} kB"
+            upload = ui.upload(
+                max_file_size=MAX_BYTES,
+                max_files=1,
+                auto_upload=True,
+                on_upload=self._opened,
+                on_rejected=lambda: self.problem.say(too_large),
+            )
+            self._upload = dressed(upload, f"{page}-open-file", "hidden", accept=".toml")
+            pick = partial(upload.run_method, "pickFiles")
+            opens = button("Open", pick, f"{page}-open", "folder_open")
+            dressed(opens, aria_label="Open a TOML file")
+            button("Save TOML", self._save, f"{page}-save", "download")
+        self._named = ui.input("Name")
+        how = "dense outlined hide-bottom-space"
+        dressed(self._named, f"{page}-name", "w-full", how, maxlength=80)
+        on_typed(self._named, self._renamed)
+        self.desk.watch(lambda what: self.fill() if what in (self.kind.what, "undo") else None)
+        self.fill()
+
+    def fill(self) -> None:
+        """What is on the desk now."""
+        known = {name: SHELVES[self.kind.what].load(name).title or name for name in self.known}
+        own = self.text not in known
+        choices = {OWN: f"{self.file.name} (a file)", **known} if own else known
+        self._chosen.set_options(choices, value=OWN if own else self.text)
+        self._named.set_value(self.file.name)
+        self._named.error = None
+        self.problem.say("")
+        self.waiting.clear()
+        for row in self.rows.values():
+            row.fill()
+        self._fill_parts()
+
+    def _chose(self, event: events.ValueChangeEventArguments[Any]) -> None:
+        if event.value in self.known and event.value != self.text:
+            self.desk.put_file(self.kind.what, str(event.value))
+
+    async def _opened(self, event: events.UploadEventArguments) -> None:
+        self._upload.reset()
+        try:
+            text = (await event.file.read()).decode("utf-8-sig")
+            self.desk.put_file(self.kind.what, text if "\n" in text else f"{text}\n")
+        except UnicodeDecodeError:
+            self.problem.say(
+                f"the file is not UTF-8 text, so it is no {self.kind.what}'s TOML file"
+            )
+        except LayerjamError as err:
+            self.problem.say(one_line(err))
+
+    def _save(self) -> None:
+        """The TOML text as it is, with its comments and sources."""
+        ui.download.content(self.file.text.encode(), f"{self.file.name}.toml", "application/toml")
+
+    def _renamed(self) -> None:
+        name = str(self._named.value or "").strip()
+        if name == self.file.name:
+            self._named.error = None
+            return
+        try:
+            self.desk.put_file(self.kind.what, self.kind.edit(self.file, name=name).record.text)
+        except LayerjamError as err:
+            self._named.error = one_line(err)
+
+    # ---- its numbers
+
+    def change(
+        self, changes: Mapping[str, str | None], takes: Mapping[str, str | None] | None = None
+    ) -> str:
+        """Other numbers, or other parts for whole tables; why not, where they are refused."""
+        kind, source = self.origin()
+        # the catalogue's name stays with the catalogue's numbers
+        name = f"{self.file.name}-edited" if self.text in self.known else None
+        more = {"takes": takes} if takes else {}
+        try:
+            made = self.kind.edit(self.file, changes, name=name, kind=kind, source=source, **more)
+            self.desk.put_file(self.kind.what, made.record.text)
+        except FileError as err:
+            return err.reason
+        except LayerjamError as err:
+            return one_line(err)
+        return ""
+
+    def folds(self, open_groups: tuple[str, ...] = ()) -> None:
+        """One fold for each table of the file; its fields are made when it is first opened."""
+        for table, title in self.kind.groups.items():
+            ident = f"{self.kind.page}-group-{table}"
+            self._folds[table] = fold(title, ident, table in open_groups)
+            if table in open_groups:
+                self._fill_fold(table)
+            else:  # a fold nobody opens costs the first page its time
+                self._folds[table].on_value_change(partial(self._fill_fold, table))
+
+    def row(self, path: str) -> FieldRow:
+        """The field of a number, whose fold is filled if need be."""
+        self._fill_fold(path.rpartition(".")[0])
+        return self.rows[path]
+
+    def _fill_fold(self, table: str, _: object = None) -> None:
+        if self._folds[table].default_slot.children:
+            return
+        with self._folds[table]:
+            if table in FAMILIES and self.kind.what == "line":
+                self._part(table)
+            elif table in self.kind.optional:
+                drop = partial(self.take, table, NONE)
+                title, ident = self.kind.groups[table].lower(), f"{self.kind.page}-without-{table}"
+                button(f"No {title}", drop, ident, "close", how="flat dense no-caps")
+            for path in self.kind.paths(table):
+                self.rows[path] = FieldRow(self, path)
+
+    def _part(self, table: str) -> None:
+        none = {NONE: "none"} if table in self.kind.optional else {}
+        known = {OWN: "own numbers", **none, **self.kind.parts(table)}
+
+        def taken(event: events.ValueChangeEventArguments[Any]) -> None:
+            self.take(table, str(event.value))
+
+        box = select(known, "Part", f"{self.kind.page}-part-{table}", taken)
+        self._parts[table] = dressed(box, aria_label=f"Part for the {table}")
+        self._fill_parts()
+
+    def part_of(self, table: str) -> str:
+        """The part that a table is of: its name, OWN numbers, or NONE where it is absent."""
+        absent = table in self.kind.optional and self.value(table) is None
+        return str(self.file.parts.get(table, NONE if absent else OWN))
+
+    def _fill_parts(self) -> None:
+        for table, box in self._parts.items():
+            part = self.part_of(table)
+            box.set_value(part if part in (box.options or ()) else OWN)
+
+    def take(self, table: str, part: str) -> None:
+        """Another part of the catalogue for a table, or none."""
+        if part in (OWN, self.part_of(table)):
+            return
+        why = self.change({}, {table: None if part == NONE else part})
+        if why:
+            self.fill()
+            self.problem.say(why)
+
+    # ---- where new numbers come from
+
+    def origin(self) -> tuple[str, str]:
+        """Kind and source that go with numbers typed from now on."""
+        kind, source = (str(self.desk.get(self.kind.page, key, "")) for key in self.kind.origin)
+        return kind if kind in NEW_KINDS else "assumed", source[:200]
+
+    def origin_fields(self) -> None:
+        """Where new numbers come from, asked once for all that are typed next."""
+        page, (kind, source) = self.kind.page, self.origin()
+
+        def put(key: str, event: events.ValueChangeEventArguments[Any]) -> None:
+            self.desk.put(page, key, str(event.value or ""))
+
+        with fold("Where new numbers come from"):
+            kinds = {k: f"{k}: {KINDS[k]}" for k in NEW_KINDS}
+            of_kind, of_source = (partial(put, key) for key in self.kind.origin)
+            chosen = select(kinds, "Kind", f"{page}-number-kind", of_kind, value=kind)
+            said = ui.input("Source", value=source, on_change=of_source)
+            hint = "caliper, 3 readings"
+            dressed(said, f"{page}-number-source", "w-full", "dense outlined", placeholder=hint)
+            dressed(said, maxlength=200)
+
+        def fill(what: str) -> None:
+            if what == "undo":
+                for field, value in zip((chosen, said), self.origin(), strict=True):
+                    field.set_value(value)
+
+        self.desk.watch(fill)
+
+
+class FieldRow:
+    """One number: name, value with unit, where it comes from."""
+
+    def __init__(self, editor: Editor, path: str) -> None:
+        self.editor, self.path = editor, path
+        self.spec, required = editor.kind.fields[path]
+        name, ident = path.rpartition(".")[2].replace("_", " "), f"{editor.kind.page}-{path}"
+        symbol = f" {self.spec.symbol}:" if self.spec.symbol else ""
+        with ui.column().classes("w-full gap-0"):
+            with ui.row().classes("w-full items-center justify-between no-wrap gap-2"):
+                about = f"{path}:{symbol} {self.spec.text}; {self.spec.allowed()}"
+                ui.label(name.capitalize()).classes("text-sm").tooltip(about)
+                self.field = number_field(f"{name}, {self.spec.text}", "w-40")
+                dressed(self.field, ident, placeholder="" if required else "not known")
+            source = "text-xs opacity-80 source-line"
+            self.source = dressed(ui.label(), f"{ident}-source", source)
+        on_typed(self.field, self.typed)
+        self.fill()
+
+    def shown(self) -> str:
+        """The value as it stands in the field; empty for what is not known."""
+        value = self.editor.value(self.path)
+        if value is None:
+            return ""
+        return f"{value:g}" if self.spec.unit == "1" else exact_text(value, self.spec.unit)
+
+    def fill(self) -> None:
+        """Value and source of what is on the desk."""
+        shown = self.shown()
+        self.field.set_value(shown)
+        self.field.error = None
+        source = self.editor.file.sources.get(self.path)
+        said = source.sentence() if source is not None else "the default" if shown else ""
+        self.source.set_text(said)
+        self.source.set_visibility(bool(said))
+
+    def typed(self) -> None:
+        """Take what was typed, or say below why not; a table's first numbers wait for the rest."""
+        shown, text = self.shown(), str(self.field.value or "").strip()
+        if text == shown:
+            self.field.error = None
+            return
+        text = with_unit(text, "" if self.spec.unit == "1" else unit_of(shown, self.spec))
+        table = self.path.rpartition(".")[0]
+        begun = {p: t for p, t in self.editor.waiting.items() if p.rpartition(".")[0] == table}
+        waits = text and self._waits(table, begun)
+        why = self.editor.change({**begun, self.path: text or None})
+        self.field.error = why or None
+        if why and waits:
+            self.editor.waiting[self.path] = text
+
+    def _waits(self, table: str, begun: Mapping[str, str]) -> bool:
+        """Whether its table is not there yet and lacks more numbers than those typed."""
+        if not table or self.editor.value(table) is not None:
+            return False
+        fields = self.editor.kind.fields
+        due = {p for p in self.editor.kind.paths(table) if fields[p][1]}
+        return bool(due - {*begun, self.path})
+
+
+def unit_of(shown: str, spec: QuantitySpec) -> str:
+    """The unit that a bare number is in: that of the number shown, else the usual one."""
+    return shown.partition(" ")[2] or usual_unit(spec.unit)

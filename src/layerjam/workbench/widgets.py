@@ -1,0 +1,115 @@
+"""What the pages are made of: elements with a name for tests, a label and one look."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+from nicegui import events, ui
+
+from layerjam.workbench import live
+
+E = TypeVar("E", bound=ui.element)
+Act = Callable[[], Any]
+PLAIN = 'outline dense no-caps padding="4px 10px"'
+QUIET = "text-sm opacity-80"
+
+
+def dressed(element: E, ident: str = "", classes: str = "", how: str = "", **more: Any) -> E:
+    """The element with its name in tests, classes, flags (`how`) and other attributes.
+
+    An underscore in an attribute's name stands for a dash: `aria_label`.
+    """
+    if ident:
+        more["data-testid"] = ident
+    if how:
+        element.props(how)
+    for name, value in more.items():
+        element.props[name.replace("_", "-")] = value
+    return element.classes(classes) if classes else element
+
+
+def named(key: str) -> str:
+    """A key of a result as the page names it."""
+    words = key.replace("_", " ").split()
+    words = [word.upper() if word in ("mape", "rmse", "sd") else word for word in words]
+    return " ".join([words[0][0].upper() + words[0][1:], *words[1:]])
+
+
+def hint(text: str) -> ui.label:
+    """A quiet sentence."""
+    return ui.label(text).classes(QUIET)
+
+
+def status(ident: str, classes: str = "", text: str = "") -> live.Words:
+    """A sentence that changes with every move and is read aloud."""
+    return dressed(live.Words(text), ident, classes, role="status")
+
+
+class Alert(ui.label):
+    """Where a refusal stands, in words; hidden while there is none."""
+
+    def __init__(self, ident: str, classes: str = "") -> None:
+        super().__init__("")
+        dressed(self, ident, f"text-negative {classes}", role="alert")
+        self.set_visibility(False)
+
+    def say(self, problem: str) -> None:
+        """Show a refusal; none if empty."""
+        self.set_text(problem)
+        self.set_visibility(bool(problem))
+
+
+def button(
+    text: str, act: Act | None, ident: str, icon: str = "", *, how: str = PLAIN, tip: str = ""
+) -> ui.button:
+    """A button; `tip` says more than its text."""
+    made = dressed(ui.button(text, icon=icon or None, on_click=act), ident, how=how)
+    return made.tooltip(tip) if tip else made
+
+
+def fold(title: str, ident: str = "", is_open: bool = False) -> ui.expansion:
+    """A part that opens on a click."""
+    made = ui.expansion(title, value=is_open)
+    return dressed(made, ident, "w-full", "dense", header_class="font-medium")
+
+
+def chart(ident: str, label: str, style: str = "", act: Any = None) -> ui.echart:
+    """An empty chart; `label` is what it shows, for those who cannot see it."""
+    made = dressed(ui.echart({}, on_point_click=act), ident, role="img", aria_label=label)
+    return made.style(style) if style else made.classes("chart")
+
+
+def select(
+    words: Mapping[str, str],
+    label: str,
+    ident: str,
+    act: Callable[[events.ValueChangeEventArguments[Any]], Any] | None = None,
+    *,
+    value: str | None = None,
+    classes: str = "w-full",
+    tip: str = "",
+) -> ui.select:
+    """A list of words that opens; `words` maps what is set to what is shown."""
+    made = ui.select(dict(words), value=value, label=label, on_change=act)
+    dressed(made, ident, classes, "dense outlined options-dense", aria_label=label)
+    return made.tooltip(tip) if tip else made
+
+
+def columns(classes: str = "") -> tuple[ui.column, ui.column]:
+    """Controls on the left, results on the right; below each other where it is narrow."""
+    with ui.row().classes(f"w-full no-wrap items-start gap-6 page {classes}"):
+        return ui.column().classes("side"), ui.column().classes("main gap-3")
+
+
+@cache
+def shipped(name: str) -> str:
+    """The text of a file of this folder."""
+    return (Path(__file__).parent / name).read_text(encoding="utf-8")
+
+
+def one_line(error: object) -> str:
+    """An error as one line."""
+    return " ".join(str(error).split())

@@ -1,0 +1,77 @@
+// What the server cannot do from afar. Loaded once, at the end of the page's body.
+
+// texts, HTML and charts that change with every move, past Vue (live.py)
+window.layerjamLive = (texts, contents, charts) => {
+  const raw = (id) => Vue.toRaw(Vue.toRaw(mounted_app.elements)[id]);
+  for (const id in texts) {
+    if (raw(id)) raw(id).text = texts[id];
+    const node = document.getElementById('c' + id)?.firstChild;
+    if (node) node.nodeValue = texts[id];
+  }
+  for (const id in contents) {
+    if (raw(id)) raw(id).props.innerHTML = contents[id];
+    const element = document.getElementById('c' + id);
+    if (element) element.innerHTML = contents[id];
+  }
+  for (const id in charts) {
+    if (raw(id)) Object.assign(Vue.toRaw(raw(id).props.options), charts[id]);
+    getElement(id)?.chart?.setOption(charts[id]);
+  }
+};
+
+// what is dragged, written into the field beside the slider
+window.layerjamSlid = (bar, field, value) => {
+  const digits = document.getElementById('c' + bar).dataset.digits;
+  getElement(field).inputValue = String(+(+value.toFixed(digits)).toPrecision(6));
+  // the slider reports nothing where it comes back to what it takes for its value
+  getElement(bar).$.props.modelValue = value;
+  Vue.toRaw(Vue.toRaw(mounted_app.elements)[bar]).props['model-value'] = value;
+};
+
+// NiceGUI draws a scene twenty times a second, seen or not: here only when it looks different
+window.layerjamStill = (view) => {
+  const draw = view.renderer.render.bind(view.renderer);
+  const write = view.text_renderer.render.bind(view.text_renderer);
+  let seen = '', changed = true;
+  const looks = (scene, camera) => [
+    ...[...camera.position, ...camera.quaternion].map(x => Number(x).toFixed(4)),
+    camera.aspect, view.ground,
+    view.renderer.domElement.width, view.renderer.domElement.height,
+    ...scene.children.flatMap(c => [c.id, c.children.length, ...c.position, ...c.scale]),
+  ].join();
+  view.renderer.render = (scene, camera) => {
+    const now = view.$el.isConnected && !document.hidden ? looks(scene, camera) : '';
+    changed = now !== seen && now !== '';
+    seen = now;
+    if (changed) draw(scene, camera);
+  };
+  view.text_renderer.render = (...all) => { if (changed) write(...all); };
+};
+
+// only these keys come to the server; in a field that is typed into they are the field's own
+addEventListener('keydown', e => {
+  const typing = e.target.matches('input:not([type=range]), textarea, select');
+  if (e.repeat || typing || !(e.ctrlKey || e.metaKey) || e.key.toLowerCase() !== 'z') return;
+  e.preventDefault();
+  emitEvent(e.shiftKey ? 'layerjam_redo' : 'layerjam_undo');
+});
+
+// files dropped beside the laboratory's zone, while it is seen, are dropped into it
+window.layerjamZone = null;
+const carriesFiles = e => [...(e.dataTransfer?.types ?? [])].includes('Files');
+addEventListener('dragover', e => {
+  if (layerjamZone !== null && carriesFiles(e)) e.preventDefault();
+});
+addEventListener('drop', e => {
+  if (layerjamZone === null || !carriesFiles(e)) return;
+  e.preventDefault();
+  const zone = document.querySelector('.files-dropped');
+  if (!zone || e.target.closest('.files-dropped') || !zone.offsetParent) return;
+  getElement(layerjamZone).$refs.qRef.addFiles(e.dataTransfer.files);
+});
+window.layerjamRejected = (files) => files.slice(0, 60).map(
+  x => [x.failedPropValidation, x.file.name.slice(0, 300), x.file.size]
+).concat([['count', '', files.length]]);
+window.layerjamFailed = (e) => [
+  e.files.map(f => f.name.slice(0, 300)).slice(0, 60), e.xhr ? e.xhr.status : 0
+];

@@ -1,0 +1,142 @@
+"""What is copied as Python from every page gives the page's numbers in a fresh process."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import jax
+import pytest
+
+from layerjam.commands.results import Result
+from layerjam.workbench.call import as_python
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages.brake import Brake
+from layerjam.workbench.pages.design import Design
+from layerjam.workbench.pages.drop import Drop
+from layerjam.workbench.pages.laboratory import Laboratory
+from layerjam.workbench.pages.laboratory_drop import practice_files
+from layerjam.workbench.pages.laboratory_files import put_roles
+from layerjam.workbench.pages.pull import Pull
+from layerjam.workbench.pages.vacuum import Vacuum
+from layerjam.workbench.state import State
+
+SPEC = """name = "small"
+brake = "choi2018-kapton"
+constraints = ["holding_force >= 300 N", "mass <= 60 g", "width <= 20 mm"]
+objectives = ["minimise mass", "maximise energy_capacity"]
+[vary]
+count = [11, 21, 31]
+width = { from = "10 mm", to = "30 mm", step = "5 mm" }
+"""
+PAGES = [
+    (Brake, {"slip": 0.01}),
+    (Pull, {"vacuum": 60e3, "travel": 0.03}),
+    (
+        Drop,
+        {
+            "shown": "value",
+            "vacuum": 30e3,
+            "accelerometer": "adxl193",
+            "allowed_rise": "30 K",
+            "atmosphere": "95 kPa",
+        },
+    ),
+    (Vacuum, {"safe_state": "hold", "fluid": "water", "kind": "bang-bang"}),
+    (Design, {"spec": SPEC}),
+    (Design, {"part": "arrays", "series": 3.0}),
+    (Design, {"part": "density"}),
+    (Design, {"part": "machines", "scenario": "slow-stop"}),
+]
+RUN = """
+import json, sys
+for code in json.load(sys.stdin):
+    space = {}
+    exec(code, space)
+    print("\\n@@" + space["result"].json())
+"""
+
+
+class Ticks:
+    """In place of the line that says what is being computed."""
+
+    def tell(self, *_) -> None:
+        pass
+
+
+def results_in(found) -> list[Result]:
+    """The results among what a page has computed, in the order of its calls."""
+    if isinstance(found, Result):
+        return [found]
+    if hasattr(found, "result"):
+        return results_in(found.result)
+    if isinstance(found, dict):
+        found = found.values()
+    if isinstance(found, list | tuple) or (
+        hasattr(found, "__iter__") and not isinstance(found, str)
+    ):
+        return [r for one in found for r in results_in(one)]
+    return []
+
+
+def asked(kind, settings) -> list[tuple[str, Result]]:
+    """(Python, result) of every call of a page."""
+    page = kind(Desk(State(settings={kind.name: settings})))
+    page.waiting = Ticks()
+    found = page.compute()
+    calls = page.calls()
+    results = results_in(found)[: len(calls)]
+    assert len(results) == len(calls), kind.name
+    assert as_python(calls).count("import") == 1
+    return [(call.python(), r) for call, r in zip(calls, results, strict=True)]
+
+
+@pytest.fixture(scope="module")
+def practice(tmp_path_factory):
+    return practice_files(tmp_path_factory.mktemp("practice"), lambda *_: None)
+
+
+def of_the_laboratory(practice, folder) -> list[tuple[str, Result]]:
+    """The same of the laboratory, whose files lie in `folder` as the user's do."""
+    page = Laboratory(Desk(State(settings={"laboratory": {"judder": "yes"}})))
+    wanted = ("friction_choi2018-kapton_1", "94.5kPa_7mms_1", "40kPa_7mms_1")
+    for name, data in practice.items():
+        if any(w in name for w in wanted):
+            page.uploads.take(name, data)
+            (folder / name).write_bytes(data)
+    rows = page.compute()
+    put_roles(page.desk, {r.upload.key: "validate" for r in rows if r.vacuum == 40e3})
+    page.compute()
+    made = [(done.call.python(), done.result) for done in page.chain.done.values()]
+    page.close()
+    assert len(made) == 3
+    return made
+
+
+def test_every_copy_runs_in_a_fresh_process(practice, tmp_path):
+    (tmp_path / "small.toml").write_text(SPEC)
+    made = [one for kind, settings in PAGES for one in asked(kind, settings)]
+    made += of_the_laboratory(practice, tmp_path)
+    plain = {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
+    # what the pages have compiled is not compiled again
+    plain["JAX_COMPILATION_CACHE_DIR"] = str(jax.config.jax_compilation_cache_dir)
+    plain["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0.05"
+    plain["JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES"] = "-1"
+    said = subprocess.run(
+        [sys.executable, "-c", RUN],
+        input=json.dumps([code for code, _ in made]),
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        env=plain,
+    )
+    assert said.returncode == 0, said.stderr[-2000:]
+    found = [json.loads(part.split("\n}\n")[0] + "\n}") for part in said.stdout.split("\n@@")[1:]]
+    assert len(found) == len(made)
+    for (code, result), copied in zip(made, found, strict=True):
+        own = json.loads(result.json())
+        for key in own.keys() - {"file", "warnings"}:
+            assert copied[key] == own[key], (code, key)
