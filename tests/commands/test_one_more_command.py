@@ -120,7 +120,8 @@ def test_its_answers_have_a_schema(dive: Any) -> None:
 
 
 def test_the_page_has_its_control_and_copies_it(dive: Any) -> None:
-    more = pytest.importorskip("layerjam.workbench.more")
+    pytest.importorskip("nicegui")
+    from layerjam.workbench import more
     from layerjam.workbench.call import Call, result_fields
     from layerjam.workbench.controls import asked
 
