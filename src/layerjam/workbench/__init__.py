@@ -1,1 +1,1 @@
-"""The browser app: pages on the verbs. It computes nothing itself."""
+"""The browser app: pages on the declared commands. It computes nothing itself."""

@@ -55,7 +55,7 @@ class Asking:
         return box
 
     def while_(self, seen: Callable[[], bool] | None) -> ui.column:
-        """A place whose content is there only while `seen()`, looked at after every change."""
+        """A column whose content is there only while `seen()`, looked at after every change."""
         box = ui.column().classes("w-full gap-2")
         if seen is not None:
 

@@ -18,7 +18,7 @@ def html(
 ) -> str:
     """The table; `numbers` are the columns that stand right. Nothing in it is taken as HTML.
 
-    Too wide for its place it scrolls, by the keyboard too.
+    Where it is too wide it scrolls, by the keyboard too.
     """
 
     def cells(row: Sequence[Cell], tag: str) -> str:

@@ -66,7 +66,7 @@ def words_of(done: Done) -> list[str]:
 
 
 class Card:
-    """One step's place on the page."""
+    """One step on the page."""
 
     def __init__(self, name: str, buttons: Callable[[], None]) -> None:
         """`buttons` puts more into its head."""

@@ -49,7 +49,7 @@ class Kind:
 
 
 class Editor:
-    """Changes what lies on the desk; refusals are said in place."""
+    """Changes what lies on the desk; refusals are said beside it."""
 
     def __init__(self, desk: Desk, kind: Kind) -> None:
         self.desk, self.kind = desk, kind
