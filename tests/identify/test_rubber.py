@@ -230,7 +230,7 @@ REAL_VALUES = {
 @pytest.mark.skipif(not SILICONE.is_dir(), reason="no real files here")
 @pytest.mark.parametrize("name", REAL_VALUES)
 def test_real_silicones(name):
-    from layerjam.commands.sleeve import data_sheets
+    from layerjam.identify.rubber.specimens import data_sheets
 
     material, psi, at_100 = REAL_VALUES[name]
     specimen = read_rubber(SILICONE / f"{name}.csv")

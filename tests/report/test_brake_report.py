@@ -13,8 +13,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from layerjam.commands.answer import Answer
 from layerjam.commands.report import report
+from layerjam.commands.results import Result
 from layerjam.errors import FileError
 from layerjam.report.brake_numbers import COLUMNS, Number
 from report.brake_files import BRAKE, NORMAL_FORCE, Campaign, campaign
@@ -32,7 +32,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
     return campaign(tmp_path_factory.mktemp("campaign"))
 
 
-def made(files: Campaign, out: Path, **more: Any) -> Answer:
+def made(files: Campaign, out: Path, **more: Any) -> Result:
     given: dict[str, Any] = {
         "friction": files.friction, "pulls": files.pulls, "validate": files.validate,
         "normal_force": NORMAL_FORCE, "date": DAY, "command": "layerjam report x",
@@ -41,13 +41,13 @@ def made(files: Campaign, out: Path, **more: Any) -> Answer:
 
 
 @pytest.fixture(scope="module")
-def told(files: Campaign, tmp_path_factory: pytest.TempPathFactory) -> tuple[Answer, Path]:
+def told(files: Campaign, tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
     out = tmp_path_factory.mktemp("out") / "deep" / "report"
     return made(files, out), out
 
 
 @pytest.fixture(scope="module")
-def results(told: tuple[Answer, Path]) -> dict[str, Any]:
+def results(told: tuple[Result, Path]) -> dict[str, Any]:
     found = json.loads((told[1] / "results.json").read_text(encoding="utf-8"))
     assert isinstance(found, dict)
     return found
@@ -84,11 +84,11 @@ class Page(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def page(told: tuple[Answer, Path]) -> Page:
+def page(told: tuple[Result, Path]) -> Page:
     return Page((told[1] / "report.html").read_text(encoding="utf-8"))
 
 
-def test_what_is_written(told: tuple[Answer, Path]) -> None:
+def test_what_is_written(told: tuple[Result, Path]) -> None:
     answer, out = told
     assert {p.name for p in out.iterdir()} == FILES
     assert {p.name for p in (out / "figures").iterdir()} == DRAWN
@@ -97,7 +97,7 @@ def test_what_is_written(told: tuple[Answer, Path]) -> None:
     assert answer.refused == {} and answer.calibrated_on_the_same == []
 
 
-def test_the_page_needs_nothing_else(told: tuple[Answer, Path], page: Page) -> None:
+def test_the_page_needs_nothing_else(told: tuple[Result, Path], page: Page) -> None:
     text = (told[1] / "report.html").read_text(encoding="utf-8")
     assert not re.search(r"https?:|//[a-z]|@import|@font-face", text)
     assert not page.tags & {"script", "link", "img", "iframe", "object", "embed", "base"}
@@ -110,7 +110,7 @@ def test_the_page_needs_nothing_else(told: tuple[Answer, Path], page: Page) -> N
     assert "Synthetic data" in words and "layerjam report x" in words and DAY in words
 
 
-def test_figures_are_vector_and_labelled(told: tuple[Answer, Path]) -> None:
+def test_figures_are_vector_and_labelled(told: tuple[Result, Path]) -> None:
     for path in (told[1] / "figures").iterdir():
         root = ElementTree.parse(path).getroot()
         assert root.tag.endswith("svg")
@@ -119,13 +119,13 @@ def test_figures_are_vector_and_labelled(told: tuple[Answer, Path]) -> None:
         assert "N" in text
 
 
-def test_the_pdf_is_as_long_as_it_is(told: tuple[Answer, Path]) -> None:
+def test_the_pdf_is_as_long_as_it_is(told: tuple[Result, Path]) -> None:
     data = (told[1] / "report.pdf").read_bytes()
     assert data.startswith(b"%PDF") and 2 <= len(re.findall(rb"/Type\s*/Page\b", data)) <= 6
 
 
 def test_the_csv_holds_what_the_json_holds(
-    told: tuple[Answer, Path], results: dict[str, Any]
+    told: tuple[Result, Path], results: dict[str, Any]
 ) -> None:
     with (told[1] / "numbers.csv").open(encoding="utf-8", newline="") as handle:
         rows = list(csv.DictReader(handle))
@@ -191,7 +191,7 @@ def test_provenance(files: Campaign, results: dict[str, Any]) -> None:
 
 
 def test_the_same_input_gives_the_same_bytes(
-    told: tuple[Answer, Path], files: Campaign, tmp_path: Path
+    told: tuple[Result, Path], files: Campaign, tmp_path: Path
 ) -> None:
     _, first = told
     made(files, tmp_path / "again")
