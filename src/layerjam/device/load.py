@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import secrets
 from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 from layerjam.device.brake import Brake, validate
@@ -27,7 +29,16 @@ def load(brake: str | Path) -> BrakeFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    return BrakeFile.read(*text_of("brake", brake, _texts()))
+    name = str(brake)
+    if name not in _texts():
+        return BrakeFile.read(*text_of("brake", brake, _texts()))
+    found = _shipped(name)
+    return replace(found, sources=dict(found.sources), notes=dict(found.notes))
+
+
+@cache
+def _shipped(name: str) -> BrakeFile:
+    return BrakeFile.read(*text_of("brake", name, _texts()))
 
 
 def brake_of(anything: str | Path | BrakeFile | Brake) -> Brake:

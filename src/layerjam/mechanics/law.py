@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import inspect
 from collections.abc import Callable
@@ -31,7 +32,8 @@ def register_records() -> None:
 
 def double_precision() -> AbstractContextManager[None]:
     """A context in which JAX computes in float64, in this thread; nothing outside it changes."""
-    return jax.enable_x64(True)
+    already: bool = jax.config.jax_enable_x64
+    return contextlib.nullcontext() if already else jax.enable_x64(True)
 
 
 def in_double_precision(function: F) -> F:
