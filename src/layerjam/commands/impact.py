@@ -378,7 +378,7 @@ def _history(
 
 
 def observed(stop: Stop, sensing: Sensing | None = None, warmth: Warmth | None = None) -> Stop:
-    """The same stop with what another accelerometer shows of it, and another limit of warmth."""
+    """The same stop with what another accelerometer shows of it, and another allowed rise."""
     return _observed(stop, sensing or Sensing(), warmth or Warmth())
 
 

@@ -124,7 +124,7 @@ class StopRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class StickSlipRequest:
-    """[judder]: what pulls, for the stiffness over the least without stick–slip."""
+    """`[judder]`: what pulls, for the stiffness over the least without stick–slip."""
 
     speed: float = like(CROSSHEAD_SPEED, "speed of the pull")
     mass: float = like(MASS, "mass pulled")

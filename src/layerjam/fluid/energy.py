@@ -27,7 +27,7 @@ def emptying_work(p: float, volume: float, atmosphere: float) -> float:
 
 
 def jam_work(vacuum: float, line: Line, water: bool = False, standing: float = 0.0) -> float:
-    """Least work of a pump [J] for one jam, from a standing vacuum [Pa] to another, without leak.
+    """Least work of a pump [J] for one jam, from a idle vacuum [Pa] to another, without leak.
 
     Air: the integral of ln(a/p) d(pV) with V = V0 - C_w vacuum; water: C P^2/2.
     """

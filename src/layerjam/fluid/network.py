@@ -214,8 +214,8 @@ def respond(
     """Integrate a line over `duration` [s] by SciPy's LSODA at a relative error of `CLOSE`.
 
     A tube in cells by Radau, which steps over waves once they have died away. `drive` is one for
-    all the time, or a function of time that has no jumps. `progress` is told the share done. Raises
-    QuantityError where the integrator gives up.
+    all the time, or a function of time that has no jumps. `progress` is called with the share done.
+    Raises QuantityError where the integrator gives up.
     """
     from scipy.integrate import solve_ivp
 

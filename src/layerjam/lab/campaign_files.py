@@ -58,7 +58,7 @@ def write_campaign(
 ) -> Written:
     """Write all files of a campaign, each whole or not at all; the same bytes for the same spec.
 
-    A folder that is not empty is refused unless `force`. `progress` is told (what, share done);
+    A folder that is not empty is refused unless `force`. `progress` is called with (what, share);
     KeyboardInterrupt ends the writing between two files. Raises FileError, and QuantityError for
     a campaign that cannot be, before anything is written.
     """

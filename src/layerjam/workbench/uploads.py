@@ -165,7 +165,7 @@ _DOOR = threading.Lock()
 
 
 def close_all() -> None:
-    """Delete every tab's folder: a server that is told to end may not come to Python's own exit."""
+    """Delete every tab's folder: a server asked to end may not come to Python's own exit."""
     with _DOOR:
         tabs = list(_OPEN)
     for tab in tabs:

@@ -121,7 +121,7 @@ def _identifiable(fit: BayesFit) -> Check:
     sentence = (
         f"width left of the priors: {parts}; scale factor and enclosure are correlated by "
         f"{together:+.2f}; only the products of scale factor and kinetic friction "
-        f"({fit.brake.film.kinetic:.4g}) and of the enclosure's modulus and friction are told"
+        f"({fit.brake.film.kinetic:.4g}) and of the enclosure's modulus and friction are determined"
     )
     little = f"; the curves say little of {' and '.join(vague)}: it is the prior's"
     return check("identifiable", not vague, sentence, little)

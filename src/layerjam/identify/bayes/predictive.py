@@ -2,7 +2,7 @@
 
 Every prediction is made for each of the possible brakes of a `Population`, and its quantiles are
 taken over them. "Cannot" is an answer: where no vacuum gives the force, or the travel is used up,
-that draw counts as infinite, and the chance of it is told. A quantile that is infinite says just
+that draw counts as infinite, and the chance of it is given. A quantile that is infinite says just
 that: with that probability or more there is no such number.
 """
 

@@ -102,14 +102,14 @@ def products(brake: Brake) -> Check:
 
 
 def told_apart(found: Identifiability) -> Check:
-    """Each parameter is told by the curves beyond their noise."""
+    """Each parameter is determined by the curves beyond their noise."""
     poor = [n for n, e in found.errors.items() if not e <= TOLD[n]]
     errors = ", ".join(f"{WORDS[n]} to ±{found.errors[n]:.2g}" for n in poor)
     sentence = "these curves do not tell the parameters apart at all"
     if found.pair is not None:
         one, other = (WORDS[n] for n in found.pair)
         sentence = (
-            f"{one} and {other} are told apart least (correlation {found.correlation:+.3f}, "
+            f"{one} and {other} are hardest to tell apart (correlation {found.correlation:+.3f}, "
             f"condition number {found.condition_number:.3g})"
         )
     advice = "only a combination is known, pull further or at another vacuum"

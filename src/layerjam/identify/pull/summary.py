@@ -1,4 +1,4 @@
-"""All that one measured pull shows: slack, preload, onset, peak, steady part, judder, return."""
+"""What one measured pull shows: slack, preload, onset, peak, steady part, stick–slip, return."""
 
 from __future__ import annotations
 

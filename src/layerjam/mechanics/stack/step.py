@@ -3,7 +3,7 @@
 Static over kinetic friction is a jump, not another bound: where the first interface reaches its
 static bound it drops to the kinetic one at that elongation, the rest is solved again, until none
 breaks. It returns to static friction when its sliding stops. Between jumps heat and stored energy
-are exact whatever the increment: an interface that slides does so at its bound all the way.
+are exact whatever the increment: an interface that slides does so at its bound throughout.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def _accept(
 ) -> int:  # pragma: no cover
     """Make the trial the state, with its work and heat.
 
-    An interface that slid did so at its bound all the way, whenever in the increment that was: its
+    An interface that slid did so at its bound throughout, whenever in the increment that was: its
     heat is exact, and so is the rest. A jump does no work; what it releases is heat.
     """
     n = len(stack.springs)

@@ -1,4 +1,4 @@
-"""Claims on judder (Fig. 4) and on wet sheets (Fig. 6), and the study behind the first."""
+"""Claims on stick–slip (Fig. 4) and on wet sheets (Fig. 6), and the study behind the first."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class FilmJudder:
     judders: Array
     """(len(DAMPING), len(STRIBECK)) at 1 mm/s, with the staggered bound."""
     settles: float
-    """Least damping without judder at 1 mm/s for a small v_s [N s/m]."""
+    """Least damping without stick–slip at 1 mm/s for a small v_s [N s/m]."""
 
 
 def _saw_share(static: float, kinetic: float, stiffness: float, mass: float) -> tuple[float, bool]:
@@ -117,10 +117,10 @@ def judder_claims() -> list[Claim]:
     kapton, ptfe = study["Kapton"], study["PTFE"]
     only = kapton.judders & ~ptfe.judders
     slow = STRIBECK[only.any(axis=0)]
-    found = "nowhere in a wide prior does Kapton alone judder"
+    found = "nowhere in a wide prior does Kapton alone stick and slip"
     between = ""
     if only.any():
-        found = f"Kapton alone judders in {only.mean():.0%} of a wide prior"
+        found = f"Kapton alone sticks and slips in {only.mean():.0%} of a wide prior"
         edges = (show(float(v), "m/s", 2) for v in (slow.min(), slow.max()))
         between = f"; v_s between {' and '.join(edges)}"
     together: dict[str, Any] = {"kapton": kapton.together, "ptfe": ptfe.together}

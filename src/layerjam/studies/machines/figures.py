@@ -248,7 +248,7 @@ PICTURES: dict[str, tuple[Callable[[Result], style.Figure], str]] = {
         ankle_stride,
         "One stride from the closing of the clutch on: ankle angle, and the force in spring and "
         "clutch beside what the clutch can hold at the vacuum of the moment. Where the dashed "
-        "force with a standing vacuum lies above what is held, the clutch slips.",
+        "force with a idle vacuum lies above what is held, the clutch slips.",
     ),
     "ankle-clutch-rate": (
         ankle_rates,

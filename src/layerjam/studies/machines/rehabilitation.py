@@ -3,8 +3,8 @@
 A cord on a pulley about the joint draws the brakes out in flexion. The resistance wanted is a
 torque over the angle, plus one in proportion to speed; a regulator makes the vacuum for it, by the
 inverse law of the brake. In extension nothing is wanted: the cord only pulls, the vacuum goes, and
-the sleeve draws the brakes back, as far as the friction of what vacuum is left lets it; what stays
-drawn out is slack at the next flexion. The body's own torques, the cord's stretch and the give of
+the enclosure draws the brakes back as far as the friction under the remaining vacuum lets it; what
+stays drawn out is slack at the next flexion. The body's own torques, the cord's stretch and the compliance of
 the brace are left out.
 """
 
@@ -304,7 +304,7 @@ def _vacuum_left(asked: Session, done: Following) -> float:
 
 
 def _lost_angle(vacuum: float, slip: float, scenario: Scenario) -> float:
-    """Angle [rad] by which the brakes stay drawn out: to where friction holds the sleeve."""
+    """Angle [rad] by which the brakes stay drawn out: to where friction holds the enclosure."""
     at = np.linspace(0.0, slip, 400)[1:]
     closes = np.asarray(self_closing_vacuum(at, scenario.brake.brake)) > vacuum
     held = 0.0 if closes.all() else float(at[np.flatnonzero(~closes)[-1]])

@@ -131,7 +131,7 @@ class Ride(NamedTuple):
     slip: Any
     """Of a chain [m]."""
     heat: Any
-    """Work of the strap in slipping [J]: heat, and what stays in the sleeves."""
+    """Work of the strap in slipping [J]: heat, and what stays in the enclosures."""
     put_in: Any
     """Work of the drive on the body [J]."""
 

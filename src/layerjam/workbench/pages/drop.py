@@ -202,8 +202,7 @@ class Drop(Page):
         formula = "v²/2gd" if self._flat() else "v²/2gd + 1"
         return (
             f"No brake at all stops it within {self.text('travel')} and the stretch of the rope "
-            f"with less than {show(floor, '1', 3)} g felt ({formula}: the force constant all the "
-            "way)."
+            f"with a peak below {show(floor, '1', 3)} g ({formula}: the force constant throughout)."
         )
 
     def _draw_charts(self, made: Mapping[str, Any], floor: float | None) -> None:
