@@ -4,8 +4,8 @@ A cord on a pulley about the joint draws the brakes out in flexion. The resistan
 torque over the angle, plus one in proportion to speed; a regulator makes the vacuum for it, by the
 inverse law of the brake. In extension nothing is wanted: the cord only pulls, the vacuum goes, and
 the enclosure draws the brakes back as far as the friction under the remaining vacuum lets it; what
-stays drawn out is slack at the next flexion. The body's own torques, the cord's stretch and the compliance of
-the brace are left out.
+stays drawn out is slack at the next flexion. The body's own torques, the cord's stretch and the
+compliance of the brace are left out.
 """
 
 from __future__ import annotations
