@@ -169,7 +169,7 @@ def test_friction_without_a_normal_force(refuses: Refuses, files: Files) -> None
     ("words", "why"),
     [
         (("--normal-force", "2.45"), "has no unit"),
-        (("--normal-force", "0N"), "more than zero"),
+        (("--normal-force", "0N"), "at least 0.1 mN"),
         (("--normal-force", "250 g"), "units of force"),
         (("--normal-force", "2.45N", "--from", "60mm", "--to", "50mm"), "from"),
         (("--normal-force", "2.45N", "--from", "40"), "has no unit"),

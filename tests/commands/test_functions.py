@@ -189,12 +189,12 @@ def test_friction_in_python(tmp_path: Path) -> None:
     path = virtual.write_bluehill(trace, tmp_path / "sled.csv")
     answer = layerjam.friction([path])
     assert answer.kinetic == pytest.approx(0.24, rel=0.01) and answer.static_sd is None
-    same = layerjam.friction([path], normal_force="2.45 N", window=("40 mm", 0.1))
+    same = layerjam.friction([path], normal_force="2.45 N", start="40 mm", end=0.1)
     assert same.kinetic == answer.kinetic
     with pytest.raises(QuantityError, match="both"):
         layerjam.friction([path], brake="choi2018-kapton")
     with pytest.raises(LayerjamError, match="from"):
-        layerjam.friction([path], window=(0.1, 0.04))
+        layerjam.friction([path], start=0.1, end=0.04)
 
 
 def test_new_in_python(tmp_path: Path) -> None:

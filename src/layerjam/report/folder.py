@@ -6,6 +6,7 @@ import json
 import math
 import os
 import shutil
+import tempfile
 import uuid
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -27,6 +28,8 @@ def check_folder(out: Path, force: bool, names: Sequence[str] = NAMES) -> None:
         there = _nearest(out)
         if not os.access(there, os.W_OK):
             raise FileError(out, f"cannot be made: the folder {there} is read-only")
+        with tempfile.TemporaryDirectory(prefix=".layerjam-", dir=there):
+            pass  # an administrator may write anywhere, and yet not everywhere
     except (OSError, ValueError) as err:
         reason = getattr(err, "strerror", None) or str(err)
         raise FileError(str(out)[:200], f"cannot be made: {reason}") from None
