@@ -14,7 +14,7 @@ from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
 from layerjam.commands.declare import GROUPS
-from layerjam.commands.index import Entry, commands, load
+from layerjam.commands.index import Entry, commands, find, load
 from layerjam.errors import LayerjamError, UnknownNameError
 
 
@@ -26,21 +26,20 @@ class Commands(TyperGroup):
         return list(commands())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """One command, under its name or a former one."""
-        known = commands()
-        if cmd_name in known:
-            return _built(cmd_name)
-        for entry in known.values():
-            if cmd_name in entry.old:
-                print(f"layerjam: {cmd_name} is now called {entry.name}", file=sys.stderr)
-                return _built(entry.name)
-        return super().get_command(ctx, cmd_name)
+        """One command, under its name or a former one; None where there is none."""
+        entry = find(cmd_name)
+        return None if entry is None else _built(entry.name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command typed; an unknown one is answered with the nearest names."""
-        if not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
-            raise UnknownNameError("command", args[0], self.list_commands(ctx))
-        return super().resolve_command(ctx, args)
+        entry = find(args[0])
+        if entry is None:
+            if args[0].startswith("-"):
+                return super().resolve_command(ctx, args)
+            raise UnknownNameError("command", args[0], commands())
+        if entry.name != args[0]:
+            print(f"layerjam: {args[0]} is now called {entry.name}", file=sys.stderr)
+        return entry.name, _built(entry.name), args[1:]
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """The groups with their commands, and examples under each."""

@@ -90,13 +90,15 @@ def commands() -> dict[str, Entry]:
     return {entry.name: entry for entry in ranked}
 
 
-def load(name: str) -> Command:
-    """The declared command of a name as typed or as in Python; a former name will do.
+def find(name: str) -> Entry | None:
+    """The command of a name as typed or as in Python; a former name will do."""
+    wanted = name.replace("_", "-")
+    return next((e for e in commands().values() if wanted in (e.name, *e.old)), None)
 
-    Raises UnknownNameError.
-    """
-    known, wanted = commands(), name.replace("_", "-")
-    for entry in known.values():
-        if wanted == entry.name or wanted in entry.old:
-            return entry.load()
-    raise UnknownNameError("command", name, known)
+
+def load(name: str) -> Command:
+    """The declaration of the command that `find` finds; raises UnknownNameError where none is."""
+    entry = find(name)
+    if entry is None:
+        raise UnknownNameError("command", name, commands())
+    return entry.load()
