@@ -59,13 +59,6 @@ for code in json.load(sys.stdin):
 """
 
 
-class Ticks:
-    """In place of the line that says what is being computed."""
-
-    def tell(self, *_) -> None:
-        pass
-
-
 def results_in(found) -> list[Result]:
     """The results among what a page has computed, in the order of its calls."""
     if isinstance(found, Result):
@@ -84,7 +77,6 @@ def results_in(found) -> list[Result]:
 def asked(kind, settings) -> list[tuple[str, Result]]:
     """(Python, result) of every call of a page."""
     page = kind(Desk(State(settings={kind.name: settings})))
-    page.waiting = Ticks()
     found = page.compute()
     calls = page.calls()
     results = results_in(found)[: len(calls)]

@@ -37,15 +37,8 @@ width = { from = "10 mm", to = "30 mm", step = "5 mm" }
 IMPOSSIBLE = SMALL.replace("300 N", "300 kN")
 
 
-class NoWait:
-    def tell(self, *_) -> None:
-        pass
-
-
 def page_of(brake: str = "choi2018-kapton", **settings) -> Design:
-    page = Design(Desk(State(page="design", brake=brake, settings={"design": settings})))
-    page.waiting = NoWait()
-    return page
+    return Design(Desk(State(page="design", brake=brake, settings={"design": settings})))
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +68,6 @@ def test_a_link_brings_the_specification_back_and_the_brake_it_began_from(small)
     text = SMALL.replace("choi2018-kapton", f"small-b-{small.chosen['number']}.toml")
     page = page_of(spec=text, begin=own)
     again = Design(Desk(from_link(to_link(page.desk.state))))
-    again.waiting = NoWait()
     assert again.parts["need"].spec().brake.text == own
     assert again.calls()[0].subjects[0].name == "small-b.toml"
     # another brake on the desk does not take it away
@@ -87,10 +79,9 @@ def test_nothing_is_searched_twice_and_nothing_anew_that_was_stopped():
     page = page_of(spec=SMALL)
     assert page.compute()[1] is page.compute()[1]
     page = page_of(spec=SMALL)
-    page.waiting.tell = lambda *_: page.runner.check()
     page.runner.stop()
     assert page.compute()[1] == Found(None, STOPPED)
-    page.runner.stop_flag.clear()
+    page.runner.stopping.clear()
     assert page.compute()[1].problem == STOPPED
 
 

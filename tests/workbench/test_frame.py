@@ -293,7 +293,7 @@ def test_problems_are_words_and_a_stopped_run_says_so():
     scene(stopped)
     assert shown == [(None, "slip: 80 mm is beyond the overlap"), (None, "stopped")]
     runner = Runner(lambda: None, lambda *_: None, elsewhere)
-    runner.check("fit", 0.5)
+    runner.tell("fit", 0.5)
     runner.stop()
     with pytest.raises(Stopped):
-        runner.check("fit", 0.6)
+        runner.tell("fit", 0.6)

@@ -23,18 +23,12 @@ KAPTON = "choi2018-kapton"
 PULL = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "30 mm"}
 
 
-class Ticks:
-    def tell(self, what: str, share: float) -> None:
-        assert 0 <= share <= 1
-
-
 @pytest.fixture
 def page_of():
     made: list[Pull] = []
 
     def make(**settings) -> Pull:
         page = Pull(Desk(State(page="pull", settings={"pull": settings})))
-        page.waiting = Ticks()  # the line that says so is only made with the page
         made.append(page)
         return page
 

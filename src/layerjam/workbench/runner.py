@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Awaitable, Callable
 from typing import Any
 
+from nicegui import ui
+
 from layerjam.errors import LayerjamError
+from layerjam.workbench.widgets import button, dressed, one_line
+
+PATIENCE = 0.6
+"""Seconds a computation runs before the page says so."""
+LOOK = 0.3
+"""Seconds between two looks at what is being done."""
 
 
 class Stopped(Exception):
@@ -28,7 +37,9 @@ class Runner:
         """`elsewhere` awaits a function in another thread."""
         self._compute, self._show, self._elsewhere = compute, show, elsewhere
         self.running = self._again = False
-        self.stop_flag = threading.Event()
+        self.stopping = threading.Event()
+        self.doing = ("", 0.0)
+        """What is being done, and which share of it is."""
 
     async def ask(self) -> None:
         """Compute with the inputs of now; returns when the result is shown or was overtaken."""
@@ -39,12 +50,13 @@ class Runner:
         try:
             while True:
                 self._again = False
-                self.stop_flag.clear()
+                self.stopping.clear()
+                self.doing = ("", 0.0)
                 result, problem = None, ""
                 try:
                     result = await self._elsewhere(self._compute)
                 except LayerjamError as err:
-                    problem = " ".join(str(err).split())
+                    problem = one_line(err)
                 except Stopped:
                     problem = "stopped"
                 except (MemoryError, RecursionError):
@@ -57,9 +69,34 @@ class Runner:
 
     def stop(self) -> None:
         """End a computation that reports its progress."""
-        self.stop_flag.set()
+        self.stopping.set()
 
-    def check(self, *_: Any) -> None:
-        """A progress callback that ends a stopped computation; raises Stopped."""
-        if self.stop_flag.is_set():
+    def tell(self, what: str, share: float) -> None:
+        """A command's progress callback, in its thread; raises Stopped where the user said so."""
+        if self.stopping.is_set():
             raise Stopped
+        self.doing = (what, share)
+
+
+def waiting_line(page: str, runner: Runner) -> None:
+    """What is being computed, how far it is, and a button to stop it; there while it takes long."""
+    with ui.row().classes("w-full items-center gap-3") as row:
+        ui.spinner(size="sm")
+        label = dressed(ui.label(), f"{page}-doing", "text-sm", role="status")
+        bar = ui.linear_progress(value=0, show_value=False).classes("grow")
+        dressed(bar, aria_label="Progress")
+        button("Stop", runner.stop, f"{page}-stop")
+    row.set_visibility(False)
+    since: float | None = None
+
+    def look() -> None:
+        nonlocal since
+        now = time.monotonic()
+        since = (since or now) if runner.running else None
+        if since is not None and now - since > PATIENCE:
+            what, share = runner.doing
+            label.set_text(what or "computing; the first time takes some seconds")
+            bar.set_value(round(share, 3))
+        row.set_visibility(since is not None and now - since > PATIENCE)
+
+    ui.timer(LOOK, look)

@@ -11,12 +11,13 @@ from nicegui import ui
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, choice
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.page import Page
 from layerjam.workbench.pages.design_arrays import Arrays
 from layerjam.workbench.pages.design_density import Density
 from layerjam.workbench.pages.design_machines import Machines
 from layerjam.workbench.pages.design_need import NeedPart
-from layerjam.workbench.pages.design_part import Host, Part
-from layerjam.workbench.waiting import Waiting
+from layerjam.workbench.pages.design_part import Part
+from layerjam.workbench.runner import waiting_line
 
 WORDS = MappingProxyType(
     {
@@ -32,7 +33,7 @@ KINDS: Mapping[str, type[Part]] = MappingProxyType(
 )
 
 
-class Design(Host):
+class Design(Page):
     """Four parts, one of them open; only the open one is computed."""
 
     name = "design"
@@ -48,7 +49,7 @@ class Design(Host):
             with ui.row().classes("w-full items-center gap-6 design-head"):
                 choice(self.desk, self.name, PART)
                 self.problem_line()
-            self.waiting = Waiting(self.name, self.runner)
+            waiting_line(self.name, self.runner)
             for key in self.parts:
                 self.boxes[key] = ui.column().classes("w-full gap-3")
                 self.boxes[key].set_visibility(False)

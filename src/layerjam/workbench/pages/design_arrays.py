@@ -10,8 +10,8 @@ from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, with_readout
 from layerjam.workbench.controls import Control, asked, by_key
 from layerjam.workbench.more import More
-from layerjam.workbench.page import Figures, Notes
-from layerjam.workbench.pages.design_part import PAGE, Host, Part
+from layerjam.workbench.page import Figures, Notes, Page
+from layerjam.workbench.pages.design_part import PAGE, Part
 from layerjam.workbench.widgets import chart, columns, hint
 
 MM = 1e3
@@ -35,7 +35,7 @@ TOTALS = (
 class Arrays(Part):
     """The desk's brake, N side by side, M in series."""
 
-    def __init__(self, page: Host) -> None:
+    def __init__(self, page: Page) -> None:
         super().__init__(page)
         self.more = More(page, "array", OWN)
 

@@ -14,8 +14,8 @@ from nicegui import ui
 from layerjam.units import show
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.controls import Choice, menu
-from layerjam.workbench.page import Notes
-from layerjam.workbench.pages.design_part import PAGE, Host, Part, said, words
+from layerjam.workbench.page import Notes, Page
+from layerjam.workbench.pages.design_part import PAGE, Part, said, words
 from layerjam.workbench.tables import html
 from layerjam.workbench.widgets import dressed, fold, hint
 
@@ -31,7 +31,7 @@ class Shown(NamedTuple):
 class Machines(Part):
     """One of the scenarios that come with the program."""
 
-    def __init__(self, page: Host) -> None:
+    def __init__(self, page: Page) -> None:
         super().__init__(page)
         self._known: dict[str, Shown] = {}
         self._drawn: Shown | None = None
@@ -67,8 +67,8 @@ class Machines(Part):
         """The result and its drawings; each machine once a tab."""
         name = self.word(self.choice)
         if name not in self._known:
-            result = self.calls()[0].run(progress=self.page.waiting.tell)
-            self._known[name] = Shown(result, result.pictures(self.page.waiting.tell))
+            result = self.calls()[0].run(progress=self.page.runner.tell)
+            self._known[name] = Shown(result, result.pictures(self.page.runner.tell))
         return self._known[name]
 
     def draw(self, found: Any) -> None:

@@ -20,10 +20,10 @@ from layerjam.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import read_any
-from layerjam.workbench.page import Notes
+from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design_form import Form
-from layerjam.workbench.pages.design_part import PAGE, Host, Part, words
+from layerjam.workbench.pages.design_part import PAGE, Part, words
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import Stopped
 from layerjam.workbench.widgets import (
@@ -55,7 +55,7 @@ class Found(NamedTuple):
 class NeedPart(Part):
     """The specification left, the front and the designs right."""
 
-    def __init__(self, page: Host) -> None:
+    def __init__(self, page: Page) -> None:
         super().__init__(page)
         self.form = Form(self.desk, self.written)
         self._read: tuple[object, DesignSpecification | None] = (None, None)
@@ -105,7 +105,7 @@ class NeedPart(Part):
 
     def _search(self) -> Found:
         try:
-            result = self.calls()[0].run(progress=self.page.waiting.tell)
+            result = self.calls()[0].run(progress=self.page.runner.tell)
         except FileError as err:
             return Found(None, err.reason, err.line)
         except LayerjamError as err:

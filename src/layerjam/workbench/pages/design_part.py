@@ -8,16 +8,8 @@ from typing import Any
 from layerjam.units import show
 from layerjam.workbench.call import Call
 from layerjam.workbench.page import Asking, Page
-from layerjam.workbench.waiting import Waiting
 
 PAGE = "design"
-
-
-class Host(Page):
-    """The page that holds the parts."""
-
-    waiting: Waiting
-    """Says how far the open part is."""
 
 
 class Part(Asking):
@@ -25,7 +17,7 @@ class Part(Asking):
 
     name = PAGE
 
-    def __init__(self, page: Host) -> None:
+    def __init__(self, page: Page) -> None:
         super().__init__(page.desk)
         self.page = page
         self.built = False

@@ -17,7 +17,7 @@ from layerjam.workbench.more import More
 from layerjam.workbench.page import Notes, Page, answered
 from layerjam.workbench.pages.drop_animation import SLOW, Animation, series
 from layerjam.workbench.pages.drop_table import MODES, notes, table, verdict
-from layerjam.workbench.waiting import Waiting
+from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.widgets import chart, columns, dressed, status
 
 ARRIVES = Choice(
@@ -68,7 +68,6 @@ class Drop(Page):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.more = More(self, "drop", OWN)
-        self.waiting: Waiting | None = None
 
     def controls(self) -> Mapping[str, Control]:
         """Bounds that the brake sets."""
@@ -108,7 +107,7 @@ class Drop(Page):
             self.more.build()
             self.problem_line()
         with main:
-            self.waiting = Waiting(name, self.runner)
+            waiting_line(name, self.runner)
             self.verdict = status("drop-verdict", "text-lg")
             with ui.row().classes("w-full items-start gap-4"):
                 stage = ui.column().style("width: 270px; flex: none")
@@ -174,9 +173,8 @@ class Drop(Page):
         """Every drop alone: one that is refused leaves the others."""
         drops, tune = self.columns(), self.calls()[-1]
         shown = "history" if "history" in drops else self.word(SHOWN)
-        more = {} if self.waiting is None else {"progress": self.waiting.tell}
         found: dict[str, tuple[Any, str]] = {"none": (None, NO_ROPE)}
-        found |= {mode: answered(call, **more) for mode, call in drops.items()}
+        found |= {mode: answered(call, progress=self.runner.tell) for mode, call in drops.items()}
         return shown, found, answered(tune)
 
     def draw(self, result: Any) -> None:

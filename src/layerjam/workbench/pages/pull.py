@@ -19,8 +19,8 @@ from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.pull_chart import pulled, saw
 from layerjam.workbench.pages.pull_files import Errors, Measured, Reading, laid_out, read
 from layerjam.workbench.rest import elsewhere
+from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.uploads import Uploads
-from layerjam.workbench.waiting import Waiting
 from layerjam.workbench.widgets import button, chart, columns, one_line
 
 STICK_SLIP = "judder"
@@ -94,7 +94,7 @@ class Pull(Page):
             self.measured = Measured(self.uploads, self.refresh)
             self.of_files = self.slider("files_vacuum")
         with main:
-            self.waiting = Waiting(self.name, self.runner)
+            waiting_line(self.name, self.runner)
             self.chart = chart("pull-chart", "Force over elongation")
             with ui.row().classes("items-center gap-2"):
                 ui.label("Take away").classes("text-sm")
@@ -130,7 +130,7 @@ class Pull(Page):
     def compute(self) -> Any:
         """The pull, the brake's greatest force for the axis, and the measured files."""
         call = self.pull_call()
-        more = {} if call.name == STICK_SLIP else {"progress": self.waiting.tell}
+        more = {} if call.name == STICK_SLIP else {"progress": self.runner.tell}
         result = call.run(**more)
         if self._whole[0] != self.desk.state.brake:
             whole = Call("show", (self.desk.brake_subject(),)).run()
@@ -144,7 +144,7 @@ class Pull(Page):
         sidecars = tuple(self.uploads.sidecars)
         key = (files, sidecars, self.desk.state.brake, vacuum if reading.lacking else "")
         if known != key:
-            reading = read(files, self.desk.brake_subject(), vacuum, self.waiting.tell)
+            reading = read(files, self.desk.brake_subject(), vacuum, self.runner.tell)
             self._read = ((*key[:3], vacuum if reading.lacking else ""), reading)
         return reading
 
