@@ -85,6 +85,22 @@ class Result:
     warnings: Sequence[str] = ()
     record: Any = None
 
+    @classmethod
+    def of(cls, *known: object, **given: Any) -> Self:
+        """The result with what is `given`, its other keys from `known` by their names.
+
+        Each of `known` is a record, a mapping, `prefixed(...)`, or None; the first that has a name
+        counts. A float taken from there that is not finite becomes None: not known. What nobody has
+        is its default; raises TypeError where there is none.
+        """
+        for f in cls.keys():  # noqa: SIM118
+            found = (_named(one, f.name) for one in known if f.name not in given)
+            value = next((v for v in found if v is not MISSING), MISSING)
+            if value is not MISSING:
+                lost = isinstance(value, float) and not math.isfinite(value)
+                given[f.name] = None if lost else value
+        return cls(**given)
+
     @property
     def values(self) -> dict[str, Any]:
         """{key of the contract: value in SI}."""
@@ -253,6 +269,27 @@ class Result:
         )
         notes = "".join(f"<p>note: {escape(w)}</p>" for w in dict.fromkeys(map(str, self.warnings)))
         return f"<table>{rows}</table>{notes}"
+
+
+@dataclass(frozen=True)
+class _Prefixed:
+    prefix: str
+    record: object
+
+
+def prefixed(prefix: str, record: object) -> object:
+    """A record for `Result.of` whose field `slip` is the key `tuned_slip`, with "tuned_"."""
+    return _Prefixed(prefix, record)
+
+
+def _named(record: object, name: str) -> Any:
+    """What a record or a mapping has by a name; MISSING where it has nothing."""
+    if isinstance(record, _Prefixed):
+        mine = name.startswith(record.prefix)
+        return _named(record.record, name.removeprefix(record.prefix)) if mine else MISSING
+    if isinstance(record, Mapping):
+        return record.get(name, MISSING)
+    return getattr(record, name, MISSING)
 
 
 @result
