@@ -186,11 +186,11 @@ class Laboratory(Page):
 
     def _tell(self, what: str, share: float) -> None:
         self._progress = (what, share)
-        self.runner.check()
+        self.runner.tell(what, share)
 
     def _tell_of_job(self, what: str, share: float) -> None:
         self._progress = (what, share)
-        self.jobs.check()
+        self.jobs.tell(what, share)
 
     def refresh(self) -> None:
         """Ask anew; what is being computed from older inputs is given up."""
