@@ -25,11 +25,11 @@ from layerjam.measure.readers.columns import (
     spoken,
 )
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.grid import Table, read_grid
 from layerjam.measure.readers.lines import read_lines, split
 from layerjam.measure.readers.numbers import read_columns
+from layerjam.measure.readers.rows import Rows, Table
 from layerjam.measure.readers.source import load_source
-from layerjam.measure.readers.table import bare_table, blocks_of, find_table
+from layerjam.measure.readers.table import bare_table, blocks_of, headless
 from layerjam.measure.readers.unit_words import PRESSURE as PRESSURE_UNIT
 from layerjam.measure.readers.unit_words import convert
 from layerjam.measure.readers.words import plain
@@ -116,39 +116,42 @@ def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | 
     options = options or ReadingOptions()
     said = options.entries({w.role: w.si for w in wants})
     source = load_source(path)
-    if (order := options.by_order) is not None:
-        table = _headless(source)
-        taken, notes = by_order(table.header(source.path), wants, said, len(order))
+    order = options.by_order
+    table = _table(source, wants, order is not None)
+    if order is not None:
+        taken, notes = by_order(table.header, wants, said, len(order))
     else:
-        found = find_table(source)
-        if found is None:
-            why = f"has no row of column names; say what its columns are: {how(wants)}"
-            raise FileError(source.path, why)
-        table = found
-        taken, notes = assign(_with_units(table, source.path, wants), wants, said)
-    decimal = options.decimal or source.decimal
-    source, table, fixed = _last_point(source, table, list(taken.values()), decimal)
-    indices, names = [c.index for c in taken.values()], [c.name for c in taken.values()]
-    plain_numbers = table.separator == ","
-    raw = read_columns(read_grid(source, table), indices, names, decimal, plain_numbers)
-    made = {role: taken[role].si(values) for role, values in zip(taken, raw, strict=True)}
+        taken, notes = assign(_with_units(table.header, wants), wants, said)
+    decimal, columns = options.decimal or source.decimal, list(taken.values())
+    rows, fixed = _last_point(Rows(source, table), columns, decimal)
+    made = dict(zip(taken, read_columns(rows, columns, decimal), strict=True))
     _check_time(source.path, made, wants)
     return Log(source.path, made, taken, _head(source, table), (*notes, *fixed))
 
 
-def _headless(source: Source) -> Table:
-    """The table of a file whose columns the user lists: all from the first row of numbers on."""
+def _table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
+    """The table with the most rows, one with units if there is one.
+
+    Where the user has `listed` its columns: all from the first row of numbers on.
+    """
     lines = read_lines(source)
     blocks = blocks_of(lines)
-    if not blocks:
+    if listed and not blocks:
         raise FileError(source.path, "holds no row of numbers")
-    return replace(bare_table(lines, blocks[0]), last=None)
+    if listed:
+        return replace(bare_table(lines, blocks[0]), last=None)
+    best = max((b for b in blocks if b.table), key=lambda b: (b.styled, b.rows), default=None)
+    found = best.table if best else headless(lines, blocks)
+    if found is None:
+        why = f"has no row of column names; say what its columns are: {how(wants)}"
+        raise FileError(source.path, why)
+    return found
 
 
-def _with_units(table: Table, path: str, wants: Sequence[Want]) -> Header:
+def _with_units(header: Header, wants: Sequence[Want]) -> Header:
     """The header, with units that end a name: 'Druck / kPa', 'p_bar', 'p [kPa(g)]'."""
-    pairs = [_name_unit(n, u, wants) for n, u in zip(table.names, table.units, strict=True)]
-    return Header([n for n, _ in pairs], [u for _, u in pairs], path, table.line)
+    names, units = zip(*(_name_unit(n, u, wants) for n, u in header.columns), strict=True)
+    return replace(header, names=names, units=units)
 
 
 def _name_unit(name: str, unit: str | None, wants: Sequence[Want]) -> tuple[str, str | None]:
@@ -163,27 +166,18 @@ def _name_unit(name: str, unit: str | None, wants: Sequence[Want]) -> tuple[str,
     return name, None
 
 
-def _last_point(
-    source: Source, table: Table, taken: Sequence[Column], decimal: str | None
-) -> tuple[Source, Table, list[str]]:
+def _last_point(rows: Rows, taken: Sequence[Column], decimal: str | None) -> tuple[Rows, list[str]]:
     """Numbers such as 1.002.000 for 1002.000, where the point groups and is the decimal sign too.
 
     Only where the user says that the point is the decimal sign, or the column itself does: a group
     of thousands cannot follow a lone zero, so 0.000 shows it.
     """
-    body, rest = source.data[table.first : table.last], b""
-    if table.last is not None:
-        rest = source.data[table.last :]
-    if decimal == "," or not _TWO_POINTS.search(body):
-        return source, table, []
-    rows = [
-        split(t, table.separator)
-        for o, t in source.lines(table.first)
-        if not rest or o < (table.last or 0)
-    ]
-    notes = []
+    source, table = rows.source, rows.table
+    notes: list[str] = []
+    if decimal == "," or not _TWO_POINTS.search(rows.body):
+        return rows, notes
     for column in taken:
-        cells = [r[column.index] for r in rows if len(r) > column.index]
+        cells = [fields[column.index] for _, fields in rows]
         twice = next((c for c in cells if _TWO_POINTS.fullmatch(c.encode())), None)
         if twice is None:
             continue
@@ -198,11 +192,10 @@ def _last_point(
             f"in {column.name} {twice} is read as {whole}: the last point is the decimal one"
         )
     if not notes:
-        return source, table, []
-    fixed = _TWO_POINTS.sub(lambda m: m[0].replace(b".", b"", m[0].count(b".") - 1), body)
-    last = None if table.last is None else table.first + len(fixed)
-    data = source.data[: table.first] + fixed + rest
-    return replace(source, data=data), replace(table, last=last), notes
+        return rows, notes
+    fixed = _TWO_POINTS.sub(lambda m: m[0].replace(b".", b"", m[0].count(b".") - 1), rows.body)
+    data = source.data[: table.first] + fixed
+    return Rows(replace(source, data=data), replace(table, last=None)), notes
 
 
 def _check_time(path: str, made: Mapping[str, Array], wants: Sequence[Want]) -> None:
@@ -221,7 +214,7 @@ def _head(source: Source, table: Table) -> dict[str, tuple[str, ...]]:
     """Lines above the table as key and values: 'Material;EcoFlex30;', '# volume: 120 mL'."""
     out: dict[str, tuple[str, ...]] = {}
     for number, (offset, text) in enumerate(source.lines()):
-        if offset >= table.first or number + 1 == table.line or number == _HEAD_LINES:
+        if offset >= table.first or number + 1 == table.header.line or number == _HEAD_LINES:
             break
         fields = [f for f in split(text.lstrip("# "), table.separator) if f]
         if len(fields) == 1 and (match := re.match(r"([^:=]{1,60})[:=]\s*(.+)", fields[0])):

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from layerjam.errors import FileError
@@ -116,12 +116,30 @@ class Column:
 
 @dataclass(frozen=True)
 class Header:
-    """The columns of a file's table: names and units as written, and where that stands."""
+    """The columns of a file's table: names and units as written, and the line of the names.
 
-    names: Sequence[str]
-    units: Sequence[str | None]
-    path: str
+    `style` says where the units stand: "bracket row", "plain row", "names", "units", "units above",
+    "stated" or "" (nowhere). `label` holds the fields of the line above the names, which may number
+    specimens.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    style: str
     line: int
+    label: tuple[str, ...] = ()
+    path: str = ""
+
+    @property
+    def columns(self) -> list[tuple[str, str | None]]:
+        """(name, unit) of each."""
+        return list(zip(self.names, self.units, strict=True))
+
+    def only(self, kept: Collection[int]) -> Header:
+        """The same with some columns; the others' names and units are empty."""
+        names = tuple(n if i in kept else "" for i, n in enumerate(self.names))
+        units = tuple(u if i in kept else None for i, u in enumerate(self.units))
+        return replace(self, names=names, units=units)
 
     def fail(self, reason: str) -> FileError:
         """An error about these columns."""
@@ -129,22 +147,13 @@ class Header:
 
     def listed(self) -> str:
         """The columns there are, as the end of an error's sentence."""
-        pairs = list(zip(self.names, self.units, strict=True))
-        there = [f"'{cut(n)}' [{cut(u)}]" if u else f"'{cut(n)}'" for n, u in pairs[:8]]
-        return f"its columns are {', '.join(there)}" + (" and more" if len(pairs) > 8 else "")
-
-    def take(self, want: Want, index: int) -> Column:
-        """The column of an index; FileError where its unit is none of what is wanted."""
-        name, unit = self.names[index], self.units[index]
-        known = convert(unit, want.si) if unit else None
-        if known is None:
-            raise self.fail(_wrong_unit(want, name, unit))
-        return Column(want.role, index, name, unit or "", *known)
+        there = [f"'{cut(n)}' [{cut(u)}]" if u else f"'{cut(n)}'" for n, u in self.columns[:8]]
+        return f"its columns are {', '.join(there)}" + (" and more" if self.names[8:] else "")
 
     def candidates(self, want: Want, said: ColumnEntry | None = None) -> list[tuple[int, Column]]:
         """Columns in a unit of what is wanted, those the user names, with the rank of each name."""
         found = []
-        for index, (name, written) in enumerate(zip(self.names, self.units, strict=True)):
+        for index, (name, written) in enumerate(self.columns):
             if said is not None and plain(name) != plain(said.name or ""):
                 continue
             unit = (said.unit if said else "") or written or ""
@@ -230,7 +239,7 @@ def how(wants: Sequence[Want]) -> str:
 
 
 def _missing(header: Header, want: Want, said: ColumnEntry | None) -> str:
-    for name, unit in zip(header.names, header.units, strict=True):
+    for name, unit in header.columns:
         if said is not None and plain(name) == plain(said.name or "") and not unit:
             return _wrong_unit(want, name, unit)
         if said is None and want.named(name):
@@ -246,7 +255,7 @@ def _missing(header: Header, want: Want, said: ColumnEntry | None) -> str:
 
 def _not_read(header: Header, want: Want) -> list[str]:
     """That a column is called as one that may be missing, but is not read: its unit is unknown."""
-    for name, unit in zip(header.names, header.units, strict=True):
+    for name, unit in header.columns:
         if want.named(name):
             say = f"has no unit (--columns {want.role}:{want.units[0]}='{cut(name)}')"
             why = f"is in '{cut(unit)}', which is no unit of {want.role}" if unit else say

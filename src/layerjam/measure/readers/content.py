@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from layerjam.errors import FileError
 
-_LONGEST_LINE = 20_000
+LONGEST_LINE = 20_000
 IN_CELL = "\x0b"
 """Stands for a line end within a quoted cell of the head."""
 
@@ -32,13 +32,14 @@ class Source:
         while offset < len(data):
             end = data.find(b"\n", offset)
             end = len(data) if end < 0 else end
-            if end - offset > _LONGEST_LINE:
-                number = data.count(b"\n", 0, offset) + 1
-                raise FileError(
-                    self.path, f"has a line of {end - offset} bytes, no table of numbers", number
-                )
+            if end - offset > LONGEST_LINE:
+                raise self.too_long(end - offset, data.count(b"\n", 0, offset) + 1)
             yield offset, self.text(offset, end)
             offset = end + 1
+
+    def too_long(self, size: int, line: int) -> FileError:
+        """The error for a line of more bytes than a table has."""
+        return FileError(self.path, f"has a line of {size} bytes, no table of numbers", line)
 
     def text(self, start: int, end: int) -> str:
         """The text between two byte offsets."""

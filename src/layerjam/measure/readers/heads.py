@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from layerjam.measure.readers import words
-from layerjam.measure.readers.columns import named_role, split_unit
+from layerjam.measure.readers.columns import Header, named_role, split_unit
 from layerjam.measure.readers.lines import looks_numeric, split
 from layerjam.measure.readers.unit_words import unit_role
 from layerjam.measure.readers.words import plain
@@ -21,28 +20,14 @@ _OTHER_UNIT = re.compile(
 )
 
 
-@dataclass(frozen=True)
-class Head:
-    """Names and units by column; `style` says where the units stand, `line` is the names' line.
-
-    `label` holds the fields of a line above the names, such as the specimens' numbers.
-    """
-
-    names: tuple[str, ...]
-    units: tuple[str | None, ...]
-    style: str
-    line: int
-    label: tuple[str, ...] = ()
-
-
-def head_of(above: Sequence[tuple[int, str]], separator: str, width: int) -> Head | None:
-    """The head in the lines (number, text) above a block of numbers `width` columns wide.
+def head_of(above: Sequence[tuple[int, str]], separator: str, width: int) -> Header | None:
+    """The names and units in the lines (number, text) above numbers `width` columns wide.
 
     The last line may hold the units, with the names above it; or the names with their units; or
     words of no use, when the lines above it are tried. None where no line has enough fields.
     """
     rows = [(n, _fields(text, separator, width)) for n, text in above]
-    best: Head | None = None
+    best: Header | None = None
     for dropped in range(min(3, len(rows))):
         kept = rows[: len(rows) - dropped]
         if dropped and not _of_no_use(rows[len(kept)][1]):
@@ -59,7 +44,7 @@ def _of_no_use(fields: Sequence[str]) -> bool:
     return not any(named_role(f) or unit_role(f) for f in fields if f)
 
 
-def _at(rows: Sequence[tuple[int, list[str]]], width: int) -> Head | None:
+def _at(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | None:
     """The head whose last line is the last of `rows`."""
     number, last = rows[-1]
     if not 2 <= len(last) <= MOST_COLUMNS:
@@ -75,7 +60,9 @@ def _at(rows: Sequence[tuple[int, list[str]]], width: int) -> Head | None:
             if len(above) >= 2 and not _numbers(above):
                 break
         if {r[0] for u in units if u and (r := unit_role(u))} >= {"force", "elongation"}:
-            return Head(tuple(f"column {i + 1}" for i in range(len(last))), units, "units", number)
+            return Header(
+                tuple(f"column {i + 1}" for i in range(len(last))), units, "units", number
+            )
     pairs = [split_unit(f) for f in last]
     if any(u is not None and unit_role(u) for _, u in pairs):
         style = "names"
@@ -83,8 +70,8 @@ def _at(rows: Sequence[tuple[int, list[str]]], width: int) -> Head | None:
         style = "names" if any(u is not None for _, u in pairs) else ""
         upper = _unit_row(rows[-2][1]) if len(rows) > 1 else None
         if upper is not None and len(upper) == len(last):
-            return Head(tuple(last), upper, "units above", number)
-    return Head(
+            return Header(tuple(last), upper, "units above", number)
+    return Header(
         tuple(n for n, _ in pairs), tuple(u for _, u in pairs), style, number, _label(rows[:-1])
     )
 
@@ -95,11 +82,11 @@ def _two_rows(
     units: tuple[str | None, ...],
     written: Sequence[str],
     above: Sequence[tuple[int, list[str]]],
-) -> Head:
+) -> Header:
     padded = units + (None,) * (len(names) - len(units))
     columns = list(zip(names, map(split_unit, names), padded, strict=True))
     bracketed = all(_BRACKETED.fullmatch(f) for f in written if f)
-    return Head(
+    return Header(
         tuple(p[0] if u is None or p[1] else n for n, p, u in columns),
         tuple(_agreed(p[1], u) for _, p, u in columns),
         "bracket row" if bracketed else "plain row",

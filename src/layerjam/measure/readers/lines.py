@@ -1,7 +1,7 @@
 """The lines of a text: what separates their fields, and which are numbers, words or blank.
 
-A few passes over the bytes as an array tell the lines of numbers, so that 40,000 rows cost
-milliseconds; only lines with letters are looked at one by one.
+Each line holds some kinds of signs, so that 40,000 lines of numbers cost milliseconds; only those
+with letters and digits are looked at field by field.
 """
 
 from __future__ import annotations
@@ -14,16 +14,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.errors import FileError
-from layerjam.measure.readers.content import Source
+from layerjam.measure.readers.content import LONGEST_LINE, Source
 
-_LONGEST_LINE = 20_000
-_PIECE = 16_000_000
-_FEW = 3000
 _HEAD_BYTES = 300_000
 _LOOSE_NUMBER = re.compile(r"[+\-\u2212]?[\d.,'\u2019\s]*\d[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?")
 _BARE_NUMBERS = re.compile(r"[\d\s.,;|+\-eE'\u2019\u2212]*\d[\d\s.,;|+\-eE'\u2019\u2212]*")
 _WORD = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?")
+
+_DIGIT, _SIGN, _BETWEEN, _OTHER = (np.uint8(1 << bit) for bit in range(4))
+_OF = {b"0123456789": _DIGIT, b"+-.'eE": _SIGN, b",;|": _BETWEEN, b' \t\f\x1a\x0b"\n': 0}
+_KIND = {byte: int(kind) for signs, kind in _OF.items() for byte in signs}
+_KINDS = bytes(_KIND.get(byte, int(_OTHER)) for byte in range(256))
+"""Each byte as its kind: of a number, between numbers, nothing (0), or anything else."""
 
 Flags = npt.NDArray[np.bool_]
 Places = npt.NDArray[np.int64]
@@ -36,7 +38,8 @@ def split(line: str, separator: str) -> list[str]:
     if '"' not in line:
         return [field.strip() for field in line.split(separator)]
     try:
-        return [f.strip() for f in next(csv.reader([line], delimiter=separator))]
+        fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+        return [field.strip() for field in fields]
     except (csv.Error, StopIteration):
         return [line]
 
@@ -97,18 +100,22 @@ class Lines:
 def read_lines(source: Source) -> Lines:
     """Every line of a source; FileError where one is too long for a table."""
     separator = separator_of(_sample(source))
-    parts = [_scanned(source, separator, *piece) for piece in pieces(source.data, 0)]
-    starts, stops, odd, digit, ink = (np.concatenate(column) for column in zip(*parts, strict=True))
-    number = digit & ~odd
-    pure = number.copy()
-    blank = ~ink
-    lines = Lines(source, separator, starts, stops, number, pure, blank)
-    mixed = np.flatnonzero(odd & digit)
-    if len(mixed) <= _FEW:
-        for line in mixed.tolist():
-            number[line] = any(looks_numeric(f) for f in lines.fields(line) if f)
-    else:
-        number[mixed] = _with_a_number(lines, mixed)
+    raw = np.frombuffer(source.data, np.uint8)
+    stops = np.flatnonzero(raw == ord("\n"))
+    if raw[-1] != ord("\n"):
+        stops = np.append(stops, len(raw))
+    starts = np.concatenate(([0], stops[:-1] + 1))
+    longest = int((stops - starts).argmax())
+    if stops[longest] - starts[longest] > LONGEST_LINE:
+        raise source.too_long(int(stops[longest] - starts[longest]), longest + 1)
+    kinds = np.frombuffer(source.data.translate(_KINDS), np.uint8)
+    holds = np.bitwise_or.reduceat(kinds, starts)
+    blank = (holds if separator == " " else holds & ~_BETWEEN) == 0
+    digit, other = holds & _DIGIT > 0, holds & _OTHER > 0
+    pure = digit & ~other
+    lines = Lines(source, separator, starts, stops, pure.copy(), pure, blank)
+    for line in np.flatnonzero(digit & other).tolist():
+        lines.number[line] = any(looks_numeric(f) for f in lines.fields(line) if f)
     return lines
 
 
@@ -118,63 +125,3 @@ def _sample(source: Source) -> list[str]:
     if len(head) > 1 and len(source.data) > _HEAD_BYTES:
         head = head[:-1]
     return [line.decode(source.encoding, errors="replace") for line in head[-200:]]
-
-
-def pieces(data: bytes, first: int, last: int | None = None) -> list[tuple[int, int]]:
-    """Whole lines from a byte offset on, in pieces of some megabytes."""
-    end = len(data) if last is None else last
-    out = []
-    while first < end:
-        stop = end
-        if end - first > _PIECE:
-            stop = data.find(b"\n", first + _PIECE, end) + 1 or end
-        out.append((first, stop))
-        first = stop
-    return out
-
-
-_ODD = np.ones(256, np.bool_)
-_ODD[list(b"0123456789+-.,;|'\"eE \t\n\f\x1a\x0b")] = False
-_DIGIT = np.zeros(256, np.bool_)
-_DIGIT[list(b"0123456789")] = True
-
-
-def _scanned(
-    source: Source, separator: str, first: int, stop: int
-) -> tuple[Places, Places, Flags, Flags, Flags]:
-    """For each line of a piece: start, stop, and whether it has other signs, digits, anything."""
-    raw = np.frombuffer(source.data, np.uint8, stop - first, first)
-    ends = np.flatnonzero(raw == 10)
-    if raw[-1] != 10:
-        ends = np.append(ends, len(raw))
-    starts = np.concatenate(([0], ends[:-1] + 1))
-    length = ends - starts
-    if length.max(initial=0) > _LONGEST_LINE:
-        line = int((length > _LONGEST_LINE).argmax())
-        number = source.data.count(b"\n", 0, first + int(starts[line])) + 1
-        raise FileError(
-            source.path, f"has a line of {length[line]} bytes, no table of numbers", number
-        )
-    safe = np.minimum(starts, len(raw) - 1)
-    digit = np.logical_or.reduceat(_DIGIT[raw], safe)
-    odd = np.zeros(len(ends), np.bool_)
-    odd[np.searchsorted(ends, np.flatnonzero(_ODD[raw]))] = True
-    ink = digit | odd
-    for line in np.flatnonzero(~ink & (length > 0))[:_FEW].tolist():
-        piece = source.data[first + starts[line] : first + ends[line]]
-        ink[line] = bool(piece.strip(b' \t\f\x1a\x0b",;|' if separator != " " else b' \t\f\x1a"'))
-    return starts + first, ends + first, odd, digit, ink
-
-
-def _with_a_number(lines: Lines, mixed: Places) -> Flags:
-    """Which of many lines of words and numbers hold a field that is a number."""
-    found = np.zeros(len(lines.starts), np.bool_)
-    mark = ord(lines.separator)
-    for first, stop in pieces(lines.source.data, 0):
-        raw = np.frombuffer(lines.source.data, np.uint8, stop - first, first)
-        cuts = np.concatenate(([0], np.flatnonzero((raw == mark) | (raw == 10)) + 1))
-        cuts = cuts[cuts < len(raw)]
-        good = np.logical_or.reduceat(_DIGIT[raw], cuts)
-        good &= ~np.logical_or.reduceat(_ODD[raw], cuts)
-        found[np.searchsorted(lines.stops, cuts[good] + first)] = True
-    return found[mixed]

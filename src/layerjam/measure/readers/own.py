@@ -6,11 +6,12 @@ from dataclasses import replace
 
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.options import ReadingOptions
-from layerjam.measure.readers.assemble import Rows, trace_of
 from layerjam.measure.readers.columns import PULL, Header, cut, split_unit
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.grid import Table
 from layerjam.measure.readers.lines import split
+from layerjam.measure.readers.rows import Rows, Table
+from layerjam.measure.readers.specimens import Specimen
+from layerjam.measure.readers.unit_words import ROLES
 from layerjam.measure.trace import Trace
 from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
 
@@ -23,19 +24,18 @@ def read_own(source: Source, options: ReadingOptions) -> Trace:
     Raises FileError where a column is missing, or in a unit of something else.
     """
     table = _head(source)
-    header = Header(table.names, table.units, source.path, table.line)
-    said = options.entries({want.role: want.si for want in PULL})
-    taken = {}
+    names, said = table.header.names, options.entries(ROLES)
+    kept = set()
     for want in PULL:
-        name = said[want.role].name or want.role if want.role in said else want.role
-        if table.names.count(name) > 1:
-            raise header.fail(f"has the column '{cut(name)}' twice")
-        if name in table.names:
-            taken[want.role] = header.take(want, table.names.index(name))
+        name = (said[want.role].name if want.role in said else None) or want.role
+        if names.count(name) > 1:
+            raise table.header.fail(f"has the column '{cut(name)}' twice")
+        if name in names:
+            kept.add(names.index(name))
         elif not want.optional or name != want.role:
-            raise header.fail(f"has no column '{cut(name)}'; {header.listed()}")
-    sentences = [column.sentence() for column in taken.values()]
-    trace = trace_of(Rows(source, table, False), (taken, sentences), options, NAME, ".")
+            raise table.header.fail(f"has no column '{cut(name)}'; {table.header.listed()}")
+    ours = replace(options, decimal=".", columns=None if options.by_order else options.columns)
+    trace = Specimen(Rows(source, table), table.header.only(kept), NAME).read(ours)
     if trace.facts.vacuum is not None:
         return trace
     return replace(trace, facts=replace(trace.facts, vacuum=_vacuum(source)))
@@ -62,9 +62,8 @@ def _head(source: Source) -> Table:
     for line, (offset, text) in enumerate(source.lines(), 1):
         if text.startswith("#") or not text.strip():
             continue
-        pairs = [split_unit(f) for f in split(text, ",")]
+        names, units = zip(*map(split_unit, split(text, ",")), strict=True)
         end = source.data.find(b"\n", offset)
         first = len(source.data) if end < 0 else end + 1
-        names, units = tuple(n for n, _ in pairs), tuple(u for _, u in pairs)
-        return Table(names, units, "names", ",", line, first)
+        return Table(Header(names, units, "names", line, path=source.path), ",", first)
     raise FileError(source.path, "holds a header and no column names")

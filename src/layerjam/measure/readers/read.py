@@ -2,7 +2,7 @@
 
 A file is text or a workbook (`source`), its lines are numbers, words or blank (`lines`), a block of
 numbers takes names and units from the words above it (`heads`, `table`), and each specimen in it
-becomes a trace (`specimens`, `assemble`). Our own CSV is read by `own`.
+becomes a trace (`specimens`). Our own CSV is read by `own`.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def _of_sheets(sources: list[Source], options: ReadingOptions) -> list[Specimen]
             reasons.append(err)
     if not found:
         raise max(reasons, key=lambda e: e.line or 0)
-    heads = {(t.names, t.units) for t in (s[0].rows.table for s in found.values())}
+    heads = {tuple(several[0].rows.table.header.columns) for several in found.values()}
     if len(heads) > 1 and options.specimen is None:
         sheets = ", ".join(f"'{name[:30]}'" for name in list(found)[:6])
         raise FileError(

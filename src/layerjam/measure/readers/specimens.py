@@ -5,14 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
-from layerjam.errors import FileError
+from layerjam.errors import FileError, Notice
 from layerjam.measure.options import ColumnEntry, ReadingOptions
-from layerjam.measure.readers.assemble import Rows, trace_of
 from layerjam.measure.readers.columns import (
     PULL,
-    Column,
     Header,
     assign,
     by_order,
@@ -21,9 +20,10 @@ from layerjam.measure.readers.columns import (
     named_role,
 )
 from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.grid import Table, no_row_of_numbers
 from layerjam.measure.readers.heads import stated_units
 from layerjam.measure.readers.lines import Lines, read_lines
+from layerjam.measure.readers.numbers import read_columns, same
+from layerjam.measure.readers.rows import Rows, Table, no_row_of_numbers
 from layerjam.measure.readers.table import (
     Block,
     bare_table,
@@ -33,9 +33,11 @@ from layerjam.measure.readers.table import (
 )
 from layerjam.measure.readers.unit_words import ROLES, unit_role
 from layerjam.measure.readers.words import plain
-from layerjam.measure.trace import FEWEST_ROWS, Trace
+from layerjam.measure.sidecar import read_facts
+from layerjam.measure.trace import FEWEST_ROWS, Trace, checked
 
 _SHARE = 0.2
+_SYNTHETIC = re.compile(rb"(?i)\bsynthetic\b")
 _COUNTED = re.compile(r"(.*?)[\s_.\-#(]*(\d{1,3})\)?")
 
 
@@ -45,27 +47,47 @@ class Specimen:
 
     rows: Rows
     header: Header
+    form: str
+    """The format's name."""
     label: str = ""
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
     def read(self, options: ReadingOptions) -> Trace:
         """The trace; FileError where a column, a unit or a row is not as it must be."""
-        source, table = self.rows.source, self.rows.table
+        rows, source = self.rows, self.rows.source
         decimal, said = options.decimal or source.decimal, options.entries(ROLES)
-
-        def same(columns: Sequence[Column]) -> bool:
-            return self.rows.same(columns, decimal)
-
         if (order := options.by_order) is not None:
             taken, sentences = by_order(self.header, PULL, said, len(order))
-            form = "columns as given"
         else:
-            taken, sentences = assign(self.header, PULL, said, same)
-            form = format_of(source, table)
-        every = (taken, [*sentences, *self.notes])
-        trace = trace_of(self.rows, every, options, form, decimal)
-        return replace(trace, specimen=self.label, warnings=(*trace.warnings, *self.warnings))
+            taken, sentences = assign(self.header, PULL, said, partial(same, rows, decimal=decimal))
+        understood = [*sentences, *self.notes]
+        values = dict(zip(taken, read_columns(rows, list(taken.values()), decimal), strict=True))
+        for role in ("force", "elongation"):
+            if role in options.negative:
+                values[role] = -values[role]
+                understood.append(f"the sign of the {role} was turned, as asked")
+        facts = read_facts(source.path)
+        warnings: list[str] = []
+        if facts.synthetic or _SYNTHETIC.search(source.data[: rows.table.first]):
+            facts = replace(facts, synthetic=True)
+            warnings.append(Notice("synthetic: written by a program, not measured", "synthetic"))
+        if not rows.ended:
+            why = "the last line has no line end: the file may have been cut off there"
+            warnings.append(why)
+        trace = Trace(
+            values["force"],
+            values["elongation"],
+            values.get("time"),
+            source.path,
+            "columns as given" if order is not None else self.form,
+            understood=tuple(understood),
+            warnings=tuple(warnings),
+            facts=facts,
+            specimen=self.label,
+        )
+        trace = checked(trace, rows.line, turned="force" in options.negative)
+        return replace(trace, warnings=(*trace.warnings, *self.warnings))
 
 
 def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
@@ -75,7 +97,7 @@ def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
     if (order := options.by_order) is not None:
         return _by_order(lines, blocks, len(order))
     blocks = [_with_stated_units(lines, b) for b in blocks]
-    fit = [b for b in blocks if b.table and complete(b.table.header(source.path), said)]
+    fit = [b for b in blocks if b.table and complete(b.table.header, said)]
     if not fit:
         raise _nothing(lines, blocks, said)
     main = max(fit, key=lambda b: b.rows)
@@ -92,7 +114,7 @@ def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
 def _alike(block: Block, main: Block) -> bool:
     """Whether a block is a specimen like the largest: the same columns, or as long as one."""
     one, other = block.table, main.table
-    if one and other and (one.names, one.units) == (other.names, other.units):
+    if one and other and one.header.columns == other.header.columns:
         return True
     return block.rows >= max(FEWEST_ROWS, _SHARE * main.rows)
 
@@ -108,23 +130,23 @@ def _by_order(lines: Lines, blocks: list[Block], count: int) -> list[Specimen]:
     for k, block in enumerate(used, 1):
         table = bare_table(lines, block)
         label = (block.title or str(k)) if len(used) > 1 else ""
-        rows, header = Rows(lines.source, table, False), table.header(lines.source.path)
-        found.append(Specimen(rows, header, label, warnings=warnings))
+        rows = Rows(lines.source, table)
+        found.append(Specimen(rows, table.header, "", label, warnings=warnings))
     return found
 
 
 def _with_stated_units(lines: Lines, block: Block) -> Block:
     """A block whose units are stated in lines of their own: `Force unit: kN`."""
     table = block.table
-    if table is None or all(table.units):
+    if table is None or all(table.header.units):
         return block
     stated = stated_units([lines.text(n) for n in range(min(block.first, 200))])
     if not stated:
         return block
-    units = tuple(
-        u or stated.get(named_role(n) or "") for n, u in zip(table.names, table.units, strict=True)
-    )
-    return replace(block, table=replace(table, units=units, style=table.style or "stated"))
+    head = table.header
+    units = tuple(u or stated.get(named_role(n) or "") for n, u in head.columns)
+    header = replace(head, units=units, style=head.style or "stated")
+    return replace(block, table=replace(table, header=header))
 
 
 def _nothing(lines: Lines, blocks: list[Block], said: Mapping[str, ColumnEntry]) -> FileError:
@@ -132,7 +154,7 @@ def _nothing(lines: Lines, blocks: list[Block], said: Mapping[str, ColumnEntry])
     path = lines.source.path
     tables = [b.table for b in blocks if b.table is not None]
     bare = max((b for b in blocks if b.pure), key=lambda b: b.rows, default=None)
-    best = max(tables, key=lambda t: (bool(t.style), t.rows), default=None)
+    best = max(tables, key=lambda t: (bool(t.header.style), t.rows), default=None)
     if best is None or (bare is not None and bare.table is None and best.rows * 10 < bare.rows):
         if bare is not None and bare.rows >= FEWEST_ROWS and bare.width >= 2:
             entries = ",".join(["time:s", "elongation:mm", "force:N", *["skip"] * 99][: bare.width])
@@ -142,7 +164,7 @@ def _nothing(lines: Lines, blocks: list[Block], said: Mapping[str, ColumnEntry])
                 f"each is, in order, such as --columns {entries}",
             )
         best = best or headless(lines, blocks)
-    if best is None or (not best.style and not any(map(_said, best.names))):
+    if best is None or not (best.header.style or any(map(named_role, best.header.names))):
         return FileError(
             path,
             "is in no known format; tried layerjam CSV (its first line does not begin with "
@@ -150,16 +172,12 @@ def _nothing(lines: Lines, blocks: list[Block], said: Mapping[str, ColumnEntry])
             "and other tables (no row of column names with rows of numbers below it)",
         )
     if best.rows == 0:
-        return FileError(path, "holds column names and no rows of numbers", best.line)
+        return best.header.fail("holds column names and no rows of numbers")
     try:
-        assign(best.header(path), PULL, said)
+        assign(best.header, PULL, said)
     except FileError as err:
         return err
-    return FileError(path, f"cannot be read; {best.header(path).listed()}", best.line)
-
-
-def _said(name: str) -> bool:
-    return named_role(name) is not None
+    return best.header.fail(f"cannot be read; {best.header.listed()}")
 
 
 def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: Block) -> None:
@@ -167,7 +185,7 @@ def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: B
     for k, block in enumerate(blocks):
         if block in used or not block.pure or block.width != main.width:
             continue
-        if block.table is not None and block.table.style:
+        if block.styled:
             continue
         before = next((b for b in reversed(blocks[:k]) if b in used), None)
         if before is not None:
@@ -200,27 +218,21 @@ def _side_by_side(
     table = block.table
     if table is None:
         return []
-    groups = [_part(table, group, source.path) for group in _groups(table)]
+    head, form = table.header, format_of(source, table)
+    groups = [head.only(group) for group in _groups(head)]
     whole = len(groups) > 1 and all(complete(header, said) for header in groups)
-    rows = Rows(source, table, whole)
+    rows = Rows(source, table, shared=whole)
     if not whole:
         title = block.title if several else ""
-        label = next((c for c in table.label[:1] if _counts(c)), "") or title
-        return [Specimen(rows, table.header(source.path), label)]
+        label = next((c for c in head.label[:1] if _counts(c)), "") or title
+        return [Specimen(rows, head, form, label)]
     found = []
     for k, header in enumerate(groups, 1):
-        at = [c for c, n, u in zip(table.label, header.names, header.units, strict=False) if n or u]
+        at = [c for c, (n, u) in zip(head.label, header.columns, strict=False) if n or u]
         label = next(filter(None, at), str(k))
         note = f"specimen {k} of {len(groups)} side by side"
-        found.append(Specimen(rows, header, label, (note,)))
+        found.append(Specimen(rows, header, form, label, (note,)))
     return found
-
-
-def _part(table: Table, group: Sequence[int], path: str) -> Header:
-    """The header with the columns of one specimen only; the others' stay empty."""
-    names = tuple(n if i in group else "" for i, n in enumerate(table.names))
-    units = tuple(u if i in group else None for i, u in enumerate(table.units))
-    return Header(names, units, path, table.line)
 
 
 def _counts(text: str) -> bool:
@@ -228,46 +240,45 @@ def _counts(text: str) -> bool:
     return re.search(r"\d", text) is not None and len(text) <= 40
 
 
-def _groups(table: Table) -> list[list[int]]:
+def _groups(head: Header) -> list[list[int]]:
     """Columns that belong together where specimens stand side by side; empty where they do not."""
-    filled = [i for i, n in enumerate(table.names) if n or table.units[i]]
-    starts = [i for i, cell in enumerate(table.label) if cell and i < len(table.names)]
+    filled = [i for i, n in enumerate(head.names) if n or head.units[i]]
+    starts = [i for i, cell in enumerate(head.label) if cell and i < len(head.names)]
     labelled = len(starts) > 1 and starts[0] == filled[0] and len(starts) < len(filled)
-    if labelled and all(_counts(table.label[i]) for i in starts):
+    if labelled and all(_counts(head.label[i]) for i in starts):
         inside = set(filled)
         return [
-            [i for i in range(a, b) if i in inside]
-            for a, b in pairwise([*starts, len(table.names)])
+            [i for i in range(a, b) if i in inside] for a, b in pairwise([*starts, len(head.names)])
         ]
     for shared in ([], filled[:1]):
-        if shared and not _is_time(table.units[shared[0]]):
+        if shared and not _is_time(head.units[shared[0]]):
             continue
         rest = filled[len(shared) :]
         for period in range(2, len(rest) // 2 + 1):
-            if len(rest) % period == 0 and _repeats(table, rest, period):
+            if len(rest) % period == 0 and _repeats(head, rest, period):
                 return [shared + rest[k : k + period] for k in range(0, len(rest), period)]
-    return _by_number(table, filled)
+    return _by_number(head, filled)
 
 
-def _repeats(table: Table, columns: Sequence[int], period: int) -> bool:
-    keys = [(_base(table.names[i]), table.units[i]) for i in columns]
+def _repeats(head: Header, columns: Sequence[int], period: int) -> bool:
+    keys = [(_base(head.names[i]), head.units[i]) for i in columns]
     return all(a == b for a, b in zip(keys, keys[period:], strict=False))
 
 
-def _by_number(table: Table, filled: Sequence[int]) -> list[list[int]]:
+def _by_number(head: Header, filled: Sequence[int]) -> list[list[int]]:
     """Load 1, Load 2, Travel 1, Travel 2: columns whose names end in the same number."""
     shared: list[int] = []
     numbered: dict[int, list[int]] = {}
     for i in filled:
-        match = _COUNTED.fullmatch(plain(table.names[i]))
+        match = _COUNTED.fullmatch(plain(head.names[i]))
         if match and match[1]:
             numbered.setdefault(int(match[2]), []).append(i)
         else:
             shared.append(i)
-    if len(numbered) < 2 or not all(_is_time(table.units[i]) for i in shared):
+    if len(numbered) < 2 or not all(_is_time(head.units[i]) for i in shared):
         return []
     kinds = {
-        tuple(sorted((_base(table.names[i]), table.units[i] or "") for i in group))
+        tuple(sorted((_base(head.names[i]), head.units[i] or "") for i in group))
         for group in numbered.values()
     }
     return [shared + group for group in numbered.values()] if len(kinds) == 1 else []
@@ -296,8 +307,8 @@ def format_of(source: Source, table: Table) -> str:
     if re.search(r"\bmts\b|mts793|testsuite|testworks", text):
         return "MTS TestSuite"
     quoted = b'"' in head
-    if quoted and table.style == "plain row":
+    if quoted and table.header.style == "plain row":
         return "Zwick testXpert"
-    if quoted and table.style == "bracket row":
+    if quoted and table.header.style == "bracket row":
         return "Instron Bluehill"
     return "table of columns"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -12,11 +12,10 @@ import numpy as np
 
 from layerjam.errors import FileError
 from layerjam.measure.readers import words
-from layerjam.measure.readers.columns import named_role
-from layerjam.measure.readers.content import Source
-from layerjam.measure.readers.grid import Table
-from layerjam.measure.readers.heads import Head, head_of, trimmed
-from layerjam.measure.readers.lines import Lines, looks_numeric, read_lines, split
+from layerjam.measure.readers.columns import Header, named_role
+from layerjam.measure.readers.heads import head_of, trimmed
+from layerjam.measure.readers.lines import Lines, looks_numeric, split
+from layerjam.measure.readers.rows import Table
 from layerjam.measure.readers.unit_words import unit_role
 
 _MOST_BLOCKS = 2000
@@ -41,43 +40,39 @@ class Block:
     table: Table | None
     title: str = ""
 
-
-def find_table(source: Source) -> Table | None:
-    """The table with the most rows, one with units if there is one; None where none has a head."""
-    lines = read_lines(source)
-    blocks = blocks_of(lines)
-    with_head = [b for b in blocks if b.table is not None]
-    if not with_head:
-        return headless(lines, blocks)
-    best = max(with_head, key=lambda b: (bool(b.table and b.table.style), b.rows))
-    return best.table
+    @property
+    def styled(self) -> bool:
+        """Whether units stand above it."""
+        return self.table is not None and bool(self.table.header.style)
 
 
 def headless(lines: Lines, blocks: list[Block]) -> Table | None:
     """A head with no number below it, at the end of the file."""
     after = blocks[-1].last + 1 if blocks else 0
     above = _texts(lines, range(after, len(lines.starts)))
-    if not above:
-        return None
-    head = head_of([(n + 1, t) for n, t in above[-_LINES_ABOVE:]], lines.separator, 0)
-    return _table(head, lines, len(lines.source.data), None, 0) if head else None
+    head = _head(lines, above[-_LINES_ABOVE:], 0)
+    return Table(head, lines.separator, len(lines.source.data)) if head else None
 
 
 def bare_table(lines: Lines, block: Block) -> Table:
     """The table of a block whose columns the user lists, whatever stands above it."""
-    head = Head(
-        names=tuple(f"column {i + 1}" for i in range(block.width)),
-        units=(None,) * block.width,
-        style="",
-        line=block.first + 1,
-    )
-    first, last = int(lines.starts[block.first]), _end(lines, block.last)
-    return _table(head, lines, first, last, block.rows)
+    names = tuple(f"column {i + 1}" for i in range(block.width))
+    path = lines.source.path
+    header = Header(names, (None,) * block.width, "", block.first + 1, path=path)
+    return _table(header, lines, block)
 
 
-def _end(lines: Lines, last: int) -> int | None:
-    """The byte behind a table's last line; None where only blank lines follow."""
-    return int(lines.stops[last]) + 1 if (~lines.blank[last + 1 :]).any() else None
+def _table(header: Header, lines: Lines, block: Block) -> Table:
+    """The rows of a block under names and units."""
+    first, last = int(lines.starts[block.first]), int(lines.stops[block.last]) + 1
+    only_blanks_follow = bool(lines.blank[block.last + 1 :].all())
+    return Table(header, lines.separator, first, None if only_blanks_follow else last, block.rows)
+
+
+def _head(lines: Lines, above: Sequence[tuple[int, str]], width: int) -> Header | None:
+    """The names and units in some lines above numbers `width` columns wide."""
+    found = head_of([(n + 1, t) for n, t in above], lines.separator, width) if above else None
+    return replace(found, path=lines.source.path) if found else None
 
 
 def blocks_of(lines: Lines) -> list[Block]:
@@ -141,17 +136,15 @@ def _block(lines: Lines, inside: np.ndarray, above: tuple[int, ...]) -> Block:
     first, last = int(inside[0]), int(inside[-1])
     width = len(trimmed(lines.fields(first)))
     texts = _texts(lines, above)
-    head = head_of([(n + 1, t) for n, t in texts], lines.separator, width) if texts else None
-    head = _without_empty_columns(head, width)
-    start, end = int(lines.starts[first]), _end(lines, last)
-    table = _table(head, lines, start, end, len(inside)) if head else None
+    head = _without_empty_columns(_head(lines, texts, width), width)
     alone = [lines.text(n).strip(' \t;,"|#') for n in above if n not in {t[0] for t in texts}]
     title = alone[-1] if alone else ""
     pure = bool(lines.pure[inside].all())
-    return Block(first, last, len(inside), width, pure, above, table, title)
+    block = Block(first, last, len(inside), width, pure, above, None, title)
+    return replace(block, table=_table(head, lines, block)) if head else block
 
 
-def _without_empty_columns(head: Head | None, width: int) -> Head | None:
+def _without_empty_columns(head: Header | None, width: int) -> Header | None:
     """Names at the end that no row fills and that have no unit, such as a comment's, go."""
     if head is None or not 2 <= width < len(head.names) or any(head.units[width:]):
         return head
@@ -177,11 +170,6 @@ def _any_fields(text: str, separator: str) -> list[str]:
     return fields if len(fields) > 1 else max(others, key=len, default=fields)
 
 
-def _table(head: Head, lines: Lines, first: int, last: int | None, rows: int) -> Table:
-    names, units, label = head.names, head.units, head.label
-    return Table(names, units, head.style, lines.separator, head.line, first, last, rows, label)
-
-
 def under_one_head(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
     """The blocks; those below a title such as "Specimen 2" take the head of the one before."""
     before: Block | None = None
@@ -191,14 +179,13 @@ def under_one_head(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
             before is not None
             and before.table is not None
             and block.width == before.width
-            and (block.table is None or not block.table.style)
+            and not block.styled
             and 0 < len(block.above) <= 3
             and re.search(words.SPECIMEN, words.plain(lines.text(block.above[0])))
         ):
-            start, end = int(lines.starts[block.first]), _end(lines, block.last)
-            table = replace(before.table, first=start, last=end, rows=block.rows)
             title = lines.text(block.above[0]).strip(' ;,"\t')
+            table = _table(before.table.header, lines, block)
             block = replace(block, table=table, title=title)
         yield block
-        if block.table is not None and block.table.style:
+        if block.styled:
             before = block

@@ -1,0 +1,135 @@
+"""The rows of a table in a text, cut into fields one after another."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+
+from layerjam.errors import FileError
+from layerjam.measure.readers.columns import Header, cut
+from layerjam.measure.readers.content import Source
+from layerjam.measure.readers.encoding import TYPOGRAPHY
+from layerjam.measure.readers.lines import looks_numeric, split
+
+_SAMPLE_ROWS, _TAIL_BYTES = 200, 6000
+_SIGNS = str.maketrans(TYPOGRAPHY)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table's columns and where its numbers stand in the text, in bytes.
+
+    `first` is the first row of numbers, or the length of the text where there is none; `last` the
+    byte behind the last row, None where that is the text's end.
+    """
+
+    header: Header
+    separator: str
+    first: int
+    last: int | None = None
+    rows: int = 0
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The rows of a table, each with its line (from 1) and as many fields as there are columns.
+
+    Blank ones are passed over. Those `shared` by specimens side by side may end early.
+    """
+
+    source: Source
+    table: Table
+    shared: bool = False
+
+    def __iter__(self) -> Iterator[tuple[int, list[str]]]:
+        """Raises FileError, with the line, where a row is broken, and where there is none."""
+        if not self.body.strip():
+            header = self.table.header
+            raise header.fail("holds column names and no rows of numbers")
+        return self._rows(self.table.first)
+
+    @cached_property
+    def body(self) -> bytes:
+        """All of them as they stand in the text."""
+        return self.source.data[self.table.first : self.table.last].rstrip(b"\x1a")
+
+    @property
+    def ended(self) -> bool:
+        """Whether the last one has its line end."""
+        return self.body.endswith(b"\n")
+
+    def broken_off(self, line: int) -> bool:
+        """Whether a line is the text's last and has no end."""
+        return not self.ended and line == self.source.line_number(len(self.source.data))
+
+    def line(self, row: int) -> int:
+        """The line of a row."""
+        return next(islice(self, row, None))[0]
+
+    def tail(self) -> list[list[str]]:
+        """The last rows, about two hundred of common length."""
+        end = len(self.source.data) if self.table.last is None else self.table.last
+        start = max(end - _TAIL_BYTES, self.table.first)
+        if start > self.table.first:
+            start = self.source.data.find(b"\n", start, end) + 1 or end
+        return [fields for _, fields in self._rows(start)]
+
+    def sample(self) -> list[list[str]]:
+        """Some rows from the beginning and the end."""
+        return [fields for _, fields in islice(self, _SAMPLE_ROWS)] + self.tail()
+
+    def _rows(self, start: int) -> Iterator[tuple[int, list[str]]]:
+        last = self.table.last
+        lines = self.source.lines(start)
+        for line, (offset, text) in enumerate(lines, self.source.line_number(start)):
+            if last is not None and offset >= last:
+                return
+            fields = self._fields(text, line)
+            if any(fields):
+                yield line, self._whole(fields, line)
+
+    def _fields(self, text: str, line: int) -> list[str]:
+        """The fields of a line, signs of typesetters as ASCII."""
+        mark = self.table.separator
+        if not text.isascii():
+            text = text.translate(_SIGNS)
+        if '"' in text and '"' in re.sub(rf'(?<![^{mark} ])"[^"]*"(?![^{mark} ])', "", text):
+            off = "the last line is cut off: " if self.broken_off(line) else ""
+            reason = f"{off}a quote is not closed, or stands within a field"
+            raise FileError(self.source.path, reason, line)
+        return split(text.rstrip("\x1a"), mark)
+
+    def _whole(self, fields: list[str], line: int) -> list[str]:
+        """One field for each column; FileError where there are too few or too many."""
+        path, wanted = self.source.path, len(self.table.header.names)
+        missing, cut_off = wanted - len(fields), self.broken_off
+        if missing == 0 or (missing < 0 and not any(fields[wanted:])):
+            return fields[:wanted]
+        if missing > 0 and self.shared and not cut_off(line):
+            return [*fields, *[""] * missing]
+        due = f"{count_of(len(fields))} where {wanted} are due"
+        if cut_off(line):
+            raise FileError(path, f"the last line is cut off: {due}; the file is not whole", line)
+        if not any(map(looks_numeric, fields)):
+            raise no_row_of_numbers(path, fields, line)
+        if missing < 0 and line == self.source.line_number(self.table.first):
+            due += "; decimal commas need another separator than the comma"
+        raise FileError(path, f"has {due}", line)
+
+
+def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
+    """The error for a line of words among the numbers."""
+    return FileError(
+        path,
+        f"'{cut(' '.join(parts))}' is no row of numbers, and rows of numbers without names "
+        "follow it; is the file damaged there?",
+        line,
+    )
+
+
+def count_of(number: int) -> str:
+    """A number of values, in words."""
+    return f"{number} value" if number == 1 else f"{number} values"
