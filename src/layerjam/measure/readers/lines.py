@@ -21,8 +21,8 @@ _LOOSE_NUMBER = re.compile(r"[+\-\u2212]?[\d.,'\u2019\s]*\d[\d.,'\u2019\s]*(?:[e
 _BARE_NUMBERS = re.compile(r"[\d\s.,;|+\-eE'\u2019\u2212]*\d[\d\s.,;|+\-eE'\u2019\u2212]*")
 _WORD = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?")
 
-_DIGIT, _SIGN, _BETWEEN, _OTHER = (np.uint8(1 << bit) for bit in range(4))
-_OF = {b"0123456789": _DIGIT, b"+-.'eE": _SIGN, b",;|": _BETWEEN, b' \t\f\x1a\x0b"\n': 0}
+_BLANK, _DIGIT, _SIGN, _BETWEEN, _OTHER = map(np.uint8, (0, 1, 2, 4, 8))
+_OF = {b"0123456789": _DIGIT, b"+-.'eE": _SIGN, b",;|": _BETWEEN, b' \t\f\x1a\x0b"\n': _BLANK}
 _KIND = {byte: int(kind) for signs, kind in _OF.items() for byte in signs}
 _KINDS = bytes(_KIND.get(byte, int(_OTHER)) for byte in range(256))
 """Each byte as its kind: of a number, between numbers, nothing (0), or anything else."""
