@@ -45,7 +45,10 @@ def test_short_pulls_do_not_tell_friction_from_sleeve() -> None:
     found = calibrate_curves(short, KAPTON)
     assert "told apart" in failed(found.checks)
     told = found.identifiability
-    assert told.pair is not None and set(told.pair) == {"scale_factor", "enclosure_factor"}
+    assert told.least_apart is not None and set(told.least_apart) == {
+        "scale_factor",
+        "enclosure_factor",
+    }
     assert told.correlation < -0.9
     long = calibrate_curves(campaign((FULL,), 3, spread=SPREAD, noise=0.8), KAPTON)
     assert "told apart" not in failed(long.checks)

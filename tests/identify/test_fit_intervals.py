@@ -7,7 +7,8 @@ import pytest
 from scipy import stats
 
 from layerjam.identify.calibration.influence import bootstrap_intervals, moves
-from layerjam.identify.calibration.intervals import Population, mean_interval, quantile
+from layerjam.identify.calibration.intervals import Population, quantile
+from layerjam.identify.repeats import over_repeats
 
 
 def means(values: np.ndarray) -> Population:
@@ -37,8 +38,7 @@ def test_for_equal_weights_it_is_students_t_of_a_mean(count: int) -> None:
     for j, unit in enumerate(np.eye(2)):
         found = means(values).standard_error(unit)
         assert found == pytest.approx((values[:, j].std(ddof=1) / np.sqrt(count), count - 1))
-        plain = mean_interval(values[:, j].tolist())
-        assert plain is not None
+        plain = over_repeats(values[:, j].tolist())
         low, high = stats.t.interval(
             0.95, count - 1, values[:, j].mean(), values[:, j].std(ddof=1) / np.sqrt(count)
         )
@@ -47,7 +47,6 @@ def test_for_equal_weights_it_is_students_t_of_a_mean(count: int) -> None:
 
 
 def test_one_repeat_has_none() -> None:
-    assert mean_interval([1.0]) is None
     assert means(np.array([[1.0, 2.0]])).standard_error(np.array([1.0, 0.0])) is None
 
 
@@ -99,17 +98,16 @@ def test_leaving_out_is_refitting() -> None:
         again = line(x[keep], y[keep])
         np.testing.assert_allclose(whole.estimate + whole.shift(out), again.estimate, rtol=1e-10)
     found = moves(whole, {"slope": np.array([0.0, 1.0])}, list("abcdefgh"), {})
-    assert [abs(m.by) for m in found["slope"]] == sorted(
-        (abs(m.by) for m in found["slope"]), reverse=True
-    )
+    by = [abs(moved) for moved in found["slope"].files.values()]
+    assert by == sorted(by, reverse=True) and len(by) == 8
 
 
 def test_the_bootstrap_of_three_repeats_is_no_narrower_than_t() -> None:
     """Plain resampling of three gives 2/3 of the variance; drawing two of them gives all of it."""
     values = np.random.default_rng(5).normal(10, 1, (3, 1))
     found = bootstrap_intervals(means(values), [(0, 1, 2)], {"mean": np.ones(1)})["mean"]
-    plain = mean_interval(values[:, 0].tolist())
-    assert found is not None and plain is not None and found.degrees_of_freedom == 2
+    plain = over_repeats(values[:, 0].tolist())
+    assert found is not None and found.degrees_of_freedom == 2
     assert found.standard_error == pytest.approx(plain.standard_error, rel=0.05)
     assert (found.low, found.high) == pytest.approx((plain.low, plain.high), rel=0.02)
 

@@ -192,14 +192,16 @@ def test_standard_errors_of_ptfe_too() -> None:
 
 def test_one_quiet_pull_has_no_standard_error() -> None:
     result = calibrate([(pull_features(curve(KAPTON)), FULL)], KAPTON)
-    assert result.scale_factor_se is None and result.stiffness_se is None
+    assert set(result.standard_errors.values()) == {None}
     assert "nothing" in result.errors_rest_on
 
 
 def test_one_noisy_pull_says_what_its_errors_rest_on() -> None:
     pull = pull_features(noisy(KAPTON, 1))
     result = calibrate([(pull, FULL)], KAPTON)
-    assert result.scale_factor_se == fit_pull(pull, FULL, KAPTON).scale_factor_se > 0
+    assert (
+        result.standard_errors["scale_factor"] == fit_pull(pull, FULL, KAPTON).scale_factor_se > 0
+    )
     assert "says nothing about repeatability" in result.errors_rest_on
 
 
@@ -211,7 +213,9 @@ def test_several_pulls_are_averaged_and_scatter_gives_the_error() -> None:
     ]
     result = calibrate(pulls, KAPTON)
     assert result.scale_factor == pytest.approx(np.mean(truths), rel=1e-9)
-    assert result.scale_factor_se == pytest.approx(np.std(truths, ddof=1) / 3**0.5, rel=1e-6)
+    assert result.standard_errors["scale_factor"] == pytest.approx(
+        np.std(truths, ddof=1) / 3**0.5, rel=1e-6
+    )
     assert result.stiffness == pytest.approx(131e3, rel=1e-9)
     assert "scatter between 3 pulls" in result.errors_rest_on
     assert [f.scale_factor for f in result.fits] == pytest.approx(truths, rel=1e-9)

@@ -42,12 +42,13 @@ def test_scale_factor_and_stiffness(kind: str, name: str, vacuum: float, tmp_pat
         assert found.scale_factor == pytest.approx(brake.scale_factor, rel=0.02)
         assert found.stiffness == pytest.approx(brake.stiffness_measured, rel=0.05)
     one = calibrate(pulls[:1], blank)
-    assert 0 < one.scale_factor_se < 0.01 * brake.scale_factor
-    assert abs(one.scale_factor - brake.scale_factor) < 4 * one.scale_factor_se
-    assert abs(one.stiffness - brake.stiffness_measured) < 4 * one.stiffness_se
+    factor_se, stiffness_se = one.standard_errors.values()
+    assert 0 < factor_se < 0.01 * brake.scale_factor
+    assert abs(one.scale_factor - brake.scale_factor) < 4 * factor_se
+    assert abs(one.stiffness - brake.stiffness_measured) < 4 * stiffness_se
     # the three share their truth, so they scatter by what each says of itself
     spread = np.std([f.scale_factor for f in calibrate(pulls, blank).fits], ddof=1)
-    assert spread < 4 * one.scale_factor_se
+    assert spread < 4 * factor_se
 
 
 @FORMATS

@@ -24,7 +24,7 @@ from layerjam.device.load import catalogue, load
 from layerjam.fluid.file import load_line
 from layerjam.identify.bayes.model import Prior
 from layerjam.identify.bayes.posterior import BayesFit
-from layerjam.identify.calibration.peaks import calibrate, fit_pull
+from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.friction.reduction import reduce_friction
@@ -52,7 +52,6 @@ from layerjam.report import (
     pull_figures,
     stick_slip_figures,
 )
-from layerjam.report.brake_tables import Calibrated
 from layerjam.simulate.drop import drop
 from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.stick_slip import stick_slip
@@ -120,12 +119,6 @@ def stuck_and_slipped() -> Any:
     saw = 2.45 * (0.2 + 0.1 * (slip / 2e-3 % 1.0))
     made = replace(trace, force=np.where(slip < 6e-4, trace.force, saw))
     return [made], reduce_friction([made], 2.45)
-
-
-def factors(name: str) -> Calibrated:
-    result = exact(name)
-    fits = [fit_pull(c.pull, c.vacuum, load(name).brake) for c in curves(name)]
-    return Calibrated(values={"scale_factor": result.scale_factor}, fits=fits, checks=(), count=4)
 
 
 @cache
@@ -255,7 +248,7 @@ OF_BRAKE: dict[str, Callable[[str], Any]] = {
     "validation": lambda n: figures.validation(load(n), validated(n), True),
     "overlay": lambda n: brake_figures.overlay(load(n).brake, validated(n, 0.007, 0.019), True),
     "residuals": lambda n: brake_figures.residuals(validated(n, 0.007, 0.019)),
-    "scale-factors": lambda n: brake_figures.factors(factors(n), 0.8, 0.9),
+    "scale-factors": lambda n: brake_figures.factors(exact(n)),
     "posterior": lambda n: bayes_figures.posterior(posterior(n)),
     "bands": lambda n: bayes_figures.bands(posterior(n), curves(n)),
     "deviations": lambda n: bayes_figures.deviations(posterior(n), curves(n)),

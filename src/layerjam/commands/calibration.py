@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
@@ -15,9 +14,8 @@ from layerjam.commands.quantities import (
     Overwrite,
 )
 from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Result, fact, number, plain, result
 from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError
 from layerjam.measure.trace import Trace
 from layerjam.simulate.quantities import SEED
@@ -26,20 +24,15 @@ from layerjam.units import QuantitySpec, show
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from layerjam.identify.bayes.calibration import BayesCalibration
-    from layerjam.identify.calibration.influence import Move
-    from layerjam.identify.calibration.intervals import Interval
-    from layerjam.identify.calibration.peaks import Calibration
-    from layerjam.identify.calibration.whole_curves import CurvesCalibration
+    from layerjam.identify.calibration.record import Calibration
     from layerjam.identify.pull.features import PullFeatures
-
-    AnyFit = Calibration | CurvesCalibration | BayesCalibration
-    Used = Sequence[tuple[Trace, PullFeatures, float]]
 
 DRAWS = QuantitySpec("1", "draws of a chain", lo=100, hi=100_000, whole=True)
 CHAINS = QuantitySpec("1", "chains", lo=1, hi=64, whole=True)
 SHEETS = ("scale_factor", "stiffness_measured")
 ENCLOSURE = ("enclosure.modulus", "film.friction_on_silicone")
+TABLES = ("intervals", "bootstrap", "leave_one_out", "identifiability", "checks")
+"""Keys that a calibration holds as records."""
 Depth = Annotated[
     Literal["exact", "curves", "bayesian"],
     Help("Fit each pull's peak and slope, whole curves, or sample them."),
@@ -163,9 +156,7 @@ def calibrate(
     parameters (`draws` of each of `chains`, from `seed`). `vacuum` serves files without a sidecar
     that states it. With `out` the calibrated brake is written.
     """
-    from layerjam.identify.calibration.peaks import WINDOW as EXACT_WINDOW
     from layerjam.identify.calibration.peaks import fit_pull
-    from layerjam.identify.calibration.whole_curves import WINDOW as CURVES_WINDOW
     from layerjam.identify.curves import usable
     from layerjam.identify.provenance import calibrated_text
 
@@ -181,24 +172,19 @@ def calibrate(
             usable(pull, pressure)
 
     used, refused, odd = pulls(files, brake, vacuum, options, test, progress)
-    found = _fit(depth, used, brake, free, sampling, progress or (lambda _what, _share: None))
+    found = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
 
     def text(name: str) -> str:
-        return calibrated_text(
-            brake,
-            name,
-            found.sources(brake),
-            depth=depth,
-            window=EXACT_WINDOW if exact else CURVES_WINDOW,
-            checks=found.checks,
-            paths=found.files,
-        )
+        return calibrated_text(brake, found, depth, name)
 
     written, said = write_brake(out, text, force, bool(refused), partial)
     fitted = SHEETS if exact else (*SHEETS, *ENCLOSURE)
-    return BrakeCalibration(
+    return BrakeCalibration.of(
+        found.values,
+        found,
+        **{name: plain(getattr(found, name)) for name in TABLES},
         depth=depth,
-        **_values(found, used, brake),
+        standard_errors={**found.standard_errors, "rests_on": found.errors_rest_on},
         understood=understood(t for t, _, _ in used),
         refused=refused,
         file=written,
@@ -210,90 +196,22 @@ def calibrate(
 
 def _fit(
     depth: str,
-    used: Used,
-    file: BrakeFile,
+    used: Sequence[tuple[Trace, PullFeatures, float]],
+    brake: Brake,
     free: Sequence[str],
     sampling: Sampling,
     tell: Progress,
-) -> AnyFit:
+) -> Calibration:
     from layerjam.identify.calibration.peaks import calibrate as fit
     from layerjam.identify.calibration.whole_curves import calibrate_curves
     from layerjam.identify.curves import curves_of
 
     if depth == "exact":
-        return fit([(pull, pressure) for _, pull, pressure in used], file.brake)
+        return fit([(pull, pressure) for _, pull, pressure in used], brake)
     curves = curves_of(used)
     if depth == "curves":
-        return calibrate_curves(curves, file.brake, free, tell)
-    from layerjam.identify.bayes.calibration import calibrate_bayesian
+        return calibrate_curves(curves, brake, free, tell)
+    from layerjam.identify.bayes.fit import calibrate_bayesian
 
     how = (sampling.draws, sampling.chains, sampling.seed)
-    return calibrate_bayesian(curves, file.brake, how, tell)
-
-
-def _values(found: AnyFit, used: Used, file: BrakeFile) -> dict[str, Any]:
-    """The keys that this depth tells."""
-    from layerjam.identify.calibration.peaks import Calibration
-    from layerjam.identify.calibration.whole_curves import CurvesCalibration
-
-    exact = found if isinstance(found, Calibration) else _peaks(used, file)
-    made: dict[str, Any] = {
-        name: exact and getattr(exact, name)
-        for name in ("scale_factor_eq8", "stiffness_eq9", "peak_force", "peak_elongation")
-    }
-    if isinstance(found, Calibration):
-        made |= {"scale_factor": found.scale_factor, "stiffness": found.stiffness}
-        errors = {"scale_factor": found.scale_factor_se, "stiffness": found.stiffness_se}
-    else:
-        made |= found.values
-        errors = {name: found.standard_error(name) for name in found.values}
-    if isinstance(found, Calibration | CurvesCalibration):
-        made["bootstrap"] = _intervals(found.bootstrap)
-        made["leave_one_out"] = {name: _moves(m) for name, m in found.leave_one_out.items()}
-    else:
-        made["posterior"] = found.posterior
-    if isinstance(found, CurvesCalibration):
-        told = found.identifiability
-        made["reference_pressure"] = found.reference_pressure
-        made["reference_speed"] = found.reference_speed
-        made["identifiability"] = {
-            "condition_number": told.condition_number,
-            "least_apart": None if told.pair is None else list(told.pair),
-            "correlation": told.correlation,
-            "errors_from_noise": dict(told.errors),
-        }
-    return {
-        **made,
-        "standard_errors": {**errors, "rests_on": found.errors_rest_on},
-        "intervals": _intervals(found.intervals),
-        "checks": [asdict(c) for c in found.checks],
-    }
-
-
-def _peaks(used: Used, file: BrakeFile) -> Calibration | None:
-    """The exact fit beside a deeper one, from the pulls that have a peak; None if none has."""
-    from layerjam.identify.calibration.peaks import calibrate as fit
-    from layerjam.identify.calibration.peaks import fit_pull
-
-    fine = []
-    for _, pull, pressure in used:
-        try:
-            fit_pull(pull, pressure, file.brake)
-        except FitError:
-            continue
-        fine.append((pull, pressure))
-    return fit(fine, file.brake) if fine else None
-
-
-def _intervals(found: Mapping[str, Interval | None]) -> dict[str, dict[str, Any] | None]:
-    return {name: None if one is None else asdict(one) for name, one in found.items()}
-
-
-def _moves(found: Sequence[Move]) -> dict[str, Any]:
-    """The file, and the condition, without which a value moves most, and every move."""
-    files = [m for m in found if not m.condition]
-    return {
-        "most_influential": files[0].left_out if files else None,
-        "files": {m.left_out: m.by for m in files},
-        "conditions": {m.left_out: m.by for m in found if m.condition},
-    }
+    return calibrate_bayesian(curves, brake, how, tell)

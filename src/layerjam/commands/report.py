@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import re
 import tempfile
@@ -33,9 +32,10 @@ from layerjam.simulate.quantities import VACUUM
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
+    from layerjam.identify.calibration.record import Calibration
     from layerjam.report.brake_files import Written
     from layerjam.report.brake_report import BrakeReport
-    from layerjam.report.brake_tables import Calibrated, FileUsed
+    from layerjam.report.brake_tables import FileUsed
 
 SPEED = QuantitySpec("m/s", "speed of the crosshead", open_lo=True)
 NEAR = 0.03
@@ -292,13 +292,9 @@ def _friction(work: _Work, files: Sequence[Measured], test: FrictionTest) -> Any
 
 def _calibration(
     work: _Work, files: Sequence[Measured], depth: Literal["exact", "curves"]
-) -> Calibrated:
+) -> Calibration:
     """The fit; the brake takes it over."""
-    from layerjam.identify.calibration.peaks import Calibration, fit_pull
-    from layerjam.report.brake_tables import Calibrated
-
     work.tell(f"calibration: {len(files)} pulls", 0.3)
-    brake = work.file.brake
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / f"{work.file.name}.toml"
         found = run_calibration(
@@ -312,15 +308,9 @@ def _calibration(
             progress=work.tell,
         )
         work.file = work.at_site(load(place))
-    fit = found.record[1]
-    fits = list(fit.fits) if isinstance(fit, Calibration) else []
-    for curve in () if isinstance(fit, Calibration) else fit.curves:
-        with contextlib.suppress(FitError):
-            fits.append(fit_pull(curve.pull, curve.vacuum, brake))
     work.keep("calibration", found, found.traces)
-    return Calibrated(
-        values=found.values, fits=fits, checks=fit.checks, count=len(fit.files), record=fit
-    )
+    fit: Calibration = found.record[1]
+    return fit
 
 
 def _validation(work: _Work, files: Sequence[Measured]) -> dict[str, Any]:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.errors import Notice
-from layerjam.identify.checks import Check
-from layerjam.records.source import Source
+
+if TYPE_CHECKING:
+    from layerjam.identify.calibration.record import Calibration
 
 
 def sha256(path: str) -> str:
@@ -66,28 +67,19 @@ def _there(path: str) -> bool:
     return bool(path) and Path(path).is_file()
 
 
-def calibrated_text(
-    file: BrakeFile,
-    name: str,
-    changes: Mapping[str, tuple[float, Source]],
-    *,
-    depth: str,
-    window: str,
-    checks: Sequence[Check],
-    paths: Sequence[str],
-) -> str:
-    """The brake's file with `changes` {path: (value, Source)}, and a [made_by] table on them.
+def calibrated_text(file: BrakeFile, found: Calibration, depth: str, name: str) -> str:
+    """The brake's file with what a calibration found, and a [made_by] table on it.
 
     The table holds program and version, date, depth, the window of the fit, the verdict (the
     sentences of failed checks) and every file's name and SHA-256.
     """
-    failed = [c.sentence for c in checks if not c.passed]
+    failed = [c.sentence for c in found.checks if not c.passed]
     made_by = {
         "program": f"layerjam {__version__} calibrate",
         "date": datetime.now(UTC).date().isoformat(),
         "depth": depth,
-        "window": window,
+        "window": found.window,
         "verdict": "; ".join(failed) if failed else "all checks passed",
-        "files": digests(dict.fromkeys(paths)),
+        "files": digests(dict.fromkeys(c.path for c in found.curves)),
     }
-    return updated_text(file, name, changes, made_by)
+    return updated_text(file, name, dict(found.sources), made_by)

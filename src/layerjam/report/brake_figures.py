@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from layerjam.device.brake import Brake
+from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.validation.metrics import ConditionError, Validation, uncalibrated
 from layerjam.mechanics.pull import force_at_elongation
 from layerjam.report import style
-from layerjam.report.brake_tables import Calibrated
 from layerjam.report.style import BLUE, GREY, INK, MM
 from layerjam.units import show
 
@@ -26,22 +26,22 @@ def vacuum_colors(vacuums: Sequence[float]) -> dict[str, str]:
 
 
 @style.styled
-def factors(result: Calibrated, low: float | None, high: float | None) -> style.Figure:
-    """The scale factor each pull gives, their mean and its 95 % interval from `low` to `high`."""
+def factors(result: Calibration) -> style.Figure:
+    """The scale factor each pull gives, their mean and its 95 % interval."""
     colors = vacuum_colors([f.vacuum for f in result.fits])
     figure, (axes,) = style.canvas(width=PAGE, height=2.6)
     count = len(result.fits)
-    between = low is not None and high is not None
-    if low is not None and high is not None:
-        axes.axhspan(low, high, color="#e7ebee", lw=0)
-    axes.axhline(result.values["scale_factor"], color=INK, lw=1.0)
+    between = result.intervals["scale_factor"]
+    if between is not None:
+        axes.axhspan(between.low, between.high, color="#e7ebee", lw=0)
+    axes.axhline(result.scale_factor, color=INK, lw=1.0)
     for number, fit in enumerate(result.fits, 1):
         style.spot(axes, number, fit.scale_factor, color=colors[show(fit.vacuum, "Pa")])
     axes.set(xlabel="number of the pull", ylabel="scale factor a [-]", xlim=(0.4, count + 0.6))
     axes.set_xticks(range(1, count + 1) if count <= 12 else [1, count // 2, count])
     axes.margins(y=0.25)
     style.key(axes, *colors.items(), handlelength=0)
-    style.title(axes, "Each pull, and the mean" + ", 95 % interval" * between)
+    style.title(axes, "Each pull, and the mean" + ", 95 % interval" * bool(between))
     return figure
 
 

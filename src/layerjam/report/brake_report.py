@@ -10,13 +10,14 @@ from typing import Any
 from layerjam._version import __version__
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
+from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.validation.metrics import WINDOW, Validation
 from layerjam.identify.validation.table import validation_checks
 from layerjam.measure.trace import Trace
 from layerjam.report import brake_figures, brake_tables, figures
 from layerjam.report.brake_numbers import Number, numbers_of
-from layerjam.report.brake_tables import Calibrated, FileUsed
+from layerjam.report.brake_tables import FileUsed
 from layerjam.report.page import Page, Part, Picture
 from layerjam.units import show
 
@@ -50,7 +51,7 @@ class BrakeReport:
     command: str
     date: str
     friction: tuple[Sequence[Trace], FrictionResult] | None = None
-    calibration: Calibrated | None = None
+    calibration: Calibration | None = None
     validation: Validation | None = None
     before: Validation | None = None
     refused: Sequence[tuple[str, str, str]] = ()
@@ -125,16 +126,15 @@ def _friction(report: BrakeReport, traces: Sequence[Trace], result: FrictionResu
     )
 
 
-def _calibration(report: BrakeReport, result: Calibrated) -> Part:
+def _calibration(report: BrakeReport, result: Calibration) -> Part:
     kinetic = report.brake.film.kinetic
     tables = [brake_tables.calibration_table(result, kinetic)]
-    factor = numbers_of(tables[0])[0]
-    curves = functools.partial(figures.calibration, report.file, result.record, report.synthetic)
+    curves = functools.partial(figures.calibration, report.file, result, report.synthetic)
     caption = "The pulls and the calibrated law, whole and near the peaks; below, what is left."
     pictures = [Picture(name="calibration", figure=curves, caption=caption)]
     if result.fits:
         tables.append(brake_tables.pulls_table(result))
-        each = functools.partial(brake_figures.factors, result, factor.low, factor.high)
+        each = functools.partial(brake_figures.factors, result)
         caption = "The scale factor that each pull gives alone."
         pictures.append(Picture(name="scale-factors", figure=each, caption=caption))
     return Part(
@@ -239,7 +239,7 @@ def _lead(report: BrakeReport) -> str:
     if report.friction is not None:
         counts.append(f"{len(report.friction[0])} friction tests")
     if report.calibration is not None:
-        counts.append(f"{report.calibration.count} calibration pulls")
+        counts.append(f"{len(report.calibration.curves)} calibration pulls")
     if report.validation is not None:
         count = len(report.validation.conditions)
         counts.append(f"{len(report.validation.curves)} validation pulls at {count} conditions")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from layerjam.identify.calibration.peaks import PullFit
-from layerjam.identify.checks import Check
+from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.repeats import over_repeats
 from layerjam.identify.validation.metrics import ConditionError, CurveError, Split, Validation
@@ -35,22 +34,6 @@ class FileUsed:
     repeat: int | None
     synthetic: bool
     understood: Sequence[str] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
-class Calibrated:
-    """A calibration by any method as the report shows it.
-
-    `values` are those of the command's result; `fits` what each pull says alone, without those that
-    only a fit of whole curves can use; `count` is how many pulls were calibrated on; `record` is
-    the calibration itself, for its figure.
-    """
-
-    values: Mapping[str, Any]
-    fits: Sequence[PullFit]
-    checks: Sequence[Check]
-    count: int
-    record: Any = None
 
 
 def _under(stem: str, **common: Any) -> Callable[..., Number]:
@@ -121,64 +104,59 @@ _HOW = {
 }
 
 
-def interval_of(values: Mapping[str, Any], name: str) -> tuple[float | None, float | None]:
-    """The 95 % interval of `name` as a command gives it, in whatever form; Nones without one."""
-    given = (values.get("intervals") or {}).get(name)
-    if isinstance(given, Mapping):
-        return given.get("low"), given.get("high")
-    return tuple(given) if isinstance(given, list | tuple) and len(given) == 2 else (None, None)
-
-
-def calibration_table(result: Calibrated, kinetic: float) -> Table:
+def calibration_table(result: Calibration, kinetic: float) -> Table:
     """What the pulls fix, with its uncertainty."""
-    values, errors = result.values, result.values["standard_errors"]
-    plainly = "mean of the pulls" if result.count > 1 else "the pull"
+    count = len(result.curves)
+    plainly = "mean of the pulls" if count > 1 else "the pull"
     numbers = []
     for key, (words, unit) in LABELS.items():
-        like = "scale_factor" if key == "product" else key
-        value, error = values.get(like), errors.get(like)
+        like, factor = ("scale_factor", kinetic) if key == "product" else (key, 1.0)
+        value = result.values.get(like, getattr(result, like, None))
         if value is None:
             continue
-        factor = kinetic if key == "product" else 1.0
-        value, error, low, high = (
-            None if v is None else v * factor for v in (value, error, *interval_of(values, like))
+        error, over = result.standard_errors.get(like), result.intervals.get(like)
+        low, high = (over.low * factor, over.high * factor) if over else (None, None)
+        numbers.append(
+            Number(
+                quantity=f"calibration: {words}",
+                value=value * factor,
+                unit=unit,
+                standard_error=None if error is None else error * factor,
+                low=low,
+                high=high,
+                n=count,
+                source=_HOW.get(key, plainly) if error is None else result.errors_rest_on,
+            )
         )
-        sure: dict[str, Any] = {
-            "standard_error": error,
-            "low": low,
-            "high": high,
-            "n": result.count,
-        }
-        rests = str(errors.get("rests_on", ""))
-        source = _HOW.get(key, plainly) if error is None else rests
-        quantity = f"calibration: {words}"
-        numbers.append(Number(quantity=quantity, value=value, unit=unit, source=source, **sure))
-    note, moved = _leave_one_out(values)
+    note, moved = _leave_one_out(result)
     caption = "What the pulls fix"
     return estimates(numbers, id="calibration", caption=caption, note=note, extra=moved)
 
 
-def _leave_one_out(values: Mapping[str, Any]) -> tuple[str, list[Number]]:
+def _leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
     """(sentence, numbers): how far a and k move without the pull that matters most."""
     said, numbers = [], []
     for key, shown_in, decimals in (("scale_factor", "", 4), ("stiffness", "kN/m", 2)):
-        moves = (values.get("leave_one_out") or {}).get(key)
-        if not moves or not moves.get("files"):
+        moves = (result.leave_one_out or {}).get(key)
+        if moves is None or moves.most_influential is None:
             continue
-        name = moves["most_influential"]
         words, unit = LABELS[key]
-        change = _under(f"calibration: change of {words} ", source=name, decimals=decimals)
-        moved = moves["files"][name]
-        number = change("without its most influential pull", moved, unit, shown_in)
+        name = moves.most_influential
+        number = Number(
+            quantity=f"calibration: change of {words} without its most influential pull",
+            value=moves.files[name],
+            unit=unit,
+            source=name,
+            shown_in=shown_in,
+            decimals=decimals,
+        )
         numbers.append(number)
-        sign = "+" if (number.value or 0) >= 0 else ""
-        said.append(f"{words} by {sign}{number.text()} ({name})")
-    if not said:
-        return "", numbers
-    return f"Without its most influential pull changes {'; '.join(said)}.", numbers
+        said.append(f"{words} by {'+' * (moves.files[name] >= 0)}{number.text()} ({name})")
+    note = f"Without its most influential pull changes {'; '.join(said)}." if said else ""
+    return note, numbers
 
 
-def pulls_table(result: Calibrated) -> Table:
+def pulls_table(result: Calibration) -> Table:
     """Each pull that was calibrated on."""
     rows: list[list[Cell]] = []
     for fit in result.fits:
@@ -186,13 +164,12 @@ def pulls_table(result: Calibrated) -> Table:
         number = _under("calibration pull: ", source=name, n=1)
         peak = {"standard_error": pull.peak_force_se, "decimals": 2}
         factor = {"standard_error": fit.scale_factor_se, "decimals": 4}
+        spring = {"standard_error": pull.stiffness_se, "decimals": 1}
         cells = [
             number("vacuum", fit.vacuum, "Pa"),
             number("peak force", pull.peak_force, "N", **peak),
             number("scale factor a", fit.scale_factor, **factor),
-            number(
-                "stiffness k", fit.stiffness, "N/m", standard_error=pull.stiffness_se, decimals=1
-            ),
+            number("stiffness k", fit.stiffness, "N/m", **spring),
         ]
         rows.append([name, *cells])
     head = ["file", "vacuum", "peak force", "scale factor a", "stiffness k"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,12 +12,15 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.identify.calibration.forward import FINE, Reduced, law_with_error, reduce
 from layerjam.identify.calibration.intervals import quantile
-from layerjam.identify.calibration.peaks import Calibration
-from layerjam.identify.calibration.whole_curves import CurvesCalibration
+from layerjam.identify.calibration.least_squares import JointFit
+from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.curves import Curve, levels
 from layerjam.report import style
 from layerjam.report.style import FAINT, GREY, MM, ORANGE, RED
 from layerjam.units import show
+
+if TYPE_CHECKING:
+    from layerjam.identify.bayes.posterior import BayesFit
 
 POINTS = 200
 TOGETHER = 4
@@ -45,7 +48,7 @@ class Drawn:
 
 
 @style.styled
-def calibration(file: BrakeFile, result: Any, synthetic: bool) -> style.Figure:
+def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.Figure:
     """Pulls and law over elongation, whole and near the peak; residuals below, part of the peak."""
     drawn = _drawn(result)
     figure, panels = style.canvas(
@@ -72,11 +75,11 @@ def calibration(file: BrakeFile, result: Any, synthetic: bool) -> style.Figure:
     style.title(whole, "Pulls and calibrated law", f"{words}; law dashed")
     style.labels_right(whole, whole.get_xlim()[1], ends)
     near.set_xlim(0, NEAR * peak * MM)
-    factor = getattr(result, "values", {}).get("enclosure_factor")
+    factor = result.values.get("enclosure_factor")
     numbers = f"k = {show(result.stiffness, 'N/m')}, a = {result.scale_factor:.4g}"
     numbers += "" if factor is None else f", enclosure × {factor:.3g}"
     style.title(near, "Near the peak", numbers)
-    if isinstance(result, Calibration):
+    if result.fit is None:
         _peaks(near, result)
     sure = "bands, 95 %: the law (dark), a further pull (pale)"
     words = "one pull: no repeats tell how sure the law is" if drawn.sure is None else sure
@@ -160,26 +163,20 @@ def _peaks(near: style.Axes, result: Calibration) -> None:
     style.key(near, ("slope k", ORANGE), ("fitted peaks", RED), at="lower right")
 
 
-def _drawn(result: Any) -> Drawn:
-    if isinstance(result, Calibration):
+def _drawn(result: Calibration) -> Drawn:
+    if result.fit is None:
         return _of_exact(result)
-    if isinstance(result, CurvesCalibration):
-        return _of_curves(result)
-    return _of_draws(result)
+    if isinstance(result.fit, JointFit):
+        return _of_curves(result, result.fit)
+    return _of_draws(result, result.fit)
 
 
 def _of_exact(result: Calibration) -> Drawn:
     count = len(result.fits)
-    curves = []
-    for fit in result.fits:
-        pull = fit.pull
-        of: dict[str, Any] = {"path": pull.path, "pull": pull, "speed": None, "repeat": None}
-        of |= {"elongation": pull.elongation, "force": pull.force, "vacuum": fit.vacuum}
-        curves.append(Curve(**of))
     own = np.log([[f.scale_factor, f.stiffness, 1.0] for f in result.fits])
     scatter = np.tile(np.atleast_2d(np.cov(own.T)), (count, 1, 1)) if count > 1 else None
     return Drawn(
-        curves=tuple(curves),
+        curves=result.curves,
         shapes=np.tile([result.scale_factor, result.stiffness, 1.0], (count, 1)),
         origins=np.zeros(count),
         offsets=np.zeros(count),
@@ -189,8 +186,8 @@ def _of_exact(result: Calibration) -> Drawn:
     )
 
 
-def _of_curves(result: CurvesCalibration) -> Drawn:
-    fit, count = result.fit, len(result.curves)
+def _of_curves(result: Calibration, fit: JointFit) -> Drawn:
+    count = len(result.curves)
     expected = fit.design @ fit.population.estimate + fit.held
     covariance = fit.population.covariance()
     sure = fit.design @ covariance @ np.swapaxes(fit.design, 1, 2)
@@ -208,9 +205,9 @@ def _of_curves(result: CurvesCalibration) -> Drawn:
     )
 
 
-def _of_draws(result: Any) -> Drawn:
+def _of_draws(result: Calibration, fit: BayesFit) -> Drawn:
     """A posterior, taken as normal in (ln a, ln k, factor), which it nearly is."""
-    fit, count = result.fit, len(result.curves)
+    count = len(result.curves)
     parts = np.log(fit.scale_factor), np.log(fit.stiffness), fit.enclosure_factor
     shape = np.array([result.scale_factor, result.stiffness, result.values["enclosure_factor"]])
     repeats = np.median(fit.scale_factor_sd) ** 2, np.median(fit.stiffness_sd) ** 2, 0.0

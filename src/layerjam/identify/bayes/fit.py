@@ -14,9 +14,13 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError, MissingExtraError
-from layerjam.identify.bayes.checks import bayes_checks
+from layerjam.identify.bayes.checks import MAIN, bayes_checks
 from layerjam.identify.bayes.model import Sites, known_of, priors, reduced, start
 from layerjam.identify.bayes.posterior import BayesFit, Population
+from layerjam.identify.calibration.intervals import Interval
+from layerjam.identify.calibration.peaks import at_peaks, fits_of
+from layerjam.identify.calibration.record import Calibration, shape_sources
+from layerjam.identify.calibration.whole_curves import WINDOW
 from layerjam.identify.curves import Curve
 
 Array = np.ndarray[Any, Any]
@@ -74,6 +78,54 @@ def fit_bayes(
     )
     fit = _fit(drawn.sites, curves, brake, drawn.divergent, seed, draws)
     return replace(fit, checks=bayes_checks(fit, curves, data))
+
+
+def calibrate_bayesian(
+    curves: Sequence[Curve],
+    brake: Brake,
+    sampling: tuple[int, int, int],
+    tell: Callable[[str, float], None],
+) -> Calibration:
+    """A sampled posterior as the other methods' results: means, SDs, central 95 % intervals.
+
+    `sampling` is (draws of a chain, chains, seed). Raises as `fit_bayes` does.
+    """
+    draws, chains, seed = sampling
+    fit = fit_bayes(
+        curves,
+        brake,
+        draws=draws,
+        chains=chains,
+        seed=seed,
+        progress=lambda done, of: tell("sampling", done / of),
+    )
+    summary, count = fit.summary(), len(curves)
+    rows = {name: summary[name] for name in MAIN}
+    values = {name: row.mean for name, row in rows.items()}
+    errors = {name: row.sd for name, row in rows.items()}
+    text = f"mean of the Bayesian posterior over {count} whole pulls"
+    return Calibration(
+        values=values,
+        standard_errors=errors,
+        errors_rest_on=f"the posterior over {count} pull{'s' * (count > 1)}",
+        intervals={
+            name: Interval(
+                low=row.low,
+                high=row.high,
+                standard_error=row.sd,
+                degrees_of_freedom=float("inf"),
+                method="Bayesian posterior, central 95 %",
+            )
+            for name, row in rows.items()
+        },
+        **at_peaks(fits_of(curves, brake)),
+        checks=fit.checks,
+        curves=tuple(curves),
+        sources=shape_sources(brake, values, errors, text, "standard deviation"),
+        window=WINDOW,
+        posterior={name: row._asdict() for name, row in summary.items()},
+        fit=fit,
+    )
 
 
 def _fit(

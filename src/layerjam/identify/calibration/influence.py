@@ -1,27 +1,79 @@
-"""What single curves do to an answer: leave one out, and the bootstrap over repeats."""
+"""What curves say of a value: interval, bootstrap over repeats, how far one curve moves it."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from layerjam.identify.calibration.intervals import Interval, Population, quantile
+from layerjam.identify.calibration.intervals import Interval, Population
+from layerjam.identify.curves import Curve, condition_words
 
 SEED = 1
 """Of the bootstrap, so that the same files give the same numbers."""
+FEWEST_DEGREES = 0.5
+"""Degrees of freedom below which no interval is stated."""
 Contrasts = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Move:
-    """What was left out (a file, or all files of a condition) and by how much the value moves."""
+class Influence:
+    """By how much a value moves without a file, and without all files of a condition.
 
-    left_out: str
-    by: float
-    condition: bool
+    Each from the greatest to the least; `most_influential` is the first file, None without any.
+    """
+
+    most_influential: str | None
+    files: Mapping[str, float]
+    conditions: Mapping[str, float]
+
+
+def estimates(
+    population: Population,
+    contrasts: Contrasts,
+    curves: Sequence[Curve],
+    groups: Sequence[Sequence[int]],
+    method: str,
+    logarithmic: Collection[str] = (),
+) -> dict[str, Any]:
+    """The fields of a Calibration that a population of curves tells, by name of the contrast.
+
+    `groups` are the places of the curves of each condition; of `logarithmic` values the logarithm
+    is estimated.
+    """
+    values, intervals = {}, {}
+    bootstrap = bootstrap_intervals(population, groups, contrasts)
+    for name, contrast in contrasts.items():
+        at, found = float(contrast @ population.estimate), population.standard_error(contrast)
+        sure = found is not None and found[1] >= FEWEST_DEGREES
+        values[name] = float(np.exp(at)) if name in logarithmic else at
+        intervals[name] = Interval.around(at, *found, method) if found and sure else None
+        for of in (intervals, bootstrap):
+            of[name] = _natural(name, values[name], of[name], logarithmic)
+    names = [c.name for c in curves]
+    alike = {condition_words(curves[group[0]]): group for group in groups}
+    logs = {name: values[name] for name in logarithmic}
+    return {
+        "values": values,
+        "standard_errors": {n: i and i.standard_error for n, i in intervals.items()},
+        "intervals": intervals,
+        "bootstrap": bootstrap,
+        "leave_one_out": moves(population, contrasts, names, alike, logs),
+    }
+
+
+def _natural(
+    name: str, value: float, found: Interval | None, logarithmic: Collection[str]
+) -> Interval | None:
+    """An interval of the estimate as one of the value."""
+    if found is None:
+        return None
+    if name in logarithmic:
+        return found.of_logarithm(value)
+    return replace(found, low=max(found.low, 0.0)) if name == "enclosure_factor" else found
 
 
 def moves(
@@ -30,31 +82,39 @@ def moves(
     names: Sequence[str],
     groups: Mapping[str, Sequence[int]],
     logarithmic: Mapping[str, float] | None = None,
-) -> dict[str, tuple[Move, ...]]:
-    """For every value all moves, files first, each from the greatest to the least.
+) -> dict[str, Influence]:
+    """For every value what leaving out a file, or the files of a condition, does to it.
 
     `names` are the files', `groups` the places of the files of each condition, `logarithmic`
     {name: value} the values whose logarithm is estimated. To first order, which is what a sum of
-    squares is about its least. Without a file that alone tells the value there is no move.
+    squares is about its least. A file that alone tells the value moves nothing.
     """
-    found: dict[str, list[Move]] = {name: [] for name in contrasts}
-    names = distinct(names)
-    sets: list[tuple[Sequence[int], str, bool]] = [((i,), n, False) for i, n in enumerate(names)]
-    if len(groups) > 1:
-        sets += [(group, words, True) for words, group in groups.items()]
-    for out, words, condition in sets:
-        shift = population.shift(out) if len(out) < population.count else None
-        if shift is None:
-            continue
-        for name, contrast in contrasts.items():
-            by = float(contrast @ shift)
-            if logarithmic is not None and name in logarithmic:
-                by = logarithmic[name] * float(np.expm1(by))
-            found[name].append(Move(left_out=words, by=by, condition=condition))
-    return {
-        name: tuple(sorted(all_of, key=lambda m: (m.condition, -abs(m.by))))
-        for name, all_of in found.items()
-    }
+    single = {name: (place,) for place, name in enumerate(distinct(names))}
+    sets = single, groups if len(groups) > 1 else {}
+    shifts = [
+        {
+            words: shift
+            for words, out in some.items()
+            if len(out) < population.count and (shift := population.shift(out)) is not None
+        }
+        for some in sets
+    ]
+    made = {}
+    for name, contrast in contrasts.items():
+        value = (logarithmic or {}).get(name)
+        files, conditions = (_ranked(some, contrast, value) for some in shifts)
+        most = next(iter(files), None)
+        made[name] = Influence(most_influential=most, files=files, conditions=conditions)
+    return made
+
+
+def _ranked(
+    shifts: Mapping[str, np.ndarray], contrast: np.ndarray, value: float | None
+) -> dict[str, float]:
+    by = {words: float(contrast @ shift) for words, shift in shifts.items()}
+    if value is not None:
+        by = {words: value * float(np.expm1(moved)) for words, moved in by.items()}
+    return dict(sorted(by.items(), key=lambda moved: -abs(moved[1])))
 
 
 def distinct(names: Sequence[str]) -> list[str]:
@@ -81,12 +141,5 @@ def bootstrap_intervals(
             out[name] = None
             continue
         at, error = float(contrast @ population.estimate), float((draws @ contrast).std())
-        wide = quantile(degrees) * error
-        out[name] = Interval(
-            low=at - wide,
-            high=at + wide,
-            standard_error=error,
-            degrees_of_freedom=degrees,
-            method="bootstrap over repeats, with t",
-        )
+        out[name] = Interval.around(at, error, degrees, "bootstrap over repeats, with t")
     return out

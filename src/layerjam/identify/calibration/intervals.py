@@ -8,15 +8,18 @@ percentile bootstrap of three repeats covers 74 % where it says 95 %; it is not 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
 
-from layerjam.identify.repeats import over_repeats
-
 LEVEL = 0.95
 RESAMPLES = 2000
+
+
+def quantile(degrees: float, level: float = LEVEL) -> float:
+    """Student's t that a share `level` lies within, either side."""
+    return float(stats.t.ppf((1 + level) / 2, degrees))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,24 +32,22 @@ class Interval:
     degrees_of_freedom: float
     method: str
 
+    @classmethod
+    def around(cls, at: float, error: float, degrees: float, method: str) -> Interval:
+        """Student's t about a value with its standard error."""
+        wide = quantile(degrees) * error
+        return cls(
+            low=at - wide,
+            high=at + wide,
+            standard_error=error,
+            degrees_of_freedom=degrees,
+            method=method,
+        )
 
-def quantile(degrees: float, level: float = LEVEL) -> float:
-    """Student's t that a share `level` lies within, either side."""
-    return float(stats.t.ppf((1 + level) / 2, degrees))
-
-
-def mean_interval(values: Sequence[float]) -> Interval | None:
-    """Of a mean over repeats, t with one degree less than there are; None for fewer than two."""
-    found = over_repeats(values)
-    if found.low is None or found.high is None or found.standard_error is None:
-        return None
-    return Interval(
-        low=found.low,
-        high=found.high,
-        standard_error=found.standard_error,
-        degrees_of_freedom=found.repeats - 1,
-        method="t over pulls",
-    )
+    def of_logarithm(self, value: float) -> Interval:
+        """That of a `value` whose logarithm this is about."""
+        low, high = (float(np.exp(end)) for end in (self.low, self.high))
+        return replace(self, low=low, high=high, standard_error=value * self.standard_error)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,7 +121,7 @@ class Population:
         if not square > 0:
             return None
         degrees = float(np.trace(product)) ** 2 / square
-        return float(np.sqrt((moves**2).sum())), degrees
+        return float(np.sqrt((moves**2).sum())), round(degrees, 12)  # n - 1 comes out whole
 
     def covariance(self) -> np.ndarray:
         """Of the estimate (q, q), the same sandwich; NaN where it cannot be had."""

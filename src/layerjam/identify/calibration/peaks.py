@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError
-from layerjam.identify.calibration.influence import Move, bootstrap_intervals, moves
-from layerjam.identify.calibration.intervals import Interval, Population, mean_interval
-from layerjam.identify.calibration.over_curves import calibrated
+from layerjam.identify.calibration.influence import estimates
+from layerjam.identify.calibration.intervals import Population
+from layerjam.identify.calibration.record import Calibration, calibrated
 from layerjam.identify.checks import (
     Check,
     agreement,
@@ -23,9 +23,8 @@ from layerjam.identify.checks import (
     plausible,
     stiffness_possible,
 )
-from layerjam.identify.curves import levels
+from layerjam.identify.curves import Curve, conditions, curve_of
 from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, PullFeatures
-from layerjam.identify.repeats import over_repeats
 from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.pull import (
     force_at_elongation,
@@ -34,7 +33,6 @@ from layerjam.mechanics.pull import (
     scale_factor_of_peak,
 )
 from layerjam.mechanics.stiffness import stiffness_before_slip
-from layerjam.records.source import Source
 from layerjam.units import show
 
 WINDOW = (
@@ -54,49 +52,6 @@ class PullFit:
     stiffness_eq9: float
     vacuum: float
     pull: PullFeatures
-
-
-@dataclass(frozen=True, kw_only=True)
-class Calibration:
-    """Scale factor [-] and stiffness [N/m] of a brake, means over pulls.
-
-    Peak and eq. 9 are None over pulls at different vacuums: no pull had their mean. Standard errors
-    are None where nothing estimates the noise; `errors_rest_on` says what they
-    come from: the scatter between pulls, or (one pull) the noise within it, which says nothing
-    about repeatability. `intervals` and `bootstrap` (95 %) rest on the scatter between pulls only
-    and are None for one pull; `leave_one_out` says how far each value moves without one file.
-    """
-
-    scale_factor: float
-    stiffness: float
-    scale_factor_eq8: float
-    stiffness_eq9: float | None
-    peak_force: float | None
-    peak_elongation: float | None
-    scale_factor_se: float | None
-    stiffness_se: float | None
-    errors_rest_on: str
-    fits: tuple[PullFit, ...]
-    checks: tuple[Check, ...]
-    intervals: Mapping[str, Interval | None]
-    bootstrap: Mapping[str, Interval | None]
-    leave_one_out: Mapping[str, tuple[Move, ...]]
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Paths of the pulls' files."""
-        return tuple(f.pull.path for f in self.fits)
-
-    def sources(self, old: BrakeFile) -> dict[str, tuple[float, Source]]:
-        """What to write into a brake file: {path: (value, Source)}."""
-        files = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in self.fits)
-        friction = old.brake.film.kinetic
-        peak = f"peak of {files}, with kinetic friction {friction:.4g}"
-        slope = f"slope before onset of {files}"
-        return {
-            "scale_factor": calibrated(self.scale_factor, peak, self.scale_factor_se, "1"),
-            "stiffness_measured": calibrated(self.stiffness, slope, self.stiffness_se, "N/m"),
-        }
 
 
 def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
@@ -150,64 +105,76 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     )
 
 
+def fits_of(curves: Sequence[Curve], brake: Brake) -> list[PullFit]:
+    """What each curve says alone, without those that only a fit of whole curves can use."""
+    fits = []
+    for curve in curves:
+        with suppress(FitError):
+            fits.append(fit_pull(curve.pull, curve.vacuum, brake))
+    return fits
+
+
+def at_peaks(fits: Sequence[PullFit]) -> dict[str, Any]:
+    """The fields of a Calibration that pulls with a peak tell."""
+    vacuums = [f.vacuum for f in fits]
+    alike = bool(fits) and np.ptp(vacuums) <= 0.01 * max(vacuums)
+
+    def mean(values: list[float], known: bool = alike) -> float | None:
+        return float(np.mean(values)) if known else None
+
+    return {
+        "fits": tuple(fits),
+        "scale_factor_eq8": mean([f.scale_factor_eq8 for f in fits], bool(fits)),
+        "stiffness_eq9": mean([f.stiffness_eq9 for f in fits]),
+        "peak_force": mean([f.pull.peak_force for f in fits]),
+        "peak_elongation": mean([f.pull.peak_elongation for f in fits]),
+    }
+
+
 def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Calibration:
     """Calibrate on one or several pulls, each given with its vacuum [Pa].
 
-    Raises FitError for a pull that cannot be used.
+    Standard errors come from the scatter between pulls, or (one pull) from the noise within it,
+    which says nothing about repeatability. Raises FitError for a pull that cannot be used.
     """
     if not pulls:
         raise FitError("calibrate: no pull was given")
-    fits = tuple(fit_pull(pull, vacuum, brake) for pull, vacuum in pulls)
-    factors = np.array([f.scale_factor for f in fits])
-    springs = np.array([f.stiffness for f in fits])
-    count = len(fits)
-    factor_se, spring_se = (over_repeats(v.tolist()).standard_error for v in (factors, springs))
-    if count > 1:
-        rest = f"the scatter between {count} pulls"
-    elif (
-        fits[0].pull.noise > 1e-9 * fits[0].pull.peak_force
-        and fits[0].pull.stiffness_se > 1e-9 * fits[0].pull.stiffness
-    ):
-        factor_se, spring_se = fits[0].scale_factor_se, fits[0].pull.stiffness_se
-        rest = "the noise within one pull; says nothing about repeatability"
-    else:
-        rest = "nothing: the record is free of noise"
-    values = {"scale_factor": float(factors.mean()), "stiffness": float(springs.mean())}
-    vacuums = [f.vacuum for f in fits]
-    each = np.column_stack([factors, springs])
+    fits = [fit_pull(pull, vacuum, brake) for pull, vacuum in pulls]
+    curves = [curve_of(pull, vacuum) for pull, vacuum in pulls]
+    count, one = len(fits), fits[0]
+    each = np.array([(f.scale_factor, f.stiffness) for f in fits])
     # plain means are a least squares in which every pull counts alike
     shared = Population(
         estimate=each.mean(axis=0),
         design=np.tile(np.eye(2), (count, 1, 1)),
         residual=each - each.mean(axis=0),
     )
-    level = levels(vacuums)
-    groups = [tuple(i for i, n in enumerate(level) if n == one) for one in sorted({*level})]
-    contrasts = dict(zip(values, np.eye(2), strict=True))
-    named = [Path(f.pull.path).name for f in fits]
-    sets = [show(vacuums[group[0]], "Pa") for group in groups]
-    alike = np.ptp(vacuums) <= 0.01 * max(vacuums)
-
-    def mean(values: list[float]) -> float | None:
-        return float(np.mean(values)) if alike else None
-
+    contrasts = dict(zip(("scale_factor", "stiffness"), np.eye(2), strict=True))
+    groups = sorted(conditions(curves), key=lambda group: curves[group[0]].vacuum)
+    told = estimates(shared, contrasts, curves, groups, "t over pulls")
+    rest = f"the scatter between {count} pulls"
+    if count == 1:
+        rest = "nothing: the record is free of noise"
+        noise, error = one.pull.noise / one.pull.peak_force, one.pull.stiffness_se
+        if noise > 1e-9 and error > 1e-9 * one.stiffness:
+            told["standard_errors"] = {"scale_factor": one.scale_factor_se, "stiffness": error}
+            rest = "the noise within one pull; says nothing about repeatability"
+    files = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in fits)
+    values, errors = told["values"], told["standard_errors"]
+    peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
+    slope = f"slope before onset of {files}"
+    a, k = contrasts
     return Calibration(
-        **values,
-        scale_factor_eq8=float(np.mean([f.scale_factor_eq8 for f in fits])),
-        stiffness_eq9=mean([f.stiffness_eq9 for f in fits]),
-        peak_force=mean([f.pull.peak_force for f in fits]),
-        peak_elongation=mean([f.pull.peak_elongation for f in fits]),
-        scale_factor_se=factor_se,
-        stiffness_se=spring_se,
+        **told,
+        **at_peaks(fits),
         errors_rest_on=rest,
-        fits=fits,
         checks=calibration_checks(fits, brake),
-        intervals={
-            "scale_factor": mean_interval(factors.tolist()),
-            "stiffness": mean_interval(springs.tolist()),
+        curves=tuple(curves),
+        sources={
+            "scale_factor": calibrated(values[a], peak, errors[a], "1"),
+            "stiffness_measured": calibrated(values[k], slope, errors[k], "N/m"),
         },
-        bootstrap=bootstrap_intervals(shared, groups, contrasts),
-        leave_one_out=moves(shared, contrasts, named, dict(zip(sets, groups, strict=True))),
+        window=WINDOW,
     )
 
 

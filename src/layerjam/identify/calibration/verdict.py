@@ -16,6 +16,7 @@ from scipy import stats
 from layerjam.device.brake import Brake
 from layerjam.device.load import catalogue, load
 from layerjam.identify.calibration.forward import LEAST_ENCLOSURE
+from layerjam.identify.calibration.influence import Influence
 from layerjam.identify.calibration.intervals import Interval, quantile
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.checks import (
@@ -57,12 +58,12 @@ SURE = 0.99
 
 @dataclass(frozen=True, kw_only=True)
 class Identifiability:
-    """What the noise alone leaves open: errors by parameter, condition number, strongest pair."""
+    """What the noise alone leaves open: condition number, strongest pair, errors by parameter."""
 
     condition_number: float
-    errors: Mapping[str, float]
-    pair: tuple[str, str] | None
+    least_apart: tuple[str, str] | None
     correlation: float
+    errors_from_noise: Mapping[str, float]
 
 
 def identifiability(fit: JointFit) -> Identifiability:
@@ -74,8 +75,8 @@ def identifiability(fit: JointFit) -> Identifiability:
     if not condition < 1e14:
         return Identifiability(
             condition_number=np.inf,
-            errors=dict.fromkeys(fit.names, np.inf),
-            pair=None,
+            errors_from_noise=dict.fromkeys(fit.names, np.inf),
+            least_apart=None,
             correlation=1.0,
         )
     covariance = np.linalg.inv(alike)
@@ -84,8 +85,8 @@ def identifiability(fit: JointFit) -> Identifiability:
     first, second = divmod(int(np.abs(correlation).argmax()), len(root))
     return Identifiability(
         condition_number=condition,
-        errors=dict(zip(fit.names, (root / scale).tolist(), strict=True)),
-        pair=(fit.names[first], fit.names[second]),
+        errors_from_noise=dict(zip(fit.names, (root / scale).tolist(), strict=True)),
+        least_apart=(fit.names[first], fit.names[second]),
         correlation=float(correlation[first, second]),
     )
 
@@ -103,11 +104,11 @@ def products(brake: Brake) -> Check:
 
 def told_apart(found: Identifiability) -> Check:
     """Each parameter is determined by the curves beyond their noise."""
-    poor = [n for n, e in found.errors.items() if not e <= TOLD[n]]
-    errors = ", ".join(f"{WORDS[n]} to ±{found.errors[n]:.2g}" for n in poor)
+    poor = [n for n, e in found.errors_from_noise.items() if not e <= TOLD[n]]
+    errors = ", ".join(f"{WORDS[n]} to ±{found.errors_from_noise[n]:.2g}" for n in poor)
     sentence = "these curves do not tell the parameters apart at all"
-    if found.pair is not None:
-        one, other = (WORDS[n] for n in found.pair)
+    if found.least_apart is not None:
+        one, other = (WORDS[n] for n in found.least_apart)
         sentence = (
             f"{one} and {other} are hardest to tell apart (correlation {found.correlation:+.3f}, "
             f"condition number {found.condition_number:.3g})"
@@ -236,20 +237,20 @@ def drift(
 
 
 def one_file(
-    moves: Mapping[str, tuple[str, float]], intervals: Mapping[str, Interval | None]
+    influence: Mapping[str, Influence], intervals: Mapping[str, Interval | None]
 ) -> Check | None:
-    """No single file moves a value by more than its interval; `moves`: {name: (file, by)}."""
+    """No single file moves a value by more than its interval."""
     parts = {
-        n: abs(by) / ((i.high - i.low) / 2)
-        for n, (_, by) in moves.items()
-        if (i := intervals.get(n)) is not None and i.high > i.low
+        n: abs(moved.files[moved.most_influential]) / ((i.high - i.low) / 2)
+        for n, moved in influence.items()
+        if moved.most_influential and (i := intervals[n]) is not None and i.high > i.low
     }
     if not parts:
         return None
     worst = max(parts, key=lambda n: parts[n])
     sentence = (
-        f"leaving out {moves[worst][0]} moves the {WORDS[worst]} most, by {parts[worst]:.2g} of "
-        "its interval's half width"
+        f"leaving out {influence[worst].most_influential} moves the {WORDS[worst]} most, by "
+        f"{parts[worst]:.2g} of its interval's half width"
     )
     return check("leave one out", parts[worst] <= 1, sentence)
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
-from layerjam.identify.calibration.peaks import Calibration, calibrate
+from layerjam.identify.calibration.peaks import calibrate
+from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.friction.reduction import FrictionResult, reduce_friction
 from layerjam.identify.pull.features import PullFeatures, pull_features
 from layerjam.identify.validation.metrics import Validation, validate_pulls
@@ -138,7 +139,7 @@ def calibration_claims(runs: Mapping[str, FilmRun]) -> list[Claim]:
         a = {"paper": factor, "tolerance": 0.0005 if factor < 1 else 0.005}
         k = {"paper": (run.file.brake.stiffness_measured or np.nan) / 1e3}
         eq9 = (result.stiffness_eq9 or np.nan) / 1e3
-        error = result.scale_factor_se or 0
+        error = result.standard_errors["scale_factor"] or 0
         film = NAMES[name]
         out += [
             claim("scale-factor", result.scale_factor, instead=a, film=film, error=error),

@@ -13,7 +13,7 @@ from pathlib import Path
 from layerjam._version import __version__
 from layerjam.commands.declare import Progress
 from layerjam.device.file import BrakeFile
-from layerjam.identify.calibration.peaks import Calibration
+from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.validation.metrics import Validation
 from layerjam.measure.trace import Trace

@@ -1,0 +1,107 @@
+"""What a calibration says, by whichever method: one record for command, figure, report and file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from layerjam.device.brake import Brake
+from layerjam.identify.calibration.influence import Influence
+from layerjam.identify.calibration.intervals import Interval
+from layerjam.identify.checks import Check
+from layerjam.identify.curves import Curve
+from layerjam.records.source import Source
+from layerjam.units import show
+
+if TYPE_CHECKING:
+    from layerjam.identify.bayes.posterior import BayesFit
+    from layerjam.identify.calibration.least_squares import JointFit
+    from layerjam.identify.calibration.peaks import PullFit
+    from layerjam.identify.calibration.verdict import Identifiability
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Calibration:
+    """Parameters in SI units, by name, and what is known of them; None where nothing tells.
+
+    `scale_factor` goes with the brake file's kinetic friction; `enclosure_factor` multiplies the
+    enclosure's force (the root of the product of its modulus and friction). With a
+    `pressure_exponent` the scale factor is that at `reference_pressure` [Pa]; with a `speed_slope`
+    (change of ln(friction) per decade of speed) that at `reference_speed` [m/s].
+
+    `intervals` and `bootstrap` are 95 % and rest on the scatter between pulls, `standard_errors` on
+    what `errors_rest_on` says; `leave_one_out` tells how far each value moves without one file.
+    `fits` are what pulls with a peak say alone; the paper's eq. 8 and 9 and the peak are means over
+    them, eq. 9 and peak None over pulls at different vacuums: no pull had their mean. `sources` is
+    what to write into a brake file, {path: (value, Source)}; `window` says what was fitted.
+    """
+
+    values: Mapping[str, float]
+    standard_errors: Mapping[str, float | None]
+    errors_rest_on: str
+    intervals: Mapping[str, Interval | None]
+    checks: tuple[Check, ...]
+    curves: tuple[Curve, ...]
+    fits: tuple[PullFit, ...]
+    scale_factor_eq8: float | None
+    stiffness_eq9: float | None
+    peak_force: float | None
+    peak_elongation: float | None
+    sources: Mapping[str, tuple[float, Source]]
+    window: str
+    bootstrap: Mapping[str, Interval | None] | None = None
+    leave_one_out: Mapping[str, Influence] | None = None
+    identifiability: Identifiability | None = None
+    posterior: Mapping[str, Mapping[str, Any]] | None = None
+    reference_pressure: float | None = None
+    reference_speed: float | None = None
+    fit: JointFit | BayesFit | None = None
+
+    @property
+    def scale_factor(self) -> float:
+        """a [-]."""
+        return self.values["scale_factor"]
+
+    @property
+    def stiffness(self) -> float:
+        """k [N/m]."""
+        return self.values["stiffness"]
+
+
+def calibrated(
+    value: float, text: str, error: float | None, unit: str, word: str = "standard error"
+) -> tuple[float, Source]:
+    """A value for a brake file with its source; `word` says what `error` is, in `unit`."""
+    spread = "" if error is None else f"{word} {show(error, unit, 2)}"
+    return float(value), Source(kind="calibrated", text=text, spread=spread)
+
+
+def shape_sources(
+    brake: Brake,
+    values: Mapping[str, float],
+    errors: Mapping[str, float | None],
+    text: str,
+    word: str = "standard error",
+    at: str = "",
+) -> dict[str, tuple[float, Source]]:
+    """Scale factor, stiffness and enclosure for a brake file: {path: (value, Source)}.
+
+    `text` says how they were found, `word` what `errors` are. The enclosure's modulus and
+    friction are scaled alike, since only their product is known.
+    """
+    factor, error = values["enclosure_factor"], errors["enclosure_factor"]
+    both = Source(
+        kind="calibrated",
+        text=f"{text}; only the product of the enclosure's modulus and friction is known, so both "
+        "are scaled",
+        spread="" if error is None else f"{word} {error:.2g} of the factor {factor:.4g}",
+    )
+    friction = f"{text}, with kinetic friction {brake.film.kinetic:.4g}{at}"
+    a, k = "scale_factor", "stiffness"
+    return {
+        "scale_factor": calibrated(values[a], friction, errors[a], "1", word),
+        "stiffness_measured": calibrated(values[k], text, errors[k], "N/m", word),
+        "enclosure.modulus": (float(brake.enclosure.modulus * factor), both),
+        "film.friction_on_silicone": (float(brake.film.friction_on_silicone * factor), both),
+    }
