@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.calibration.influence import estimates
 from layerjam.identify.calibration.intervals import Population
-from layerjam.identify.calibration.record import Calibration, calibrated
+from layerjam.identify.calibration.record import Calibration, PullFit, calibrated
 from layerjam.identify.checks import (
     Check,
     agreement,
@@ -39,19 +39,6 @@ WINDOW = (
     f"peak fitted from onset until the force has fallen by {FALL:.0%}; slope over "
     f"{LINEAR[0]:.0%} to {LINEAR[1]:.0%} of the greatest force"
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class PullFit:
-    """What one pull says."""
-
-    scale_factor: float
-    scale_factor_se: float
-    stiffness: float
-    scale_factor_eq8: float
-    stiffness_eq9: float
-    vacuum: float
-    pull: PullFeatures
 
 
 def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:

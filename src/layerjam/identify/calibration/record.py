@@ -11,14 +11,27 @@ from layerjam.identify.calibration.influence import Influence
 from layerjam.identify.calibration.intervals import Interval
 from layerjam.identify.checks import Check
 from layerjam.identify.curves import Curve
+from layerjam.identify.pull.features import PullFeatures
 from layerjam.records.source import Source
 from layerjam.units import show
 
 if TYPE_CHECKING:
     from layerjam.identify.bayes.posterior import BayesFit
     from layerjam.identify.calibration.least_squares import JointFit
-    from layerjam.identify.calibration.peaks import PullFit
     from layerjam.identify.calibration.verdict import Identifiability
+
+
+@dataclass(frozen=True, kw_only=True)
+class PullFit:
+    """What one pull says."""
+
+    scale_factor: float
+    scale_factor_se: float
+    stiffness: float
+    scale_factor_eq8: float
+    stiffness_eq9: float
+    vacuum: float
+    pull: PullFeatures
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
