@@ -136,27 +136,15 @@ def crash(
     if hic is not None:
         why = "HIC is defined for the resultant of a head; of one axis it only compares"
         warnings.append(Notice(why, "hic"))
-    return CrashFound(
-        peak=found.peak,
+    return CrashFound.of(
+        found,
+        log,
         peak_g=found.peak / STANDARD_GRAVITY,
-        peak_time=found.peak_time,
-        filtered_peak=found.filtered_peak,
         filtered_peak_g=found.filtered_peak / STANDARD_GRAVITY,
-        filtered_peak_time=found.filtered_peak_time,
         filter="none" if cfc is None else f"cfc{cfc}",
-        velocity_change=found.velocity_change,
-        velocity_change_se=found.velocity_change_se,
         duration=found.pulse[1] - found.pulse[0],
-        pulse=list(found.pulse),
-        hic=found.hic,
-        hic_window=found.hic_window and list(found.hic_window),
-        offset=found.offset,
-        offset_se=found.offset_se,
-        quiet=list(found.quiet),
         sampling=found.rate,
-        saturated=found.saturated,
         samples=len(found.time),
-        understood=list(log.understood),
         warnings=warnings,
         record=found,
     )

@@ -22,7 +22,7 @@ from layerjam.commands.pressure_log import (
 )
 from layerjam.commands.quantities import Atmosphere
 from layerjam.commands.reading import LogOptions
-from layerjam.commands.results import Bounded, bound, fact, number, result
+from layerjam.commands.results import Bounded, bound, bounds, fact, number, result
 from layerjam.errors import Notice
 
 if TYPE_CHECKING:
@@ -107,12 +107,11 @@ def leak(
     from layerjam.identify.logs.leak import fit_leak, sccm
 
     span = window(start, end)
-    log, absolute, kind, around, said = read_pressure(
-        file, options.reading, atmosphere, zero, options, True
-    )
+    read = read_pressure(file, options, atmosphere, zero, warm=True)
+    log, around = read.log, read.atmosphere
     logged = "temperature" in log
     warm: Any = log["temperature"] if logged else ROOM if temperature is None else temperature
-    found = fit_leak(log["time"], absolute, atmosphere=around, window=span, temperature=warm)
+    found = fit_leak(log["time"], read.absolute, atmosphere=around, window=span, temperature=warm)
     best = found.fits[found.best]
     lean, low, high = best.flow_interval(found.mean, around)
     slow, fast = best.series.interval(lambda v: float(v[1]))
@@ -122,43 +121,46 @@ def leak(
         return None if volume is None else volume * rate
 
     leaks = held(lean)
-    said += [*found.warnings, *_heat(found, logged)]
-    said += _unsure(found, low <= 0 <= high, volume is None, logged, temperature is not None)
-    return LeakFound(
-        model=found.best,
-        distinct=found.distinct,
-        rate=best.rate,
-        rate_low=slow,
-        rate_high=fast,
-        time_constant=1 / best.rate if best.rate > 0 else None,
-        time_constant_low=1 / fast if fast > 0 else None,
-        time_constant_high=1 / slow if slow > 0 else None,
+    unsure = _unsure(found, low <= 0 <= high, volume is None, logged, temperature is not None)
+    return LeakFound.of(
+        best,
+        found,
+        read,
+        **bounds(rate=(slow, fast), time_constant=(_period(fast), _period(slow))),
+        **bounds(leak_rate=(held(low), held(high))),
+        time_constant=_period(best.rate),
         conductance=held(best.rate),
         leak_rate=leaks,
-        leak_rate_low=held(low),
-        leak_rate_high=held(high),
         leak_rate_sccm=None if leaks is None else sccm(leaks, gas),
         pressure_change_rate=-lean,
         mean_pressure=found.mean,
         side="over the atmosphere" if found.mean > around else "under the atmosphere",
-        reading=kind,
-        atmosphere=around,
         zero_fitted=best.zero,
         temperature=gas,
         temperature_equivalent=found.heat,
-        window=list(found.window),
         samples=len(found.time),
         models={n: _of_leak(f, found, volume) for n, f in found.fits.items()},
-        understood=list(log.understood),
-        warnings=said,
+        warnings=[*read.said, *found.warnings, *unsure],
         record=found,
     )
+
+
+def _period(rate: float) -> float | None:
+    """The time constant of a rate; None where there is no leak."""
+    return 1 / rate if rate > 0 else None
 
 
 def _unsure(
     found: Leak, none_shown: bool, no_volume: bool, logged: bool, given: bool
 ) -> Iterator[Notice]:
     """What is not known, and what would tell it."""
+    if not logged and abs(found.heat) <= 10:
+        change = "cooling" if found.heat < 0 else "warming"
+        yield Notice(
+            f"a {change} of {abs(found.heat):.2g} K alone would change the pressure as much as "
+            "the log shows; log the temperature too, or hold longer",
+            "temperature-alone",
+        )
     if logged and given:
         why = "the log has a column of temperature, which counts, not --temperature"
         yield Notice(why, "temperature-logged")
@@ -184,24 +186,10 @@ def _of_leak(fit: LeakFit, found: Leak, held: float | None) -> dict[str, Any]:
     empty = flow(fit.model, 0.0, fit.rate, found.atmosphere)
     return {
         "rate": fit.rate,
-        "time_constant": 1 / fit.rate if fit.rate > 0 else None,
+        "time_constant": _period(fit.rate),
         "conductance": None if held is None else held * fit.rate,
         "rmse": fit.series.rmse,
         "worse_by": fit.series.worse_by(found.fits[found.best].series),
         "correlation": fit.series.correlation,
         "leak_rate_at_full_vacuum": None if held is None else held * empty,
     }
-
-
-def _heat(found: Leak, known: bool) -> list[Notice]:
-    """Whether a change of temperature could have made the log."""
-    if known or abs(found.heat) > 10:
-        return []
-    change = "cooling" if found.heat < 0 else "warming"
-    return [
-        Notice(
-            f"a {change} of {abs(found.heat):.2g} K alone would change the pressure as much as "
-            "the log shows; log the temperature too, or hold longer",
-            "temperature-alone",
-        )
-    ]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from layerjam.errors import FileError, QuantityError
 from layerjam.measure.log import PRESSURE, TEMPERATURE, TIME, Log, read_log
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.unit_words import convert
+from layerjam.measure.trace import Array
 from layerjam.units import QuantitySpec, show
 
 VOLUME = QuantitySpec("m^3", "volume", lo=1e-10, hi=1e3, example="120mL")
@@ -57,38 +59,52 @@ Temperature = Annotated[
 ]
 
 
-def _absolute(
-    log: Log, reading: str | None, atmosphere: float, zero: float
-) -> tuple[Any, str, list[str]]:
-    """Absolute pressure [Pa], which reading it was, and what to say."""
-    kind, says = log.pressure_reference(reading)
+@dataclass(frozen=True)
+class PressureLog:
+    """A log of pressure: `absolute` [Pa], shape (N,), and what it was read as.
+
+    `reading` is the reference of the pressure in the file, `atmosphere` [Pa] that of the site,
+    `said` what the user should know.
+    """
+
+    log: Log
+    absolute: Array
+    reading: str
+    atmosphere: float
+    said: list[str]
+
+    @property
+    def understood(self) -> list[str]:
+        """What was made of the file."""
+        return list(self.log.understood)
+
+
+def read_pressure(
+    file: str | Path,
+    options: ReadingOptions,
+    atmosphere: float | None,
+    zero: float | None = None,
+    warm: bool = False,
+) -> PressureLog:
+    """The pressure of a log, counted from nothing; with `warm` its temperature too, if it has one.
+
+    Raises FileError where nothing says what the pressure counts from, or it would be below zero.
+    """
+    around = Site().atmosphere if atmosphere is None else atmosphere
+    log = read_log(file, [TIME, PRESSURE, *[TEMPERATURE] * warm], options)
+    kind, says = log.pressure_reference(options.reading)
     said = []
     if says not in (None, kind):
         said.append(f"{log.name}: its column says {says}; --reading {kind} counts")
-    value = log["pressure"] - zero
-    made = {"absolute": value, "gauge": atmosphere + value, "vacuum": atmosphere - value}[kind]
-    if (made < -0.01 * atmosphere).any():
+    value = log["pressure"] - (zero or 0.0)
+    made = {"absolute": value, "gauge": around + value, "vacuum": around - value}[kind]
+    if (made < -0.01 * around).any():
         raise FileError(
             log.path,
             f"read as {kind}, its pressure falls to {show(float(made.min()), 'Pa')} absolute, "
             "which cannot be: check --reading, the unit and --zero",
         )
-    return np.maximum(made, 1.0), kind, said
-
-
-def read_pressure(
-    file: str | Path,
-    reading: str | None,
-    atmosphere: float | None,
-    zero: float | None = None,
-    options: ReadingOptions | None = None,
-    warm: bool = False,
-) -> tuple[Log, Any, str, float, list[str]]:
-    """(log, absolute pressure [Pa] shape (N,), kind of reading, atmosphere [Pa], what to say)."""
-    around = Site().atmosphere if atmosphere is None else atmosphere
-    log = read_log(file, [TIME, PRESSURE, *[TEMPERATURE] * warm], options)
-    absolute, kind, said = _absolute(log, reading, around, zero or 0.0)
-    return log, absolute, kind, around, said
+    return PressureLog(log, np.maximum(made, 1.0), kind, around, said)
 
 
 def window(start: float | None, end: float | None) -> tuple[float | None, float | None]:

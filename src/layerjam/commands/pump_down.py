@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -12,6 +12,7 @@ from layerjam.commands.pressure_log import (
     VOLUME,
     End,
     LogFile,
+    PressureLog,
     Start,
     Zero,
     read_pressure,
@@ -20,10 +21,9 @@ from layerjam.commands.pressure_log import (
 )
 from layerjam.commands.quantities import Atmosphere
 from layerjam.commands.reading import LogOptions
-from layerjam.commands.results import Bounded, bound, fact, number, result
+from layerjam.commands.results import Bounded, bound, bounds, fact, number, result
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.line import Pump
-from layerjam.measure.log import Log
 from layerjam.units import QuantitySpec, spec_of
 
 if TYPE_CHECKING:
@@ -34,6 +34,19 @@ if TYPE_CHECKING:
 FLOW = replace(spec_of(Pump, "flow"), text="flow of the pump", example="20mL/s")
 COMPLIANCE = QuantitySpec(
     "m^3/Pa", "volume lost per vacuum", lo=-1e-3, hi=1e-3, example="0.01mL/kPa"
+)
+
+PROPORTION = (
+    "one log tells flow over volume only: any pump and volume in this proportion draw the same "
+    "curve; give --volume, --flow, or a second log with --added-volume"
+)
+LIMIT_AND_LEAK = (
+    "the ultimate pressure holds the pump's own limit and the line's leak together; a "
+    "pressure-hold log (layerjam leak) tells the leak"
+)
+NO_COMPLIANCE = (
+    "a volume that changes with vacuum is not clearly better than a constant one (AICc); its "
+    "compliance is not shown by this log"
 )
 
 
@@ -112,7 +125,7 @@ def pump_down(
     One log gives flow over volume. `volume`, `flow`, or the log `with_volume` of the same line with
     `added_volume` gives both. `compliance` is the volume lost per vacuum, or "fit".
     """
-    from layerjam.identify.logs.pump_down import fit_pump_down
+    from layerjam.identify.logs.pump_down import better_with_shrink, fit_pump_down
 
     if (with_volume is None) != (added_volume is None):
         raise QuantityError("added volume: give the second log and --added-volume, or neither")
@@ -124,57 +137,38 @@ def pump_down(
         raise QuantityError("compliance: two logs are compared at constant volume; leave it out")
     span = window(start, end)
 
-    def one(path: str | Path, shrink: float | None = 0.0) -> _Fitted:
-        log, absolute, kind, around, said = read_pressure(
-            path, options.reading, atmosphere, zero, options
+    def one(path: str | Path, shrink: float | None = 0.0) -> tuple[PumpDown, PressureLog]:
+        read = read_pressure(path, options, atmosphere, zero)
+        time, around = read.log["time"], read.atmosphere
+        return (
+            fit_pump_down(time, read.absolute, atmosphere=around, window=span, shrink=shrink),
+            read,
         )
-        made = fit_pump_down(log["time"], absolute, atmosphere=around, window=span, shrink=shrink)
-        return _Fitted(made, kind, said, log)
 
-    first = one(file)
-    fits = [first.fit]
-    warnings = list(first.said)
+    first, read = one(file)
+    alone, constant, second = first, None, None
+    warnings = list(read.said)
     if compliance is not None:
-        fits.append(_shrinking(first.fit, compliance, volume, flow, lambda s: one(file, s).fit))
-        warnings += _no_compliance(*fits) if compliance == "fit" else []
-    alone = fits[-1]
+        constant = first
+        alone = _shrinking(first, compliance, volume, flow, lambda s: one(file, s)[0])
+        if compliance == "fit" and not better_with_shrink(first, alone):
+            warnings.append(Notice(NO_COMPLIANCE, "no-compliance"))
     warnings += alone.warnings
-    second = None
     if with_volume is not None:
-        other = one(with_volume)
-        second = other.fit
+        second, other = one(with_volume)
         warnings += [*other.said, *second.warnings]
     if not known:
-        why = (
-            "one log tells flow over volume only: any pump and volume in this proportion draw the "
-            "same curve; give --volume, --flow, or a second log with --added-volume"
-        )
-        warnings.append(Notice(why, "flow-over-volume"))
-    both = (
-        "the ultimate pressure holds the pump's own limit and the line's leak together; a "
-        "pressure-hold log (layerjam leak) tells the leak"
-    )
-    return PumpFound(
-        **_of_pump(alone, second, volume, flow, added_volume),
+        warnings.append(Notice(PROPORTION, "flow-over-volume"))
+    return PumpFound.of(
+        _of_pump(alone, second, volume, flow, added_volume),
+        alone,
+        alone.series,
+        read,
         identifiable="flow and volume" if known else "flow/volume",
-        reading=first.kind,
-        atmosphere=alone.atmosphere,
-        window=list(alone.window),
         samples=len(alone.time),
-        understood=list(first.log.understood),
-        warnings=[*warnings, Notice(both, "limit-and-leak")],
-        record=(alone, second, fits[0] if len(fits) > 1 else None),
+        warnings=[*warnings, Notice(LIMIT_AND_LEAK, "limit-and-leak")],
+        record=(alone, second, constant),
     )
-
-
-@dataclass(frozen=True)
-class _Fitted:
-    """A log that was fitted."""
-
-    fit: PumpDown
-    kind: str
-    said: Sequence[str]
-    log: Log
 
 
 def _shrinking(
@@ -197,20 +191,6 @@ def _shrinking(
     return found
 
 
-def _no_compliance(constant: PumpDown, shrinking: PumpDown) -> list[Notice]:
-    from layerjam.identify.logs.pump_down import better_with_shrink
-
-    if better_with_shrink(constant, shrinking):
-        return []
-    return [
-        Notice(
-            "a volume that changes with vacuum is not clearly better than a constant one (AICc); "
-            "its compliance is not shown by this log",
-            "no-compliance",
-        )
-    ]
-
-
 def _of_pump(
     alone: PumpDown,
     second: PumpDown | None,
@@ -221,26 +201,20 @@ def _of_pump(
     """What the fits tell of pump and volume."""
     from layerjam.identify.logs.pump_down import flow_of, from_two, volume_of
 
-    found: dict[str, Known | None] = {"volume": None, "flow": None}
+    found: dict[str, Known] = {}
     if second is not None:
         found["volume"], found["flow"] = from_two(alone, second, added)
     elif volume is not None:
         found["flow"] = flow_of(alone, volume)
     elif flow is not None:
         found["volume"] = volume_of(alone, flow)
-    out: dict[str, Any] = {}
-    for name, given in (("volume", volume), ("flow", flow)):
-        known = found[name]
-        out[name] = known.value if known else given
-        out[f"{name}_low"], out[f"{name}_high"] = known.interval if known else (None, None)
-    intervals = {"rate": alone.interval(2), "ultimate_pressure": alone.interval(1)}
-    if alone.shrink_fitted:
-        intervals["compliance_ratio"] = alone.interval(3)
-    for name, (low, high) in intervals.items():
-        out |= {f"{name}_low": low, f"{name}_high": high}
-    base = out["volume"]
-    return out | {
-        "rate": alone.rate,
+    told = {name: known.value for name, known in found.items()}
+    base = told.get("volume", volume)
+    return {
+        **bounds(rate=alone.interval(2), ultimate_pressure=alone.interval(1)),
+        **bounds(compliance_ratio=alone.interval(3) if alone.shrink_fitted else None),
+        **bounds(**{name: known.interval for name, known in found.items()}),
+        **{"volume": volume, "flow": flow, **told},
         "rate_with_volume": second and second.rate,
         "time_constant": 1 / alone.rate,
         "ultimate_pressure": alone.ultimate,
@@ -248,5 +222,4 @@ def _of_pump(
         "start_pressure": alone.start,
         "compliance_ratio": alone.shrink or None,
         "compliance": alone.shrink * base if base and alone.shrink else None,
-        "rmse": alone.series.rmse,
     }

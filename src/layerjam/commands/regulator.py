@@ -117,8 +117,10 @@ def tuned_by(
     FileError for a log that cannot be read, FitError where it holds no step.
     """
     from layerjam.commands.pressure_log import read_pressure, window
+    from layerjam.measure.options import ReadingOptions
 
-    log, absolute, _, _, said = read_pressure(recorded.step, recorded.reading, atmosphere)
+    read = read_pressure(recorded.step, ReadingOptions(reading=recorded.reading), atmosphere)
+    log = read.log
     first, last = window(recorded.start, recorded.end)
     time = log["time"]
     inside = (time >= (-np.inf if first is None else first)) & (
@@ -126,7 +128,7 @@ def tuned_by(
     )
     if inside.sum() < FEWEST:
         raise FitError(f"{log.name}: {int(inside.sum())} samples between --from and --to")
-    time, vacuum = time[inside], atmosphere - absolute[inside]
+    time, vacuum = time[inside], atmosphere - read.absolute[inside]
     old: Plant = regulator.plant
     try:
         found = (
@@ -139,7 +141,7 @@ def tuned_by(
             f"{log.name}: {err}; a step is the pump at full command from rest (--from, --to), its "
             "pressure read as --reading says"
         ) from None
-    notices = [*said, *found.warnings]
+    notices = [*read.said, *found.warnings]
     plant = replace(found.plant, backwards=old.backwards)
     ratio = plant.rate / old.rate
     if not 1 / FAR_OFF < ratio < FAR_OFF:

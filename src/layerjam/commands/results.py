@@ -317,6 +317,15 @@ def bound(unit: str, text: str = "end of the 95 % interval") -> Any:
     return number(unit, text, default=None, listed=False)
 
 
+def bounds(**intervals: tuple[float | None, float | None] | None) -> dict[str, float | None]:
+    """{NAME_low: ..., NAME_high: ...} of 95 % intervals; what has none is left out."""
+    ends = {name: ends for name, ends in intervals.items() if ends is not None}
+    return {f"{n}_{end}": v for n, pair in ends.items() for end, v in zip(_ENDS, pair, strict=True)}
+
+
+_ENDS = ("low", "high")
+
+
 def key_of(f: Field[Any]) -> str:
     """The key in the JSON of a field of a result."""
     return f.metadata["key"] or f.name
