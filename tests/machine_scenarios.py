@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from layerjam.studies.machines import seat_belt
-from layerjam.studies.machines.registry import KINDS
+from layerjam.studies.machines.registry import MACHINES
 from layerjam.studies.machines.scenario import Scenario, read_scenario
 
 
@@ -27,4 +27,4 @@ def changed(name: str, folder: Path | None = None, **entries: str) -> Scenario:
         )  # fmt: skip
         assert count == 1, path
         text = text[:start] + new
-    return read_scenario(text, name, KINDS, folder)
+    return read_scenario(text, name, MACHINES, folder)

@@ -20,8 +20,9 @@ from layerjam.studies.machines import (
     seat_belt,
 )
 from layerjam.studies.machines.pulse import drive
-from layerjam.studies.machines.registry import analyse, load_scenario, scenarios
+from layerjam.studies.machines.registry import load_scenario, scenarios
 from layerjam.studies.machines.restraint import limiter_of
+from layerjam.studies.machines.trial import Trial
 from layerjam.studies.machines.verdict import Result
 from machine_scenarios import changed
 
@@ -31,14 +32,14 @@ VACUUM = 94.5e3
 
 @pytest.fixture(scope="module")
 def results() -> dict[str, Result]:
-    return {name: analyse(load_scenario(name)) for name in scenarios()}
+    return {name: load_scenario(name).analyse() for name in scenarios()}
 
 
 # the machines
 
 
 def test_the_seat_belt_s_limiter_just_uses_the_space(results: dict[str, Result]) -> None:
-    own, numbers = results["seat-belt"].own, results["seat-belt"].scenario.numbers
+    own, numbers = results["seat-belt"].own, results["seat-belt"].scenario
     assert own["limiter_excursion"] == pytest.approx(numbers.limits.space, rel=1e-3)
     assert own["limiter_excursion"] > own["webbing_excursion"]
     assert own["limiter_belt_force"] < own["webbing_belt_force"]
@@ -74,12 +75,12 @@ def test_two_dozen_brakes_hold_what_the_energy_asks_for(results: dict[str, Resul
         "brakes__parallel": str(own["needed_parallel"]),
         "brakes__series": str(own["needed_series"]),
     }
-    built = analyse(changed("slow-stop", **needed))
+    built = changed("slow-stop", **needed).analyse()
     assert built.feasible and built.own["excursion"] == pytest.approx(
         own["needed_excursion"], rel=0.02
     )
     # tuned to the crash the force is less, but then the vacuum must be made in no time
-    soft = analyse(changed("slow-stop", brakes__mode='"tuned"'))
+    soft = changed("slow-stop", brakes__mode='"tuned"').analyse()
     assert soft.own["vacuum"] < made.own["vacuum"] and not soft.own["bottomed_out"]
     assert soft.own["excursion"] > made.own["excursion"]
     assert not soft.feasible and "time for the vacuum" in soft.reason
@@ -87,7 +88,7 @@ def test_two_dozen_brakes_hold_what_the_energy_asks_for(results: dict[str, Resul
 
 def test_the_bare_head_turns_as_the_blow_says(results: dict[str, Result]) -> None:
     made = results["neck-guard"]
-    own, blow = made.own, made.scenario.numbers.blow
+    own, blow = made.own, made.scenario.blow
     change = blow.peak * blow.duration * 2 / math.pi
     assert own["bare_acceleration"] == pytest.approx(blow.peak, rel=1e-6)
     assert own["bare_speed"] == pytest.approx(change, rel=1e-6)
@@ -103,23 +104,26 @@ def test_the_head_feels_tangential_and_centripetal_acceleration() -> None:
 
 def test_a_belt_that_has_not_stopped_yet_does_not_count() -> None:
     scenario = load_scenario("slow-stop")
-    push, dt, _ = drive("half-sine", 2.0, 0.02, 0.5, 2000, Path())
-    whole = seat_belt.tried(scenario, push, dt, 2e5, 4, [6, 8])
-    assert [row.brakes for row in whole] == [24, 32]
-    assert seat_belt.tried(scenario, push[:200], dt, 2e5, 4, [6, 8]) == []
+    assert isinstance(scenario, seat_belt.SeatBelt)
+    push, dt, _ = drive("half-sine", 2.0, 0.02, 0.5, 8000, Path())
+    trial = Trial(scenario, scenario.trial()[0].body, 2e5, push, dt)
+    whole = scenario.stopping(trial, series=4, parallel=[6, 8])
+    assert list(whole["count"]) == [24, 32] and whole.sound.all() and whole.as_built.all()
+    short = trial._replace(drive=push[:800])
+    assert scenario.stopping(short, series=4, parallel=[6, 8]).empty
 
 
 def test_turning_is_moving_with_inertia_over_lever_squared() -> None:
     """Twice the lever: four times the stiffness and twice the force felt; same turn."""
     scenario = changed("neck-guard", brakes__parallel="4")
-    numbers: neck_guard.NeckGuard = scenario.numbers
-    free, dt, _ = neck_guard.blow_of(numbers, "half-sine")
-    near = neck_guard.turned("near", numbers, free, dt, limiter_of(200.0, 4e5))
-    wide = replace(numbers, guard=replace(numbers.guard, lever=2 * numbers.guard.lever))
-    far = neck_guard.turned("far", wide, free, dt, limiter_of(100.0, 1e5))
-    np.testing.assert_allclose(far.acceleration, near.acceleration, rtol=1e-9, atol=1e-6)
+    assert isinstance(scenario, neck_guard.NeckGuard)
+    near = scenario.turned("near", scenario.trial()[0], limiter_of(200.0, 4e5))
+    guard = replace(scenario.guard, lever=2 * scenario.guard.lever)
+    wide: neck_guard.NeckGuard = replace(scenario, guard=guard)
+    far = wide.turned("far", wide.trial()[0], limiter_of(100.0, 1e5))
+    np.testing.assert_allclose(far.angular, near.angular, rtol=1e-9, atol=1e-6)
     assert far.rotation == pytest.approx(near.rotation, rel=1e-9)
-    assert neck_guard.inertia(numbers.head) == pytest.approx(0.0852, rel=1e-3)
+    assert scenario.head.inertia == pytest.approx(0.0852, rel=1e-3)
 
 
 def test_enough_brakes_in_stiff_straps_keep_the_head_below_the_paper_s_limit(
@@ -131,21 +135,21 @@ def test_enough_brakes_in_stiff_straps_keep_the_head_below_the_paper_s_limit(
         "neck-guard", brakes__parallel=str(own["needed_count"]),
         guard__stiffness=f'"{own["needed_stiffness"]} N/m"',
     )  # fmt: skip
-    made = analyse(scenario)
+    made = scenario.analyse()
     assert made.own["acceleration"] <= 3500 * 1.001 and made.own["needed_as_built"]
     # jammed for good, the wearer could not turn the head
     standing = changed(
         "neck-guard", brakes__parallel=str(own["needed_count"]), supply__mode='"standing"',
         guard__stiffness=f'"{own["needed_stiffness"]} N/m"',
     )  # fmt: skip
-    held = analyse(standing)
+    held = standing.analyse()
     assert not held.feasible and "own turning" in held.reason
     assert held.own["locked_torque"] == pytest.approx(own["needed_torque"], rel=1e-9)
 
 
 def test_a_clutch_that_holds_gives_all_back(results: dict[str, Result]) -> None:
     made = results["ankle-clutch"]
-    own, numbers = made.own, made.scenario.numbers
+    own, numbers = made.own, made.scenario
     stiff = own["spring_force"] / own["stretch"]
     brakes = numbers.brakes.parallel * 131e3
     assert 1 / stiff == pytest.approx(1 / numbers.spring.stiffness + 1 / brakes, rel=1e-9)
@@ -161,15 +165,15 @@ def test_a_clutch_that_holds_gives_all_back(results: dict[str, Result]) -> None:
 
 def test_a_pump_twice_as_fast_follows_twice_the_stride_rate() -> None:
     scenario = load_scenario("ankle-clutch")
-    assert scenario.line is not None
+    assert isinstance(scenario, ankle_clutch.AnkleClutch)
     line = readiness.line_for(scenario.line.line, 2)
     fast = replace(line, pump=replace(line.pump, flow=2 * line.pump.flow))
     rates = np.array([0.05, 0.1, 0.2, 0.8])
     np.testing.assert_allclose(
-        ankle_clutch.slips(scenario, fast, 2 * rates), ankle_clutch.slips(scenario, line, rates),
+        scenario.walked(2 * rates, fast).slip, scenario.walked(rates, line).slip,
         rtol=1e-6, atol=1e-9,
     )  # fmt: skip
-    assert (np.diff(ankle_clutch.slips(scenario, line, rates)) >= 0).all()
+    assert (np.diff(scenario.walked(rates, line).slip.max(axis=0)) >= 0).all()
 
 
 def test_the_vacuum_rises_as_its_closed_form() -> None:
@@ -193,32 +197,33 @@ valve = { conductance = "0.3 L/(s bar)" }
 
 def test_a_fast_line_makes_clutch_and_exercise_feasible(tmp_path: Path) -> None:
     (tmp_path / "fast.toml").write_text(FAST_LINE)
-    clutch = analyse(changed("ankle-clutch", tmp_path, line='"fast.toml"'))
+    clutch = changed("ankle-clutch", tmp_path, line='"fast.toml"').analyse()
     assert clutch.feasible, clutch.verdict
     assert clutch.own["energy_returned"] == pytest.approx(
         clutch.own["energy_returned_if_ready"], rel=0.05
     )
     clock = {"line": '"fast.toml"', "control__sample_time": '"2 ms"'}
-    arm = analyse(changed("rehabilitation", tmp_path, **clock))
+    arm = changed("rehabilitation", tmp_path, **clock).analyse()
     assert arm.feasible, arm.verdict
     assert arm.own["rms_error"] < 0.1 and arm.own["possible"] == 1
-    locked = analyse(changed("rehabilitation", tmp_path, **clock, safe_state='"hold"'))
+    locked = changed("rehabilitation", tmp_path, **clock, safe_state='"hold"').analyse()
     assert not locked.feasible and "safe state" in locked.reason
 
 
 def test_the_exercise_goes_from_start_to_end_and_back() -> None:
     scenario = load_scenario("rehabilitation")
-    exercise = scenario.numbers.exercise
-    made = rehabilitation.session(scenario, exercise.speed, 3, 0.01)
+    exercise = scenario.exercise
+    assert isinstance(scenario, rehabilitation.Rehabilitation)
+    made = scenario.session(exercise.speed, 3, 0.01)
     assert made.angle.min() == pytest.approx(exercise.start)
     assert made.angle.max() == pytest.approx(exercise.end, rel=1e-3)
     flexion = made.speed[made.flexing]
     assert flexion.mean() == pytest.approx(exercise.speed, rel=0.01)
     assert made.torque[made.speed < -0.01].max() == 0
     # at rest the torque of the start is ready, and speed adds its own
-    wanted = rehabilitation.wanted_at(scenario, np.array([exercise.start]), np.array([0.0]))
+    wanted = scenario.wanted_at(np.array([exercise.start]), np.array([0.0]))
     assert wanted[0] == pytest.approx(1.0) and made.torque[0] == pytest.approx(1.0)
-    faster = rehabilitation.wanted_at(scenario, np.array([exercise.start]), np.array([2.0]))
+    faster = scenario.wanted_at(np.array([exercise.start]), np.array([2.0]))
     assert faster[0] - wanted[0] == pytest.approx(2.0 * exercise.viscosity)
 
 
@@ -227,7 +232,7 @@ def test_slower_flexion_can_be_followed_better(results: dict[str, Result]) -> No
     assert record.shares[0] == 1 and record.shares[-1] < 0.1
     assert (np.diff(record.shares) < 0.02).all()
     own = results["rehabilitation"].own
-    assert 0 < own["fastest_speed"] < results["rehabilitation"].scenario.numbers.exercise.speed
+    assert 0 < own["fastest_speed"] < results["rehabilitation"].scenario.exercise.speed
     given = record.given[record.session.flexing]
     error = given - record.session.torque[record.session.flexing]
     assert own["rms_error"] == pytest.approx(float(np.sqrt(np.mean(error**2))))

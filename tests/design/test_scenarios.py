@@ -13,7 +13,7 @@ import pytest
 from layerjam.cli.main import main
 from layerjam.errors import FileError, QuantityError
 from layerjam.studies.machines.apply import apply
-from layerjam.studies.machines.registry import KINDS, load_scenario, scenarios
+from layerjam.studies.machines.registry import MACHINES, load_scenario, scenarios
 from layerjam.studies.machines.scenario import Curve, read_scenario
 from layerjam.studies.machines.verdict import Limit, deciding
 from machine_scenarios import text_of
@@ -70,13 +70,13 @@ def test_a_scenario_that_is_none_is_refused_with_its_line(
     text = text_of(name)
     assert old in text
     with pytest.raises(FileError, match=re.escape(said)) as caught:
-        read_scenario(text.replace(old, new, 1), name, KINDS)
+        read_scenario(text.replace(old, new, 1), name, MACHINES)
     assert caught.value.line is not None or "choi" in said
 
 
 def test_a_scenario_without_machine_names_the_machines() -> None:
     with pytest.raises(FileError, match=r"machine \(which machine: .*seat-belt.*\) is missing"):
-        read_scenario('name = "x"\n', "mine.toml", KINDS)
+        read_scenario('name = "x"\n', "mine.toml", MACHINES)
 
 
 def test_a_regulator_without_safe_state_is_refused() -> None:
@@ -84,11 +84,11 @@ def test_a_regulator_without_safe_state_is_refused() -> None:
         line for line in text_of("rehabilitation").splitlines() if "safe_state" not in line
     )
     with pytest.raises(FileError, match="safe_state"):
-        read_scenario(text, "mine", KINDS)
+        read_scenario(text, "mine", MACHINES)
     # and a machine without regulator knows no such key
     with pytest.raises(FileError, match="occupant.mass"):
         read_scenario(text_of("seat-belt").replace("mass = { value", "mast = { value", 1).replace(
-            "mast = { value", "# mass = { value", 1), "mine", KINDS)  # fmt: skip
+            "mast = { value", "# mass = { value", 1), "mine", MACHINES)  # fmt: skip
 
 
 def test_a_curve_is_numbers_and_a_unit() -> None:

@@ -57,7 +57,7 @@ from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.stick_slip import stick_slip
 from layerjam.simulate.tensile import tensile
 from layerjam.studies.machines import figures as machine_figures
-from layerjam.studies.machines.registry import analyse, load_scenario, scenarios
+from layerjam.studies.machines.registry import load_scenario, scenarios
 from report.legible import faults
 
 pytest.importorskip("matplotlib")
@@ -307,7 +307,7 @@ def test_figures_of_specimens(tmp_path: Path, count: int) -> None:
 
 @pytest.mark.parametrize("name", scenarios())
 def test_figures_of_a_machine(name: str) -> None:
-    for picture in machine_figures.pictures(analyse(load_scenario(name))):
+    for picture in machine_figures.pictures(load_scenario(name).analyse()):
         assert faults(picture.figure()) == [], picture.name
 
 

@@ -7,7 +7,7 @@ from functools import cache
 from layerjam.report import style
 from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.studies.machines import figures
-from layerjam.studies.machines.registry import analyse, load_scenario
+from layerjam.studies.machines.registry import load_scenario
 from layerjam.studies.machines.verdict import Result
 
 PICTURES = {
@@ -20,7 +20,7 @@ PICTURES = {
 
 @cache
 def _result(name: str) -> Result:
-    return analyse(load_scenario(name))
+    return load_scenario(name).analyse()
 
 
 def claims() -> list[Claim]:

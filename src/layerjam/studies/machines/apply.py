@@ -45,7 +45,7 @@ class MachineResult(Result):
     @property
     def units(self) -> dict[str, str]:
         """{key: SI unit}, those of the machine's own numbers among them."""
-        return {**super().units, **({} if self.record is None else self.record.units)}
+        return {**super().units, **({} if self.record is None else self.record.own_units)}
 
     def rows(self) -> list[tuple[str, str]]:
         """With the machine's own numbers."""
@@ -114,7 +114,7 @@ def apply(
     from layerjam.report.folder import check_folder
     from layerjam.report.page import check_extras
     from layerjam.studies.machines import page
-    from layerjam.studies.machines.registry import analyse, load_scenario
+    from layerjam.studies.machines.registry import load_scenario
 
     if names:
         titles = {name: load_scenario(name).title for name in machines()}
@@ -127,7 +127,7 @@ def apply(
         check_folder(Path(out), force)
     tell: Progress = progress or (lambda *_: None)
     tell(f"machine {given.machine}", 0.0)
-    found = analyse(given)
+    found = given.analyse()
     made = MachineResult(
         machine=given.machine,
         scenario=given.name,
@@ -137,14 +137,13 @@ def apply(
         brakes_needed=found.brakes_needed,
         mass=found.mass,
         limits=[limit.row() for limit in found.limits],
-        results=dict(found.own),
+        results=found.own,
         warnings=list(dict.fromkeys([*found.warnings, *given.warnings()])),
         record=found,
     )
     if out is None:
         return made
-    whole = {**made.values, "units": made.units, "warnings": list(made.warnings)}
-    return replace(made, page=str(page.write(found, whole, Path(out), force, tell)))
+    return replace(made, page=str(page.write(found, made.json(), Path(out), tell)))
 
 
 def machines() -> list[str]:

@@ -12,8 +12,10 @@ from layerjam.report import style
 from layerjam.report.page import Picture
 from layerjam.report.style import BLUE, FAINT, GREEN, GREY, INK, KN, KPA, MM, MS, ORANGE, RED
 from layerjam.studies.machines import ankle_clutch, neck_guard, rehabilitation, seat_belt
+from layerjam.studies.machines.ankle_clutch import RATES
+from layerjam.studies.machines.rehabilitation import SPEEDS
 from layerjam.studies.machines.verdict import Result
-from layerjam.units import show
+from layerjam.units import get, show
 
 G = 9.80665
 RADIANS = "[1000 rad/s²]"
@@ -34,7 +36,7 @@ def pictures(result: Result) -> list[Picture]:
 def belt_in_time(result: Result) -> style.Figure:
     """Chest acceleration and displacement over time, three ways of holding."""
     record: seat_belt.Record = result.record
-    held, limits = record.held, record.limits
+    held, limits = record.held, get(result.scenario, "limits")
     figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.3)
     time = held[0].ride.time * MS
     left.plot(time, record.drive / G, color=FAINT, lw=1.4, label="vehicle")
@@ -72,12 +74,12 @@ def belt_over_displacement(result: Result) -> style.Figure:
         axes.plot(one.ride.way[:to] * MM, force, color=color, lw=width, label=one.name)
     longest = max(float(one.ride.way.max()) for one in record.held)
     force = max(float(one.ride.force.max()) for one in record.held)
-    space = record.limits.space
-    axes.set(xlim=(0, 1.15 * MM * max(longest, space)), ylim=(0, 1.35 * KN * force))
+    limits = get(result.scenario, "limits")
+    axes.set(xlim=(0, 1.15 * MM * max(longest, limits.space)), ylim=(0, 1.35 * KN * force))
     axes.set(xlabel="displacement of the chest in the vehicle [mm]")
     axes.set_ylabel("force in the belt [kN]")
-    style.level(axes, record.limits.belt * KN, "allowed", at=0.5)
-    style.upright(axes, space * MM, "space", RED, at=0.03)
+    style.level(axes, limits.belt * KN, "allowed", at=0.5)
+    style.upright(axes, limits.space * MM, "space", RED, at=0.03)
     style.key(axes, at="upper left")
     style.title(axes, "Force over displacement", "up to the furthest point; not filtered")
     return figure
@@ -88,20 +90,21 @@ def neck_in_time(result: Result) -> style.Figure:
     """Angular acceleration and velocity over time."""
     record: neck_guard.Record = result.record
     bare, held = record.turned
-    time, allowed = bare.ride.time * MS, record.limits.acceleration / 1e3
+    time, case = bare.ride.time * MS, result.scenario
+    allowed = get(case, "limits.acceleration") / 1e3
     figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.1)
     for one, color, width in ((bare, GREY, 1.6), (held, BLUE, 2.0)):
-        left.plot(time, one.acceleration / 1e3, color=color, lw=width, label=one.name)
-        right.plot(time, one.ride.speed / record.lever, color=color, lw=width)
+        left.plot(time, one.angular / 1e3, color=color, lw=width, label=one.name)
+        right.plot(time, one.ride.speed / get(case, "guard.lever"), color=color, lw=width)
     for axes in (left, right):
         axes.set(xlim=(0, float(time[-1])), xlabel="time [ms]")
-    high = 1.35 * max(bare.peak / 1e3, allowed)
-    left.set_ylim(min(-0.4, float(held.acceleration.min()) / 1e3 * 1.2), high)
+    high = 1.35 * max(bare.acceleration / 1e3, allowed)
+    left.set_ylim(min(-0.4, float(held.angular.min()) / 1e3 * 1.2), high)
     left.set_ylabel(f"angular acceleration {RADIANS}")
     right.set_ylabel("angular velocity [rad/s]")
     style.level(left, allowed, "allowed", at=0.99)
     style.key(left, at="upper right")
-    detail = f"peak {bare.peak:.0f} rad/s² free, {held.peak:.0f} rad/s² with brakes"
+    detail = f"peak {bare.acceleration:.0f} rad/s² free, {held.acceleration:.0f} rad/s² with brakes"
     style.title(left, "The blow turns the head", detail)
     detail = f"BrIC {bare.bric:.2f} free, {held.bric:.2f} with brakes"
     style.title(right, "How fast it turns", detail)
@@ -112,17 +115,18 @@ def neck_in_time(result: Result) -> style.Figure:
 def neck_over_count(result: Result) -> style.Figure:
     """Peak over the number of brakes."""
     record: neck_guard.Record = result.record
-    have, free = result.scenario.numbers.brakes.parallel, record.turned[0].peak / 1e3
-    allowed = record.limits.acceleration / 1e3
+    have, free = result.scenario.brakes.parallel, record.turned[0].acceleration / 1e3
+    allowed = get(result.scenario, "limits.acceleration") / 1e3
+    counts, turns = record.tried.parallel.to_numpy(), record.tried.turns.to_numpy() / 1e3
     figure, (axes,) = style.canvas(width=6.8, height=3.9)
-    axes.plot(record.counts, record.peaks / 1e3, color=BLUE)
+    axes.plot(counts, turns, color=BLUE)
     style.plain(axes)
-    axes.set(xlim=(1, float(record.counts[-1])), ylim=(0, 1.25 * max(free, allowed)))
+    axes.set(xlim=(1, float(counts[-1])), ylim=(0, 1.25 * max(free, allowed)))
     axes.set(xlabel="number of brakes side by side")
     axes.set_ylabel(f"greatest angular acceleration {RADIANS}")
     style.level(axes, free, "free", GREY, at=0.99)
     style.level(axes, allowed, "allowed", below=True)
-    style.spot(axes, have, record.peaks[have - 1] / 1e3, "this guard", BLUE)
+    style.spot(axes, have, turns[have - 1], "this guard", BLUE)
     style.title(axes, "More brakes", "jammed before the blow, behind the scenario's straps")
     return figure
 
@@ -132,11 +136,11 @@ def ankle_stride(result: Result) -> style.Figure:
     """Angle, force and hold along a stride."""
     record: ankle_clutch.Record = result.record
     made, ready = record.stride, record.ready
-    part, top = made.part * 100, float(ready.force.max())
+    part, top = record.part * 100, float(ready.force.max())
     figure, (upper, lower) = style.canvas(
         rows=2, width=7.4, height=5.6, sharex=True, height_ratios=(1, 1.6)
     )
-    upper.plot(part, np.degrees(made.angle), color=INK)
+    upper.plot(part, np.degrees(record.angle), color=INK)
     upper.set_ylabel("ankle [degrees]")
     for axes in (upper, lower):
         axes.axvspan(record.window[0] * 100, record.window[1] * 100, color=FAINT, alpha=0.3)
@@ -156,11 +160,11 @@ def ankle_rates(result: Result) -> style.Figure:
     record: ankle_clutch.Record = result.record
     rate, fastest = result.own["stride_rate"], result.own["fastest_stride_rate"]
     figure, (axes,) = style.canvas(width=6.8, height=3.9)
-    axes.plot(record.rates, record.slips * MM, color=BLUE)
+    axes.plot(RATES, record.slips * MM, color=BLUE)
     style.plain(axes)
     axes.set(xlabel="stride rate [Hz]", ylabel="slip in a stride [mm]")
-    axes.set(xlim=(record.rates[0], record.rates[-1]), ylim=(0, 1.2 * MM * record.slips.max()))
-    style.level(axes, record.limits.slip * MM, "allowed")
+    axes.set(xlim=(RATES[0], RATES[-1]), ylim=(0, 1.2 * MM * record.slips.max()))
+    style.level(axes, get(result.scenario, "limits.slip") * MM, "allowed")
     style.upright(axes, rate, "walking")
     said = f"holds up to {fastest:.3g} strides a second" if fastest else "holds at no rate tried"
     style.title(axes, "How fast the vacuum follows", said)
@@ -209,14 +213,14 @@ def exercise_over_angle(result: Result) -> style.Figure:
     left.set(xlabel="flexion [degrees]", ylabel="torque [N m]")
     style.key(left)
     style.title(left, "Over the angle", "first flexion; red: more than full vacuum gives")
-    speeds = np.degrees(record.speeds)
+    speeds = np.degrees(SPEEDS)
     right.plot(speeds, record.shares * 100, color=BLUE)
     style.plain(right)
     right.set(ylim=(0, 108), xlabel="mean speed of flexion [degrees/s]")
     right.set_ylabel("can be followed [% of the flexion]")
     right.set_xlim(float(speeds[0]), float(speeds[-1]))
-    style.level(right, record.limits.followed * 100, "least allowed", below=True)
-    style.upright(right, math.degrees(result.scenario.numbers.exercise.speed), "asked", at=0.03)
+    style.level(right, get(result.scenario, "limits.followed") * 100, "least allowed", below=True)
+    style.upright(right, math.degrees(get(result.scenario, "exercise.speed")), "asked", at=0.03)
     fastest = math.degrees(result.own["fastest_speed"])
     style.title(right, "Over the speed", f"up to {show(fastest, '1', 3)} degrees a second")
     return figure

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from layerjam._version import __version__
 from layerjam.commands.declare import Progress
-from layerjam.report.folder import check_folder, figures_of, json_text, plain, write_folder
+from layerjam.commands.results import in_words
+from layerjam.report.folder import figures_of, write_folder
 from layerjam.report.page import NONE, Page, Part, Table, Word, drawn_all, html
 from layerjam.studies.machines.figures import pictures
 from layerjam.studies.machines.verdict import Result
@@ -19,18 +18,11 @@ MET = Word("✓ met", "verdict reproduced")
 MISSED = Word("≠ missed", "verdict differs")
 
 
-def write(
-    result: Result,
-    values: Mapping[str, Any],
-    out: Path,
-    force: bool = False,
-    progress: Progress | None = None,
-) -> Path:
-    """Write the folder; gives the path of the page. `values` go into results.json as they are."""
-    check_folder(out, force)
+def write(result: Result, values: str, out: Path, progress: Progress) -> Path:
+    """Write the folder; gives the path of the page. `values` is the text of results.json."""
     made = page(result)
-    svgs = drawn_all(made.pictures(), progress or (lambda *_: None))
-    content = {"report.html": html(made.shown(), svgs), "results.json": json_text(plain(values))}
+    svgs = drawn_all(made.pictures(), progress)
+    content = {"report.html": html(made.shown(), svgs), "results.json": values + "\n"}
     write_folder(out, content | figures_of(svgs))
     return out / "report.html"
 
@@ -67,7 +59,11 @@ def _parts(result: Result) -> list[Part]:
         ]
         for limit in result.limits
     ]
-    own = [[k.replace("_", " "), _text(v, result.units.get(k, ""))] for k, v in result.own.items()]
+    units = result.own_units
+    own = [
+        [name.replace("_", " "), NONE if value is None else in_words(value, units.get(name, ""))]
+        for name, value in result.own.items()
+    ]
     cited = [
         [Word(path, "claim"), Word(value, "words"), Word(source, "why")]
         for path, value, source in result.scenario.cited()
@@ -85,13 +81,3 @@ def _parts(result: Result) -> list[Part]:
         Part(id="notes", title="What must be said", text=list(dict.fromkeys(said))),
         Part(id="sources", title="Where every number comes from", tables=[sources]),
     ]
-
-
-def _text(value: Any, unit: str) -> str:
-    if value is None:
-        return NONE
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int | float):
-        return show(float(value), unit or "1")
-    return "; ".join(map(str, value)) if isinstance(value, list) else str(value)

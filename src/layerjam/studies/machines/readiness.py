@@ -8,20 +8,18 @@ from typing import NamedTuple
 
 from layerjam.fluid.closed_forms import pumping_time, reachable
 from layerjam.fluid.line import Line
-from layerjam.studies.machines.scenario import Scenario, Word
+from layerjam.studies.machines.scenario import Scenario, word
 from layerjam.studies.machines.verdict import Limit
 from layerjam.units import quantity, record, show
-
-MODE = Word(
-    text="whether the vacuum always stands or is made on a warning",
-    choices=("standing", "triggered"),
-)
 
 
 @record
 class VacuumSupply:
-    """The time there is for the vacuum."""
+    """When the vacuum is made, and the time there is for it."""
 
+    mode: str = word(
+        "whether the vacuum always stands or is made on a warning", "standing", "triggered"
+    )
     warning: float = quantity("s", "time from the warning to the impact", hi=1e5, default=0.0)
 
 
@@ -60,17 +58,17 @@ def vacuum_time(vacuum: float, line: Line) -> float:
 
 
 def readiness(
-    scenario: Scenario, supply: VacuumSupply, mode: str, vacuum: float, brakes: int, *, tuned: bool
+    scenario: Scenario, supply: VacuumSupply, vacuum: float, *, tuned: bool = False
 ) -> Ready:
     """The limit on the vacuum's time, where it has to be made, and what to say of it."""
-    line = scenario.known_line
+    line, brakes = scenario.line, scenario.brakes.count
     time = vacuum_time(vacuum, line_for(line.line, brakes))
     words = show(time, "s", 3) if math.isfinite(time) else "for ever"
     what = f"{line.name} takes {words} to {show(vacuum, 'Pa')} in {brakes} brakes"
-    if mode == "standing" and not tuned:
+    if supply.mode == "standing" and not tuned:
         return Ready(time, [], [f"the vacuum stands all the time; from none, {what}"])
     limit = Limit(name="time for the vacuum", value=time, limit=supply.warning, unit="s")
     said = [what]
-    if mode == "standing":
+    if supply.mode == "standing":
         said.append("a tuned vacuum cannot stand beforehand: it depends on the crash to come")
     return Ready(time, [limit], said)

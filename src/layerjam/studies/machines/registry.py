@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from layerjam.records.shipped import shipped, text_of
-from layerjam.studies.machines import ankle_clutch, neck_guard, rehabilitation, seat_belt
-from layerjam.studies.machines.scenario import Kind, Scenario, read_scenario
-from layerjam.studies.machines.verdict import Result
+from layerjam.studies.machines.ankle_clutch import AnkleClutch
+from layerjam.studies.machines.neck_guard import NeckGuard
+from layerjam.studies.machines.rehabilitation import Rehabilitation
+from layerjam.studies.machines.scenario import Scenario, read_scenario
+from layerjam.studies.machines.seat_belt import SeatBelt
 
-KINDS: dict[str, Kind] = {
-    "seat-belt": seat_belt.KIND,
-    "neck-guard": neck_guard.KIND,
-    "ankle-clutch": ankle_clutch.KIND,
-    "rehabilitation": rehabilitation.KIND,
-}
-_ANALYSE: dict[str, Callable[[Scenario], Result]] = {
-    "seat-belt": seat_belt.analyse,
-    "neck-guard": neck_guard.analyse,
-    "ankle-clutch": ankle_clutch.analyse,
-    "rehabilitation": rehabilitation.analyse,
+MACHINES: dict[str, type[Scenario]] = {
+    "seat-belt": SeatBelt,
+    "neck-guard": NeckGuard,
+    "ankle-clutch": AnkleClutch,
+    "rehabilitation": Rehabilitation,
 }
 
 
@@ -40,9 +35,4 @@ def load_scenario(scenario: str | Path) -> Scenario:
     """
     text, name = text_of("scenario", scenario, _texts())
     folder = None if name in _texts() else Path(name).parent
-    return read_scenario(text, name, KINDS, folder)
-
-
-def analyse(scenario: Scenario) -> Result:
-    """The machine's answer."""
-    return _ANALYSE[scenario.machine](scenario)
+    return read_scenario(text, name, MACHINES, folder)

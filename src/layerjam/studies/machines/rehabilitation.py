@@ -22,16 +22,26 @@ from layerjam.errors import QuantityError
 from layerjam.fluid.line import Sensor
 from layerjam.mechanics.limits import self_closing_vacuum
 from layerjam.mechanics.pull import force_limits
+from layerjam.records.values import value
 from layerjam.studies.machines.ankle_clutch import fall_time, last_before
 from layerjam.studies.machines.readiness import line_for
-from layerjam.studies.machines.scenario import Array, Brakes, Curve, Kind, Scenario, Word
-from layerjam.studies.machines.verdict import Bound, Facts, Result
+from layerjam.studies.machines.scenario import Array, Curve, Scenario, word
+from layerjam.studies.machines.verdict import Bound, Result
 from layerjam.units import like, nested, quantity, record, show, spec_of
 
 SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
 """Mean speeds tried [rad/s]."""
 FINE = 512
 """Samples of a flexion on which it is judged what can be followed."""
+BOUNDS = (
+    Bound("error of the torque, RMS, over the greatest wanted", "share_of_error", "error"),
+    Bound("part of the flexion that can be followed", "possible", "followed", least=True),
+    Bound("slip of the brakes", "slip", "usable_travel"),
+    Bound("angle lost at the next flexion", "lost_angle", "lost_angle"),
+    Bound("safe state lets the arm go (1 is yes)", "lets_go", "yes", least=True),
+    Bound("time to let go", "release_time", "release"),
+    Bound("mass of the brakes", "mass", "mass"),
+)
 
 
 @record
@@ -50,6 +60,14 @@ class Exercise:
 
 
 @record
+class Resistance:
+    """What resists the flexion, besides viscosity."""
+
+    angle: Array = value(Curve(unit="rad", text="angles of the resistance wanted", lo=-7, hi=7))
+    torque: Array = value(Curve(unit="N m", text="resistance wanted at the angles", hi=1e3))
+
+
+@record
 class Orthosis:
     """How the brakes are fastened."""
 
@@ -58,8 +76,9 @@ class Orthosis:
 
 @record
 class Control:
-    """The regulator's sensor and clock."""
+    """The regulator, its sensor and clock."""
 
+    regulator: str = word("bang-bang, pi or scheduled", "bang-bang", "pi", "scheduled")
     sensor_range: float = like(spec_of(Sensor, "range"))
     noise: float = like(spec_of(Sensor, "noise"))
     sample_time: float = like(spec_of(Regulator, "sample_time"))
@@ -74,71 +93,6 @@ class RehabilitationLimits:
     lost_angle: float = quantity("rad", "angle turned before the cord is taut again", hi=6.3)
     release: float = quantity("s", "time to let go after a fault", hi=1e3)
     mass: float = quantity("kg", "mass of all brakes", open_lo=True, hi=100)
-
-
-@record
-class Rehabilitation:
-    """Everything of the scenario."""
-
-    exercise: Exercise = nested(Exercise)
-    orthosis: Orthosis = nested(Orthosis)
-    brakes: Brakes = nested(Brakes)
-    control: Control = nested(Control)
-    limits: RehabilitationLimits = nested(RehabilitationLimits)
-
-
-def _together(scenario: Scenario) -> None:
-    """Angles, curve, travel and safe state fit together."""
-    exercise: Exercise = scenario.numbers.exercise
-    angle, torque = scenario.curves["resistance.angle"], scenario.curves["resistance.torque"]
-    if len(angle) != len(torque) or (np.diff(angle) <= 0).any():
-        raise QuantityError.of(
-            "resistance.angle",
-            f"{len(angle)} angles and {len(torque)} torques; they are rows of "
-            "one length, and the angles rise",
-        )
-    if exercise.end <= exercise.start:
-        raise QuantityError.of(
-            "exercise.end",
-            f"{show(exercise.end, 'rad')} is not above exercise.start, "
-            f"{show(exercise.start, 'rad')}",
-        )
-    if angle[0] > exercise.start + 1e-9 or angle[-1] < exercise.end - 1e-9:
-        raise QuantityError.of(
-            "resistance.angle",
-            "must reach from exercise.start to exercise.end; it goes from "
-            f"{show(float(angle[0]), 'rad')} to {show(float(angle[-1]), 'rad')}",
-        )
-    drawn = scenario.numbers.orthosis.pulley * (exercise.end - exercise.start)
-    overlap = scenario.brake.brake.sheets.overlap * scenario.numbers.brakes.series
-    if drawn >= overlap:
-        raise QuantityError.of(
-            "orthosis.pulley",
-            f"the cord runs {show(drawn, 'm')}, and the sheets of the brakes "
-            f"overlap by {show(overlap, 'm')}; a smaller pulley or angle will do",
-        )
-    if scenario.numbers.brakes.series != 1:
-        raise QuantityError.of(
-            "brakes.series",
-            "brakes in a row slip one after the other, so that no one slip gives "
-            "their force; this machine takes 1",
-        )
-
-
-KIND = Kind(
-    numbers=Rehabilitation,
-    regulated=True,
-    together=_together,
-    words={
-        "control.regulator": Word(
-            text="bang-bang, pi or scheduled", choices=("bang-bang", "pi", "scheduled")
-        )
-    },
-    curves={
-        "resistance.angle": Curve(unit="rad", text="angles of the resistance wanted", lo=-7, hi=7),
-        "resistance.torque": Curve(unit="N m", text="resistance wanted at the angles", hi=1e3),
-    },
-)
 
 
 class Session(NamedTuple):
@@ -160,139 +114,187 @@ class Record(NamedTuple):
     followed: Following
     given: Array
     """Torque given in flexion [N m], NaN elsewhere."""
-    speeds: Array
     shares: Array
-    """Part of a flexion that can be followed, at each mean speed."""
+    """Part of a flexion that can be followed, at each of SPEEDS."""
     reachable: Array
     """Torque of all brakes at full vacuum over the angle, and the angle, shape (2, M)."""
-    limits: RehabilitationLimits
 
 
-def session(scenario: Scenario, speed: float, repetitions: int, dt: float) -> Session:
-    """Rest, flexion, hold, extension, as often as asked; turns are half a cosine each."""
-    numbers: Rehabilitation = scenario.numbers
-    exercise = numbers.exercise
-    turn = max(round((exercise.end - exercise.start) / speed / dt), 2)
-    hold, rest = round(exercise.hold / dt), round(exercise.rest / dt)
-    ease = (1 - np.cos(np.pi * np.arange(turn) / turn)) / 2
-    one = np.concatenate([np.zeros(rest), ease, np.ones(hold), 1 - ease])
-    flexes = np.concatenate([np.zeros(rest), np.ones(turn), np.zeros(hold + turn)]) > 0
-    ready = np.concatenate([np.ones(rest), np.ones(turn), np.zeros(hold + turn)]) > 0
-    part, flexing = np.tile(one, repetitions), np.tile(flexes, repetitions)
-    angle = exercise.start + (exercise.end - exercise.start) * part
-    pace = np.gradient(angle, dt)
-    torque = np.where(np.tile(ready, repetitions), wanted_at(scenario, angle, pace), 0.0)
-    time = np.asarray(np.arange(len(angle)) * dt, np.float64)
-    return Session(time, angle, pace, torque, flexing)
+@record
+class Rehabilitation(Scenario):
+    """Everything of the scenario."""
 
+    safe_state: str = word("where a fault ends", "release", "hold")
+    exercise: Exercise = nested(Exercise)
+    resistance: Resistance = nested(Resistance)
+    orthosis: Orthosis = nested(Orthosis)
+    control: Control = nested(Control)
+    limits: RehabilitationLimits = nested(RehabilitationLimits)
 
-def regulator_of(scenario: Scenario) -> Regulator:
-    """The regulator on the line with the volume of all brakes, its plant right at 60 kPa or less.
+    def together(self) -> None:
+        """Angles, curve and travel fit together."""
+        super().together()
+        exercise, angle, torque = self.exercise, self.resistance.angle, self.resistance.torque
+        if len(angle) != len(torque) or (np.diff(angle) <= 0).any():
+            raise QuantityError.of(
+                "resistance.angle",
+                f"{len(angle)} angles and {len(torque)} torques; they are rows of "
+                "one length, and the angles rise",
+            )
+        if exercise.end <= exercise.start:
+            raise QuantityError.of(
+                "exercise.end",
+                f"{show(exercise.end, 'rad')} is not above exercise.start, "
+                f"{show(exercise.start, 'rad')}",
+            )
+        if angle[0] > exercise.start + 1e-9 or angle[-1] < exercise.end - 1e-9:
+            raise QuantityError.of(
+                "resistance.angle",
+                "must reach from exercise.start to exercise.end; it goes from "
+                f"{show(float(angle[0]), 'rad')} to {show(float(angle[-1]), 'rad')}",
+            )
+        drawn = self.orthosis.pulley * (exercise.end - exercise.start)
+        overlap = self.brake.brake.sheets.overlap * self.brakes.series
+        if drawn >= overlap:
+            raise QuantityError.of(
+                "orthosis.pulley",
+                f"the cord runs {show(drawn, 'm')}, and the sheets of the brakes "
+                f"overlap by {show(overlap, 'm')}; a smaller pulley or angle will do",
+            )
+        if self.brakes.series != 1:
+            raise QuantityError.of(
+                "brakes.series",
+                "brakes in a row slip one after the other, so that no one slip gives "
+                "their force; this machine takes 1",
+            )
 
-    Raises QuantityError for a line that cannot vent, and without a safe state.
-    """
-    numbers: Rehabilitation = scenario.numbers
-    line = line_for(scenario.known_line.line, numbers.brakes.parallel)
-    at = 0.6 * min(numbers.brakes.vacuum, line.site.atmosphere)
-    plant = plant_of(line, vacuum=at)
-    return Regulator(
-        plant=plant,
-        sensor=Sensor(range=numbers.control.sensor_range, noise=numbers.control.noise),
-        kind=scenario.words["control.regulator"],
-        safe_state=scenario.words.get("safe_state", ""),
-        sample_time=numbers.control.sample_time,
-        reversible=line.valve is None,
-        tuned_at=at,
-    )
+    def session(self, speed: float, repetitions: int, dt: float) -> Session:
+        """Rest, flexion, hold, extension, as often as asked; turns are half a cosine each."""
+        exercise = self.exercise
+        turn = max(round((exercise.end - exercise.start) / speed / dt), 2)
+        hold, rest = round(exercise.hold / dt), round(exercise.rest / dt)
+        ease = (1 - np.cos(np.pi * np.arange(turn) / turn)) / 2
+        one = np.concatenate([np.zeros(rest), ease, np.ones(hold), 1 - ease])
+        flexes = np.concatenate([np.zeros(rest), np.ones(turn), np.zeros(hold + turn)]) > 0
+        ready = np.concatenate([np.ones(rest), np.ones(turn), np.zeros(hold + turn)]) > 0
+        part, flexing = np.tile(one, repetitions), np.tile(flexes, repetitions)
+        angle = exercise.start + (exercise.end - exercise.start) * part
+        pace = np.gradient(angle, dt)
+        torque = np.where(np.tile(ready, repetitions), self.wanted_at(angle, pace), 0.0)
+        time = np.asarray(np.arange(len(angle)) * dt, np.float64)
+        return Session(time, angle, pace, torque, flexing)
 
+    def regulator(self) -> Regulator:
+        """The regulator on the line with the volume of all brakes, its plant right at up to 60 kPa.
 
-def followed_at(scenario: Scenario, regulator: Regulator, speed: float) -> tuple[float, list[str]]:
-    """(part of one flexion at a mean speed [rad/s] that can be followed, why not the rest).
+        Raises QuantityError for a line that cannot vent, and without a safe state.
+        """
+        line = line_for(self.line.line, self.brakes.parallel)
+        at = 0.6 * min(self.brakes.vacuum, line.site.atmosphere)
+        plant = plant_of(line, vacuum=at)
+        return Regulator(
+            plant=plant,
+            sensor=Sensor(range=self.control.sensor_range, noise=self.control.noise),
+            kind=self.control.regulator,
+            safe_state=self.safe_state,
+            sample_time=self.control.sample_time,
+            reversible=line.valve is None,
+            tuned_at=at,
+        )
 
-    On FINE samples whatever the speed, so that the laws are compiled once.
-    """
-    numbers: Rehabilitation = scenario.numbers
-    exercise, r = numbers.exercise, numbers.orthosis.pulley
-    part = np.linspace(0.0, 1.0, FINE)
-    span = exercise.end - exercise.start
-    length = span / speed
-    angle = exercise.start + span * (1 - np.cos(np.pi * part)) / 2
-    pace = span * np.pi / 2 / length * np.sin(np.pi * part)
-    force = wanted_at(scenario, angle, pace) / (r * numbers.brakes.parallel)
-    most = MARGIN * regulator.plant.reach
-    targets, held, few = targets_for(
-        force, r * (angle - exercise.start), scenario.brake.brake, most
-    )
-    fine, slow = slew(targets, length / (FINE - 1), regulator.plant)
-    return float((held & fine).mean()), [*few, *slow]
+    def followed_at(self, regulator: Regulator, speed: float) -> tuple[float, list[str]]:
+        """(part of one flexion at a mean speed [rad/s] that can be followed, why not the rest).
 
+        On FINE samples whatever the speed, so that the laws are compiled once.
+        """
+        exercise, r = self.exercise, self.orthosis.pulley
+        part = np.linspace(0.0, 1.0, FINE)
+        span = exercise.end - exercise.start
+        length = span / speed
+        angle = exercise.start + span * (1 - np.cos(np.pi * part)) / 2
+        pace = span * np.pi / 2 / length * np.sin(np.pi * part)
+        force = self.wanted_at(angle, pace) / (r * self.brakes.parallel)
+        most = MARGIN * regulator.plant.reach
+        targets, held, few = targets_for(
+            force, r * (angle - exercise.start), self.brake.brake, most
+        )
+        fine, slow = slew(targets, length / (FINE - 1), regulator.plant)
+        return float((held & fine).mean()), [*few, *slow]
 
-def wanted_at(scenario: Scenario, angle: Array, pace: Array) -> Array:
-    """Torque wanted [N m] at angles [rad] and speeds [rad/s], shape (N,)."""
-    curves = scenario.curves
-    made = np.interp(angle, curves["resistance.angle"], curves["resistance.torque"])
-    return made + scenario.numbers.exercise.viscosity * np.maximum(pace, 0.0)
+    def wanted_at(self, angle: Array, pace: Array) -> Array:
+        """Torque wanted [N m] at angles [rad] and speeds [rad/s], shape (N,)."""
+        made = np.interp(angle, self.resistance.angle, self.resistance.torque)
+        return made + self.exercise.viscosity * np.maximum(pace, 0.0)
 
+    def analyse(self) -> Result:
+        """The torque given beside the one wanted, what cannot be followed, and the way back."""
+        brakes, r = self.brakes, self.orthosis.pulley
+        exercise, brake = self.exercise, self.brake.brake
+        made = self.regulator()
+        asked = self.session(exercise.speed, exercise.repetitions, made.sample_time)
+        slip, arm = r * (asked.angle - exercise.start), r * brakes.parallel
+        done = follow(made, brake, asked.torque / arm, slip)
+        given = np.where(asked.flexing, done.force * arm, np.nan)
+        error = (given - asked.torque)[asked.flexing]
+        share, reasons = self.followed_at(made, exercise.speed)
+        shares = np.array([self.followed_at(made, float(s))[0] for s in SPEEDS])
+        left = _vacuum_left(asked, done)
+        grid = np.linspace(exercise.start, exercise.end, 101)
+        high = np.asarray(force_limits(r * (grid - exercise.start), brake)[1]) * r
+        wanted = self.wanted_at(grid, np.full_like(grid, exercise.speed))
+        needed = math.ceil(float(np.max(wanted / high)) - 1e-9)
+        line = line_for(self.line.line, brakes.parallel)
+        loop, greatest = done.loop, float(asked.torque.max())
+        rms, release = float(np.sqrt(np.mean(error**2))), self.safe_state == "release"
+        reach = np.stack([grid, high * brakes.parallel])
+        found = Result(scenario=self, record=Record(asked, done, given, shares, reach))
+        found.add("N m", greatest_torque=greatest, rms_error=rms)
+        found.add("N m", greatest_error=float(np.abs(error).max()))
+        found.add("N m", reachable_torque=float(high.min()) * brakes.parallel)
+        found.add("1", possible=share, reasons=reasons)
+        found.add("rad/s", fastest_speed=last_before(SPEEDS, shares >= self.limits.followed))
+        found.add("m", slip=float(slip.max()))
+        found.add("Pa", vacuum_left=left, greatest_vacuum=float(loop.vacuum.max()))
+        found.add("rad", lost_angle=self.lost_angle(left, float(slip.max())))
+        found.add("s", release_time=fall_time(made.plant.reach * MARGIN, line))
+        found.add("1", outcome=loop.outcome, safe_state=self.safe_state)
+        found.add("1", pump_switches=loop.pump_switches, vent_switches=loop.vent_switches)
+        found.bound("1", share_of_error=rms / greatest, yes=1.0, lets_go=float(release))
+        found.bound("m", usable_travel=brake.sheets.usable_travel)
+        if not release:
+            found.warnings.append(
+                "safe_state hold: a fault of the sensor or the pump locks the arm where it is"
+            )
+        if line.valve is None:
+            found.warnings.append("the line has no valve: a fault of the pump leaves the arm held")
+        found.judge(*BOUNDS)
+        found.brakes_needed = needed
+        found.needed = self.needed(needed, found.own)
+        return found
 
-def analyse(scenario: Scenario) -> Result:
-    """The torque given beside the one wanted, what cannot be followed, and the way back."""
-    numbers: Rehabilitation = scenario.numbers
-    limits, brakes, r = numbers.limits, numbers.brakes, numbers.orthosis.pulley
-    exercise, brake = numbers.exercise, scenario.brake.brake
-    made = regulator_of(scenario)
-    asked = session(scenario, exercise.speed, exercise.repetitions, made.sample_time)
-    slip, arm = r * (asked.angle - exercise.start), r * brakes.parallel
-    done = follow(made, brake, asked.torque / arm, slip)
-    given = np.where(asked.flexing, done.force * arm, np.nan)
-    error = (given - asked.torque)[asked.flexing]
-    share, reasons = followed_at(scenario, made, exercise.speed)
-    shares = np.array([followed_at(scenario, made, float(s))[0] for s in SPEEDS])
-    left = _vacuum_left(asked, done)
-    grid = np.linspace(exercise.start, exercise.end, 101)
-    high = np.asarray(force_limits(r * (grid - exercise.start), brake)[1]) * r
-    wanted = wanted_at(scenario, grid, np.full_like(grid, exercise.speed))
-    needed = math.ceil(float(np.max(wanted / high)) - 1e-9)
-    line = line_for(scenario.known_line.line, brakes.parallel)
-    loop, greatest = done.loop, float(asked.torque.max())
-    rms, release = float(np.sqrt(np.mean(error**2))), scenario.words["safe_state"] == "release"
-    own = Facts(scenario)
-    own.add("N m", greatest_torque=greatest, rms_error=rms)
-    own.add("N m", greatest_error=float(np.abs(error).max()))
-    own.add("N m", reachable_torque=float(high.min()) * brakes.parallel)
-    own.add("1", possible=share, reasons=reasons)
-    own.add("rad/s", fastest_speed=last_before(SPEEDS, shares >= limits.followed))
-    own.add("m", slip=float(slip.max()))
-    own.add("Pa", vacuum_left=left, greatest_vacuum=float(loop.vacuum.max()))
-    own.add("rad", lost_angle=_lost_angle(left, float(slip.max()), scenario))
-    own.add("s", release_time=fall_time(made.plant.reach * MARGIN, line))
-    own.add("1", outcome=loop.outcome, safe_state=scenario.words["safe_state"])
-    own.add("1", pump_switches=loop.pump_switches, vent_switches=loop.vent_switches)
-    own.bound("1", share_of_error=rms / greatest, yes=1.0, lets_go=float(release))
-    own.bound("m", usable_travel=brake.sheets.usable_travel)
-    said = []
-    if not release:
-        said.append("safe_state hold: a fault of the sensor or the pump locks the arm where it is")
-    if line.valve is None:
-        said.append("the line has no valve: a fault of the pump leaves the arm held")
-    reach = np.stack([grid, high * brakes.parallel])
-    return own.result(
-        own.limits(BOUNDS),
-        brakes_needed=needed,
-        needed=_needed(scenario, needed, own.values),
-        warnings=said,
-        record=Record(asked, done, given, SPEEDS, shares, reach, limits),
-    )
+    def lost_angle(self, vacuum: float, slip: float) -> float:
+        """Angle [rad] by which the brakes stay drawn out: to where friction holds the enclosure."""
+        at = np.linspace(0.0, slip, 400)[1:]
+        closes = np.asarray(self_closing_vacuum(at, self.brake.brake)) > vacuum
+        held = 0.0 if closes.all() else float(at[np.flatnonzero(~closes)[-1]])
+        return held / float(self.orthosis.pulley)
 
-
-BOUNDS = (
-    Bound("error of the torque, RMS, over the greatest wanted", "share_of_error", "error"),
-    Bound("part of the flexion that can be followed", "possible", "followed", least=True),
-    Bound("slip of the brakes", "slip", "usable_travel"),
-    Bound("angle lost at the next flexion", "lost_angle", "lost_angle"),
-    Bound("safe state lets the arm go (1 is yes)", "lets_go", "yes", least=True),
-    Bound("time to let go", "release_time", "release"),
-    Bound("mass of the brakes", "mass", "mass"),
-)
+    def needed(self, needed: int, own: dict[str, Any]) -> str:
+        """What it would take, in sentences."""
+        words = (
+            f"The torque takes {needed} brake{'s' * (needed != 1)} at full vacuum; there "
+            f"{'is one' if self.brakes.parallel == 1 else f'are {self.brakes.parallel}'}. "
+        )
+        if own["fastest_speed"] == 0:
+            words += "This line follows the profile at no speed that was tried."
+        else:
+            words += (
+                f"This line follows it up to {math.degrees(own['fastest_speed']):.3g} degrees a "
+                f"second; {math.degrees(self.exercise.speed):.3g} are asked."
+            )
+        if own["release_time"] > self.limits.release:
+            words += " A vent valve would let go in time."
+        return words
 
 
 def _vacuum_left(asked: Session, done: Following) -> float:
@@ -301,29 +303,3 @@ def _vacuum_left(asked: Session, done: Following) -> float:
     after = done.loop.vacuum[int(starts[-1]) + 1 :]
     # a pump run backwards may push a breath above the atmosphere
     return max(float(after.min()), 0.0)
-
-
-def _lost_angle(vacuum: float, slip: float, scenario: Scenario) -> float:
-    """Angle [rad] by which the brakes stay drawn out: to where friction holds the enclosure."""
-    at = np.linspace(0.0, slip, 400)[1:]
-    closes = np.asarray(self_closing_vacuum(at, scenario.brake.brake)) > vacuum
-    held = 0.0 if closes.all() else float(at[np.flatnonzero(~closes)[-1]])
-    return held / float(scenario.numbers.orthosis.pulley)
-
-
-def _needed(scenario: Scenario, needed: int, own: dict[str, Any]) -> str:
-    numbers: Rehabilitation = scenario.numbers
-    words = (
-        f"The torque takes {needed} brake{'s' * (needed != 1)} at full vacuum; there "
-        f"{'is one' if numbers.brakes.parallel == 1 else f'are {numbers.brakes.parallel}'}. "
-    )
-    if own["fastest_speed"] == 0:
-        words += "This line follows the profile at no speed that was tried."
-    else:
-        words += (
-            f"This line follows it up to {math.degrees(own['fastest_speed']):.3g} degrees a "
-            f"second; {math.degrees(numbers.exercise.speed):.3g} are asked."
-        )
-    if own["release_time"] > numbers.limits.release:
-        words += " A vent valve would let go in time."
-    return words

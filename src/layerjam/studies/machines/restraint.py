@@ -118,7 +118,7 @@ class Body(NamedTuple):
 
 
 class Ride(NamedTuple):
-    """A ride in time; arrays of shape (N, ...)."""
+    """A ride at one moment, or in time: arrays of shape (N, ...)."""
 
     time: Any
     way: Any
@@ -145,46 +145,35 @@ class Extremes(NamedTuple):
     """What the restraint alone gives the body [m/s^2]."""
     acceleration: Any
     """Size of drive and restraint together [m/s^2]."""
-    speed: Any
     end_speed: Any
     """The last, with its sign [m/s]."""
     slip: Any
     """The last [m]."""
 
 
-class _State(NamedTuple):
-    way: Any
-    speed: Any
-    push: Any
-    force: Any
-    slip: Any
-    heat: Any
-    put_in: Any
-
-
-def _start(drive: Any, body: Body, strap: Strap) -> _State:
+def _start(drive: Any, body: Body, strap: Strap) -> Ride:
     lanes = jnp.broadcast_shapes(*(jnp.shape(a) for a in jax.tree.leaves((drive, body, strap))))
     zero = jnp.zeros(lanes)
-    return _State(zero, zero + body.speed, zero + drive, zero, zero, zero, zero)
+    return Ride(jnp.zeros(()), zero, zero + body.speed, zero + drive, zero, zero, zero, zero)
 
 
-def _next(now: _State, drive: Any, dt: Any, body: Body, strap: Strap) -> _State:
+def _next(now: Ride, drive: Any, dt: Any, body: Body, strap: Strap) -> Ride:
     """A step of velocity Verlet; the strap's slip is exact at every payout."""
-    half = now.speed + now.push * dt / 2
+    half = now.speed + now.acceleration * dt / 2
     way = now.way + half * dt
     payout = body.ratio * way - body.slack
     slip = drawn(payout, now.slip, strap)
     force = tension(payout, slip, strap)
     push = drive - body.ratio * force / body.mass
-    before = now.push + body.ratio * now.force / body.mass
+    before = now.acceleration + body.ratio * now.force / body.mass
     heat = now.heat + (force + now.force) / 2 * (slip - now.slip)
     put_in = now.put_in + body.mass * (before + drive) / 2 * (way - now.way)
-    return _State(way, half + push * dt / 2, push, force, slip, heat, put_in)
+    return Ride(now.time + dt, way, half + push * dt / 2, push, force, slip, heat, put_in)
 
 
 @jax.jit
-def _ride(drive: Any, dt: Any, body: Body, strap: Strap) -> tuple[_State, _State]:
-    def on(now: _State, push: Any) -> tuple[_State, _State]:
+def _ride(drive: Any, dt: Any, body: Body, strap: Strap) -> tuple[Ride, Ride]:
+    def on(now: Ride, push: Any) -> tuple[Ride, Ride]:
         new = _next(now, push, dt, body, strap)
         return new, new
 
@@ -194,18 +183,17 @@ def _ride(drive: Any, dt: Any, body: Body, strap: Strap) -> tuple[_State, _State
 
 @jax.jit
 def _extremes(drive: Any, dt: Any, body: Body, strap: Strap) -> Extremes:
-    def on(state: tuple[_State, Extremes], push: Any) -> tuple[tuple[_State, Extremes], None]:
+    def on(state: tuple[Ride, Extremes], push: Any) -> tuple[tuple[Ride, Extremes], None]:
         now, most = state
         new = _next(now, push, dt, body, strap)
-        held, push = body.ratio * new.force / body.mass, jnp.abs(new.push)
-        seen = new.way, new.force, held, push, jnp.abs(new.speed)
-        most = Extremes._make([*map(jnp.maximum, most[:5], seen), new.speed, new.slip])
+        held, push = body.ratio * new.force / body.mass, jnp.abs(new.acceleration)
+        seen = new.way, new.force, held, push
+        most = Extremes._make([*map(jnp.maximum, most[:4], seen), new.speed, new.slip])
         return (new, most), None
 
     start = _start(drive[0], body, strap)
     zero = jnp.zeros_like(start.way)
-    speed = jnp.abs(start.speed)
-    first = Extremes(zero, zero, zero, jnp.abs(start.push), speed, start.speed, zero)
+    first = Extremes(zero, zero, zero, jnp.abs(start.acceleration), start.speed, zero)
     return jax.lax.scan(on, (start, first), drive[1:])[0][1]
 
 
@@ -214,10 +202,8 @@ def ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
 
     `drive` is the acceleration the body has relative to its mount while nothing holds it.
     """
-    drive = np.asarray(drive, float)
-    start, states = _ride(drive, np.float64(dt), _doubles(body), strap)
-    rows = jax.tree.map(lambda a, b: np.concatenate([np.asarray(a)[None], b]), start, states)
-    return Ride(np.arange(len(drive)) * dt, *rows)
+    start, rows = _ride(np.asarray(drive, float), np.float64(dt), _doubles(body), strap)
+    return jax.tree.map(lambda a, b: np.concatenate([np.asarray(a)[None], b]), start, rows)
 
 
 def extremes(drive: Any, dt: float, body: Body, strap: Strap) -> Extremes:

@@ -7,10 +7,10 @@ source. Beside numbers there are words (one of several, or a path) and curves ("
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,17 +24,11 @@ from layerjam.records.changes import paths_of
 from layerjam.records.reader import Reader
 from layerjam.records.source import Source
 from layerjam.records.toml import line_of, parse_toml
-from layerjam.records.values import Entry, TextSpec, entries
-from layerjam.units import (
-    QuantitySpec,
-    check,
-    get,
-    parse,
-    quantities,
-    quantity,
-    record,
-    show,
-)
+from layerjam.records.values import TextSpec, entries, value
+from layerjam.units import QuantitySpec, check, get, nested, parse, quantity, record, show
+
+if TYPE_CHECKING:
+    from layerjam.studies.machines.verdict import Result
 
 Array = npt.NDArray[np.float64]
 _ROW = re.compile(r"((?:[-+.\deE]+(?:\s+|$))+)(.*)")
@@ -56,11 +50,9 @@ class Brakes:
         return self.parallel * self.series
 
 
-@dataclass(frozen=True, kw_only=True)
-class Word(TextSpec):
-    """A word of the file: one of `choices`, or any text where there are none."""
-
-    blank: bool = False
+def word(text: str, *choices: str) -> Any:
+    """A field for a word of the file: one of `choices`, or any text where there are none."""
+    return value(TextSpec(text=text, choices=choices, blank=False))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,39 +65,43 @@ class Curve(QuantitySpec):
         words, unit = (row.group(1).split(), row.group(2)) if row else ([], "")
         if len(words) < 2:
             raise QuantityError.of(name, "must be numbers and a unit in one text, '0 2.5 4 deg'")
-        return np.array([self.check(parse(f"{w} {unit}", self.unit, name), name) for w in words])
+        return self.check(np.array([parse(f"{w} {unit}", self.unit, name) for w in words]), name)
+
+    def check(self, value: Any, name: str) -> Any:
+        """The values, if all lie within the bounds; raises QuantityError if not."""
+        for one in value:
+            super().check(float(one), name)
+        return value
 
 
-@dataclass(frozen=True, kw_only=True)
-class Kind:
-    """What the file of one machine holds: a record of numbers, and words and curves by path."""
-
-    numbers: type
-    words: Mapping[str, Word] = field(default_factory=dict)
-    curves: Mapping[str, Curve] = field(default_factory=dict)
-    line: bool = True
-    """Whether it needs a vacuum line."""
-    regulated: bool = False
-    """Whether a regulator runs, whose safe state must then be declared."""
-    together: Callable[[Scenario], None] | None = None
-    """Raises QuantityError for values that contradict each other."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
+@record
 class Scenario:
-    """One scenario; `numbers` is the record of its machine, in SI units."""
+    """What every scenario holds, in SI units; that of a machine adds tables of its own."""
 
-    name: str
-    machine: str
-    numbers: Any
-    words: Mapping[str, str]
-    curves: Mapping[str, Array]
-    sources: Mapping[str, Source] = field(repr=False)
-    brake: BrakeFile
-    line: LineFile | None = None
+    machine: str = word("which machine")
+    brake: BrakeFile = word("catalogue name or path of a brake")
+    line: LineFile = word("catalogue name or path of a vacuum line")
+    brakes: Brakes = nested(Brakes)
+
+    name: str = ""
     title: str = ""
-    text: str = field(default="", repr=False)
+    sources: Mapping[str, Source] = field(default_factory=dict, repr=False)
     folder: Path = field(default=Path(), repr=False)
+    """Where paths inside the file start from."""
+
+    def together(self) -> None:
+        """Raise QuantityError for values that contradict each other."""
+        vacuum, most = self.brakes.vacuum, self.brake.brake.site.atmosphere
+        if vacuum > most:
+            raise QuantityError.of(
+                "brakes.vacuum",
+                f"{show(vacuum, 'Pa', 6)} is more than the atmosphere, "
+                f"{show(most, 'Pa', 6)}; a vacuum is at most that",
+            )
+
+    def analyse(self) -> Result:
+        """What the machine does, needs and may; each machine says how."""
+        raise NotImplementedError
 
     def warnings(self) -> list[str]:
         """What every result has to say about the scenario's numbers, the brake's and the line's."""
@@ -113,31 +109,17 @@ class Scenario:
         for kind in ("assumed", "inferred", "unstated"):
             paths = [p for p in paths_of(self.sources, kind) if p not in _NAMES]
             if paths:
-                word = {"unstated": "no source is stated"}.get(kind, f"{kind}, not measured")
-                out.append(f"scenario: {', '.join(paths)}: {word}")
-        line = [] if self.line is None else self.line.warnings()
-        return [*out, *self.brake.warnings(), *line]
+                said = {"unstated": "no source is stated"}.get(kind, f"{kind}, not measured")
+                out.append(f"scenario: {', '.join(paths)}: {said}")
+        return [*out, *self.brake.warnings(), *self.line.warnings()]
 
     def cited(self) -> list[tuple[str, str, str]]:
         """(path, value with unit, where it is from) of every entry."""
-        made = []
-        for path, source in self.sources.items():
-            spec = dict((p, m) for p, m, _ in quantities(type(self.numbers))).get(path)
-            if spec is not None:
-                value = show(float(get(self.numbers, path)), spec.unit)
-            elif path in self.curves:
-                value = f"{len(self.curves[path])} values"
-            else:
-                value = self.words[path]
-            made.append((path, value, source.sentence()))
-        return made
-
-    @property
-    def known_line(self) -> LineFile:
-        """The vacuum line of a machine that needs one; raises QuantityError for any other."""
-        if self.line is None:
-            raise QuantityError.of("line", f"a {self.machine} has no vacuum line")
-        return self.line
+        known = dict(entries(type(self)))
+        return [
+            (path, _in_words(get(self, path), known[path].spec), source.sentence())
+            for path, source in self.sources.items()
+        ]
 
     @property
     def mass(self) -> float:
@@ -147,20 +129,22 @@ class Scenario:
     @property
     def mass_of_all(self) -> float:
         """Mass of all brakes [kg]."""
-        return float(self.numbers.brakes.count * self.mass)
+        return float(self.brakes.count * self.mass)
 
 
 _NAMES = ("machine", "brake", "line", "safe_state")
-_HEAD = {
-    "machine": Word(text="which machine"),
-    "brake": Word(text="catalogue name or path of a brake"),
-    "line": Word(text="catalogue name or path of a vacuum line"),
-    "safe_state": Word(text="where a fault ends", choices=("release", "hold")),
-}
+
+
+def _in_words(value: Any, spec: Any) -> str:
+    if isinstance(spec, Curve):
+        return f"{len(value)} values"
+    if isinstance(spec, QuantitySpec):
+        return show(float(value), spec.unit)
+    return str(spec.written(value))
 
 
 def read_scenario(
-    text: str, path: object, kinds: Mapping[str, Kind], folder: Path | None = None
+    text: str, path: object, machines: Mapping[str, type[Scenario]], folder: Path | None = None
 ) -> Scenario:
     """A Scenario from TOML text; FileError with file and line for what it cannot be.
 
@@ -171,51 +155,28 @@ def read_scenario(
     if isinstance(named, dict):
         named = named.get("value")
     if named is None:
-        raise FileError(path, f"machine ({_HEAD['machine'].text}: {', '.join(kinds)}) is missing")
-    if not isinstance(named, str) or named not in kinds:
-        reason = str(UnknownNameError("machine", str(named), kinds))
+        raise FileError(path, f"machine (which machine: {', '.join(machines)}) is missing")
+    if not isinstance(named, str) or named not in machines:
+        reason = str(UnknownNameError("machine", str(named), machines))
         raise FileError(path, reason, line_of(text, "machine"))
-    kind = kinds[named]
-    head = {p: w for p, w in _HEAD.items() if p != "line" or kind.line}
-    fields = dict(entries(kind.numbers))
-    fields |= {p: Entry(word, True) for p, word in kind.words.items()}
-    fields |= {p: Entry(curve, True) for p, curve in kind.curves.items()}
-    fields |= {p: Entry(w, p != "safe_state" or kind.regulated) for p, w in head.items()}
-    reader = Reader(text, path, fields)
+    reader = Reader(text, path, dict(entries(machines[named])))
     reader.take(tables)
     reader.require()
-    values, where = reader.values, folder or Path()
+    where = folder or Path()
     with reader.located():
-        numbers: Any = reader.record(kind.numbers)
-        check(numbers)
-        scenario = Scenario(
+        read: Any = reader.record(machines[named])
+        check(read)
+        scenario: Scenario = replace(
+            read,
+            brake=load(_placed(read.brake, where)),
+            line=load_line(_placed(read.line, where)),
             name=reader.words.get("name", str(path)),
-            machine=named,
-            numbers=numbers,
-            words={p: values[p] for p in (*kind.words, *head) if p in values},
-            curves={p: values[p] for p in kind.curves},
-            sources=reader.sources,
-            brake=load(_placed(values["brake"], where)),
-            line=load_line(_placed(values["line"], where)) if kind.line else None,
             title=reader.words.get("title", ""),
-            text=text,
+            sources=reader.sources,
             folder=where,
         )
-        _check_vacuum(scenario)
-        if kind.together is not None:
-            kind.together(scenario)
+        scenario.together()
     return scenario
-
-
-def _check_vacuum(scenario: Scenario) -> None:
-    """Raise QuantityError for a vacuum above the atmosphere of the brake's site."""
-    vacuum, most = scenario.numbers.brakes.vacuum, scenario.brake.brake.site.atmosphere
-    if vacuum > most:
-        raise QuantityError.of(
-            "brakes.vacuum",
-            f"{show(vacuum, 'Pa', 6)} is more than the atmosphere, "
-            f"{show(most, 'Pa', 6)}; a vacuum is at most that",
-        )
 
 
 def _placed(name: str, folder: Path) -> str:

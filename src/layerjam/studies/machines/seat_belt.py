@@ -12,31 +12,43 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas
 
 from layerjam.mechanics.energy import energy_capacity
-from layerjam.studies.machines import restraint
 from layerjam.studies.machines.injury import filtered
 from layerjam.studies.machines.pulse import drive
-from layerjam.studies.machines.readiness import MODE, VacuumSupply, readiness
-from layerjam.studies.machines.restraint import (
-    Body,
-    Ride,
-    Strap,
-    extremes,
-    limiter_of,
-    ride,
-)
-from layerjam.studies.machines.scenario import Array, Brakes, Kind, Scenario, Word
-from layerjam.studies.machines.verdict import Bound, Facts, Result
+from layerjam.studies.machines.readiness import VacuumSupply, readiness
+from layerjam.studies.machines.restraint import Body, Ride, Strap, limiter_of, ride, snaps
+from layerjam.studies.machines.scenario import Array, Brakes, Scenario, word
+from layerjam.studies.machines.trial import Trial, first
+from layerjam.studies.machines.verdict import Bound, Result
 from layerjam.units import nested, quantity, record, show
 
-STEPS, COARSE = 8000, 4
-"""Steps of a run for the curves; the search takes every fourth."""
+STEPS = 8000
 MOST_SERIES, MOST_PARALLEL = 24, 1024
 STIFFER = 2.0 ** np.arange(9)
 """Multiples of the webbing's stiffness that are tried."""
 LEVELS = 40
 """Vacuums tried for the tuned one."""
+LOADS = {"excursion": "m", "chest_acceleration": "m/s^2", "belt_force": "N"}
+"""What a way of holding comes to, by key."""
+NEEDED = LOADS | {
+    "series": "1",
+    "parallel": "1",
+    "count": "1",
+    "mass": "kg",
+    "stiffness": "N/m",
+    "as_built": "1",
+    "meets_loads": "1",
+}
+"""What it would take, by key."""
+BOUNDS = (
+    Bound("displacement of the chest", "excursion", "space"),
+    Bound("acceleration of the chest", "chest_acceleration", "chest"),
+    Bound("force in the belt", "belt_force", "belt"),
+    Bound("stiffness of the belt, below which the brakes snap", "stiffness", "fall", least=True),
+    Bound("mass of the brakes", "mass", "mass"),
+)
 
 
 @record
@@ -51,6 +63,7 @@ class Occupant:
 class Crash:
     """The car's pulse."""
 
+    pulse: str = word("half-sine, haversine, trapezoid or the path of a log")
     change: float = quantity("m/s", "change of the car's velocity", lo=0.01, hi=100)
     duration: float = quantity("s", "length of the pulse", lo=1e-3, hi=2)
 
@@ -62,6 +75,13 @@ class Belt:
     stiffness: float = quantity("N/m", "stiffness of the belt's webbing", lo=100, hi=1e9)
     payout: float = quantity("1", "payout of the belt per displacement of the chest", lo=0.1, hi=3)
     slack: float = quantity("m", "slack of the belt", hi=0.5, default=0.0)
+
+
+@record
+class BeltBrakes(Brakes):
+    """The brakes, and what vacuum they get."""
+
+    mode: str = word("full or tuned vacuum", "full", "tuned")
 
 
 @record
@@ -84,29 +104,6 @@ class BeltLimits:
     mass: float = quantity("kg", "mass of all brakes", open_lo=True, hi=1e3)
 
 
-@record
-class SeatBelt:
-    """Everything of the scenario."""
-
-    occupant: Occupant = nested(Occupant)
-    crash: Crash = nested(Crash)
-    belt: Belt = nested(Belt)
-    brakes: Brakes = nested(Brakes)
-    supply: VacuumSupply = nested(VacuumSupply)
-    filter: Filters = nested(Filters)
-    limits: BeltLimits = nested(BeltLimits)
-
-
-KIND = Kind(
-    numbers=SeatBelt,
-    words={
-        "crash.pulse": Word(text="half-sine, haversine, trapezoid or the path of a log"),
-        "brakes.mode": Word(text="full or tuned vacuum", choices=("full", "tuned")),
-        "supply.mode": MODE,
-    },
-)
-
-
 class Held(NamedTuple):
     """One way of holding the occupant, in SI."""
 
@@ -114,287 +111,184 @@ class Held(NamedTuple):
     ride: Ride
     chest: Array
     """Acceleration of the chest [m/s^2], filtered."""
-    belt: Array
-    """Force of the belt [N], filtered."""
     excursion: float
-    peak_chest: float
-    peak_belt: float
-    bottomed: bool
-
-    @property
-    def loads(self) -> tuple[float, float, float]:
-        """Excursion [m], peak of the chest [m/s^2] and of the belt [N]."""
-        return self.excursion, self.peak_chest, self.peak_belt
+    chest_acceleration: float
+    belt_force: float
 
 
 class Record(NamedTuple):
     """For the pictures."""
 
     drive: Array
-    dt: float
     held: tuple[Held, ...]
-    counts: dict[str, Any]
-    limits: BeltLimits
 
 
-def held(name: str, scenario: Scenario, push: Array, dt: float, strap: Strap) -> Held:
-    """The occupant in a strap, as a crash laboratory would read it."""
-    numbers: SeatBelt = scenario.numbers
-    body = body_of(numbers)
-    made = ride(push, dt, body, strap)
-    chest = filtered(made.force * numbers.belt.payout / float(body.mass), dt, numbers.filter.chest)
-    belt = filtered(made.force, dt, numbers.filter.belt)
-    end = float(strap.travel) * float(strap.series)
-    bottomed = bool(made.slip[-1] >= end * (1 - 1e-9))
-    way, most_chest, most_belt = (float(array.max()) for array in (made.way, chest, belt))
-    return Held(name, made, chest, belt, way, most_chest, most_belt, bottomed)
+@record
+class SeatBelt(Scenario):
+    """Everything of the scenario."""
 
+    occupant: Occupant = nested(Occupant)
+    crash: Crash = nested(Crash)
+    belt: Belt = nested(Belt)
+    brakes: BeltBrakes = nested(BeltBrakes)
+    supply: VacuumSupply = nested(VacuumSupply)
+    filter: Filters = nested(Filters)
+    limits: BeltLimits = nested(BeltLimits)
 
-def body_of(numbers: SeatBelt) -> Body:
-    """The held part of the occupant."""
-    mass = numbers.occupant.mass * numbers.occupant.share
-    return Body(mass, numbers.belt.payout, numbers.belt.slack)
+    def trial(self) -> tuple[Trial, float]:
+        """(the held part of the occupant in the car's pulse, its change of velocity [m/s])."""
+        crash, belt = self.crash, self.belt
+        # a constant force takes twice the space over the speed to stop; then the rebound
+        after = crash.duration + 4 * self.limits.space / crash.change
+        pulse = crash.pulse, crash.change, crash.duration
+        push, dt, change = drive(*pulse, after, STEPS, self.folder)
+        body = Body(self.occupant.mass * self.occupant.share, belt.payout, belt.slack)
+        return Trial(self, body, belt.stiffness, push, dt), change
 
-
-def analyse(scenario: Scenario) -> Result:
-    """Loads and excursion with the brakes, with webbing alone and with the least limiter."""
-    numbers: SeatBelt = scenario.numbers
-    brakes, belt, words = numbers.brakes, numbers.belt, scenario.words
-    # a constant force takes twice the space over the speed to stop; then the rebound
-    after = numbers.crash.duration + 4 * numbers.limits.space / numbers.crash.change
-    crash, pulse = numbers.crash, words["crash.pulse"]
-    push, dt, change = drive(pulse, crash.change, crash.duration, after, STEPS, scenario.folder)
-    coarse, long = push[::COARSE], COARSE * dt
-    adjusts = words["brakes.mode"] == "tuned"
-    vacuum = tuned(scenario, coarse, long) if adjusts else brakes.vacuum
-    strap = restraint.strap_of(
-        brakes.parallel, brakes.series, vacuum, belt.stiffness, scenario.brake.brake
-    )
-    force = least_limiter(scenario, coarse, long)
-    ways = {
-        "with brakes": strap,
-        "webbing alone": limiter_of(math.inf, belt.stiffness),
-        "limiter of constant force": limiter_of(force, belt.stiffness),
-    }
-    made = tuple(held(name, scenario, push, dt, way) for name, way in ways.items())
-    need = search(scenario, coarse, long)
-    mode = words["supply.mode"]
-    ready = readiness(scenario, numbers.supply, mode, vacuum, brakes.count, tuned=adjusts)
-    own, braked = Facts(scenario), made[0]
-    for prefix, one in zip(("", "webbing_", "limiter_"), made, strict=True):
-        for (unit, key), load in zip(LOADS.items(), one.loads, strict=True):
-            own.add(unit, **{prefix + key: load})
-    brake, end = scenario.brake.brake, float(strap.travel) * brakes.series
-    own.add("N", chest_force=float(braked.ride.force.max()) * belt.payout, limiter_force=force)
-    own.add("N", steady_force=belt.stiffness * brake.sheets.overlap)
-    own.add("m", slip=float(braked.ride.slip[-1]), travel=end)
-    own.add("1", bottomed_out=braked.bottomed, snaps=bool(restraint.snaps(strap)))
-    own.add("J", energy_capacity=brakes.count * float(energy_capacity(brake)))
-    own.add("J", energy_put_in=float(braked.ride.put_in.max()))
-    own.add("J", energy_slipped=float(braked.ride.heat[-1]))
-    own.add("Pa", vacuum=vacuum)
-    own.add("m/s", change=change)
-    own.add("s", vacuum_time=ready.time)
-    for unit, keys in NEEDED.items():
-        own.add(unit, **{key: need[key] for key in keys})
-    own.bound("N/m", stiffness=strap.stiffness, fall=strap.fall)
-    said = list(ready.said)
-    if own.values["snaps"]:
-        said.append("the belt is softer than the brakes' force falls: they snap through")
-    if braked.bottomed:
-        said.append(f"the brakes use up their {show(end, 'm')}; behind it the belt holds on stops")
-    return own.result(
-        [*own.limits(BOUNDS), *ready.limits],
-        brakes_needed=need["needed_count"],
-        needed=_needed(need, scenario, force),
-        warnings=said,
-        record=Record(push, dt, made, need, numbers.limits),
-    )
-
-
-BOUNDS = (
-    Bound("displacement of the chest", "excursion", "space"),
-    Bound("acceleration of the chest", "chest_acceleration", "chest"),
-    Bound("force in the belt", "belt_force", "belt"),
-    Bound("stiffness of the belt, below which the brakes snap", "stiffness", "fall", least=True),
-    Bound("mass of the brakes", "mass", "mass"),
-)
-LOADS = {"m": "excursion", "m/s^2": "chest_acceleration", "N": "belt_force"}
-"""Keys of a way of holding, by unit."""
-
-
-def tuned(scenario: Scenario, push: Array, dt: float) -> float:
-    """The least vacuum [Pa] of LEVELS at which the occupant stops in the space and on travel left.
-
-    Up to `brakes.vacuum`, which stands where no less will do.
-    """
-    numbers: SeatBelt = scenario.numbers
-    brakes = numbers.brakes
-    levels = brakes.vacuum * np.arange(1, LEVELS + 1) / LEVELS
-    straps = restraint.strap_of(
-        brakes.parallel, brakes.series, levels, numbers.belt.stiffness, scenario.brake.brake
-    )
-    most = extremes(push, dt, body_of(numbers), straps)
-    end = brakes.series * scenario.brake.brake.sheets.usable_travel
-    fine = (most.way <= numbers.limits.space) & (most.end_speed <= 0)
-    fine &= most.slip < end * (1 - 1e-9)
-    return float(levels[int(np.argmax(fine))]) if fine.any() else brakes.vacuum
-
-
-def least_limiter(scenario: Scenario, push: Array, dt: float) -> float:
-    """The least constant force [N] that stops the occupant within the space, by 40 halvings.
-
-    Where even stiff webbing does not, the limiter never limits: infinite.
-    """
-    numbers: SeatBelt = scenario.numbers
-    body, space = body_of(numbers), numbers.limits.space
-    high = float(extremes(push, dt, body, limiter_of(math.inf, numbers.belt.stiffness)).force)
-    if float(extremes(push, dt, body, limiter_of(high, numbers.belt.stiffness)).way) > space:
-        return math.inf
-    low = 0.0
-    for _ in range(5):
-        # 256 at once, five times: to a part in 10^12
-        forces = np.linspace(low, high, 257)[1:]
-        way = extremes(push, dt, body, limiter_of(forces, numbers.belt.stiffness)).way
-        first = int(np.argmax(way <= space))
-        low, high = (low if first == 0 else float(forces[first - 1])), float(forces[first])
-    return high
-
-
-class Row(NamedTuple):
-    """A belt that was tried: its webbing [N/m], brakes, and what the occupant felt."""
-
-    webbing: float
-    series: int
-    parallel: int
-    way: float
-    chest: float
-    belt: float
-
-    @property
-    def brakes(self) -> int:
-        """Brakes in all."""
-        return self.series * self.parallel
-
-    def inside(self, limits: BeltLimits) -> bool:
-        """Whether chest and belt stay in their limits."""
-        return self.chest <= limits.chest and self.belt <= limits.belt
-
-
-def tried(
-    scenario: Scenario, push: Array, dt: float, webbing: Any, series: Any, parallel: Any
-) -> list[Row]:
-    """The belts, of webbings [N/m] and numbers of brakes, that stop in the space on travel left.
-
-    Belts in which the brakes may snap do not count.
-    """
-    numbers: SeatBelt = scenario.numbers
-    brake = scenario.brake.brake
-    webbing, series, parallel = (a.ravel() for a in np.meshgrid(webbing, series, parallel))
-    straps = restraint.strap_of(parallel, series, numbers.brakes.vacuum, webbing, brake)
-    most = extremes(push, dt, body_of(numbers), straps)
-    left = most.slip < series * brake.sheets.usable_travel * (1 - 1e-9)
-    stops = (most.way <= numbers.limits.space) & (most.end_speed <= 0) & left
-    stops &= ~np.asarray(restraint.snaps(straps))
-    return [
-        Row(
-            float(webbing[i]),
-            int(series[i]),
-            int(parallel[i]),
-            *(float(array[i]) for array in (most.way, most.held, most.force)),
+    def analyse(self) -> Result:
+        """Loads and excursion with the brakes, with webbing alone and with the least limiter."""
+        belt, brakes, brake = self.belt, self.brakes, self.brake.brake
+        trial, change = self.trial()
+        adjusts = brakes.mode == "tuned"
+        vacuum = self.tuned(trial) if adjusts else brakes.vacuum
+        strap, force = trial.strap(vacuum=vacuum), self.least_limiter(trial)
+        made = (
+            self.held("with brakes", trial, strap),
+            self.held("webbing alone", trial, limiter_of(math.inf, belt.stiffness)),
+            self.held("limiter of constant force", trial, limiter_of(force, belt.stiffness)),
         )
-        for i in np.flatnonzero(stops)
-    ]
+        braked, end = made[0].ride, float(strap.travel) * brakes.series
+        bottomed, soft = bool(braked.slip[-1] >= end * (1 - 1e-9)), bool(snaps(strap))
+        ready = readiness(self, self.supply, vacuum, tuned=adjusts)
+        best, least = self.search(trial)
+        found = Result(scenario=self, record=Record(trial.drive, made), warnings=ready.said)
+        for prefix, one in zip(("", "webbing_", "limiter_"), made, strict=True):
+            found.take(LOADS, one._asdict(), prefix)
+        found.add("N", chest_force=float(braked.force.max()) * belt.payout, limiter_force=force)
+        found.add("N", steady_force=belt.stiffness * brake.sheets.overlap)
+        found.add("m", slip=float(braked.slip[-1]), travel=end)
+        found.add("1", bottomed_out=bottomed, snaps=soft)
+        found.add("J", energy_capacity=brakes.count * float(energy_capacity(brake)))
+        found.add("J", energy_put_in=float(braked.put_in.max()))
+        found.add("J", energy_slipped=float(braked.heat[-1]))
+        found.add("Pa", vacuum=vacuum)
+        found.add("m/s", change=change)
+        found.add("s", vacuum_time=ready.time)
+        found.take(NEEDED, best, "needed_")
+        found.take({"belt_force": "N", "belt_force_count": "1"}, least, "least_")
+        found.bound("N/m", stiffness=strap.stiffness, fall=strap.fall)
+        if soft:
+            found.warnings.append(
+                "the belt is softer than the brakes' force falls: they snap through"
+            )
+        if bottomed:
+            found.warnings.append(
+                f"the brakes use up their {show(end, 'm')}; behind it the belt holds on stops"
+            )
+        found.judge(*BOUNDS)
+        found.limits += ready.limits
+        found.brakes_needed = best.get("count")
+        found.needed = self.needed(best, least, force)
+        return found
 
+    def held(self, name: str, trial: Trial, strap: Strap) -> Held:
+        """The occupant in a strap, as a crash laboratory would read it."""
+        made = ride(trial.drive, trial.dt, trial.body, strap)
+        felt = made.force * self.belt.payout / float(trial.body.mass)
+        chest = filtered(felt, trial.dt, self.filter.chest)
+        belt = filtered(made.force, trial.dt, self.filter.belt)
+        return Held(name, made, chest, *(float(array.max()) for array in (made.way, chest, belt)))
 
-def search(scenario: Scenario, push: Array, dt: float) -> dict[str, Any]:
-    """How many brakes it takes: a grid of chains, then every number near the best.
+    def stopping(self, trial: Trial, **grid: Any) -> pandas.DataFrame:
+        """The belts of a grid that stop the occupant in the space, on travel left, with loads."""
+        rows = trial.tried(**grid)
+        names = {"way": "excursion", "held": "chest_acceleration", "force": "belt_force"}
+        rows = rows[rows.stops & (rows.way <= self.limits.space)].rename(columns=names)
+        inside = rows.chest_acceleration <= self.limits.chest
+        inside &= rows.belt_force <= self.limits.belt
+        return rows.assign(meets_loads=inside, stiffness=rows.webbing, burdens=~inside)
 
-    Of the belts that stop the occupant in the space without using up their travel, the fewest
-    brakes that also keep chest and belt in their limits; where none does, the fewest that stop
-    (`needed_meets_loads` False). Where none stops behind the webbing there is (`needed_as_built`
-    False), behind the softest of STIFFER times it that will do (`needed_stiffness`). None where
-    nothing does. `least_belt_force` is the least of all belts of the grid.
-    """
-    numbers: SeatBelt = scenario.numbers
-    limits = numbers.limits
-    # a chain longer than the whole payout of the space is never used up
-    end = scenario.brake.brake.sheets.usable_travel
-    longest = math.ceil(limits.space * numbers.belt.payout / end) + 1
-    series = np.arange(1, min(max(longest, 2), MOST_SERIES) + 1)
-    parallel = np.unique(np.round(np.geomspace(1, MOST_PARALLEL, 40))).astype(int)
-    rows = tried(scenario, push, dt, numbers.belt.stiffness * STIFFER, series, parallel)
-    if not rows:
-        return dict.fromkeys(key for keys in NEEDED.values() for key in keys)
-    softest = min(row.webbing for row in rows)
-    best = _best([row for row in rows if row.webbing == softest], limits)
-    at = int(np.searchsorted(parallel, best.parallel))
-    near = np.arange(parallel[max(at - 1, 0)], best.parallel + 1)
-    best = _best([best, *tried(scenario, push, dt, softest, best.series, near)], limits)
-    least = min(rows, key=lambda row: row.belt)
-    return {
-        "needed_series": best.series,
-        "needed_parallel": best.parallel,
-        "needed_count": best.brakes,
-        "needed_meets_loads": best.inside(limits),
-        "needed_as_built": best.webbing == numbers.belt.stiffness,
-        "least_belt_force_count": least.brakes,
-        "needed_mass": best.brakes * scenario.mass,
-        "needed_excursion": best.way,
-        "needed_chest_acceleration": best.chest,
-        "needed_belt_force": best.belt,
-        "least_belt_force": least.belt,
-        "needed_stiffness": best.webbing,
-    }
+    def tuned(self, trial: Trial) -> float:
+        """The least vacuum [Pa] of LEVELS at which the occupant stops in the space, on travel left.
 
+        Up to `brakes.vacuum`, which stands where no less will do.
+        """
+        levels = self.brakes.vacuum * np.arange(1, LEVELS + 1) / LEVELS
+        fine = self.stopping(trial, vacuum=levels).vacuum
+        return float(fine.min()) if len(fine) else self.brakes.vacuum
 
-_COUNTS = "needed_series needed_parallel needed_count needed_meets_loads needed_as_built"
-NEEDED = {
-    "1": (*_COUNTS.split(), "least_belt_force_count"),
-    "kg": ("needed_mass",),
-    "m": ("needed_excursion",),
-    "m/s^2": ("needed_chest_acceleration",),
-    "N": ("needed_belt_force", "least_belt_force"),
-    "N/m": ("needed_stiffness",),
-}
-"""What it would take, by unit."""
+    def least_limiter(self, trial: Trial) -> float:
+        """The least constant force [N] that stops the occupant within the space.
 
+        Where even stiff webbing does not, the limiter never limits: infinite.
+        """
+        from scipy.optimize import brentq
 
-def _best(rows: list[Row], limits: BeltLimits) -> Row:
-    """The fewest brakes among those within the loads, else among all."""
-    inside = [row for row in rows if row.inside(limits)]
-    return min(inside or rows, key=lambda row: (row.brakes, row.belt))
+        def thrown(force: float) -> Ride:
+            strap = limiter_of(force, self.belt.stiffness)
+            return ride(trial.drive, trial.dt, trial.body, strap)
 
+        def over(force: float) -> float:
+            return float(thrown(force).way.max()) - self.limits.space
 
-def _needed(need: dict[str, Any], scenario: Scenario, force: float) -> str:
-    """What it would take, as a sentence."""
-    numbers: SeatBelt = scenario.numbers
-    if need["needed_count"] is None:
-        return (
-            f"No number of brakes up to {MOST_PARALLEL} side by side stops the occupant within "
-            f"{show(numbers.limits.space, 'm')}."
+        webbing = float(thrown(math.inf).force.max())
+        return math.inf if over(webbing) > 0 else float(brentq(over, 0.0, webbing, rtol=1e-12))
+
+    def search(self, trial: Trial) -> tuple[dict[str, Any], dict[str, Any]]:
+        """(what it takes, the belt with the least force); empty where nothing does.
+
+        A grid of chains, then every number near the best. Of the belts that stop the occupant in
+        the space without using up their travel, the fewest brakes that also keep chest and belt in
+        their limits; where none does, the fewest that stop (`meets_loads` False). Where none stops
+        behind the webbing there is (`as_built` False), behind the softest of STIFFER times it that
+        will do (`stiffness`). Belts in which the brakes may snap do not count.
+        """
+        # a chain longer than the whole payout of the space is never used up
+        end = self.brake.brake.sheets.usable_travel
+        longest = math.ceil(self.limits.space * self.belt.payout / end) + 1
+        series = np.arange(1, min(max(longest, 2), MOST_SERIES) + 1)
+        parallel = np.unique(np.round(np.geomspace(1, MOST_PARALLEL, 40))).astype(int)
+        webbing = self.belt.stiffness * STIFFER
+        rows = self.stopping(trial, webbing=webbing, series=series, parallel=parallel)
+        rows = rows[rows.sound]
+        if rows.empty:
+            return {}, {}
+        fewest = "burdens", "count", "belt_force"
+        best = first(rows[rows.webbing == rows.webbing.min()], *fewest)
+        at = int(np.searchsorted(parallel, best["parallel"]))
+        near = np.arange(parallel[max(at - 1, 0)], best["parallel"] + 1)
+        chain = {"webbing": best["webbing"], "series": best["series"], "parallel": near}
+        rows, least = self.stopping(trial, **chain), first(rows, "belt_force")
+        return first(rows[rows.sound], *fewest), least | {"belt_force_count": least["count"]}
+
+    def needed(self, best: dict[str, Any], least: dict[str, Any], force: float) -> str:
+        """What it would take, as a sentence."""
+        if not best:
+            return (
+                f"No number of brakes up to {MOST_PARALLEL} side by side stops the occupant within "
+                f"{show(self.limits.space, 'm')}."
+            )
+        words = (
+            f"It takes {best['count']} brakes ({best['parallel']} side by side, "
+            f"{best['series']} in a row, {show(best['mass'], 'kg')}) to stop in the "
+            f"space at hand, with {show(best['belt_force'], 'N')} in the belt and "
+            f"{show(best['chest_acceleration'], 'm/s^2')} of the chest"
         )
-    words = (
-        f"It takes {need['needed_count']} brakes ({need['needed_parallel']} side by side, "
-        f"{need['needed_series']} in a row, {show(need['needed_mass'], 'kg')}) to stop in the "
-        f"space at hand, with {show(need['needed_belt_force'], 'N')} in the belt and "
-        f"{show(need['needed_chest_acceleration'], 'm/s^2')} of the chest"
-    )
-    if not need["needed_as_built"]:
-        steady = numbers.belt.stiffness * scenario.brake.brake.sheets.overlap
-        words += (
-            f", and webbing of {show(need['needed_stiffness'], 'N/m')}: behind webbing of "
-            f"{show(numbers.belt.stiffness, 'N/m')} brakes of this overlap slide steadily up to "
-            f"{show(steady, 'N')} only, and snap beyond"
-        )
-    if not need["needed_meets_loads"]:
-        words += (
-            f". No number of these brakes keeps the loads too: the least force in the belt is "
-            f"{show(need['least_belt_force'], 'N')}, with {need['least_belt_force_count']} of them"
-        )
-    if force > numbers.limits.belt:
-        words += (
-            f". Even an ideal limiter of constant force needs {show(force, 'N')} in this space, "
-            f"more than the {show(numbers.limits.belt, 'N')} allowed"
-        )
-    return words + "."
+        if not best["as_built"]:
+            steady = self.belt.stiffness * self.brake.brake.sheets.overlap
+            words += (
+                f", and webbing of {show(best['stiffness'], 'N/m')}: behind webbing of "
+                f"{show(self.belt.stiffness, 'N/m')} brakes of this overlap slide steadily up to "
+                f"{show(steady, 'N')} only, and snap beyond"
+            )
+        if not best["meets_loads"]:
+            words += (
+                f". No number of these brakes keeps the loads too: the least force in the belt is "
+                f"{show(least['belt_force'], 'N')}, with {least['count']} of them"
+            )
+        if force > self.limits.belt:
+            words += (
+                f". Even an ideal limiter of constant force needs {show(force, 'N')} in this "
+                f"space, more than the {show(self.limits.belt, 'N')} allowed"
+            )
+        return words + "."

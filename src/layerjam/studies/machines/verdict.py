@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from layerjam.studies.machines.scenario import Scenario
-from layerjam.units import quantities, show
+from layerjam.units import get, show
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,78 +68,72 @@ class Bound:
     least: bool = False
 
 
-class Facts:
-    """What a machine found: `values` by key, SI, with their `units`.
+def deciding(limits: Sequence[Limit]) -> Limit:
+    """The limit missed by the greatest factor, or the tightest where all are met."""
+    return max(limits, key=lambda limit: (not limit.met, limit.factor))
 
-    `bounding` holds what no result shows, but a limit is about.
+
+@dataclass(kw_only=True)
+class Result:
+    """What was found of a machine. `own` holds its own keys in SI, `units` theirs.
+
+    `bounding` holds what no result shows, but a limit is about; `record` is drawn.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.scenario = scenario
-        self.values: dict[str, Any] = {}
-        self.bounding: dict[str, Any] = {"mass": scenario.mass_of_all}
-        self.units = {"mass": "kg"}
+    scenario: Scenario
+    own: dict[str, Any] = field(default_factory=dict)
+    bounding: dict[str, Any] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    limits: list[Limit] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    brakes_needed: int | None = None
+    """How many brakes it would take, None where no number does."""
+    needed: str = ""
+    """What would be needed, as a sentence."""
+    record: Any = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        self.bound("kg", mass=self.mass)
+
+    @property
+    def mass(self) -> float:
+        """Of all brakes of the scenario [kg]."""
+        return self.scenario.mass_of_all
+
+    @property
+    def own_units(self) -> dict[str, str]:
+        """{key: SI unit} of its own keys that have one."""
+        return {key: self.units[key] for key in self.own if self.units[key] != "1"}
 
     def add(self, unit: str, **values: Any) -> None:
         """Results of one unit."""
-        self.values |= values
+        self.own |= values
         self.units |= dict.fromkeys(values, unit)
+
+    def take(self, units: Mapping[str, str], values: Mapping[str, Any], prefix: str) -> None:
+        """The results named in `units`, {key: unit}, with a prefix; what is not there is None."""
+        for key, unit in units.items():
+            self.add(unit, **{prefix + key: values.get(key)})
 
     def bound(self, unit: str, **values: Any) -> None:
         """Values that only limits are about, of one unit."""
         self.bounding |= values
         self.units |= dict.fromkeys(values, unit)
 
-    def limits(self, bounds: Sequence[Bound]) -> list[Limit]:
-        """Every bound with its values."""
-        limits = self.scenario.numbers.limits
-        known = self.values | self.bounding
-        own = known | {path: getattr(limits, path) for path, _, _ in quantities(type(limits))}
-        return [
+    def judge(self, *bounds: Bound) -> None:
+        """Every bound with its values, as limits."""
+        known = self.own | self.bounding
+        allowed = known | vars(get(self.scenario, "limits"))
+        self.limits += [
             Limit(
                 name=bound.name,
                 value=float(known[bound.fact]),
-                limit=float(own[bound.limit]),
+                limit=float(allowed[bound.limit]),
                 unit=self.units[bound.fact],
                 least=bound.least,
             )
             for bound in bounds
         ]
-
-    def result(self, limits: Sequence[Limit], **more: Any) -> Result:
-        """The machine's result; `more` are its other entries."""
-        units = {k: unit for k, unit in self.units.items() if k in self.values and unit != "1"}
-        given: dict[str, Any] = {
-            "own": self.values,
-            "units": units,
-            "mass": self.scenario.mass_of_all,
-        }
-        return Result(scenario=self.scenario, limits=limits, **given, **more)
-
-
-def deciding(limits: Sequence[Limit]) -> Limit:
-    """The limit missed by the greatest factor, or the tightest where all are met."""
-    return max(limits, key=lambda limit: (not limit.met, limit.factor))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Result:
-    """A machine's answer. `own` holds its own keys in SI, `units` theirs; `record` is drawn.
-
-    `brakes_needed` is how many brakes it would take, None where no number does.
-    """
-
-    scenario: Scenario
-    limits: Sequence[Limit]
-    brakes_needed: int | None
-    needed: str
-    """What would be needed, as a sentence."""
-    mass: float
-    """Of all brakes of the scenario [kg]."""
-    own: Mapping[str, Any]
-    units: Mapping[str, str]
-    warnings: Sequence[str] = ()
-    record: Any = field(default=None, repr=False)
 
     @property
     def feasible(self) -> bool:
