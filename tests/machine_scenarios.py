@@ -7,7 +7,8 @@ from pathlib import Path
 
 from layerjam.studies.machines import seat_belt
 from layerjam.studies.machines.registry import MACHINES
-from layerjam.studies.machines.scenario import Scenario, read_scenario
+from layerjam.studies.machines.scenario import read_scenario
+from layerjam.studies.machines.verdict import Machine
 
 
 def text_of(name: str) -> str:
@@ -15,7 +16,7 @@ def text_of(name: str) -> str:
     return place.read_text(encoding="utf-8")
 
 
-def changed(name: str, folder: Path | None = None, **entries: str) -> Scenario:
+def changed(name: str, folder: Path | None = None, **entries: str) -> Machine:
     """A shipped scenario with some values changed, as `table__key="value"`."""
     text = text_of(name)
     for path, value in entries.items():

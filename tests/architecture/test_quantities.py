@@ -113,7 +113,8 @@ def _declared() -> dict[str, QuantitySpec]:
             for f in dataclasses.fields(cls):
                 spec = f.metadata.get("quantity")
                 if spec is not None and "result" not in f.metadata and _bounded(spec):
-                    found[f"{cls.__name__}.{f.name}"] = spec
+                    said = (c for c in cls.__mro__ if f.name in vars(c).get("__annotations__", ()))
+                    found[f"{next(said).__name__}.{f.name}"] = spec
     return found
 
 

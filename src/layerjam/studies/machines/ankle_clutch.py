@@ -26,8 +26,8 @@ from layerjam.records.values import value
 from layerjam.studies.machines import restraint
 from layerjam.studies.machines.readiness import line_for
 from layerjam.studies.machines.restraint import Strap
-from layerjam.studies.machines.scenario import Array, Curve, Scenario
-from layerjam.studies.machines.verdict import Bound, Result
+from layerjam.studies.machines.scenario import Array, Curve
+from layerjam.studies.machines.verdict import Bound, Machine, Result
 from layerjam.units import nested, quantity, record, show
 
 SAMPLES = 1200
@@ -112,7 +112,7 @@ class Record(NamedTuple):
 
 
 @record
-class AnkleClutch(Scenario):
+class AnkleClutch(Machine):
     """Everything of the scenario."""
 
     gait: Gait = nested(Gait)

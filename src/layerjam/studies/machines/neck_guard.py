@@ -21,9 +21,9 @@ from layerjam.studies.machines.injury import bric, concussion_risk, hic15
 from layerjam.studies.machines.pulse import SHAPES, drive
 from layerjam.studies.machines.readiness import VacuumSupply, readiness
 from layerjam.studies.machines.restraint import Body, Ride, Strap, limiter_of, ride
-from layerjam.studies.machines.scenario import Array, Scenario, word
+from layerjam.studies.machines.scenario import Array, word
 from layerjam.studies.machines.trial import Trial, first
-from layerjam.studies.machines.verdict import Bound, Result
+from layerjam.studies.machines.verdict import Bound, Machine, Result
 from layerjam.units import nested, quantity, record, show
 
 STEPS = 8000
@@ -130,7 +130,7 @@ class Record(NamedTuple):
 
 
 @record
-class NeckGuard(Scenario):
+class NeckGuard(Machine):
     """Everything of the scenario."""
 
     head: Head = nested(Head)

@@ -8,10 +8,11 @@ from layerjam.records.shipped import shipped, text_of
 from layerjam.studies.machines.ankle_clutch import AnkleClutch
 from layerjam.studies.machines.neck_guard import NeckGuard
 from layerjam.studies.machines.rehabilitation import Rehabilitation
-from layerjam.studies.machines.scenario import Scenario, read_scenario
+from layerjam.studies.machines.scenario import read_scenario
 from layerjam.studies.machines.seat_belt import SeatBelt
+from layerjam.studies.machines.verdict import Machine
 
-MACHINES: dict[str, type[Scenario]] = {
+MACHINES: dict[str, type[Machine]] = {
     "seat-belt": SeatBelt,
     "neck-guard": NeckGuard,
     "ankle-clutch": AnkleClutch,
@@ -28,7 +29,7 @@ def scenarios() -> list[str]:
     return list(_texts())
 
 
-def load_scenario(scenario: str | Path) -> Scenario:
+def load_scenario(scenario: str | Path) -> Machine:
     """A scenario by name, or from the path of its TOML file.
 
     Raises UnknownNameError (with the nearest names) or FileError.

@@ -25,8 +25,8 @@ from layerjam.mechanics.pull import force_limits
 from layerjam.records.values import value
 from layerjam.studies.machines.ankle_clutch import fall_time, last_before
 from layerjam.studies.machines.readiness import line_for
-from layerjam.studies.machines.scenario import Array, Curve, Scenario, word
-from layerjam.studies.machines.verdict import Bound, Result
+from layerjam.studies.machines.scenario import Array, Curve, word
+from layerjam.studies.machines.verdict import Bound, Machine, Result
 from layerjam.units import like, nested, quantity, record, show, spec_of
 
 SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
@@ -121,7 +121,7 @@ class Record(NamedTuple):
 
 
 @record
-class Rehabilitation(Scenario):
+class Rehabilitation(Machine):
     """Everything of the scenario."""
 
     safe_state: str = word("where a fault ends", "release", "hold")

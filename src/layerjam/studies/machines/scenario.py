@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -27,9 +27,7 @@ from layerjam.records.toml import line_of, parse_toml
 from layerjam.records.values import TextSpec, entries, value
 from layerjam.units import QuantitySpec, check, get, nested, parse, quantity, record, show
 
-if TYPE_CHECKING:
-    from layerjam.studies.machines.verdict import Result
-
+S = TypeVar("S", bound="Scenario")
 Array = npt.NDArray[np.float64]
 _ROW = re.compile(r"((?:[-+.\deE]+(?:\s+|$))+)(.*)")
 
@@ -99,10 +97,6 @@ class Scenario:
                 f"{show(most, 'Pa', 6)}; a vacuum is at most that",
             )
 
-    def analyse(self) -> Result:
-        """What the machine does, needs and may; each machine says how."""
-        raise NotImplementedError
-
     def warnings(self) -> list[str]:
         """What every result has to say about the scenario's numbers, the brake's and the line's."""
         out = []
@@ -144,8 +138,8 @@ def _in_words(value: Any, spec: Any) -> str:
 
 
 def read_scenario(
-    text: str, path: object, machines: Mapping[str, type[Scenario]], folder: Path | None = None
-) -> Scenario:
+    text: str, path: object, machines: Mapping[str, type[S]], folder: Path | None = None
+) -> S:
     """A Scenario from TOML text; FileError with file and line for what it cannot be.
 
     `folder` is where paths inside the file start from.
@@ -166,7 +160,7 @@ def read_scenario(
     with reader.located():
         read: Any = reader.record(machines[named])
         check(read)
-        scenario: Scenario = replace(
+        scenario: S = replace(
             read,
             brake=load(_placed(read.brake, where)),
             line=load_line(_placed(read.line, where)),

@@ -19,9 +19,9 @@ from layerjam.studies.machines.injury import filtered
 from layerjam.studies.machines.pulse import drive
 from layerjam.studies.machines.readiness import VacuumSupply, readiness
 from layerjam.studies.machines.restraint import Body, Ride, Strap, limiter_of, ride, snaps
-from layerjam.studies.machines.scenario import Array, Brakes, Scenario, word
+from layerjam.studies.machines.scenario import Array, Brakes, word
 from layerjam.studies.machines.trial import Trial, first
-from layerjam.studies.machines.verdict import Bound, Result
+from layerjam.studies.machines.verdict import Bound, Machine, Result
 from layerjam.units import nested, quantity, record, show
 
 STEPS = 8000
@@ -124,7 +124,7 @@ class Record(NamedTuple):
 
 
 @record
-class SeatBelt(Scenario):
+class SeatBelt(Machine):
     """Everything of the scenario."""
 
     occupant: Occupant = nested(Occupant)

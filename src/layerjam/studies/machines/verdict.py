@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from layerjam.studies.machines.scenario import Scenario
-from layerjam.units import get, show
+from layerjam.units import get, record, show
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,3 +153,12 @@ class Result:
         missed = sum(not limit.met for limit in self.limits)
         count = "one limit is" if missed == 1 else f"{missed} of {len(self.limits)} limits are"
         return f"Not feasible: {count} missed; {self.reason}. {self.needed}"
+
+
+@record
+class Machine(Scenario):
+    """A scenario that says what its machine does, needs and may."""
+
+    def analyse(self) -> Result:
+        """The machine's answer; each machine says how."""
+        raise NotImplementedError
