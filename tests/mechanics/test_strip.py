@@ -125,3 +125,44 @@ def test_pulled_on_after_a_rise_from_a_whole_strip_in_motion_agrees_with_strip()
     edge = float(saturation_slip(500.0, KAPTON))
     ours, theirs = after_change((0, 2 * edge), 500.0, 900.0, 2.25 * edge)
     assert ours[-3:] == pytest.approx(theirs[-3:], abs=0.005 * ours.max())
+
+
+RAMPS = {
+    "in one step": (0, 1),
+    "in two": (0, 0.4, 1),
+    "in many": tuple(np.linspace(0, 1, 12)),
+    "uneven": (0, 0.03, 0.05, 0.7, 0.71, 1),
+    "beyond and back": (0, 0.5, 1.4, 1),
+}
+
+
+@pytest.mark.parametrize("ramp", RAMPS)
+@pytest.mark.parametrize(("before", "after"), [(500.0, 2000.0), (20.0, 1500.0)])
+@pytest.mark.parametrize("times", [0.3, 0.8])
+def test_a_raise_at_rest_does_not_depend_on_how_often_the_gauge_was_read(
+    ramp, before, after, times
+):
+    """20 to 94.5 kPa in one step or over 50 kPa: the strip at rest cannot know the difference."""
+    edge = times * float(saturation_slip(max(before, 500.0), KAPTON))
+    held = [before + (after - before) * share for share in RAMPS[ramp]]
+    on = np.linspace(edge, 1.6 * edge, 6)[1:]
+    slips = np.concatenate([np.linspace(0, edge, 6), np.full(len(held), edge), on])
+    vacuums = np.concatenate([np.full(6, before), held, np.full(len(on), after)])
+    ours = np.asarray(enclosure_cycle(slips, vacuums, KAPTON)[0])
+    theirs = run_strip(KAPTON, slips, vacuums, 60)[0]
+    assert ours == pytest.approx(theirs, abs=0.01 * ours.max())
+    once = np.asarray(enclosure_cycle(slips[[5, -1]], np.array([before, after]), KAPTON)[0])
+    assert ours[-1] == pytest.approx(once[-1], rel=1e-9)
+
+
+@pytest.mark.parametrize("steps", [1, 3, 11])
+@pytest.mark.parametrize("times", [0.3, 0.8, 2.0])
+def test_a_fall_at_rest_however_often_the_gauge_was_read(steps, times):
+    edge = times * float(saturation_slip(900.0, KAPTON))
+    held = np.linspace(900.0, 300.0, steps + 1)
+    on = np.linspace(edge, 1.4 * edge, 4)[1:]
+    slips = np.concatenate([np.linspace(0, edge, 6), np.full(steps, edge), on])
+    vacuums = np.concatenate([np.full(6, 900.0), held[1:], np.full(3, 300.0)])
+    ours = np.asarray(enclosure_cycle(slips, vacuums, KAPTON)[0])
+    theirs = run_strip(KAPTON, slips, vacuums, 60)[0]
+    assert ours == pytest.approx(theirs, abs=0.01 * ours.max())

@@ -33,6 +33,9 @@ from layerjam.mechanics.law import law, safe_sqrt, within
 
 DEPTH = 16
 """Turning points remembered in either direction, nested loops one inside the other."""
+NEAR = 1e-9
+"""Share within which two numbers count as equal. Histories reach equalities exactly (a loop that
+closes, a strip that just slides), and rounding must not decide what comes then."""
 
 
 class Turns(NamedTuple):
@@ -58,6 +61,9 @@ class Memory(NamedTuple):
     """Slip at which that branch reaches the backbone [m]."""
     down: Any
     """Strength of unloading from here, if this point has not been left since the change [N/m]."""
+    grip: Any
+    """Friction [N/m] under which the strip last slid, if that was first loading and it has only
+    been held harder since; negative otherwise."""
     highs: Turns
     lows: Turns
     loading: Any
@@ -72,7 +78,8 @@ def at_rest() -> Memory:
     none, zero, no = jnp.zeros(DEPTH), jnp.array(0.0), jnp.array(False)
     turns = Turns(none, none, none, jnp.array(0))
     base = Turns(zero, zero, zero, jnp.array(0))
-    return Memory(zero, zero, zero, base, zero, zero, turns, turns, jnp.array(True), zero, zero, no)
+    yes, void = jnp.array(True), jnp.array(-1.0)
+    return Memory(zero, zero, zero, base, zero, zero, void, turns, turns, yes, zero, zero, no)
 
 
 def branch(strength: Any, enclosure: EnclosureLaw) -> EnclosureLaw:
@@ -96,9 +103,14 @@ def _innermost(turns: Turns, otherwise: Any) -> Any:
     return jnp.where(turns.count > 0, jnp.where(last, turns.strength, 0.0).sum(), otherwise)
 
 
+def _unmoved(state: Memory) -> Any:
+    """The strip has not moved since the vacuum was changed."""
+    return (state.base.count > 0) & (jnp.abs(state.slip - state.base.slip) <= NEAR * state.slip)
+
+
 def _sliding_back(state: Memory) -> Any:
     """The whole strip slides back: it rests on the force that friction just fails to hold."""
-    on = (state.base.count > 0) & (state.down == 0) & (state.slip == state.base.slip)
+    on = _unmoved(state) & (state.down == 0)
     return on & (state.highs.count == 0) & (state.lows.count == 0)
 
 
@@ -108,8 +120,7 @@ def facing(state: Memory, loading: bool, enclosure: EnclosureLaw) -> Memory:
     full = (state.lows if loading else state.highs).count >= DEPTH
     # loops inside a loop move against the same change of friction, so that they close where they
     # opened; the outermost knows whether it starts where the vacuum was changed
-    fresh = (state.base.count > 0) & (state.slip == state.base.slip)
-    turn = jnp.where(fresh & (not loading), state.down, 2 * enclosure.friction)
+    turn = jnp.where(_unmoved(state) & (not loading), state.down, 2 * enclosure.friction)
     turned = turned & ~(_sliding_back(state) & (not loading))
     if loading:
         turn = _innermost(state.highs, turn)
@@ -190,7 +201,7 @@ def load_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     first = jnp.where(lows.count > 0, jnp.clip(highs.slip[0], state.slip, slip), state.slip)
     more, warmer = first_work(state, first, slip, enclosure)
     work, heat = work + more, heat + warmer
-    left = ((highs.slip > slip) & (index < highs.count)).sum()
+    left = ((highs.slip * (1 - NEAR) > slip) & (index < highs.count)).sum()
     return state._replace(
         slip=slip,
         force=jnp.where(slip > state.slip, loading_force(state, slip, enclosure), state.force),
@@ -210,7 +221,7 @@ def unload_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     outer = jnp.where(index > 0, jnp.roll(lows.slip, 1), slip)
     end = jnp.where(on, jnp.clip(outer, slip, start), start)
     work, heat = _along(highs, on, start, end, enclosure.friction, enclosure)
-    left = ((lows.slip < slip) & (index < lows.count)).sum()
+    left = ((lows.slip < slip * (1 - NEAR)) & (index < lows.count)).sum()
     # a strip that slides back as a whole takes its base along
     slides = _sliding_back(state)
     distance = state.slip - slip
@@ -239,34 +250,44 @@ def unload_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
 def at_vacuum(state: Memory, before: EnclosureLaw, after: EnclosureLaw) -> Memory:
     """The same slip under another vacuum; turns are forgotten.
 
-    Raising it leaves the force, lowering it caps the force at the new backbone. How the strip goes
-    on is exact in three cases. In first loading, raised: it has q' - q to spare where it slid and
-    joins the new backbone where the old sliding zone ends; backwards it moves against q + q'. In
-    first loading, lowered: it is on the new backbone. Lowered so far that friction no longer holds
-    a strip that was let back: it slides to EA x/l - q'l. In every other state the strip goes on
-    along a backbone that starts later, from a force whose first loading would store no more energy
-    than there is: softer than the strip, but nothing is won by pumping. An enclosure that pushes
-    (force < 0) is let go.
+    Raising it leaves the force, lowering it caps the force at the new backbone. How the strip
+    goes on is exact in three cases. In first loading, raised: it has q' - q to spare where it
+    slid and joins the new backbone where the old sliding zone ends; backwards it moves against
+    q + q'; as long as it rests, another vacuum is counted from q again, since a strip at rest
+    cannot know how often the gauge was read. In first loading, lowered: it is on the new
+    backbone. Lowered so far that friction no longer holds a strip that was let back: it slides
+    to EA x/l - q'l. In every other state the strip goes on along a backbone that starts later,
+    from a force whose first loading would store no more energy than there is: softer than the
+    strip, but nothing is won by pumping. An enclosure that pushes (force < 0) is let go.
     """
-    q, new, slip = before.friction, after.friction, state.slip
+    slip, new = state.slip, after.friction
+    straight = (state.highs.count == 0) & (state.lows.count == 0)
+    gripped = _unmoved(state) & straight & (state.grip >= 0)
+    q = jnp.where(gripped, state.grip, before.friction)
     raised = new > q
-    known = state.loading & (state.lows.count == 0) & (slip >= state.join) & (state.origin == 0)
-    least = after.stiffness * slip / after.reach - new * after.reach
+    first = state.loading & (state.lows.count == 0) & (slip >= state.join * (1 - NEAR))
+    first = first & (jnp.abs(state.origin) <= NEAR * slip)
+    whole = after.stiffness * slip / after.reach
+    # without friction turns mean nothing, and the strip is stretched evenly
+    even = (q == 0) & (jnp.abs(state.force - whole) <= NEAR * whole)
+    known = first | gripped | even
+    least = whole - new * after.reach
     slid_back = _slid_back_stored(least, after)
-    back = ~known & (least > 0) & (state.force <= least) & (state.stored >= slid_back)
+    back = ~known & (least > NEAR * whole) & (state.force <= least + NEAR * whole)
+    back = back & (state.stored >= slid_back * (1 - NEAR))
     most = backbone(slip, after)
     held = jnp.minimum(jnp.minimum(state.force, most), _force_of_stored(state.stored, after))
     unsure = jnp.maximum(jnp.where(raised, state.force, held), 0.0)
     force = jnp.where(known, jnp.where(raised, state.force, most), jnp.where(back, least, unsure))
     there = inverse_backbone(unsure, after)
     stored = jnp.where(raised, state.stored, backbone_stored(there, after))
-    stored = jnp.where(state.force < 0, 0.0, stored)
+    stored = jnp.where(state.force < -NEAR * whole, 0.0, stored)
     stored = jnp.where(back, slid_back, stored)
     exact = jnp.where(raised, state.stored, backbone_stored(slip, after))
     stored = jnp.minimum(jnp.where(known, exact, stored), state.stored)
     zone = jnp.where(q > 0, state.force / 2 / jnp.where(q > 0, q, 1.0), after.reach)
     ends = inverse_backbone(force + 2 * (new - q) * jnp.minimum(zone, after.reach), after)
-    spare = known & raised & (slip > 0)
+    spare = known & raised & (slip > NEAR * after.reach)
     join = jnp.where(spare, ends, jnp.where(back, _crossing(slip, force, after), slip))
     changed = state._replace(
         force=force,
@@ -274,13 +295,14 @@ def at_vacuum(state: Memory, before: EnclosureLaw, after: EnclosureLaw) -> Memor
         base=Turns(slip, force, jnp.where(spare, new - q, 2 * new), jnp.ones_like(DEPTH)),
         join=join,
         down=jnp.where(spare, new + q, jnp.where(back, 0.0, 2 * new)),
+        grip=jnp.where(spare, q, -1.0),
         highs=state.highs._replace(count=jnp.zeros_like(state.highs.count)),
         lows=state.lows._replace(count=jnp.zeros_like(state.lows.count)),
         loading=jnp.full_like(state.loading, True),
         stored=stored,
         heat=state.heat + state.stored - stored,
     )
-    return jax.tree.map(lambda a, b: jnp.where(new != q, a, b), changed, state)
+    return jax.tree.map(lambda a, b: jnp.where(new != before.friction, a, b), changed, state)
 
 
 def _slid_back_stored(force: Any, enclosure: EnclosureLaw) -> Any:
