@@ -85,7 +85,9 @@ def at_start(speed: Any, vacuum: Any, steady: bool) -> Motion:
     zero: Any = jnp.zeros_like(speed)
     no, none = jnp.zeros(speed.shape, bool), jnp.zeros(speed.shape, int)
     turns = Turns(zero, zero, zero, none)
-    memory = Memory(zero, zero, zero, turns, zero, zero, turns, turns, ~no, zero, zero, no)
+    memory = Memory(
+        zero, zero, zero, turns, zero, zero, zero - 1, turns, turns, ~no, zero, zero, no
+    )
     rest = Motion(**dict.fromkeys(Motion._fields, zero))
     rest = rest._replace(speed=speed, slack=no, vacuum=vacuum, outcome=none)
     return rest._replace(enclosure=None if steady else memory)
