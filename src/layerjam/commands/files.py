@@ -250,9 +250,5 @@ def write_brake(
         return None, [Notice(why, "not-written")]
     content = text(Path(out).stem)
     BrakeFile.read(content, out)
-    write_whole(out, lambda p: _fill(p, content), force)
+    write_whole(out, content, force)
     return str(out), []
-
-
-def _fill(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")

@@ -71,12 +71,8 @@ def lab_example(out: str | Path | None = None, *, force: bool = False) -> str:
     if out is not None:
         if Path(out).suffix != ".toml":
             raise QuantityError(f"out: '{out}' does not end in .toml")
-        write_whole(out, lambda place: _fill(place, text), force)
+        write_whole(out, text, force)
     return text
-
-
-def _fill(place: Path, text: str) -> None:
-    place.write_text(text, encoding="utf-8", newline="\n")
 
 
 @command(

@@ -62,12 +62,8 @@ def new(
     # the title names the brake it was; the new one is its owner's to name
     text = replace(load(start), title="").rendered(name)
     BrakeFile.read(text, f"brake named '{name[:80]}'")
-    write_whole(out, lambda path: _fill(path, text), force)
+    write_whole(out, text, force)
     return NewBrake(name=name, file=str(out))
-
-
-def _fill(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
 
 
 @result

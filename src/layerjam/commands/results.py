@@ -200,8 +200,7 @@ class Result:
         path = Path(path)
         ending = path.suffix.lower()
         if ending == ".json":
-            text = self.json()
-            return write_whole(path, lambda p: _fill(p, text), force)
+            return write_whole(path, self.json() + "\n", force)
         if ending in PICTURES and self.drawable():
             self.plot(path, force=force)
             return path
@@ -329,10 +328,6 @@ _ENDS = ("low", "high")
 def key_of(f: Field[Any]) -> str:
     """The key in the JSON of a field of a result."""
     return f.metadata["key"] or f.name
-
-
-def _fill(path: Path, text: str) -> None:
-    path.write_text(text + "\n", encoding="utf-8")
 
 
 def in_words(value: Any, unit: str) -> str:

@@ -53,8 +53,12 @@ def brake_of(anything: str | Path | BrakeFile | Brake) -> Brake:
     return brake
 
 
-def write_whole(path: str | Path, write: Callable[[Path], None], force: bool = False) -> Path:
-    """Let `write` fill a temporary file beside `path`, then move it there in one step.
+def write_whole(
+    path: str | Path, content: str | bytes | Callable[[Path], object], force: bool = False
+) -> Path:
+    """Fill a temporary file beside `path`, then move it there in one step.
+
+    `content` is the text (written in UTF-8), the bytes, or what fills the file of a given path.
 
     Raises FileError where `path` exists and `force` is not set, or cannot be written; nothing is
     left behind then.
@@ -71,7 +75,10 @@ def write_whole(path: str | Path, write: Callable[[Path], None], force: bool = F
     temporary = None
     try:
         temporary = _new_beside(path)
-        write(temporary)
+        if isinstance(content, str | bytes):
+            temporary.write_bytes(content if isinstance(content, bytes) else content.encode())
+        else:
+            content(temporary)
         os.replace(temporary, path)
         temporary = None
     except OSError as err:

@@ -77,7 +77,7 @@ def write_campaign(
     samples, stopped = 0, False
     try:
         for name, text in texts.items():
-            _write_text(folder / name, text, force)
+            write_whole(folder / name, text, force)
         for test, trace in campaign.each():
             done[test.number] = _write(campaign, test, trace, folder, force)
             samples += len(trace)
@@ -103,13 +103,6 @@ def _prepare(folder: Path, force: bool) -> None:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise FileError(str(folder)[:200], f"cannot be written: {reason}") from None
-
-
-def _write_text(path: Path, text: str, force: bool) -> None:
-    def fill(place: Path) -> None:
-        place.write_text(text, encoding="utf-8", newline="\n")
-
-    write_whole(path, fill, force)
 
 
 def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, force: bool) -> Path:

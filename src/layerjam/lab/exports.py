@@ -6,7 +6,7 @@ imitations, written from what such files look like, not by the machines.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -36,37 +36,26 @@ ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "latin-1", "cp1252", "cp932")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Style:
-    """How one file is written, and what it says of its force's unit (N are the numbers')."""
-
-    trace: Trace
-    mark: str
-    """Between columns."""
-    decimal: str
-    names: tuple[str, ...]
-    """Of time, travel, force, and what testXpert calls crosshead, travel and force."""
-    unit: str
-
-    def line(self, *cells: str, form: str = '"%s"') -> str:
-        """One line of the head."""
-        return self.mark.join(form % cell for cell in cells)
-
-
-@dataclass(frozen=True, kw_only=True)
 class Layout:
     """One software's layout: the lines above its numbers, its columns, and what is usual for it.
 
-    `columns` holds the format of each column: t, time [s]; x, travel [mm]; m, travel [m]; c, the
-    absolute crosshead [mm]; f, force [N]. `english` are the names of time, travel and force where
-    they are not those of `LANGUAGES`; `fixed` says that encoding, decimal sign and language are
-    always the usual ones.
+    `head` holds the lines, with "|" for the mark between cells and words in braces for what differs
+    from file to file (`_said` says which). `columns` holds the format of each column: t, time [s];
+    x, travel [mm]; m, travel [m]; f, force [N]; of testXpert c, the absolute crosshead [mm], X and
+    F, its travel and force. `name` and `unit` are what a cell of the names and of the units looks
+    like, `second` is the unit of time. `english` are the names of time, travel and force where they
+    are not those of `LANGUAGES`; `fixed` says that encoding, decimal sign and language are always
+    the usual ones.
     """
 
     about: str
     ending: str
     encoding: str
-    head: Callable[[Style], list[str]]
+    head: tuple[str, ...]
     columns: Mapping[str, str]
+    name: str = '"{name}"'
+    unit: str = '"{unit}"'
+    second: str = "s"
     newline: str = "\n"
     mark: str = ""
     """Between columns; a comma, or a semicolon beside decimal commas, where it is empty."""
@@ -80,100 +69,76 @@ def statement(facts: Facts) -> str:
     return f"SYNTHETIC, layerjam {__version__} virtual test machine, seed {facts.seed}"
 
 
-def _own(style: Style) -> list[str]:
-    said = statement(style.trace.facts)
-    head = [f"# layerjam {__version__} measurement", f"# data: {said}"]
-    return [*head, f"time [s],elongation [m],force [{style.unit}]"]
-
-
-def _bluehill(style: Style) -> list[str]:
-    operator = style.line("Operator", statement(style.trace.facts))
-    units = style.line("s", "mm", style.unit, form='"(%s)"')
-    return ['"Sample description"', operator, "", style.line(*style.names[:3]), units, ""]
-
-
-def _testxpert(style: Style) -> list[str]:
-    trace, mark = style.trace, style.mark
-    length = float(np.ptp(trace.elongation)) * 1e3 if len(trace) else 0.0
-
-    def line(name: str, number: float, unit: str) -> str:
-        text = f"{number:g}".replace(".", style.decimal)
-        return f'"{name}"{mark}{text}{mark}"{unit}"'
-
-    time, _, _, crosshead, travel, force = style.names
-    return [
-        line("Gage length, standard travel", length, "mm"),
-        line("Cross-section", 1, "mm²"),
-        style.line("Extensometer", ""),
-        style.line("Load cell", ""),
-        style.line("Operator", statement(trace.facts)),
-        line("v1", (trace.facts.speed or 0.0) * 60e3, "mm/min"),
-        style.line(time, crosshead, force, travel),
-        style.line("s", "mm", style.unit, "mm"),
-    ]
-
-
-def _mts(style: Style) -> list[str]:
-    time, travel, force = style.names[:3]
-    return [
-        "MTS TestSuite",
-        "Data Acquisition: Timed",
-        f"Station Name: {statement(style.trace.facts)}",
-        f"Test Run Name: repeat {style.trace.facts.repeat}",
-        "",
-        style.line(travel, force, time, form="%s"),
-        style.line("mm", style.unit, "sec", form="%s"),
-    ]
-
-
-def _trapezium(style: Style) -> list[str]:
-    time, travel, force = style.names[:3]
-    return [
-        style.line("Key Word", "Test Type", "Test Mode", "Operator"),
-        style.line("", "Tensile", "Single", statement(style.trace.facts)),
-        "",
-        f'"1 _ {style.trace.facts.repeat}"',
-        style.line(time, force, travel),
-        style.line("sec", style.unit, "mm"),
-    ]
-
-
-def _plain(style: Style) -> list[str]:
-    time, travel, force = style.names[:3]
-    names = style.line(f"{time} [s]", f"{travel} [mm]", f"{force} [{style.unit}]", form="%s")
-    return [statement(style.trace.facts), names]
-
-
+# Of each column: the place of its name in LANGUAGES, and its unit.
+_COLUMNS = {
+    "t": (0, "s"),
+    "x": (1, "mm"),
+    "m": (1, "m"),
+    "f": (2, "N"),
+    "c": (3, "mm"),
+    "X": (4, "mm"),
+    "F": (5, "N"),
+}
 LAYOUTS = {
     "own": Layout(
         about="layerjam CSV, SI, every digit",
         ending=".csv",
         encoding="utf-8",
-        head=_own,
+        head=("# layerjam {version} measurement", "# data: {said}", "{names}"),
         columns={"t": "%r", "m": "%r", "f": "%r"},
+        name="{name} [{unit}]",
+        english=("time", "elongation", "force"),
         fixed=True,
     ),
     "bluehill": Layout(
         about="Instron Bluehill",
         ending=".csv",
         encoding="utf-8",
-        head=_bluehill,
+        head=(
+            '"Sample description"',
+            '"Operator"|"{said}"',
+            "",
+            "{names}",
+            "{units}",
+            "",
+        ),
         columns={"t": '"%.6f"', "x": '"%.6f"', "f": '"%.5f"'},
+        unit='"({unit})"',
         newline="\r\n",
     ),
     "testxpert": Layout(
         about="Zwick testXpert",
         ending=".TRA",
         encoding="latin-1",
-        head=_testxpert,
-        columns={"t": "%.6g", "c": "%.6g", "f": "%.6g", "x": "%.6g"},
+        head=(
+            '"Gage length, standard travel"|{length}|"mm"',
+            '"Cross-section"|1|"mm²"',
+            '"Extensometer"|""',
+            '"Load cell"|""',
+            '"Operator"|"{said}"',
+            '"v1"|{speed}|"mm/min"',
+            "{names}",
+            "{units}",
+        ),
+        columns={"t": "%.6g", "c": "%.6g", "F": "%.6g", "X": "%.6g"},
     ),
     "mts": Layout(
         about="MTS TestSuite",
         ending=".txt",
         encoding="utf-8",
-        head=_mts,
+        head=(
+            "MTS TestSuite",
+            "Data Acquisition: Timed",
+            "Station Name: {said}",
+            "Test Run Name: repeat {repeat}",
+            "",
+            "{names}",
+            "{units}",
+        ),
         columns={"x": "%.6f", "f": "%.5f", "t": "%.6f"},
+        name="{name}",
+        unit="{unit}",
+        second="sec",
         newline="\r\n",
         mark="\t",
         english=("Time", "Crosshead", "Load"),
@@ -182,8 +147,16 @@ LAYOUTS = {
         about="Shimadzu Trapezium",
         ending=".csv",
         encoding="utf-8-sig",
-        head=_trapezium,
+        head=(
+            '"Key Word"|"Test Type"|"Test Mode"|"Operator"',
+            '""|"Tensile"|"Single"|"{said}"',
+            "",
+            '"1 _ {repeat}"',
+            "{names}",
+            "{units}",
+        ),
         columns={"t": '"%.9g"', "f": '"%.9g"', "x": '"%.9g"'},
+        second="sec",
         newline="\r\n",
         english=("Time", "Stroke", "Force"),
     ),
@@ -191,8 +164,9 @@ LAYOUTS = {
         about="columns between tabs, decimal commas",
         ending=".tsv",
         encoding="cp1252",
-        head=_plain,
+        head=("{said}", "{names}"),
         columns={"t": "%.6f", "x": "%.6f", "f": "%.5f"},
+        name="{name} [{unit}]",
         mark="\t",
         decimal=",",
         english=("Time", "Displacement", "Force"),
@@ -226,7 +200,7 @@ class Form:
     def possible(self) -> None:
         """Raise QuantityError where the encoding lacks letters of the language."""
         encoding, _, language = self.settled()
-        words = "".join(LANGUAGES[language]) + ("²" if self.layout == "testxpert" else "")
+        words = "".join([*LANGUAGES[language], *self.made.head])
         try:
             words.encode(encoding)
         except UnicodeEncodeError as error:
@@ -242,29 +216,49 @@ def file_bytes(trace: Trace, form: Form, force_unit: str = "N", cut: float | Non
     """The file of a trace; `cut` ends it in the middle of the line at that part of its rows."""
     if trace.time is None:
         raise QuantityError("a trace without time cannot be written")
-    layout, (encoding, decimal, language) = form.made, form.settled()
-    names: tuple[str, ...] = LANGUAGES[language]
-    if language == "en" and layout.english:
-        names = (*layout.english, *names[3:])
+    layout, (encoding, decimal, _) = form.made, form.settled()
     mark = layout.mark or ("," if decimal == "." else ";")
-    style = Style(trace=trace, mark=mark, decimal=decimal, names=names, unit=force_unit)
-    head = layout.newline.join([*layout.head(style), ""])
-    text = head + _rows(layout, style, trace.time)
+    head = [line.replace("|", mark) for line in layout.head]
+    said = _said(trace, form, force_unit, mark)
+    text = layout.newline.join([*(line.format(**said) for line in head), ""])
+    text += _rows(layout, trace, mark, decimal)
     if cut is not None:
         text = _cut_off(text, mark, len(trace), cut)
     return text.encode(encoding)
 
 
-def _rows(layout: Layout, style: Style, time: np.ndarray) -> str:
+def _said(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, object]:
+    """What stands for the words in braces of a head."""
+    layout, (_, decimal, language) = form.made, form.settled()
+    names: tuple[str, ...] = LANGUAGES[language]
+    if language == "en" and layout.english:
+        names = (*layout.english, *names[3:])
+    shown = {"s": layout.second, "N": force_unit}
+    pairs = [
+        (names[at], shown.get(unit, unit)) for at, unit in (_COLUMNS[c] for c in layout.columns)
+    ]
+    length = float(np.ptp(trace.elongation)) * 1e3 if len(trace) else 0.0
+    speed = (trace.facts.speed or 0.0) * 60e3
+    return {
+        "version": __version__,
+        "said": statement(trace.facts),
+        "repeat": trace.facts.repeat,
+        "length": f"{length:g}".replace(".", decimal),
+        "speed": f"{speed:g}".replace(".", decimal),
+        "names": mark.join(layout.name.format(name=name, unit=unit) for name, unit in pairs),
+        "units": mark.join(layout.unit.format(unit=unit) for _, unit in pairs),
+    }
+
+
+def _rows(layout: Layout, trace: Trace, mark: str, decimal: str) -> str:
     """All rows in one go."""
-    travel = style.trace.elongation * 1e3
-    every = {"t": time, "x": travel, "c": travel + 250.0, "f": style.trace.force}
-    every["m"] = style.trace.elongation
-    flat = np.column_stack([every[c] for c in layout.columns]).ravel().tolist() if len(time) else ()
+    travel, force, count = trace.elongation * 1e3, trace.force, len(trace)
+    every = {"t": trace.time, "m": trace.elongation, "f": force, "F": force}
+    every |= {"x": travel, "X": travel, "c": travel + 250.0}
+    flat = np.column_stack([every[c] for c in layout.columns]).ravel().tolist() if count else ()
     # the mark goes in last: a comma between columns is no decimal sign
     row = "\0".join(layout.columns.values()) + layout.newline
-    text = (row * len(time)) % tuple(flat)
-    return text.replace(".", style.decimal).replace("\0", style.mark)
+    return (row * count % tuple(flat)).replace(".", decimal).replace("\0", mark)
 
 
 def _cut_off(text: str, mark: str, rows: int, part: float) -> str:
@@ -292,8 +286,4 @@ def write_pair(
     # the sidecar first: a file of numbers that was written always has its facts beside it
     if sidecar:
         write_facts(path, replace(trace.facts, synthetic=True), force)
-    return write_whole(path, lambda place: _put(place, data), force)
-
-
-def _put(place: Path, data: bytes) -> None:
-    place.write_bytes(data)
+    return write_whole(path, data, force)

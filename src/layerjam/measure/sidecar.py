@@ -72,9 +72,4 @@ def facts_text(facts: Facts) -> str:
 
 def write_facts(path: str | Path, facts: Facts, force: bool = False) -> Path:
     """Write the sidecar of the data file `path`; FileError where one exists and not `force`."""
-    text = facts_text(facts).encode()
-    return write_whole(sidecar_path(path), lambda place: _write(place, text), force)
-
-
-def _write(place: Path, content: bytes) -> None:
-    place.write_bytes(content)
+    return write_whole(sidecar_path(path), facts_text(facts), force)

@@ -109,7 +109,7 @@ class Record:
         table = np.column_stack([values for _, values, _ in self.columns()])
         # the shortest digits that read back to the same number
         text.writelines(",".join(map(repr, row)) + "\n" for row in table.tolist())
-        return write_whole(path, lambda p: _write(p, text.getvalue()), force)
+        return write_whole(path, text.getvalue(), force)
 
     def to_netcdf(self, path: str | Path, *, force: bool = False) -> Path:
         """Write NetCDF 3 through xarray and scipy."""
@@ -207,10 +207,6 @@ class DropRecord(Record):
             "gravity along the pull": f"{self.gravity!r} m/s^2",
             "solver": solver,
         }
-
-
-def _write(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
 
 
 def read_header(path: str | Path) -> tuple[BrakeFile, str]:

@@ -166,7 +166,7 @@ class BayesFit:
         for chain, draw in np.ndindex(*self.scale_factor.shape):
             row = [repr(float(v[chain, draw])) for v, _ in flat.values()]
             text.write(",".join([str(chain), str(draw), *row]) + "\n")
-        return write_whole(path, lambda p: _put(p, text.getvalue()), force)
+        return write_whole(path, text.getvalue(), force)
 
     def header(self) -> dict[str, str]:
         """What stands above the draws."""
@@ -196,10 +196,6 @@ class BayesFit:
         """Write all draws as NetCDF 3."""
         data = self.to_xarray()
         return write_whole(path, lambda p: data.to_netcdf(p, engine="scipy"), force)
-
-
-def _put(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
 
 
 def _posterior(
