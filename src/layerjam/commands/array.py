@@ -85,11 +85,11 @@ def array(
         notices.append(
             Notice("equal brakes share the load evenly; real ones do not quite", "even-share")
         )
-    return ArrayPull(
+    return ArrayPull.of(
+        whole,
         brake=brake.name,
         parallel=rows,
         series=row,
-        brakes=whole.brakes,
         vacuum=pressure,
         until=until,
         peak_force=float(pulled.force[top]),
@@ -98,10 +98,6 @@ def array(
         end=float(pulled.elongation[-1]),
         work=float(pulled.work[-1]),
         outcome=pulled.outcome.name,
-        travel=whole.travel,
-        energy=whole.energy,
-        mass=whole.mass,
-        stiffness=whole.stiffness,
         force_density=float(pulled.force[top]) / whole.mass,
         warnings=notices,
         record=pulled,

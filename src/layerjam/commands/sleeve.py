@@ -185,8 +185,8 @@ def sleeve(
             out, lambda stem: updated_text(brake, stem, changed), force, bool(refused), partial
         )
         warnings += [*said, *_old_factor(brake)] if written else said
-    return SiliconeFit(
-        **values,
+    return SiliconeFit.of(
+        values,
         window=[float(start), float(end)],
         files=rows,
         understood={p: list(s.understood) for p, (s, *_) in done.items()},

@@ -6,14 +6,12 @@ reader would, so that a study over thousands of campaigns needs no files.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from layerjam.lab.plan import Subject, Trial, duration, planned, samples
-from layerjam.lab.records import friction_trace, pull_traces
+from layerjam.lab.records import friction_trace, pull_traces, pulls_at_once
 from layerjam.lab.spec import Spec, checked
 from layerjam.lab.text import read_spec
 from layerjam.measure.trace import Trace
@@ -47,11 +45,7 @@ class Campaign:
         sleds = [t for t in self.tests if t.kind == "friction" and kind in ("", "friction")]
         for test in sleds:
             yield test, friction_trace(self.spec, test)
-        groups: dict[Any, list[Trial]] = defaultdict(list)
-        for test in self.tests:
-            if test.kind == "pull" and kind in ("", "pull"):
-                groups[test.subject.label, test.speed].append(test)
-        for (_, speed), tests in groups.items():
+        for speed, tests in pulls_at_once(self.tests if kind in ("", "pull") else ()):
             count = samples(duration(self.spec, speed), self.spec.machine)
             size = max(1, _CHUNK // count)
             for start in range(0, len(tests), size):

@@ -22,6 +22,7 @@ from layerjam.lab.spec import Spec
 from layerjam.lab.text import spec_text
 from layerjam.measure.sidecar import sidecar_path
 from layerjam.measure.trace import Trace
+from layerjam.records.writer import literal
 from layerjam.units import exact_text
 
 SATURATED_AT = 0.8
@@ -43,9 +44,8 @@ class Written:
 
 def form_of(campaign: Campaign, test: Trial) -> Form:
     """The form of a test's file; each test takes the next layout."""
-    said = campaign.spec.files
-    layout = said.layouts[test.number % len(said.layouts)]
-    return Form(layout=layout, encoding=said.encoding, decimal=said.decimal, language=said.language)
+    forms = campaign.spec.files.forms()
+    return forms[test.number % len(forms)]
 
 
 def name_of(campaign: Campaign, test: Trial) -> str:
@@ -139,32 +139,19 @@ def _portable(campaign: Campaign) -> Spec:
 
 def truth_text(campaign: Campaign) -> str:
     """The truth of a campaign as TOML: of each brake, and of each file."""
-    import tomlkit
-
-    document = tomlkit.document()
-    head = (
-        f"SYNTHETIC, layerjam {__version__} virtual laboratory, seed {campaign.spec.seed}.",
-        "What the files beside this one were made from: solve the exercise first, then look.",
-    )
-    for line in head:
-        document.add(tomlkit.comment(line))
-    document["synthetic"] = True
-    document["seed"] = campaign.spec.seed
-    brakes, tests = tomlkit.aot(), tomlkit.aot()
-    for subject in campaign.subjects:
-        brakes.append(_table(_truth_of(subject, campaign.spec.machine.compliance)))
-    for test in campaign.tests:
-        tests.append(_table({"file": name_of(campaign, test), **_truth_of_test(test)}))
-    document["brakes"], document["tests"] = brakes, tests
-    return tomlkit.dumps(document)
-
-
-def _table(values: dict[str, Any]) -> Any:
-    import tomlkit
-
-    table = tomlkit.table()
-    table.update({k: v for k, v in values.items() if v is not None})
-    return table
+    lines = [
+        f"# SYNTHETIC, layerjam {__version__} virtual laboratory, seed {campaign.spec.seed}.",
+        "# What the files beside this one were made from: solve the exercise first, then look.",
+        "synthetic = true",
+        f"seed = {campaign.spec.seed}",
+    ]
+    compliance = campaign.spec.machine.compliance
+    rows = [("brakes", _truth_of(subject, compliance)) for subject in campaign.subjects]
+    rows += [("tests", _truth_of_test(test, name_of(campaign, test))) for test in campaign.tests]
+    for table, values in rows:
+        lines += ["", f"[[{table}]]"]
+        lines += [f"{key} = {literal(v)}" for key, v in values.items() if v is not None]
+    return "\n".join([*lines, ""])
 
 
 def _truth_of(subject: Subject, compliance: float) -> dict[str, Any]:
@@ -194,10 +181,11 @@ def _truth_of(subject: Subject, compliance: float) -> dict[str, Any]:
     }
 
 
-def _truth_of_test(test: Trial) -> dict[str, Any]:
+def _truth_of_test(test: Trial, file: str) -> dict[str, Any]:
     """What was so in one test."""
     pull = test.kind == "pull"
     return {
+        "file": file,
         "kind": test.kind,
         "repeat": test.repeat,
         "true_vacuum": None if test.true_vacuum is None else exact_text(test.true_vacuum, "Pa"),

@@ -7,6 +7,7 @@ numbers are drawn by test and by fault, so that one fault more leaves the others
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -29,69 +30,54 @@ STREAMS = {
 }
 
 
+def fault(unit: str, text: str, hi: float, lo: float = 0.0) -> Any:
+    """A field for the size of a fault, 0 for none."""
+    return quantity(unit, text, lo=lo, hi=hi, default=0.0)
+
+
 @dataclass(frozen=True, kw_only=True)
 class LoadCell:
     """A load cell and how it is recorded; as it stands here, one without any fault."""
 
     sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=1000.0)
-    force_noise: float = quantity(
-        "N", "white noise of the load cell, standard deviation", hi=1e4, default=0.0
-    )
-    force_offset: float = quantity(
-        "N", "load cell's reading at no load", lo=-1e4, hi=1e4, default=0.0
-    )
+    force_noise: float = fault("N", "white noise of the load cell, standard deviation", 1e4)
+    force_offset: float = fault("N", "load cell's reading at no load", 1e4, lo=-1e4)
     load_cell_range: float | None = quantity(
         "N", "force beyond which the load cell shows no more", lo=1e-3, hi=1e7, default=None
     )
-    force_step: float = quantity("N", "step in which the force is recorded", hi=100, default=0.0)
+    force_step: float = fault("N", "step in which the force is recorded", 100)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Faults(LoadCell):
     """A test machine; as it stands here, one without any fault."""
 
-    force_drift: float = quantity(
-        "N/s", "drift of the load cell's zero", lo=-100, hi=100, default=0.0
+    force_drift: float = fault("N/s", "drift of the load cell's zero", 100, lo=-100)
+    travel_step: float = fault("m", "step in which the travel is recorded", 1e-3)
+    slack: float = fault("m", "travel before the brake is taut", 0.1)
+    preload: float = fault(
+        "N", "force at which the record begins, its travel set to zero there", 1e4
     )
-    travel_step: float = quantity("m", "step in which the travel is recorded", hi=1e-3, default=0.0)
-    slack: float = quantity("m", "travel before the brake is taut", hi=0.1, default=0.0)
-    preload: float = quantity(
-        "N", "force at which the record begins, its travel set to zero there", hi=1e4, default=0.0
+    crosshead_start: float = fault("m", "travel shown by the first sample", 2, lo=-2)
+    compliance: float = fault("m/N", "stretch of frame and grips that the travel holds", 1e-3)
+    lag: float = fault("s", "time by which the force comes late", 10)
+    jitter: float = fault("s", "scatter of the moment of a sample, standard deviation", 1)
+    dropped: float = fault("1", "part of the samples that are lost", 0.5)
+    repeated_stamps: float = fault(
+        "1", "part of the samples that carry the time of the one before", 0.5
     )
-    crosshead_start: float = quantity(
-        "m", "travel shown by the first sample", lo=-2, hi=2, default=0.0
+    stick_slip: float = fault("N", "stick-slip while sliding, from top to bottom", 1e4)
+    vacuum_error: float = fault("Pa", "vacuum in the brake less what the gauge shows", 2e4, lo=-2e4)
+    vacuum_loss: float = fault("Pa/s", "fall of the vacuum while the brake is pulled", 1e5)
+    warming: float = fault(
+        "K", "rise of the temperature from the first test to the last", 30, lo=-30
     )
-    compliance: float = quantity(
-        "m/N", "stretch of frame and grips that the travel holds", hi=1e-3, default=0.0
+    zero_per_kelvin: float = fault("N", "load cell's zero, change for each kelvin", 100, lo=-100)
+    span_per_kelvin: float = fault(
+        "1", "load cell's span, relative change for each kelvin", 0.01, lo=-0.01
     )
-    lag: float = quantity("s", "time by which the force comes late", hi=10, default=0.0)
-    jitter: float = quantity(
-        "s", "scatter of the moment of a sample, standard deviation", hi=1, default=0.0
-    )
-    dropped: float = quantity("1", "part of the samples that are lost", hi=0.5, default=0.0)
-    repeated_stamps: float = quantity(
-        "1", "part of the samples that carry the time of the one before", hi=0.5, default=0.0
-    )
-    stick_slip: float = quantity(
-        "N", "stick-slip while sliding, from top to bottom", hi=1e4, default=0.0
-    )
-    vacuum_error: float = quantity(
-        "Pa", "vacuum in the brake less what the gauge shows", lo=-2e4, hi=2e4, default=0.0
-    )
-    vacuum_loss: float = quantity(
-        "Pa/s", "fall of the vacuum while the brake is pulled", hi=1e5, default=0.0
-    )
-    warming: float = quantity(
-        "K", "rise of the temperature from the first test to the last", lo=-30, hi=30, default=0.0
-    )
-    zero_per_kelvin: float = quantity(
-        "N", "load cell's zero, change for each kelvin", lo=-100, hi=100, default=0.0
-    )
-    span_per_kelvin: float = quantity(
-        "1", "load cell's span, relative change for each kelvin", lo=-0.01, hi=0.01, default=0.0
-    )
-    friction_per_kelvin: float = quantity(
-        "1", "sheets' friction, relative change for each kelvin", lo=-0.02, hi=0.02, default=0.0
+    friction_per_kelvin: float = fault(
+        "1", "sheets' friction, relative change for each kelvin", 0.02, lo=-0.02
     )
 
 

@@ -25,13 +25,18 @@ def _column(values: Sequence[float]) -> Array:
     return np.array(values, dtype=float)[:, None]
 
 
-def possible(spec: Spec, tests: Sequence[Trial]) -> None:
-    """Raise QuantityError where a pull of the campaign cannot be; quick, without its samples."""
+def pulls_at_once(tests: Sequence[Trial]) -> list[tuple[float, list[Trial]]]:
+    """(speed [m/s], pulls of one brake at that speed), for all brakes and speeds."""
     groups: dict[tuple[str, float], list[Trial]] = defaultdict(list)
     for test in tests:
         if test.kind == "pull":
             groups[test.subject.label, test.speed].append(test)
-    for (_, speed), some in groups.items():
+    return [(speed, some) for (_, speed), some in groups.items()]
+
+
+def possible(spec: Spec, tests: Sequence[Trial]) -> None:
+    """Raise QuantityError where a pull of the campaign cannot be; quick, without its samples."""
+    for speed, some in pulls_at_once(tests):
         turned = (spec.machine.slack + spec.pulls.travel) / speed
         ends = np.array([[0.0, turned, turned + spec.pulls.unload / speed]])
         _pull_force(spec, some, ends)

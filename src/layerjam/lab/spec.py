@@ -14,7 +14,7 @@ from typing import Any
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.lab.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form
-from layerjam.lab.faults import Faults, LoadCell, consistent
+from layerjam.lab.faults import Faults, LoadCell, consistent, fault
 from layerjam.records.values import ListSpec, TextSpec, value
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, NORMAL_FORCE, SEED
 from layerjam.units import QuantitySpec, check, like, nested, quantity, show
@@ -22,12 +22,21 @@ from layerjam.units import QuantitySpec, check, like, nested, quantity, show
 MOST_TESTS = 10_000
 MOST_SAMPLES = 5_000_000
 """Of one test."""
-_SIZE = QuantitySpec("1", "standard deviation from repeat to repeat, part of the mean", hi=0.5)
 
 
 def _several(unit: str, text: str, default: tuple[float, ...], **bounds: Any) -> Any:
     """A field that holds a list of quantities."""
     return value(ListSpec(each=QuantitySpec(unit, text, **bounds), distinct=True), default)
+
+
+def _scatter(what: str) -> Any:
+    """A field for the scatter of something."""
+    return fault("1", f"{what}: standard deviation from repeat to repeat, part of the mean", 0.5)
+
+
+def _faulty(which: str) -> Any:
+    """A field for a number of files."""
+    return quantity("1", f"files {which}", hi=1000, whole=True, default=0)
 
 
 def _word(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
@@ -108,20 +117,18 @@ class FrictionTests(LoadCell):
     texture: float = quantity(
         "1", "scatter of the friction along the film, part of the mean", hi=0.3, default=0.01
     )
-    static_scatter: float = quantity("1", "static friction: " + _SIZE.text, hi=0.5, default=0.0)
-    kinetic_scatter: float = quantity("1", "kinetic friction: " + _SIZE.text, hi=0.5, default=0.0)
-    stick_slip: float = quantity(
-        "N", "stick-slip while sliding, from top to bottom", hi=100, default=0.0
-    )
+    static_scatter: float = _scatter("static friction")
+    kinetic_scatter: float = _scatter("kinetic friction")
+    stick_slip: float = fault("N", "stick-slip while sliding, from top to bottom", 100)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scatter:
     """How the brake differs from pull to pull; each has mean 1 (log-normal)."""
 
-    friction: float = quantity("1", "sheets' friction: " + _SIZE.text, hi=0.5, default=0.0)
-    stiffness: float = quantity("1", "stiffness: " + _SIZE.text, hi=0.5, default=0.0)
-    enclosure: float = quantity("1", "enclosure's force: " + _SIZE.text, hi=0.5, default=0.0)
+    friction: float = _scatter("sheets' friction")
+    stiffness: float = _scatter("stiffness")
+    enclosure: float = _scatter("enclosure's force")
     per: str = _word(
         "what shares one draw: each pull its own, or all pulls of one repeat number (a brake that "
         "is taken apart between repeats)",
@@ -141,37 +148,22 @@ class Files:
     decimal: str = _word("decimal sign; 'usual' is each layout's own", "usual", ("usual", ".", ","))
     language: str = _word("language of the columns' names", "en", tuple(LANGUAGES))
 
+    def forms(self) -> list[Form]:
+        """The forms that files take in turn."""
+        same = {"encoding": self.encoding, "decimal": self.decimal, "language": self.language}
+        return [Form(layout=layout, **same) for layout in self.layouts]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Practice:
     """How many of the pulls' files have a fault that a reader should find; drawn by the seed."""
 
-    cut_off: int = quantity(
-        "1", "files that end in the middle of a line", hi=1000, whole=True, default=0
-    )
-    header_only: int = quantity(
-        "1", "files that hold a header and no numbers", hi=1000, whole=True, default=0
-    )
-    wrong_unit: int = quantity(
-        "1",
-        "files whose header says kN where the numbers are in N",
-        hi=1000,
-        whole=True,
-        default=0,
-    )
-    negative_force: int = quantity(
-        "1", "files of a machine that counts tension as negative", hi=1000, whole=True, default=0
-    )
-    saturated: int = quantity(
-        "1",
-        "files whose load cell ends at four fifths of the peak",
-        hi=1000,
-        whole=True,
-        default=0,
-    )
-    no_sidecar: int = quantity(
-        "1", "files without the sidecar that states the vacuum", hi=1000, whole=True, default=0
-    )
+    cut_off: int = _faulty("that end in the middle of a line")
+    header_only: int = _faulty("that hold a header and no numbers")
+    wrong_unit: int = _faulty("whose header says kN where the numbers are in N")
+    negative_force: int = _faulty("of a machine that counts tension as negative")
+    saturated: int = _faulty("whose load cell ends at four fifths of the peak")
+    no_sidecar: int = _faulty("without the sidecar that states the vacuum")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,11 +202,8 @@ def checked(spec: Spec) -> Spec:
         )
     if not spec.files.layouts:
         raise QuantityError.of("files.layouts", "none is given; name at least one")
-    for layout in spec.files.layouts:
-        said = spec.files
-        Form(
-            layout=layout, encoding=said.encoding, decimal=said.decimal, language=said.language
-        ).possible()
+    for form in spec.files.forms():
+        form.possible()
     pulls = len(spec.brakes) * len(spec.pulls.vacuums) * len(spec.pulls.speeds)
     pulls *= spec.pulls.repeats
     tests = pulls + len(spec.brakes) * spec.friction.repeats

@@ -117,8 +117,5 @@ def pooled(
             if key in ("modulus_100", "initial_modulus") and len(column) > 1:
                 out[f"{key}_sd"] = float(np.std(column, ddof=1))
     out["difference"] = _over(out.get("modulus_100"), sheet)
-    chosen = row_of_fit(fitted[model])
-    for key in ("parameters", "model_modulus", "strain_range", "rmse", "error_at_100", "stable"):
-        out[key] = chosen[key]
-    out["models"] = {name: row_of_fit(fit) for name, fit in fitted.items()}
-    return out
+    models = {name: row_of_fit(fit) for name, fit in fitted.items()}
+    return {**models[model], **out, "models": models}
