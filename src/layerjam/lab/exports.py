@@ -16,7 +16,7 @@ from layerjam._version import __version__
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError, QuantityError
 from layerjam.measure.sidecar import Facts, sidecar_path, write_facts
-from layerjam.measure.trace import Trace
+from layerjam.measure.trace import Array, Trace
 
 # Names of time, travel and force, then testXpert's for crosshead, travel and force.
 LANGUAGES = {
@@ -221,7 +221,7 @@ def file_bytes(trace: Trace, form: Form, force_unit: str = "N", cut: float | Non
     head = [line.replace("|", mark) for line in layout.head]
     said = _said(trace, form, force_unit, mark)
     text = layout.newline.join([*(line.format(**said) for line in head), ""])
-    text += _rows(layout, trace, mark, decimal)
+    text += _rows(layout, trace, trace.time, mark, decimal)
     if cut is not None:
         text = _cut_off(text, mark, len(trace), cut)
     return text.encode(encoding)
@@ -250,10 +250,10 @@ def _said(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, obj
     }
 
 
-def _rows(layout: Layout, trace: Trace, mark: str, decimal: str) -> str:
+def _rows(layout: Layout, trace: Trace, time: Array, mark: str, decimal: str) -> str:
     """All rows in one go."""
     travel, force, count = trace.elongation * 1e3, trace.force, len(trace)
-    every = {"t": trace.time, "m": trace.elongation, "f": force, "F": force}
+    every = {"t": time, "m": trace.elongation, "f": force, "F": force}
     every |= {"x": travel, "X": travel, "c": travel + 250.0}
     flat = np.column_stack([every[c] for c in layout.columns]).ravel().tolist() if count else ()
     # the mark goes in last: a comma between columns is no decimal sign

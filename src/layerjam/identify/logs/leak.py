@@ -240,24 +240,22 @@ def _fit(
         guess = np.log(2) / max(float(t[int(np.argmax(half))]), span / len(t))
     if model != "linear":  # the same flow at the start
         guess *= flow("linear", ends[0], 1.0, atmosphere) / flow(model, ends[0], 1.0, atmosphere)
-    start = [ends[0], guess] + [0.0] * settled
-    scale = [abs(floor), max(abs(guess), 1e-3 / span)] + [abs(floor)] * settled
+    inside = (1e-6 * atmosphere, atmosphere) if ends[0] < atmosphere else (atmosphere, np.inf)
+    parameters = [
+        (ends[0], abs(floor), *inside),
+        (guess, max(abs(guess), 1e-3 / span), -np.inf, np.inf),
+        *[(0.0, abs(floor), -np.inf, np.inf)] * settled,
+    ]
+    start, scale, low, high = zip(*parameters, strict=True)
 
     def curve(values: Array) -> Array:
         made = pressure(model, t, float(values[0]), float(values[1]), atmosphere)
         return made + (float(values[2]) if settled else 0.0)
 
-    low = [1e-6 * atmosphere if ends[0] < atmosphere else atmosphere, -np.inf]
-    high = [atmosphere if ends[0] < atmosphere else np.inf, np.inf]
-    bounds = (low + [-np.inf] * settled, high + [np.inf] * settled)
-    found = fit_series(curve, p, start, scale, bounds)
-    zero = float(found.values[2]) if settled else None
+    found = fit_series(curve, p, start, scale, (low, high))
+    begun, rate, *zero = map(float, found.values)
     return LeakFit(
-        model=model,
-        start=float(found.values[0]),
-        rate=float(found.values[1]),
-        zero=zero,
-        series=found,
+        model=model, start=begun, rate=rate, zero=zero[0] if zero else None, series=found
     )
 
 

@@ -172,13 +172,16 @@ def fit_pump_down(
             why = f"{show(low, 'Pa')} is no absolute pressure"
         raise FitError(f"{why}, or the reading is of another kind (--reading)")
     third = float(t[int(np.argmax(p <= low + (p[0] - low) / np.e))]) or float(t[1])
-    begin = [float(p[0]), max(low - 0.02 * fall, 1e-3 * low), 1 / third]
-    scale = [fall, 0.1 * fall, 1 / third]
-    bottom, top = [0.5 * begin[0], 0.0, 0.0], [1.5 * begin[0], max(float(p[-1]) * 1.5, 2 * low)]
-    top.append(np.inf)
+    first, end = float(p[0]), float(p[-1])
+    parameters = [
+        (first, fall, 0.5 * first, 1.5 * first),
+        (max(low - 0.02 * fall, 1e-3 * low), 0.1 * fall, 0.0, max(end * 1.5, 2 * low)),
+        (1 / third, 1 / third, 0.0, np.inf),
+    ]
     if shrink is None:
-        begin, scale = [*begin, 0.1 / atmosphere], [*scale, 1 / atmosphere]
-        bottom, top = [*bottom, -0.9 / atmosphere], [*top, 0.999 / atmosphere]
+        whole = 1 / atmosphere
+        parameters.append((0.1 / atmosphere, whole, -0.9 / atmosphere, 0.999 / atmosphere))
+    begin, scale, bottom, top = zip(*parameters, strict=True)
 
     def curve(values: Array) -> Array:
         start, ultimate, rate, *more = (float(v) for v in values)

@@ -191,22 +191,9 @@ def least_squares(
     starts = _starts(stretch, stress, terms)
     if near is not None:
         starts = [np.array([near[f"alpha{i + 1}"] for i in range(terms)])]
-    best = min(
-        (
-            refine(
-                residual,
-                start,
-                bounds=_LIMITS,
-                x_scale=1.0,
-                xtol=1e-10,
-                ftol=1e-12,
-                gtol=1e-14,
-                max_nfev=60,
-            )
-            for start in starts
-        ),
-        key=lambda found: float(found.cost),
-    )
+    close = {"xtol": 1e-10, "ftol": 1e-12, "gtol": 1e-14, "max_nfev": 60}
+    found = [refine(residual, start, bounds=_LIMITS, x_scale=1.0, **close) for start in starts]
+    best = min(found, key=lambda one: float(one.cost))
     order = np.argsort(best.x)
     exponents = best.x[order]
     linear = _solve_positive(exponents, stretch, stress)
