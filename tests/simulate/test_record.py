@@ -127,7 +127,7 @@ def test_files_appear_whole_or_not_at_all(
     path = tmp_path / f"run.{ending}"
     path.write_text("mine")
     if when == "write":
-        monkeypatch.setattr("layerjam.simulate.record._write", full)
+        monkeypatch.setattr(Path, "write_bytes", full)
         monkeypatch.setattr(xarray.Dataset, "to_netcdf", full)
     else:
         monkeypatch.setattr(os, when, full)
