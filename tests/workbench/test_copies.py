@@ -18,7 +18,7 @@ from layerjam.workbench.pages.design import Design
 from layerjam.workbench.pages.drop import Drop
 from layerjam.workbench.pages.laboratory import Laboratory
 from layerjam.workbench.pages.laboratory_drop import practice_files
-from layerjam.workbench.pages.laboratory_files import put_roles
+from layerjam.workbench.pages.laboratory_files import put_edits
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.vacuum import Vacuum
 from layerjam.workbench.state import State
@@ -99,7 +99,7 @@ def of_the_laboratory(practice, folder) -> list[tuple[str, Result]]:
             page.uploads.take(name, data)
             (folder / name).write_bytes(data)
     rows = page.compute()
-    put_roles(page.desk, {r.upload.key: "validate" for r in rows if r.vacuum == 40e3})
+    put_edits(page.desk, {r.upload.key: {"role": "validate"} for r in rows if r.vacuum == 40e3})
     page.compute()
     made = [(done.call.python(), done.result) for done in page.chain.done.values()]
     page.close()

@@ -10,12 +10,12 @@ import pytest
 from layerjam.commands.impact import drop
 from layerjam.commands.index import load
 from layerjam.commands.tuning import tune
-from layerjam.workbench.call import DataFile
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import NO_ROPE, OWN, Drop
 from layerjam.workbench.pages.drop_animation import SLOW, series, slowness
 from layerjam.workbench.pages.drop_table import notes, table, verdict
 from layerjam.workbench.state import State, from_link, to_link
+from layerjam.workbench.uploads import Upload
 from workbench.standing import standing
 
 KAPTON = "choi2018-kapton"
@@ -81,7 +81,7 @@ def test_what_the_fold_more_holds_reaches_the_command(tmp_path):
     assert names == {p.name for p in load("drop").parameters}
     file = tmp_path / "made-up.csv"
     file.write_text("time [s],vacuum [kPa]\n" + "".join(f"{i / 100},60\n" for i in range(200)))
-    page.more._files["vacuum_history"] = DataFile("my log.csv", file)
+    page.more.files["vacuum_history"].files.append(Upload("my log.csv", file))
     shown, drops, _ = page.compute()
     assert shown == "history"
     own = drop(KAPTON, **CASE, vacuum_history=file, rope_damping="20 N s/m", duration="0.2 s",
@@ -92,7 +92,6 @@ def test_what_the_fold_more_holds_reaches_the_command(tmp_path):
     assert "--vacuum-history 'my log.csv'" in words and "--vacuum " not in words
     odd = page_of(rope_damping="20 furlongs", atmosphere="12 s")
     assert odd.calls() == page_of().calls()
-    page.more.uploads.close()
 
 
 def test_the_table_holds_no_markup_of_others():

@@ -21,18 +21,17 @@ from layerjam.measure.readers.workbook import MAX_UNPACKED
 from layerjam.workbench import uploads as up
 from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.laboratory_chain import Asked, Campaign, Chain, report, taken_roles
+from layerjam.workbench.pages import laboratory_files as files_of
+from layerjam.workbench.pages.laboratory_chain import Campaign, Chain, stem_of, taken_roles
 from layerjam.workbench.pages.laboratory_drop import practice_files
 from layerjam.workbench.pages.laboratory_files import (
-    Reader,
     beginning,
     check_edit,
     edits_of,
     put_edits,
-    put_roles,
+    read_row,
     sidecar_text,
 )
-from layerjam.workbench.pages.laboratory_steps import stem_of
 from layerjam.workbench.runner import Stopped
 from layerjam.workbench.uploads import Refused, Uploads, clean, in_users_toml, is_sidecar
 
@@ -66,12 +65,12 @@ def few(practice: dict[str, bytes]) -> dict[str, bytes]:
     return {n: d for n, d in practice.items() if any(w in n for w in wanted)}
 
 
-def campaign_of(rows, tab, brake=KAPTON, name=KAPTON.name, asked=None, tell=quiet):
-    return Campaign(rows, brake, name, asked or Asked(), tab.folder, tell)
+def campaign_of(rows, tab, brake=KAPTON, tell=quiet, **asked):
+    return Campaign(rows, brake, asked, tab.folder, tell)
 
 
 def rows_of(tab: Uploads, desk: Desk) -> list:
-    return Reader().rows(tab, edits_of(desk), quiet)
+    return files_of.rows_of(tab, edits_of(desk), "paper", read_row, quiet)
 
 
 @pytest.mark.parametrize("name", ["../../etc/passwd", "..", "C:\\x\\y.csv", "a" * 5000 + ".csv",
@@ -84,8 +83,8 @@ def test_a_name_never_becomes_a_path(tab, name):
     assert made.path.name.startswith("layerjam-file-0001.")
     assert made.path.suffix in (*up.ENDINGS, ".dat")
     assert sorted(p.name for p in tab.folder.iterdir()) == [made.path.name]
-    assert len(made.name) <= up.LONGEST_NAME and made.name.isprintable() and made.name
-    assert "/" not in made.name and "\\" not in made.name
+    assert len(made.shown) <= up.LONGEST_NAME and made.shown.isprintable() and made.shown
+    assert "/" not in made.shown and "\\" not in made.shown
 
 
 @given(st.text(max_size=300))
@@ -118,7 +117,7 @@ def test_the_same_content_counts_once_and_the_same_name_is_numbered(tab):
     tab.take("a.csv", b"1")
     with pytest.raises(Refused, match=r"b.csv: the same content is here as a.csv"):
         tab.take("b.csv", b"1")
-    assert tab.take("a.csv", b"2").name == "a (2).csv"
+    assert tab.take("a.csv", b"2").shown == "a (2).csv"
 
 
 def test_the_folder_goes_with_the_tab_and_nothing_comes_after(tab):
@@ -160,9 +159,9 @@ def test_a_vacuum_set_on_the_page_stands_in_the_sidecar_and_can_be_undone(tab):
     desk = Desk()
     (row,) = rows_of(tab, desk)
     assert row.asks == "vacuum?" and not row.good
-    put_edits(desk, [row.upload.key], {"vacuum": "80 kPa"})
+    put_edits(desk, {row.upload.key: {"vacuum": "80 kPa"}})
     (row,) = rows_of(tab, desk)
-    assert row.good and row.vacuum == 80e3 and row.edited
+    assert row.good and row.vacuum == 80e3 and row.upload.edited
     assert up.sidecar_of(row.upload.path).read_text() == 'vacuum = "80 kPa"\n'
     desk.undo()
     (row,) = rows_of(tab, desk)
@@ -177,12 +176,12 @@ def test_columns_signs_and_units_are_corrected_per_file(tab):
     first, second = rows_of(tab, desk)
     assert "--columns" in first.refused and not second.refused
     said = {"vacuum": "50 kPa", "columns": "skip,force:N,elongation:mm", "negative": "force"}
-    put_edits(desk, [first.upload.key], said)
+    put_edits(desk, {first.upload.key: said})
     first, second = rows_of(tab, desk)
     assert not first.refused and first.good, first.refused
     assert first.traces[0].force.max() == pytest.approx(max(FORCE))
     assert any("[read] of its sidecar" in s for s in first.understood)
-    assert not second.edited
+    assert not second.upload.edited
 
 
 def test_the_users_sidecar_keeps_its_words_and_the_pages_count():
@@ -223,7 +222,7 @@ def campaign(practice):
     tab, desk, chain = Uploads(), Desk(), Chain()
     for name, data in few(practice).items():
         tab.take(name, data)
-    put_roles(desk, taken_roles(rows_of(tab, desk)))
+    put_edits(desk, taken_roles(rows_of(tab, desk)))
     rows = rows_of(tab, desk)
     chain.run(campaign_of(rows, tab))
     yield tab, rows, chain
@@ -246,7 +245,8 @@ def test_what_is_written_and_said_names_files_as_the_user_does(campaign):
     tab, _, chain = campaign
     for done in chain.done.values():
         shown = json.dumps([dict(done.result.values), list(done.result.warnings)], default=str)
-        for text in (shown, done.text, done.call.python(), done.call.command()):
+        written = "" if done.brake is None else done.brake.text
+        for text in (shown, written, done.call.python(), done.call.command()):
             assert "layerjam-file" not in text and str(tab.folder) not in text
         assert done.picture.lstrip().startswith("<svg")
     names = [f["name"] for f in chain.done["calibrate"].brake.notes["files"]]
@@ -279,8 +279,8 @@ def test_a_step_whose_inputs_stand_is_not_computed_again(campaign):
 
 def test_sampling_is_never_begun_unasked_and_can_be_stopped(campaign):
     tab, rows, _ = campaign
-    chain, asked = Chain(), Asked(depth="bayesian")
-    chain.run(campaign_of(rows, tab, asked=asked))
+    chain, asked = Chain(), {"depth": "bayesian"}
+    chain.run(campaign_of(rows, tab, **asked))
     assert "press 'Sample'" in chain.instead["calibrate"] and "validate" not in chain.done
 
     def stop(what: str, share: float) -> None:
@@ -288,9 +288,9 @@ def test_sampling_is_never_begun_unasked_and_can_be_stopped(campaign):
             raise Stopped
 
     with pytest.raises(Stopped):
-        chain.run(campaign_of(rows, tab, asked=asked, tell=stop), sample=True)
+        chain.run(campaign_of(rows, tab, **asked, tell=stop), "sample")
     assert "stopped" in chain.instead["calibrate"]
-    chain.run(campaign_of(rows, tab, asked=asked))
+    chain.run(campaign_of(rows, tab, **asked))
     assert "press 'Sample'" in chain.instead["calibrate"]
 
 
@@ -299,7 +299,7 @@ def test_a_brake_is_not_written_over_the_one_it_is_made_from(campaign):
     fitted = chain.done["calibrate"]
     again = Chain()
     brake = Subject(fitted.call.out, fitted.brake)
-    again.run(campaign_of(rows, tab, brake, fitted.brake.name))
+    again.run(campaign_of(rows, tab, brake))
     assert again.done["calibrate"].call.out == "choi2018-kapton-again-calibrated.toml"
     assert again.done["friction"].call.to_save == [brake.name]
     assert again.done["calibrate"].call.to_save == []
@@ -307,7 +307,9 @@ def test_a_brake_is_not_written_over_the_one_it_is_made_from(campaign):
 
 def test_a_report_names_files_as_the_user_does(campaign):
     tab, rows, _ = campaign
-    done = report(campaign_of(rows, tab))
+    chain = Chain()
+    chain.run(campaign_of(rows, tab), "report")
+    done = chain.done["report"]
     assert {"report.html", "report.pdf", "results.json", "numbers.csv"} <= set(done.pages)
     for name in ("report.html", "results.json", "numbers.csv"):
         text = done.pages[name].decode()
@@ -335,7 +337,7 @@ def test_names_in_toml_and_copied_text_are_quoted():
 @given(st.text(max_size=80))
 @settings(max_examples=100, deadline=None)
 def test_a_stem_is_safe_in_a_path(name):
-    stem = stem_of(name)
+    stem = stem_of(Subject(name))
     assert stem and os.path.basename(stem) == stem and stem not in (".", "..")
     assert stem.isascii() and len(stem) <= 60
 

@@ -12,11 +12,11 @@ from layerjam.commands.declare import PYTHON_ONLY, Help, OutFile, Parameter, Pro
 from layerjam.commands.quantities import ATMOSPHERE
 from layerjam.errors import LayerjamError
 from layerjam.units import usual_unit
-from layerjam.workbench.call import DataFile, Options, parameters
+from layerjam.workbench.call import Options, parameters
 from layerjam.workbench.controls import on_typed, with_unit
 from layerjam.workbench.page import Page
-from layerjam.workbench.uploads import LARGEST, Refused, Uploads
-from layerjam.workbench.widgets import Alert, button, dressed, fold, hint, select
+from layerjam.workbench.uploads import LARGEST, Uploads
+from layerjam.workbench.widgets import Alert, button, dressed, field, fold, hint, select
 
 
 def others(command: str, shown: Collection[str]) -> list[Parameter]:
@@ -42,17 +42,18 @@ class More:
     def __init__(self, page: Page, command: str, shown: Collection[str]) -> None:
         self.page, self.desk = page, page.desk
         self.inputs = others(command, shown)
-        self.uploads = Uploads()
-        self._files: dict[str, DataFile] = {}
+        self.files = {p.name: Uploads() for p in self.inputs if is_file(p)}
+        """Of each input that is a file: what was dropped, the last of which counts."""
 
     def options(self) -> Options:
         """What was set: texts that the command can read, words, flags, and files."""
         made: Options = {}
         for p in self.inputs:
             value = self.desk.get(self.page.name, p.name, "")
-            if p.name in self._files:
-                made[p.name] = self._files[p.name]
-            elif value and not is_file(p) and not refusal(p, value):
+            if p.name in self.files:
+                if self.files[p.name].files:
+                    made[p.name] = self.files[p.name].files[-1]
+            elif value and not refusal(p, value):
                 made[p.name] = value
         return made
 
@@ -63,7 +64,8 @@ class More:
 
     def build(self) -> None:
         """The fold; the files go with the tab."""
-        ui.context.client.on_delete(self.uploads.close)
+        for uploads in self.files.values():
+            ui.context.client.on_delete(uploads.close)
         with fold("More", f"{self.page.name}-more"):
             for p in self.inputs:
                 self._field(p)
@@ -71,7 +73,7 @@ class More:
     def _field(self, p: Parameter) -> None:
         ident, label = f"{self.page.name}-{p.name}", p.label.capitalize()
         value = self.desk.get(self.page.name, p.name, "")
-        if is_file(p):
+        if p.name in self.files:
             self._upload(p, ident, label)
             return
         put = partial(self._put, p)
@@ -100,46 +102,37 @@ class More:
         default = "" if p.default in (None, ()) else f"{p.default}"
         example = p.spec.example.strip("'") if p.spec else ""
         hinted = default or (f"such as {example}" if example else "")
-        field = dressed(ui.input(label, value=now), ident, "w-full", "dense outlined stack-label")
-        dressed(field, placeholder=hinted, maxlength=120, aria_label=label)
-        field.tooltip(p.sentence)
+        box = field(label, ident, now, tip=p.sentence, example=hinted, longest=120)
 
         def typed() -> None:
             unit = usual_unit(p.spec.unit) if p.spec else ""
-            text = with_unit(str(field.value or ""), unit)
+            text = with_unit(str(box.value or ""), unit)
             why = refusal(p, text) if text else ""
-            field.error = why or None
+            box.error = why or None
             if not why and text != self.desk.get(self.page.name, p.name, ""):
                 self.desk.put(self.page.name, p.name, text)
-                field.set_value(text)
+                box.set_value(text)
 
-        on_typed(field, typed)
-        return field
+        on_typed(box, typed)
+        return box
 
     def _upload(self, p: Parameter, ident: str, label: str) -> None:
         """A file; it stays on this machine and is no part of the link."""
+        uploads = self.files[p.name]
 
         async def came(event: events.UploadEventArguments) -> None:
             area.reset()
-            try:
-                self.uploads.room(event.file.name, event.file.size())
-                made = self.uploads.take(event.file.name, await event.file.read())
-            except Refused as err:
-                alert.say(str(err))
-                return
-            if made is not None:
-                self._files[p.name] = DataFile(made.name, made.path)
-                changed(made.name)
+            alert.say(await uploads.receive(event.file))
+            look()
 
         def forget() -> None:
-            self.uploads.remove(f.key for f in self.uploads.files)
-            self._files.pop(p.name, None)
-            changed("")
-
-        def changed(name: str) -> None:
+            uploads.remove(f.key for f in uploads.files)
             alert.say("")
-            kept.set_text(name)
-            drop.set_visibility(bool(name))
+            look()
+
+        def look() -> None:
+            kept.set_text("".join(f.shown for f in uploads.files[-1:]))
+            drop.set_visibility(bool(uploads.files))
             self.page.refresh()
 
         hint(p.sentence)

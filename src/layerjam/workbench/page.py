@@ -200,3 +200,12 @@ class Notes:
         with self._box:
             for sentence in warnings:
                 ui.label(f"Note: {sentence}")
+
+
+def checks(result: Any) -> None:
+    """What the checks of a fit say, and which of them passed; nothing where it has none."""
+    for check in result.values.get("checks", ()):
+        with ui.row().classes("no-wrap gap-2 items-baseline"):
+            tone, word = ("yes", "✓ ok") if check["passed"] else ("no", "✗ look")
+            ui.label(word).classes(f"{tone} font-medium whitespace-nowrap")
+            ui.label(f"{check['name']}: {check['sentence']}").classes("text-sm")

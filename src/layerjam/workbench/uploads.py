@@ -8,17 +8,26 @@ from __future__ import annotations
 
 import hashlib
 import io
+import itertools
 import re
 import tempfile
 import threading
 import weakref
 import zipfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nicegui import run
 
 from layerjam.errors import QuantityError
 from layerjam.identify.provenance import renamed
+from layerjam.measure.sidecar import sidecar_path as sidecar_of
+from layerjam.workbench.call import DataFile
+
+if TYPE_CHECKING:
+    from nicegui.elements.upload_files import FileUpload
 
 LARGEST = 60 * 2**20
 """Bytes of one file: about two million rows of time, force and elongation as text, and below the
@@ -41,13 +50,11 @@ class Refused(QuantityError):
 
 
 @dataclass(frozen=True)
-class Upload:
-    """A measurement in the folder: the user's name of it, where it lies, digest, bytes."""
+class Upload(DataFile):
+    """A measurement in the folder, with the digest and the number of its bytes."""
 
-    name: str
-    path: Path
-    digest: str
-    size: int
+    digest: str = ""
+    size: int = 0
 
     @property
     def key(self) -> str:
@@ -55,19 +62,20 @@ class Upload:
         return self.digest[:12]
 
 
-@dataclass(eq=False)
 class Uploads:
-    """The files of one tab."""
+    """The files of one tab.
 
-    files: list[Upload] = field(default_factory=list)
-    sidecars: dict[str, str] = field(default_factory=dict)
-    """{user's name of the measurement: its sidecar's text}; may come before the measurement."""
+    `sidecars` is {user's name of the measurement: its sidecar's text}; it may come before the
+    measurement.
+    """
 
-    def __post_init__(self) -> None:
-        self._place: tempfile.TemporaryDirectory[str] | None = None
-        self._count = 0
-        self._lock = threading.Lock()
+    def __init__(self) -> None:
+        self.files: list[Upload] = []
+        self.sidecars: dict[str, str] = {}
         self.closed = False
+        self._place: tempfile.TemporaryDirectory[str] | None = None
+        self._numbers = itertools.count(1)
+        self._lock = threading.Lock()
 
     @property
     def folder(self) -> Path:
@@ -104,38 +112,51 @@ class Uploads:
     def take(self, name: str, data: bytes) -> Upload | None:
         """Keep a file; None for a sidecar. Raises Refused."""
         with self._lock:
-            return self._take(name, data)
-
-    def _take(self, name: str, data: bytes) -> Upload | None:
-        self.room(name, len(data))
-        if is_sidecar(name):
-            try:
-                self.sidecars[clean(name)[: -len(".toml")]] = data.decode("utf-8-sig")
-            except UnicodeDecodeError:
-                raise Refused(f"{clean(name)}: is no text in UTF-8") from None
-            return None
-        digest = hashlib.sha256(data).hexdigest()
-        for other in self.files:
-            if other.digest == digest:
-                raise Refused(f"{clean(name)}: the same content is here as {other.name}")
-        self._count += 1
-        ending = Path(clean(name)).suffix.lower()
-        ending = ending if ending in ENDINGS else ".dat"
-        path = self.folder / f"{OURS}{self._count:04d}{ending}"
-        path.write_bytes(data)
-        made = Upload(self._unused(clean(name)), path, digest, len(data))
-        self.files.append(made)
-        return made
+            self.room(name, len(data))
+            shown = clean(name)
+            if is_sidecar(name):
+                try:
+                    self.sidecars[shown[: -len(".toml")]] = data.decode("utf-8-sig")
+                except UnicodeDecodeError:
+                    raise Refused(f"{shown}: is no text in UTF-8") from None
+                return None
+            digest = hashlib.sha256(data).hexdigest()
+            for other in self.files:
+                if other.digest == digest:
+                    raise Refused(f"{shown}: the same content is here as {other.shown}")
+            ending = Path(shown).suffix.lower()
+            ending = ending if ending in ENDINGS else ".dat"
+            path = self.folder / f"{OURS}{next(self._numbers):04d}{ending}"
+            path.write_bytes(data)
+            made = Upload(self._unused(shown), path, digest=digest, size=len(data))
+            self.files.append(made)
+            return made
 
     def _unused(self, name: str) -> str:
         """The name, numbered where another file has it."""
-        taken = {f.name for f in self.files}
-        stem, dot, ending = name.rpartition(".")
-        made, count = name, 1
-        while made in taken:
-            count += 1
-            made = f"{stem} ({count}){dot}{ending}" if dot else f"{name} ({count})"
-        return made
+        taken, plain = {f.shown for f in self.files}, Path(name)
+        numbered = (f"{plain.stem} ({n}){plain.suffix}" for n in itertools.count(2))
+        return next(n for n in itertools.chain([name], numbered) if n not in taken)
+
+    async def receive(self, file: FileUpload) -> str:
+        """Keep a file that the browser sends; why not, where it is not taken."""
+        try:
+            self.room(file.name, file.size())
+            await run.io_bound(self.take, file.name, await file.read())
+        except Refused as err:
+            return str(err)
+        except OSError as err:
+            return f"{clean(file.name)}: could not be kept: {err.strerror or 'no room'}"
+        return ""
+
+    def with_sidecar(self, upload: Upload, text: str) -> Upload:
+        """The measurement as a call takes it, with this text beside it, none where it is empty."""
+        if text:
+            sidecar_of(upload.path).write_text(text, encoding="utf-8", newline="\n")
+        else:
+            sidecar_of(upload.path).unlink(missing_ok=True)
+        edited = text != self.sidecars.get(upload.shown, "")
+        return replace(upload, sidecar=text, edited=edited)
 
     def remove(self, keys: Iterable[str]) -> None:
         """Forget files and delete them."""
@@ -144,7 +165,7 @@ class Uploads:
             one.path.unlink(missing_ok=True)
             sidecar_of(one.path).unlink(missing_ok=True)
             self.files.remove(one)
-            self.sidecars.pop(one.name, None)
+            self.sidecars.pop(one.shown, None)
 
     def close(self) -> None:
         """Delete the folder and all in it; what is being computed from it ends with a refusal."""
@@ -154,10 +175,6 @@ class Uploads:
         if self._place is not None:
             self._place.cleanup()
             self._place = None
-
-    def names(self) -> dict[str, str]:
-        """{made-up name: the user's}."""
-        return {f.path.name: f.name for f in self.files}
 
 
 _OPEN: weakref.WeakSet[Uploads] = weakref.WeakSet()
@@ -187,11 +204,6 @@ def is_sidecar(name: str) -> bool:
     """Whether it is called NAME.csv.toml: the facts of another file."""
     text = clean(name).lower()
     return text.endswith(".toml") and "." in text[: -len(".toml")]
-
-
-def sidecar_of(path: Path) -> Path:
-    """Where the sidecar of a kept file lies."""
-    return path.with_name(path.name + ".toml")
 
 
 def in_users_toml(text: str, names: Mapping[str, str]) -> str:

@@ -98,6 +98,23 @@ def select(
     return made.tooltip(tip) if tip else made
 
 
+def field(
+    label: str,
+    ident: str,
+    value: str = "",
+    *,
+    tip: str = "",
+    example: str = "",
+    classes: str = "w-full",
+    longest: int = 300,
+) -> ui.input:
+    """A field for a text; `example` stands in it while it is empty."""
+    made = ui.input(label, value=value, placeholder=example)
+    look = "dense outlined hide-bottom-space stack-label"
+    dressed(made, ident, classes, look, aria_label=label, maxlength=longest)
+    return made.tooltip(tip) if tip else made
+
+
 def columns(classes: str = "") -> tuple[ui.column, ui.column]:
     """Controls on the left, results on the right; below each other where it is narrow."""
     with ui.row().classes(f"w-full no-wrap items-start gap-6 page {classes}"):

@@ -2,39 +2,42 @@
 
 from __future__ import annotations
 
-import threading
+import asyncio
 from collections.abc import Sequence
-from functools import cache, partial
+from functools import lru_cache, partial
 from typing import Any
 
-from nicegui import app, ui
+from nicegui import ui
 
 from layerjam.errors import LayerjamError
 from layerjam.measure.sidecar import SIDECAR_ENDING
-from layerjam.workbench.call import Call, key_of
+from layerjam.workbench.call import Call, Options, key_of
 from layerjam.workbench.controls import Choice, choice, chosen, menu
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.laboratory_chain import (
     SAMPLE,
-    Asked,
+    STEPS,
     Campaign,
     Chain,
-    report,
+    Done,
     taken_roles,
 )
 from layerjam.workbench.pages.laboratory_correct import Correct
 from layerjam.workbench.pages.laboratory_drop import Dropped, practice_files
-from layerjam.workbench.pages.laboratory_files import Reader, Row, edits_of, put_roles
-from layerjam.workbench.pages.laboratory_results import Card
-from layerjam.workbench.pages.laboratory_steps import Done, stem_of
+from layerjam.workbench.pages.laboratory_files import (
+    Row,
+    edits_of,
+    put_edits,
+    read_row,
+    rows_of,
+)
+from layerjam.workbench.pages.laboratory_results import Card, show_step
 from layerjam.workbench.pages.laboratory_table import Table
-from layerjam.workbench.rest import elsewhere
-from layerjam.workbench.runner import Runner
-from layerjam.workbench.uploads import Uploads, close_all, zipped
-from layerjam.workbench.widgets import Alert, button, columns, dressed, hint, one_line
+from layerjam.workbench.runner import waiting_line
+from layerjam.workbench.uploads import MOST, Refused, Uploads, zipped
+from layerjam.workbench.widgets import button, columns, dressed, one_line
 
-STEPS = ("friction", "calibrate", "validate")
 STANDARDS = {"paper": "as the paper", "d1894": "ASTM D1894", "iso8295": "ISO 8295"}
 METHODS = {"exact": "peaks", "curves": "whole curves", "bayesian": "Bayesian"}
 STICK_SLIP = Choice(
@@ -58,6 +61,9 @@ FREE = Choice(
 )
 SOON = 0.3
 """Files that arrive within this time [s] of each other are read together."""
+LOOK = 0.2
+"""Seconds between two looks at what was computed so far."""
+KINDS = {"report.pdf": "application/pdf", "report.html": "text/html"}
 
 
 class Laboratory(Page):
@@ -67,29 +73,23 @@ class Laboratory(Page):
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
-        self.uploads = Uploads()
+        self.uploads, self.chain = Uploads(), Chain()
         self.standard = chosen("friction", "standard", STANDARDS, label="Friction tests read")
         self.method = chosen("calibrate", "depth", METHODS, label="Calibrated on")
-        self.reader, self.chain = Reader(), Chain()
         self.rows: list[Row] = []
-        self.page: Done | None = None
-        self._of: Any = None
-        """What the report was made of: it goes when that changes."""
-        self.job = ""
-        """What the second runner does: "report" or "practice"."""
-        self.jobs = Runner(self._job, self._job_done, elsewhere)
-        self._busy = threading.Lock()
-        self._progress = ("", 0.0)
-        self._sample = False
-        self._read: list[Row] | None = None
-        """Files just read, to be shown before the rest is computed."""
-        self._wait = 0.0
-        self._divide_next = False
+        self._read = lru_cache(4 * MOST)(read_row)
+        self._wanted: set[str] = set()
+        """What was asked for by a button: "sample", "report", "practice"."""
+        self._begun: object = None
+        """The inputs of what is being computed."""
+        self._divides = False
+        """Whether practice files were made that are to be divided."""
+        self._not_taken: list[str] = []
+        self._soon: asyncio.TimerHandle | None = None
 
     def build(self) -> None:
         """Drop zone and settings left; files, results and report right."""
         ui.context.client.on_delete(self.close)
-        _at_shutdown()
         side, main = columns()
         with side:
             self.dropped = Dropped(self.uploads, self._arrived)
@@ -97,7 +97,7 @@ class Laboratory(Page):
                 "A campaign of the virtual laboratory on the brake choi2018-kapton; nothing in it "
                 "was measured"
             )
-            text, practice = "Try with synthetic files", partial(self._begin, "practice")
+            text, practice = "Try with synthetic files", partial(self._want, "practice")
             key, look = "laboratory-practice", "flat dense no-caps"
             button(text, practice, key, "science", how=look, tip=tip)
             ui.separator()
@@ -105,157 +105,148 @@ class Laboratory(Page):
             choice(self.desk, self.name, STICK_SLIP)
             choice(self.desk, self.name, self.method)
             menu(self.desk, self.name, FREE)
-            self._progress_box()
+            waiting_line(self.name, self.runner)
             self.problem_line()
         with main.classes("gap-4"):
             synthetic = "Synthetic: files among these were written by a program, not measured"
             self.banner = dressed(ui.label(synthetic), "laboratory-synthetic", "synthetic")
-            self.banner.set_visibility(False)
             self.table = Table(self._chosen, self._divide, self._sidecars)
             self.correct = Correct(self.desk, self._removed)
-            self.cards = {
-                name: Card(name, self._take_buttons if name == "calibrate" else lambda: None)
-                for name in STEPS
-            }
-            self._report_card()
-        ui.timer(0.2, self._tick)
-
-    def _progress_box(self) -> None:
-        with ui.column().classes("w-full gap-1") as self.working:
-            self.doing = dressed(ui.label(""), "laboratory-doing", "text-sm", role="status")
-            self.bar = ui.linear_progress(0.0, show_value=False)
-            dressed(self.bar, how="instant-feedback", aria_label="Progress")
-            button("Stop", self._stop, "laboratory-stop", "stop")
-        self.working.set_visibility(False)
+            self.cards = [
+                Card("friction", show_step),
+                Card("calibrate", show_step, self._take_buttons),
+                Card("validate", show_step),
+                Card("report", self._show_report, self._make_button),
+            ]
+        self._fill()
+        ui.timer(LOOK, lambda: self._fill() if self.runner.running else None)
 
     def _take_buttons(self) -> None:
-        self.sample = _button("Sample", "casino", self._begin_sampling, "sample")
+        sample = partial(self._want, "sample")
+        self.sample = _button("Sample", "casino", sample, "sample")
         self.take = _button("Take this brake onto the desk", "move_up", self._take, "take")
         self.toml = _button("TOML", "download", self._download_brake, "toml")
 
-    def _report_card(self) -> None:
-        with dressed(ui.card(), "laboratory-report", "w-full", "flat bordered"):
-            with ui.row().classes("w-full items-center justify-between"):
-                dressed(ui.label("Report"), "", "text-lg font-medium", role="heading")
-                begin = partial(self._begin, "report")
-                self.make = _button("Make the report", "description", begin, "make-report")
-            self.report_problem = Alert("laboratory-report-problem")
-            words = hint(
-                "Friction, calibration and validation on a few pages, with every file's digest."
-            )
-            self.report_words = dressed(words, "laboratory-report-words")
-            with ui.row().classes("gap-2") as self.downloads:
-                for name in ("report.pdf", "report.html"):
-                    _button(name, "download", partial(self._download, name), name.replace(".", "-"))
-                whole = partial(self._download, "")
-                _button("All of it (ZIP)", "folder_zip", whole, "report-zip")
-            self.downloads.set_visibility(False)
+    def _make_button(self) -> None:
+        begin = partial(self._want, "report")
+        self.make = _button("Make the report", "description", begin, "make-report")
+
+    def _show_report(self, done: Done) -> None:
+        """What the report holds, and buttons to take it away."""
+        size = sum(map(len, done.pages.values()))
+        words = [f"{len(done.pages)} files, {size / 1e6:.1f} MB."]
+        words += [w for w in done.result.warnings if key_of(w) == "calibrated-on"]
+        if done.result.pdf is None:
+            words.append("No PDF: the optional part 'pdf' is not installed.")
+        dressed(ui.label(" ".join(words)), "laboratory-report-words", "opacity-80")
+        stem = done.call.out.removesuffix("-report")
+
+        def give(name: str) -> None:
+            ui.download.content(done.pages[name], f"{stem}-{name}", KINDS[name])
+
+        def give_all() -> None:
+            ui.download.content(zipped(done.pages), f"{stem}-report.zip", "application/zip")
+
+        with ui.row().classes("gap-2"):
+            for name in (n for n in KINDS if n in done.pages):
+                _button(name, "download", partial(give, name), name.replace(".", "-"))
+            _button("All of it (ZIP)", "folder_zip", give_all, "report-zip")
 
     # what is computed
 
-    def campaign(self, rows: Sequence[Row], tell: Any) -> Campaign:
+    def campaign(self) -> Campaign:
         """Files and controls of now."""
-        free = self.word(FREE)
-        asked = Asked(
-            standard=self.word(self.standard),
-            accept_stick_slip=self.word(STICK_SLIP) == "yes",
-            depth=self.word(self.method),
-            free=(free,) if free else (),
-        )
-        brake, name = self.desk.brake_subject(), self.desk.brake.name
-        return Campaign(rows, brake, name, asked, self.uploads.folder, tell)
+        depth, free = self.word(self.method), self.word(FREE)
+        asked: Options = {
+            "standard": self.word(self.standard),
+            "accept_stick_slip": self.word(STICK_SLIP) == "yes",
+            "depth": depth,
+            "free": (free,) if free and depth == "curves" else (),
+        }
+        brake, folder = self.desk.brake_subject(), self.uploads.folder
+        return Campaign(self.rows, brake, asked, folder, self.runner.tell)
 
     def calls(self) -> Sequence[Call]:
         """The steps that are shown, in order, and the report where one was made."""
-        made = [self.chain.done[name] for name in STEPS if name in self.chain.done]
-        steps = [done.call for done in made if done.result is not None]
-        return [*steps, self.page.call] if self.page is not None else steps
+        made = [self.chain.done.get(name) for name in (*STEPS, "report")]
+        return [done.call for done in made if done is not None and done.result is not None]
 
     def compute(self) -> list[Row]:
         """Read what is new, then friction, calibration and validation as far as files go."""
-        with self._busy:
-            standard = self.word(self.standard)
-            rows = self.reader.rows(self.uploads, edits_of(self.desk), self._tell, standard)
-            self._read = rows
-            if rows:
-                sample, self._sample = self._sample, False
-                self.chain.run(self.campaign(rows, self._tell), sample)
-            else:
-                self.chain.done.clear()
-            return rows
+        wanted, self._wanted = self._wanted, set()
+        self._begun = self._inputs()
+        if "practice" in wanted:
+            self._practise()
+        edits, standard = edits_of(self.desk), self.word(self.standard)
+        self.rows = rows_of(self.uploads, edits, standard, self._read, self.runner.tell)
+        if not self.rows:
+            self.chain = Chain()
+        elif not self._divides:
+            self.chain.run(self.campaign(), *wanted)
+        return self.rows
 
-    def _tell(self, what: str, share: float) -> None:
-        self._progress = (what, share)
-        self.runner.tell(what, share)
+    def _practise(self) -> None:
+        """Take files of the virtual laboratory."""
+        for name, data in practice_files(self.uploads.folder, self.runner.tell).items():
+            try:
+                self.uploads.take(name, data)
+            except Refused as err:
+                self._not_taken.append(str(err))
+        self._divides = True
 
-    def _tell_of_job(self, what: str, share: float) -> None:
-        self._progress = (what, share)
-        self.jobs.tell(what, share)
+    def _inputs(self) -> object:
+        """What is computed depends on this."""
+        state, files = self.desk.state, self.uploads
+        return state.settings.get(self.name), state.brake, list(files.files), dict(files.sidecars)
 
     def refresh(self) -> None:
         """Ask anew; what is being computed from older inputs is given up."""
-        if self.runner.running:
+        if self.runner.running and self._inputs() != self._begun:
             self.runner.stop()
         super().refresh()
 
     def _show(self, result: Any, problem: str) -> None:
         if not self.uploads.closed and (problem or result is not None):  # None: the server ends
             super()._show(result, problem)
-            self._fill_cards()
+            self._fill()
 
     def draw(self, result: list[Row]) -> None:
-        """Table, chosen files and cards."""
-        if self.page is not None and self._of != self._inputs(result):
-            self.page = None
-        self._fill_files(result)
-        self._fill_cards()
-        self.make.set_enabled(any(r.good for r in result))
-        self._fill_report("")
-        if self._divide_next and result:
-            self._divide_next = False
+        """What was not taken of practice files; the others are divided."""
+        for sentence in self._not_taken:
+            self.dropped.say(sentence)
+        self._not_taken.clear()
+        if self._divides:
+            self._divides = False
             self._divide()
+            self.refresh()
 
-    def _fill_files(self, rows: list[Row]) -> None:
-        self._read = None
-        self.rows = rows
-        self.banner.set_visibility(any(r.synthetic for r in rows))
-        self.table.fill(rows)
+    def _fill(self) -> None:
+        """Table, chosen files and cards as far as they are known."""
+        self.banner.set_visibility(any(r.synthetic for r in self.rows))
+        self.table.fill(self.rows)
         self._chosen(self.table.chosen)
-
-    def _fill_cards(self) -> None:
-        for name, card in self.cards.items():
-            card.fill(self.chain.done.get(name), self.chain.instead.get(name, ""))
-        fitted = self.chain.done.get("calibrate")
-        ready = fitted is not None and bool(fitted.text)
-        self.take.set_visibility(ready)
-        self.toml.set_visibility(ready)
+        for card in self.cards:
+            card.fill(self.chain)
+        for one in (self.take, self.toml):
+            one.set_visibility(self._fitted() is not None)
         self.sample.set_visibility(self.chain.instead.get("calibrate") == SAMPLE)
+        self.make.set_enabled(any(r.good for r in self.rows))
+
+    def _fitted(self) -> Done | None:
+        """The calibration that wrote a brake."""
+        done = self.chain.done.get("calibrate")
+        return None if done is None or done.brake is None else done
 
     # what the user does
 
+    def _want(self, what: str) -> None:
+        self._wanted.add(what)
+        self.refresh()
+
     def _arrived(self) -> None:
-        self._wait = SOON
-
-    def _tick(self) -> None:
-        if self._wait > 0:
-            self._wait -= 0.2
-            if self._wait <= 0:
-                self.refresh()
-        busy = self.runner.running or self.jobs.running
-        self.working.set_visibility(busy and bool(self._progress[0]))
-        if busy:
-            what, share = self._progress
-            self.doing.set_text(what)
-            self.bar.set_value(round(share, 2))
-            if self._read is not None:
-                self._fill_files(self._read)
-            self._fill_cards()
-        else:
-            self._progress = ("", 0.0)
-
-    def _stop(self) -> None:
-        self.runner.stop()
-        self.jobs.stop()
+        if self._soon is not None:
+            self._soon.cancel()
+        self._soon = asyncio.get_running_loop().call_later(SOON, self.refresh)
 
     def _chosen(self, keys: Sequence[str]) -> None:
         self.correct.fill([r for r in self.rows if r.upload.key in keys], self.dark)
@@ -266,99 +257,37 @@ class Laboratory(Page):
         self.refresh()
 
     def _divide(self) -> None:
-        put_roles(self.desk, taken_roles(self.rows))
+        put_edits(self.desk, taken_roles(self.rows))
 
     def _sidecars(self) -> None:
-        files = {r.upload.name + SIDECAR_ENDING: r.sidecar.encode() for r in self.rows if r.sidecar}
+        uploads = [r.upload for r in self.rows]
+        files = {u.shown + SIDECAR_ENDING: u.sidecar.encode() for u in uploads if u.sidecar}
         if files:
             ui.download.content(zipped(files), "sidecars.zip", "application/zip")
         else:
             ui.notify("none of these files has a sidecar")
 
-    def _begin_sampling(self) -> None:
-        self._sample = True
-        self.refresh()
-
     def _take(self) -> None:
-        fitted = self.chain.done.get("calibrate")
-        if fitted is None or not fitted.text:
+        fitted = self._fitted()
+        if fitted is None or fitted.brake is None:
             return
         try:
-            self.desk.put_brake(fitted.text)
+            self.desk.put_brake(fitted.brake.text)
         except LayerjamError as err:
             ui.notify(one_line(err), type="warning")
             return
         ui.notify("The calibrated brake is on the desk; undo takes it back")
 
     def _download_brake(self) -> None:
-        fitted = self.chain.done.get("calibrate")
-        if fitted is not None and fitted.text:
-            ui.download.content(fitted.text.encode(), fitted.call.out, "application/toml")
-
-    def _download(self, name: str) -> None:
-        if self.page is None:
-            return
-        stem = stem_of(self.desk.brake.name)
-        if name:
-            kind = "application/pdf" if name.endswith("pdf") else "text/html"
-            ui.download.content(self.page.pages[name], f"{stem}-{name}", kind)
-        else:
-            ui.download.content(zipped(self.page.pages), f"{stem}-report.zip", "application/zip")
-
-    # report and practice files
-
-    async def _begin(self, job: str) -> None:
-        if self.jobs.running:
-            ui.notify(f"the {self.job} is still being made")
-            return
-        self.job = job
-        await self.jobs.ask()
-
-    def _job(self) -> Any:
-        with self._busy:
-            if self.job == "practice":
-                return practice_files(self.uploads.folder, self._tell_of_job)
-            return report(self.campaign(self.rows, self._tell_of_job))
-
-    def _job_done(self, result: Any, problem: str) -> None:
-        if self.uploads.closed or not (problem or result):
-            return
-        if self.job == "report":
-            self.page = None if problem else result
-            self._of = self._inputs(self.rows)
-            self._fill_report(problem)
-        elif problem:
-            ui.notify(problem, type="warning")
-        else:
-            self._divide_next = True
-            self.dropped.take_all(result)
-
-    def _fill_report(self, problem: str) -> None:
-        self.report_problem.say(problem)
-        self.downloads.set_visibility(self.page is not None)
-        if self.page is not None and self.page.result is not None:
-            size = sum(len(b) for b in self.page.pages.values())
-            words = [f"{len(self.page.pages)} files, {size / 1e6:.1f} MB."]
-            words += [w for w in self.page.result.warnings if key_of(w) == "calibrated-on"]
-            if self.page.result.pdf is None:
-                words.append("No PDF: the optional part 'pdf' is not installed.")
-            self.report_words.set_text(" ".join(words))
-
-    def _inputs(self, rows: Sequence[Row]) -> Any:
-        """What a report depends on."""
-        files = [(r.upload.digest, r.sidecar, r.role) for r in rows]
-        return files, self.campaign(rows, None).asked, self.desk.state.brake
+        fitted = self._fitted()
+        if fitted is not None and fitted.brake is not None:
+            text = fitted.brake.text.encode()
+            ui.download.content(text, fitted.call.out, "application/toml")
 
     def close(self) -> None:
         """The tab is gone: stop, and delete its files."""
-        self._stop()
+        self.runner.stop()
         self.uploads.close()
-
-
-@cache
-def _at_shutdown() -> None:
-    """Delete all tabs' files when the server ends; said once."""
-    app.on_shutdown(close_all)
 
 
 def _button(text: str, icon: str, act: Any, key: str) -> ui.button:

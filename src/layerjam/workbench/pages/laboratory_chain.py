@@ -1,188 +1,223 @@
-"""Friction, then calibration, then validation: each on the brake that the one before has made."""
+"""Friction, then calibration, then validation: each on the brake that the one before has made.
+
+A report of them all is made where it is asked for.
+"""
 
 from __future__ import annotations
 
+import re
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+import threading
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
+from layerjam.commands.declare import Progress
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError
-from layerjam.workbench.call import Call, DataFile, Options, Subject
+from layerjam.report.page import drawn, svg_of, themed
+from layerjam.workbench.call import Call, DataFile, Options, Subject, parameters
 from layerjam.workbench.pages.laboratory_files import Row
-from layerjam.workbench.pages.laboratory_results import picture_of
-from layerjam.workbench.pages.laboratory_steps import Done, pages_of, stem_of, written
+from layerjam.workbench.uploads import in_users_toml
 from layerjam.workbench.widgets import one_line
 
-Tell = Callable[[str, float], None]
+STEPS = ("friction", "calibrate", "validate")
 SAMPLE = "Sampling takes minutes: press 'Sample' to begin."
+WAITS = "It waits for the calibration."
+STOPPED = "It was stopped before it was done."
+KEPT = 12
+"""Results that are kept: what was asked before is not computed again."""
+_drawing = threading.Lock()
+"""Matplotlib's settings are the process's: one figure at a time."""
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What the page's controls say, in the words of the commands."""
+class Done:
+    """A call that was computed: its result and picture (SVG), the brake it wrote; or why not."""
 
-    standard: str = "paper"
-    accept_stick_slip: bool = False
-    depth: str = "exact"
-    free: tuple[str, ...] = ()
-
-    def of_friction(self) -> Options:
-        """Options of `friction` that differ from its own."""
-        made: Options = {} if self.standard == "paper" else {"standard": self.standard}
-        return made | ({"accept_stick_slip": True} if self.accept_stick_slip else {})
-
-    def of_calibration(self) -> Options:
-        """Options of `calibrate` that differ from its own."""
-        made: Options = {} if self.depth == "exact" else {"depth": self.depth}
-        return made | ({"free": self.free} if self.free and self.depth == "curves" else {})
+    call: Call
+    result: Any = None
+    brake: BrakeFile | None = None
+    picture: str = ""
+    problem: str = ""
+    pages: Mapping[str, bytes] = field(default_factory=dict)
+    """Files of a report."""
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """What the chain is computed from: files, the desk's brake and its name, what is asked."""
+    """What the chain is computed from: files, the desk's brake, and options of the commands."""
 
     rows: Sequence[Row]
     brake: Subject
-    name: str
-    asked: Asked
+    asked: Options
     folder: Path
-    tell: Tell
+    tell: Progress
 
     def used(self, role: str) -> tuple[DataFile, ...]:
         """The files that a step takes."""
-        return tuple(r.data for r in self.rows if r.good and r.role == role)
+        return tuple(r.upload for r in self.rows if r.good and r.role == role)
+
+    def options(self, command: str) -> Options:
+        """What is asked of a command, where it differs from what that does by itself."""
+        known = parameters(command)
+        return {k: v for k, v in self.asked.items() if k in known and v != known[k].default}
 
     @property
     def stem(self) -> str:
         """The name that files written here begin with."""
-        stem = stem_of(self.name)
+        stem = stem_of(self.brake)
         if self.brake.name in (f"{stem}-tested.toml", f"{stem}-calibrated.toml"):
             return f"{stem}-again"  # what is written does not replace what it is made from
         return stem
 
+    def friction(self) -> list[Call]:
+        """The tests with the brake that takes them over, and alone, for such as stick and slip."""
+        files, own = self.used("friction"), self.options("friction")
+        writing: Options = {**own, "brake": self.brake, "partial": True}
+        return [
+            Call("friction", options=writing, files=files, out=f"{self.stem}-tested.toml"),
+            Call("friction", options=own, files=files),
+        ]
 
-@dataclass
+    def calibration(self, brake: Subject) -> Call:
+        """A brake fitted to its pulls."""
+        options = {**self.options("calibrate"), "partial": True}
+        out, made = f"{self.stem}-calibrated.toml", brake is not self.brake
+        return Call("calibrate", (brake,), options, self.used("calibrate"), out, made)
+
+    def validation(self, brake: Subject) -> Call:
+        """A brake beside pulls that were held back."""
+        return Call("validate", (brake,), files=self.used("validate"), made=brake is not self.brake)
+
+    def report(self) -> Call:
+        """All files as pages."""
+        taken = (("friction", "friction"), ("pulls", "calibrate"), ("validate", "validate"))
+        files: Options = {key: self.used(role) for key, role in taken if self.used(role)}
+        options = {**files, **self.options("report")}
+        return Call("report", (self.brake,), options, out=f"{stem_of(self.brake)}-report")
+
+
 class Chain:
-    """The steps that were computed last; a step whose inputs stand is not computed again."""
+    """The steps as they were computed last: `done`, or a sentence `instead`, by their names.
 
-    done: dict[str, Done] = field(default_factory=dict)
-    instead: dict[str, str] = field(default_factory=dict)
-    sampled: Call | None = None
-    """The Bayesian calibration that was asked for: it takes minutes and is never begun unasked."""
+    A step that was computed before is not computed again.
+    """
 
-    def run(self, given: Campaign, sample: bool = False) -> None:
-        """Bring all steps up to date."""
-        waits = "It waits for the calibration."
-        self.instead = {"validate": waits} if given.used("validate") else {}
-        self._friction(given)
-        brake = self._written("friction") or given.brake
-        self._calibration(given, brake, sample)
-        fitted = self._written("calibrate")
-        files = given.used("validate")
-        if not files or (given.used("calibrate") and fitted is None):
-            self._none("validate", waits if files else "")
-            return
-        brake = fitted or brake
-        self._do(given, Call("validate", (brake,), files=files, made=brake is not given.brake))
+    def __init__(self) -> None:
+        self.done: dict[str, Done] = {}
+        self.instead: dict[str, str] = {}
+        self._known: list[Done] = []
 
-    def _written(self, name: str) -> Subject | None:
-        """The brake that a step wrote."""
-        step = self.done.get(name)
-        return None if step is None or step.brake is None else Subject(step.call.out, step.brake)
+    def run(self, given: Campaign, *wanted: str) -> None:
+        """Bring all steps up to date; "sample" and "report" are begun only where `wanted`."""
+        there = {name: bool(given.used(name)) for name in STEPS}
+        self.done = {name: done for name, done in self.done.items() if there.get(name, True)}
+        self.instead = {"validate": WAITS} if there["validate"] else {}
+        brake, fitted = given.brake, None
+        if there["friction"]:
+            brake = self._friction(given) or brake
+        if there["calibrate"]:
+            fitted = self._calibration(given, brake, "sample" in wanted)
+        if there["calibrate"] and fitted is None:
+            self.done.pop("validate", None)
+        elif there["validate"]:
+            self._do(given, given.validation(fitted or brake))
+        report = given.report()
+        if "report" in wanted or self._before(report):
+            self._do(given, report)
+        else:
+            self.done.pop("report", None)
 
-    def _friction(self, given: Campaign) -> None:
-        files = given.used("friction")
-        if not files:
-            self._none("friction", "")
-            return
-        alone = Call("friction", options=given.asked.of_friction(), files=files)
-        more: Options = {"brake": given.brake, "partial": True}
-        options = {**alone.options, **more}
-        writing = replace(alone, options=options, out=f"{given.stem}-tested.toml")
-        known = self.done.get("friction")
-        sticks = known is not None and known.result is not None and known.result.kinetic is None
-        if sticks and known is not None and known.call == alone:
-            return
-        self._do(given, writing)
-        if self.done["friction"].result is None:
-            self._do(given, alone)  # stick–slip: numbers, and no kinetic friction to write
+    def _friction(self, given: Campaign) -> Subject | None:
+        for call in given.friction():
+            done = self._do(given, call)
+            if done.result is not None:
+                break
+        return _written(done)
 
-    def _calibration(self, given: Campaign, brake: Subject, sample: bool) -> None:
-        files = given.used("calibrate")
-        if not files:
-            self._none("calibrate", "")
-            return
-        options = {**given.asked.of_calibration(), "partial": True}
-        out, made = f"{given.stem}-calibrated.toml", brake is not given.brake
-        step = Call("calibrate", (brake,), options, files, out, made)
-        if given.asked.depth == "bayesian":
-            self.sampled = step if sample else self.sampled
-            if self.sampled != step:
-                self._none("calibrate", SAMPLE)
-                return
-        self._do(given, step)
+    def _calibration(self, given: Campaign, brake: Subject, sample: bool) -> Subject | None:
+        call = given.calibration(brake)
+        if call.options.get("depth") == "bayesian" and not (sample or self._before(call)):
+            self.done.pop("calibrate", None)
+            self.instead["calibrate"] = SAMPLE
+            return None
+        return _written(self._do(given, call))
 
-    def _none(self, name: str, why: str) -> None:
-        self.done.pop(name, None)
-        if why:
-            self.instead[name] = why
+    def _before(self, call: Call) -> Done | None:
+        """What the same call gave before."""
+        return next((done for done in self._known if done.call == call), None)
 
-    def _do(self, given: Campaign, step: Call) -> None:
+    def _do(self, given: Campaign, call: Call) -> Done:
         """Compute a step unless it was; a refusal is a result too."""
-        known = self.done.get(step.name)
-        if known is not None and known.call == step and (known.picture or known.result is None):
-            return
-        self.done.pop(step.name, None)
-        self.instead[step.name] = "It was stopped before it was done."
-        begun, self.sampled = self.sampled, None  # sampling that is stopped is not begun unasked
-        made = self.done[step.name] = carried_out(step, given.folder, given.tell)
-        self.sampled = begun
-        self.instead.pop(step.name)
-        if made.result is not None:  # the numbers are shown while the figure is drawn
-            given.tell(f"{step.name}: drawing", 1.0)
-            self.done[step.name] = replace(made, picture=picture_of(step.name, made.result))
+        made = self._before(call)
+        if made is None:
+            self.done.pop(call.name, None)
+            self.instead[call.name] = STOPPED
+            made = carried_out(call, given.folder, given.tell)
+            if made.result is not None and call.name in STEPS:
+                self.done[call.name] = made  # the numbers are shown while the figure is drawn
+                given.tell(f"{call.name}: drawing", 1.0)
+                made = replace(made, picture=picture_of(call.name, made.result))
+            self._known = [*self._known[1 - KEPT :], made]
+        self.instead.pop(call.name, None)
+        self.done[call.name] = made
+        return made
 
 
-def carried_out(step: Call, folder: Path, tell: Tell) -> Done:
-    """A step's result and brake, or its refusal. Stopped and the like pass through."""
+def _written(done: Done) -> Subject | None:
+    """The brake that a step wrote."""
+    return None if done.brake is None else Subject(done.call.out, done.brake)
+
+
+def carried_out(call: Call, folder: Path, tell: Progress) -> Done:
+    """A call's result with what it wrote, or its refusal. Stopped and the like pass through."""
 
     def told(what: str, share: float) -> None:
-        tell(f"{step.name}: {what}", share)
+        tell(f"{call.name}: {what}", share)
 
-    more = {"out": folder / step.out, "force": True} if step.out else {}
+    place = folder / call.out
+    more: dict[str, Any] = {"out": place, "force": True} if call.out else {}
+    if call.name == "report":
+        more |= {"names": call.names, "command": call.command().splitlines()[-1]}
     try:
-        result = step.run(progress=told, **more)
-        text = written(step, folder)
-        brake = BrakeFile.read(text, step.out) if text else None
-        return Done(step, result, text, brake)
+        result = call.run(progress=told, **more)
+        if call.out and place.is_file():
+            text = in_users_toml(place.read_text(encoding="utf-8"), call.names)
+            return Done(call, result, BrakeFile.read(text, call.out))
+        return Done(call, result, pages=pages_of(place) if call.out else {})
     except LayerjamError as err:
-        return Done(step, problem=one_line(err))
-
-
-def report(given: Campaign) -> Done:
-    """The report of all files as pages; raises LayerjamError."""
-    taken = (("friction", "friction"), ("pulls", "calibrate"), ("validate", "validate"))
-    files: Options = {key: given.used(role) for key, role in taken if given.used(role)}
-    asked = given.asked
-    depth: Options = {} if asked.depth == "exact" else {"depth": asked.depth}
-    options = {**files, **asked.of_friction(), **depth}
-    step = Call("report", (given.brake,), options, out=f"{stem_of(given.name)}-report")
-    place = given.folder / step.out
-    shutil.rmtree(place, ignore_errors=True)
-    try:
-        about = {"names": step.names, "command": step.command().splitlines()[-1]}
-        result = step.run(out=place, force=True, progress=given.tell, **about)
-        return Done(step, result, pages=pages_of(place))
+        return Done(call, problem=one_line(err))
     finally:
-        shutil.rmtree(place, ignore_errors=True)
+        if call.name == "report":
+            shutil.rmtree(place, ignore_errors=True)
 
 
-def taken_roles(rows: Sequence[Row]) -> Mapping[str, str]:
+def pages_of(folder: Path) -> dict[str, bytes]:
+    """The files of a report by name."""
+    found = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in found}
+
+
+def picture_of(name: str, result: Any) -> str:
+    """The figure of a result as SVG whose colours follow the page."""
+    with _drawing:
+        return themed(svg_of(drawn(result.draw()), name))
+
+
+def stem_of(brake: Subject) -> str:
+    """The name that files of a brake begin with: safe in a path, without what steps append."""
+    name = brake.name.removesuffix(".toml")
+    plain = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")[:60] or "brake"
+    return re.sub(r"(-tested|-calibrated)+$", "", plain) or "brake"
+
+
+def taken_roles(rows: Sequence[Row]) -> dict[str, dict[str, str]]:
     """Of the pulls, those at the highest vacuum to calibrate on, the others to validate on."""
     pulls = [r for r in rows if r.role in ("calibrate", "validate") and r.vacuum is not None]
     most = max((r.vacuum or 0.0 for r in pulls), default=0.0)
     return {
-        r.upload.key: "calibrate" if (r.vacuum or 0.0) > 0.97 * most else "validate" for r in pulls
+        r.upload.key: {"role": "calibrate" if (r.vacuum or 0.0) > 0.97 * most else "validate"}
+        for r in pulls
     }

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
-from nicegui import events, run, ui
+from nicegui import events, ui
 
 from layerjam.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench.call import Call, Subject
@@ -51,26 +51,11 @@ class Dropped:
         ui.run_javascript(f"layerjamZone = {self.zone.id}")
 
     async def _take(self, event: events.UploadEventArguments) -> None:
-        name = event.file.name
-        try:
-            self.uploads.room(name, event.file.size())
-            await run.io_bound(self.uploads.take, name, await event.file.read())
-        except Refused as err:
-            self.say(str(err))
-            return
-        except OSError as err:
-            self.say(f"{clean(name)}: could not be kept: {err.strerror or 'no room'}")
-            return
-        self._arrived()
-
-    def take_all(self, files: Mapping[str, bytes]) -> None:
-        """Take files that were made here."""
-        for name, data in files.items():
-            try:
-                self.uploads.take(name, data)
-            except Refused as err:
-                self.say(str(err))
-        self._arrived()
+        why = await self.uploads.receive(event.file)
+        if why:
+            self.say(why)
+        else:
+            self._arrived()
 
     def _rejected(self, event: events.GenericEventArguments) -> None:
         *entries, last = event.args

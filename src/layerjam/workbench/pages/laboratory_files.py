@@ -7,11 +7,13 @@ the link, and comes back when the same file is dropped again.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import islice
 from types import MappingProxyType
 from typing import Any
 
+from layerjam.commands.declare import Progress
 from layerjam.errors import (
     FileError,
     FitError,
@@ -23,12 +25,12 @@ from layerjam.identify.provenance import renamed
 from layerjam.measure.options import KEYS, ReadingOptions
 from layerjam.measure.readers.source import load_sources
 from layerjam.measure.readers.unit_words import ROLES as ROLES_OF_PULLS
-from layerjam.measure.sidecar import Facts, read_facts
+from layerjam.measure.sidecar import READ, Facts, read_facts
 from layerjam.measure.trace import Trace
 from layerjam.units import show, spec_of
-from layerjam.workbench.call import Call, DataFile, Options
+from layerjam.workbench.call import Call, Options
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.uploads import Upload, Uploads, sidecar_of
+from layerjam.workbench.uploads import Upload, Uploads
 from layerjam.workbench.widgets import one_line
 
 PAGE, FILES = "laboratory", "files"
@@ -66,72 +68,58 @@ def edits_of(desk: Desk) -> Edits:
     }
 
 
-def put_edits(desk: Desk, keys: Iterable[str], changes: Mapping[str, str]) -> None:
-    """Change what is said of files, as one step of undo; an empty text takes back."""
+def put_edits(desk: Desk, changes: Mapping[str, Mapping[str, str]]) -> None:
+    """Change what is said of files by their keys, as one step of undo; an empty text takes back."""
     edits = edits_of(desk)
-    for key in keys:
-        one = {**edits.get(key, {}), **changes}
+    for key, said in changes.items():
+        one = {**edits.get(key, {}), **said}
         edits[key] = {k: v for k, v in one.items() if v}
     text = json.dumps({k: v for k, v in edits.items() if v}, separators=(",", ":"))
     desk.put(PAGE, FILES, text)
 
 
-def put_roles(desk: Desk, roles: Mapping[str, str]) -> None:
-    """What each file is used for, as one step of undo."""
-    edits = edits_of(desk)
-    for key, role in roles.items():
-        edits[key] = {**edits.get(key, {}), "role": role}
-    desk.put(PAGE, FILES, json.dumps(edits, separators=(",", ":")))
-
-
 def check_edit(changes: Mapping[str, str]) -> None:
     """Raise LayerjamError for a fact or an answer that is none."""
-    for name in FACTS:
-        if changes.get(name):
-            spec_of(Facts, name).read(changes[name], name.replace("_", " "))
-    ReadingOptions(**_answers(changes)).entries(ROLES_OF_PULLS)
+    facts, answers = _facts_and_answers(changes)
+    for name, text in facts.items():
+        spec_of(Facts, name).read(text, name.replace("_", " "))
+    ReadingOptions(**answers).entries(ROLES_OF_PULLS)
 
 
-def _answers(said: Mapping[str, str]) -> dict[str, Any]:
-    """The answers among a file's settings, as the sidecar's [read] table holds them."""
-    made: dict[str, Any] = {}
-    for key in KEYS:
-        text = said.get(key, "")
-        if not text:
-            continue
-        if key in MANY:
-            made[key] = [line for line in text.split("\n") if line]
-        elif key == "specimen":
-            if not text.isascii() or not text.isdigit() or len(text) > 6:
-                raise QuantityError(f"specimen: '{text[:40]}' is not allowed; the first is 1")
-            made[key] = int(text)
-        else:
-            made[key] = text
-    return made
+def _facts_and_answers(said: Mapping[str, str]) -> tuple[dict[str, str], dict[str, Any]]:
+    """What is said of a file as its sidecar holds it: at the top, and in the table [read]."""
+    answers: dict[str, Any] = {key: said[key] for key in KEYS if said.get(key)}
+    for key in MANY:
+        if key in answers:
+            answers[key] = [line for line in answers[key].split("\n") if line]
+    number = answers.get("specimen")
+    if number is not None:
+        if not number.isascii() or not number.isdigit() or len(number) > 6:
+            raise QuantityError(f"specimen: '{number[:40]}' is not allowed; the first is 1")
+        answers["specimen"] = int(number)
+    return {name: said[name] for name in FACTS if said.get(name)}, answers
 
 
 def sidecar_text(given: str, said: Mapping[str, str]) -> str:
-    """The user's sidecar with what the page adds; the page's word counts. Broken TOML stays."""
-    facts = {name: said[name] for name in FACTS if said.get(name)}
-    answers = _answers(said)
-    if not (facts or answers):
-        return given
+    """The user's sidecar with what the page adds; the page's word counts.
+
+    Broken TOML stays, and of a link what cannot be is not written.
+    """
     import tomlkit
     from tomlkit.exceptions import TOMLKitError
 
     try:
+        facts, answers = _facts_and_answers(said)
         document = tomlkit.parse(given)
-    except TOMLKitError:
+    except (LayerjamError, TOMLKitError):
         return given
-    for name, value in facts.items():
-        document[name] = value
+    if not (facts or answers):
+        return given
+    document.update(facts)
     if answers:
-        table = document.get("read")
-        if not isinstance(table, dict):
-            table = tomlkit.table()
-            document["read"] = table
-        for name, value in answers.items():
-            table[name] = value
+        if not isinstance(document.get(READ), dict):
+            document[READ] = tomlkit.table()
+        document[READ].update(answers)  # type: ignore[union-attr]
     return tomlkit.dumps(document)
 
 
@@ -141,18 +129,11 @@ class Row:
 
     upload: Upload
     role: str
-    sidecar: str
-    edited: bool
     facts: Facts = field(default_factory=Facts)
     understood: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     refused: str = ""
     traces: tuple[Trace, ...] = ()
-
-    @property
-    def data(self) -> DataFile:
-        """The file as a call takes it."""
-        return DataFile(self.upload.name, self.upload.path, self.sidecar, self.edited)
 
     @property
     def asks(self) -> str:
@@ -186,7 +167,7 @@ class Row:
         vacuum, force = self.vacuum, self.facts.normal_force
         return {
             "id": self.upload.key,
-            "name": self.upload.name,
+            "name": self.upload.shown,
             "role": ROLES[self.role],
             "vacuum": "–" if vacuum is None else show(vacuum, "Pa"),
             "force": "–" if force is None else show(force, "N"),
@@ -196,64 +177,30 @@ class Row:
         }
 
 
-class Reader:
-    """Reads files for the table and remembers what it read."""
-
-    def __init__(self) -> None:
-        self._known: dict[tuple[str, str, str], Row] = {}
-
-    def rows(
-        self,
-        uploads: Uploads,
-        edits: Edits,
-        tell: Callable[[str, float], None],
-        standard: str = "paper",
-    ) -> list[Row]:
-        """A row for each file; writes the sidecars that have changed first."""
-        files, given = list(uploads.files), dict(uploads.sidecars)
-        kept: dict[tuple[str, str, str], Row] = {}
-        made = []
-        for count, upload in enumerate(files):
-            said = edits.get(upload.key, {})
-            try:
-                text = sidecar_text(given.get(upload.name, ""), said)
-            except LayerjamError:  # of a link: what cannot be is not written
-                text = given.get(upload.name, "")
-            _write(upload, text)
-            role = said.get("role", "")
-            key = (upload.digest, text, f"{role} {standard}")
-            row = self._known.get(key)
-            if row is None:
-                tell(f"reading {upload.name}", count / len(files))
-                row = _read(upload, text, role, text != given.get(upload.name, ""), standard)
-            kept[key] = row
-            made.append(row)
-        self._known = kept
-        return made
-
-
-def _write(upload: Upload, text: str) -> None:
-    beside = sidecar_of(upload.path)
-    there = beside.read_text(encoding="utf-8") if beside.exists() else ""
-    if there == text:
-        return
-    if text:
-        beside.write_text(text, encoding="utf-8", newline="\n")
-    else:
-        beside.unlink(missing_ok=True)
+def rows_of(
+    uploads: Uploads, edits: Edits, standard: str, read: Callable[..., Row], tell: Progress
+) -> list[Row]:
+    """A row for each file, from `read`, which may remember; their sidecars are written before."""
+    files, made = list(uploads.files), []
+    for count, upload in enumerate(files):
+        said = edits.get(upload.key, {})
+        text = sidecar_text(uploads.sidecars.get(upload.shown, ""), said)
+        tell(f"reading {upload.shown}", count / len(files))
+        made.append(read(uploads.with_sidecar(upload, text), said.get("role", ""), standard))
+    return made
 
 
 OF_A_FILE = (FileError, FitError, QuantityError, MissingExtraError)
 """What reading one file may raise; any other error is not the file's fault."""
 
 
-def _read(upload: Upload, sidecar: str, role: str, edited: bool, standard: str) -> Row:
-    names = {upload.path.name: upload.name}
-    row = Row(upload, role if role in ROLES else "calibrate", sidecar, edited)
+def read_row(upload: Upload, role: str, standard: str) -> Row:
+    """A file whose sidecar lies beside it, read for its use; one that fits where `role` is none."""
+    row = Row(upload, role if role in ROLES else "calibrate")
     try:
         facts = read_facts(upload.path)
     except FileError as err:
-        return replace(row, refused=renamed(str(err), names))
+        return replace(row, refused=_in_users_words(err, upload))
     if role not in ROLES:
         role = "friction" if facts.normal_force else "calibrate"
     row = replace(row, role=role, facts=facts)
@@ -261,11 +208,11 @@ def _read(upload: Upload, sidecar: str, role: str, edited: bool, standard: str) 
     said: Options = {"standard": standard} if is_friction else {}
     if is_friction and standard == "paper" and not facts.normal_force:
         said["normal_force"] = "1 N"  # the page asks for it; the traces do not depend on it
-    call = Call("friction" if is_friction else "pull", options=said, files=(row.data,))
+    call = Call("friction" if is_friction else "pull", options=said, files=(upload,))
     try:
         result = call.run()
     except OF_A_FILE as err:
-        return replace(row, refused=one_line(err).removeprefix(f"{upload.name}: "))
+        return replace(row, refused=one_line(err).removeprefix(f"{upload.shown}: "))
     traces = result.record[0] if is_friction else [t for t, _ in result.record]
     if is_friction and standard != "paper" and not facts.normal_force:
         facts = replace(facts, normal_force=result.record[1].normal_force)
@@ -275,25 +222,24 @@ def _read(upload: Upload, sidecar: str, role: str, edited: bool, standard: str) 
         row,
         facts=facts,
         understood=tuple(understood),
-        warnings=tuple(w for t in traces for w in renamed(list(t.warnings), names)),
+        warnings=tuple(_in_users_words(w, upload) for t in traces for w in t.warnings),
         refused="" if traces else refused,
         traces=tuple(t.thinned(CURVE) for t in traces),
     )
 
 
+def _in_users_words(said: object, upload: Upload) -> str:
+    """A sentence that calls the file as the user does."""
+    return str(renamed(str(said), {upload.path.name: upload.shown}))
+
+
 def beginning(upload: Upload) -> list[str]:
     """The first lines of a file, as text; a sentence where it is none."""
-    try:
-        sources = load_sources(upload.path)
-    except LayerjamError as err:
-        return [renamed(str(err), {upload.path.name: upload.name})]
     lines = []
     try:
-        for _, text in sources[0].lines():
+        for _, text in islice(load_sources(upload.path)[0].lines(), LINES):
             plain = "".join(c if c.isprintable() or c == "\t" else " " for c in text)
             lines.append(plain[:LETTERS] + ("…" if len(plain) > LETTERS else ""))
-            if len(lines) == LINES:
-                break
     except LayerjamError as err:
-        lines.append(renamed(str(err), {upload.path.name: upload.name}))
+        lines.append(_in_users_words(err, upload))
     return lines

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from nicegui import events, ui
 
@@ -40,27 +39,14 @@ class Table:
     ) -> None:
         self._choose = choose
         self.chosen: list[str] = []
-        self._rows: list[dict[str, Any]] = []
+        self._shown: Sequence[Row] | None = None
         with ui.row().classes("w-full items-center justify-between"):
             self.count = dressed(ui.label(NO_FILES), "laboratory-count", role="status")
             with ui.row().classes("gap-2") as self.more:
-                for text, icon, act, key, tip in (
-                    (
-                        "Calibrate on the highest vacuum",
-                        "call_split",
-                        divide,
-                        "divide",
-                        "and validate on the pulls at others",
-                    ),
-                    (
-                        "Sidecars",
-                        "download",
-                        sidecars,
-                        "sidecars",
-                        "NAME.toml of every file with what is set here, as a ZIP",
-                    ),
-                ):
-                    button(text, act, f"laboratory-{key}", icon, tip=tip)
+                text, tip = "Calibrate on the highest vacuum", "and validate on the pulls at others"
+                button(text, divide, "laboratory-divide", "call_split", tip=tip)
+                tip = "NAME.toml of every file with what is set here, as a ZIP"
+                button("Sidecars", sidecars, "laboratory-sidecars", "download", tip=tip)
         columns = [
             {"name": k, "label": label, "field": k, "align": "left", "sortable": True}
             for k, label in COLUMNS
@@ -78,27 +64,22 @@ class Table:
         self.table.add_slot("body-cell-state", STATE)
         self.table.add_slot("body-cell-name", NAME)
         self.table.on("rowClick", self._clicked, js_handler="(e, row) => emit(row.id)")
-        self._show(False)
 
     def fill(self, rows: Sequence[Row]) -> None:
         """Show the files of now; ticks stay."""
-        cells = [row.cells() for row in rows]
-        good = sum(1 for r in rows if r.good)
+        if rows is self._shown:
+            return
+        self._shown = rows
+        good = sum(r.good for r in rows)
         self.count.set_text(f"{len(rows)} files, {good} of them usable" if rows else NO_FILES)
-        self._show(bool(rows))
-        there = {c["id"] for c in cells}
-        self.chosen = [k for k in self.chosen if k in there]
-        if cells != self._rows:
-            self._rows = cells
-            self.table.rows = list(cells)
+        for part in (self.table, self.more):
+            part.set_visibility(bool(rows))
+        self.table.rows = [row.cells() for row in rows]
+        self.chosen = [row.upload.key for row in rows if row.upload.key in self.chosen]
         self._tick()
 
-    def _show(self, visible: bool) -> None:
-        self.table.set_visibility(visible)
-        self.more.set_visibility(visible)
-
     def _tick(self) -> None:
-        self.table.selected = [c for c in self._rows if c["id"] in self.chosen]
+        self.table.selected = [c for c in self.table.rows if c["id"] in self.chosen]
 
     def _selected(self, event: events.TableSelectionEventArguments) -> None:
         self.chosen = [str(c["id"]) for c in event.selection]

@@ -14,9 +14,9 @@ from layerjam.identify.validation.metrics import CurveError
 from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, DataFile, Subject
-from layerjam.workbench.page import answered
+from layerjam.workbench.page import Notes, answered, checks
 from layerjam.workbench.tables import html
-from layerjam.workbench.uploads import LARGEST, Refused, Uploads, sidecar_of
+from layerjam.workbench.uploads import LARGEST, Uploads
 from layerjam.workbench.widgets import Alert, button, dressed, hint
 
 
@@ -46,11 +46,7 @@ class Reading:
 def laid_out(uploads: Uploads) -> tuple[DataFile, ...]:
     """The measurements as a call takes them, their sidecars written beside them."""
     given = dict(uploads.sidecars)
-    files = tuple(DataFile(f.name, f.path, given.get(f.name, "")) for f in list(uploads.files))
-    for file in files:
-        if file.sidecar:
-            sidecar_of(file.path).write_text(file.sidecar, encoding="utf-8")
-    return files
+    return tuple(uploads.with_sidecar(f, given.get(f.shown, "")) for f in list(uploads.files))
 
 
 def read(
@@ -94,20 +90,14 @@ class Measured:
         self.list = dressed(ui.column(), "pull-files", "w-full gap-1")
 
     async def _came(self, event: events.MultiUploadEventArguments) -> None:
-        trouble = []
-        for file in event.files:
-            try:
-                self.uploads.room(file.name, file.size())
-                self.uploads.take(file.name, await file.read())
-            except Refused as err:
-                trouble.append(str(err))
+        refused = [await self.uploads.receive(file) for file in event.files]
         self.area.reset()
-        self._said = "; ".join(trouble)
+        self._said = "; ".join(filter(None, refused))
         self._trouble.say(self._said)
         self._changed()
 
     def _remove(self, shown: str) -> None:
-        self.uploads.remove(f.key for f in self.uploads.files if f.name == shown)
+        self.uploads.remove(f.key for f in self.uploads.files if f.shown == shown)
         self._said = ""
         self._trouble.say("")
         self._changed()
@@ -175,11 +165,8 @@ class Errors:
                 "what is left over, measured less model, over the part that is compared."
             )
             self._rows(reading.compared.files)
-            for check in reading.compared.checks:
-                mark = "✓" if check["passed"] else "look:"
-                ui.label(f"{mark} {check['name']}: {check['sentence']}").classes("text-sm")
-            for sentence in dict.fromkeys(reading.compared.warnings):
-                hint(f"Note: {sentence}")
+            checks(reading.compared)
+            Notes().fill(list(dict.fromkeys(reading.compared.warnings)))
 
     def _rows(self, files: Sequence[Any]) -> None:
         heads = ["File", "Vacuum", "Speed", "MAPE", "RMSE", "Model − measured"]
