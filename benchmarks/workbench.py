@@ -57,7 +57,7 @@ def pull_ready(page: Any) -> None:
 def files_ready(page: Any) -> None:
     """Two measured pulls lie over it."""
     from layerjam.commands.tensile import tensile
-    from layerjam.workbench.takeaway import record_bytes
+    from layerjam.workbench.takeaway import file_bytes
 
     pull_ready(page)
     with tempfile.TemporaryDirectory() as folder:
@@ -65,7 +65,7 @@ def files_ready(page: Any) -> None:
         for vacuum in ("60 kPa", "94 kPa"):
             made = tensile("choi2018-kapton", vacuum=vacuum, speed="1 mm/s", travel="30 mm")
             place = Path(folder) / f"pull-{vacuum[:2]}.csv"
-            place.write_bytes(record_bytes(made.record))
+            place.write_bytes(file_bytes(made, "csv"))
             places.append(str(place))
         page.set_input_files(f"{at('pull-drop')} input[type=file]", places)
         page.wait_for_selector(at("pull-errors"), timeout=LONG)

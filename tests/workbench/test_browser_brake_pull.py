@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from layerjam.commands.tensile import tensile
-from layerjam.workbench.takeaway import record_bytes
+from layerjam.workbench.takeaway import file_bytes
 
 pytestmark = pytest.mark.slow
 
@@ -51,7 +51,7 @@ def test_a_measured_pull_is_dropped_and_compared(tab, tmp_path):
     )
     pull = tmp_path / "pull.csv"
     answer = tensile("choi2018-kapton", vacuum="60 kPa", speed="1 mm/s", travel="30 mm")
-    pull.write_bytes(record_bytes(answer.record))
+    pull.write_bytes(file_bytes(answer, "csv"))
     tab.locator("[data-testid=pull-drop] input[type=file]").set_input_files(pull)
     tab.wait_for_selector("[data-testid=pull-errors]", timeout=60_000)
     assert "pull.csv" in cell(tab, "pull-errors").inner_text()

@@ -14,7 +14,7 @@ from layerjam.commands.tensile import tensile
 from layerjam.device.load import load
 from layerjam.workbench import takeaway
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.pull import Pull, _file
+from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.pull_chart import pulled, round_up
 from layerjam.workbench.pages.pull_files import Reading, laid_out, read
 from layerjam.workbench.state import State
@@ -132,16 +132,16 @@ def test_the_force_axis_stands_still_while_vacuum_is_dragged():
 @pytest.mark.parametrize("ending", ["svg", "png"])
 def test_the_figure_taken_away_is_that_of_the_command(page_of, tmp_path, capsys, ending):
     page = page_of(vacuum=60e3, travel=0.03)
-    _, answer, _, reading = page.compute()
+    answer = page.compute()[1]
     out = tmp_path / f"figure.{ending}"
     command = shlex.split(page.calls()[0].command())[1:]
     assert main([*command, "--figure", str(out), "--json"]) == 0
     capsys.readouterr()
-    assert _file("figure", ending, answer, reading) == out.read_bytes()
+    assert takeaway.file_bytes(answer, ending) == out.read_bytes()
 
 
 def test_the_record_taken_away_reads_back(tmp_path):
     answer = tensile(KAPTON, **PULL)
-    text = takeaway.record_bytes(answer.record).decode()
+    text = takeaway.file_bytes(answer, "csv").decode()
     assert text.startswith("# layerjam")
     assert load(KAPTON).name in text

@@ -184,6 +184,26 @@ class Figures:
             cell.set_text("–" if value is None else in_words(value, result.units.get(key, "1")))
 
 
+class Box(ui.column):
+    """A column that `show` fills; nothing moves where it shows the same already."""
+
+    def __init__(self, show: Callable[[Any], None], classes: str = "w-full gap-1") -> None:
+        super().__init__()
+        self.classes(classes)
+        self._show_in_it = show
+        self._shown: Any = None
+
+    def fill(self, what: Any) -> bool:
+        """Show it; whether it was another one than before."""
+        if what is self._shown:
+            return False
+        self._shown = what
+        self.clear()
+        with self:
+            self._show_in_it(what)
+        return True
+
+
 class Notes:
     """The warnings of a result as quiet lines."""
 

@@ -6,14 +6,10 @@ import tempfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from layerjam.report.style import save
-from layerjam.simulate.record import Record
+from layerjam.commands.results import Result
 from layerjam.workbench.widgets import button
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ENDINGS = ("svg", "png", "pdf")
 
@@ -24,15 +20,7 @@ def buttons(page: str, act: Callable[[str], Any]) -> None:
         button(f"figure as {ending.upper()}", partial(act, ending), f"{page}-figure-{ending}")
 
 
-def figure_bytes(figure: Figure, ending: str) -> bytes:
-    """The bytes that `--figure FILE.ending` writes."""
+def file_bytes(result: Result, ending: str) -> bytes:
+    """The bytes of a result's figure or record, as the command writes them."""
     with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
-        return save(figure, Path(folder) / f"figure.{ending}").read_bytes()
-
-
-def record_bytes(record: Record, ending: str = "csv") -> bytes:
-    """The bytes that `--out FILE.ending` writes."""
-    with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
-        path = Path(folder) / f"record.{ending}"
-        record.save(path)
-        return path.read_bytes()
+        return result.save(Path(folder) / f"file.{ending}").read_bytes()

@@ -9,11 +9,12 @@ from nicegui import ui
 
 from layerjam.commands.edit import BRAKE_FIELDS, edit, stale
 from layerjam.device.load import catalogue, load
+from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Control, asked, by_key
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Figures, Notes, Page
-from layerjam.workbench.pages.brake_tables import Comparison, Sources
+from layerjam.workbench.pages.brake_tables import comparison, sources
 from layerjam.workbench.pages.records import OWN, Editor, Kind
 from layerjam.workbench.scene import StackView, in_words, stack_of
 from layerjam.workbench.widgets import button, columns, fold, select
@@ -68,10 +69,13 @@ class Brake(Page):
                     keys = ("force", "sheet_friction", "enclosure_force")
                     self.figures = Figures(self.name, "force", keys)
             self._beside()
-            self.table = Comparison()
+            self.table = live.Table()
             self.notes = Notes()
-            with fold("Where the numbers come from", is_open=True):
-                self.sources = Sources()
+            with (
+                fold("Where the numbers come from", is_open=True),
+                ui.element("div").classes("w-full overflow-auto brake-sources"),
+            ):
+                self.sources = live.Table()
 
     def _beside(self) -> None:
         def put(event: Any) -> None:
@@ -116,6 +120,6 @@ class Brake(Page):
         self.view.show(stack, words, self.dark)
         self.words.set_text(words)
         self.figures.fill(force)
-        self.table.fill(shown, other[0] if other else None)
+        self.table.set_content(comparison(shown, other[0] if other else None))
         self.notes.fill([*shown.warnings, *stale(self.desk.brake)])
-        self.sources.fill(self.desk.brake)
+        self.sources.set_content(sources(self.desk.brake))

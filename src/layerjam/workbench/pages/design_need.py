@@ -270,7 +270,7 @@ class NeedPart(Part):
         result = self._found[1].result
         if result is None or not result.feasible:
             return
-        content = await elsewhere(lambda: takeaway.figure_bytes(result.draw(), ending))
+        content = await elsewhere(lambda: takeaway.file_bytes(result, ending))
         if content is not None:
             name = front.file_name(result.record.spec)
             ui.download.content(content, f"{name}-design.{ending}")

@@ -9,7 +9,7 @@ from nicegui import ui
 
 from layerjam.commands.results import in_words
 from layerjam.workbench.call import key_of, result_fields
-from layerjam.workbench.page import Notes, checks
+from layerjam.workbench.page import Box, Notes, checks
 from layerjam.workbench.pages.laboratory_chain import Chain, Done
 from layerjam.workbench.widgets import dressed, hint, named
 
@@ -38,31 +38,27 @@ class Card:
         self, name: str, show: Callable[[Done], None], buttons: Callable[[], None] = lambda: None
     ) -> None:
         self.name, self._show_done = name, show
-        self._shown: Done | str | None = None
         with dressed(ui.card(), f"laboratory-{name}", "w-full", "flat bordered"):
             with ui.row().classes("w-full items-center justify-between"):
                 title = ui.label(CARDS[name][0])
                 dressed(title, "", "text-lg font-medium", role="heading")
                 with ui.row().classes("gap-2"):
                     buttons()
-            self._box = ui.column().classes("w-full gap-2")
+            self._box = Box(self._show, "w-full gap-2")
 
     def fill(self, chain: Chain) -> None:
-        """Show the step's result, or why there is none; nothing is rebuilt that stands there."""
-        done = chain.done.get(self.name)
-        shown = done or chain.instead.get(self.name) or CARDS[self.name][1]
-        if shown is self._shown:
-            return
-        self._shown = shown
-        self._box.clear()
-        with self._box:
-            if done is None:
-                ui.label(str(shown)).classes("opacity-80")
-            elif done.problem:
-                about = f"laboratory-{self.name}-problem"
-                dressed(ui.label(done.problem), about, "text-negative", role="alert")
-            else:
-                self._show_done(done)
+        """Show the step's result, or why there is none."""
+        waits = chain.instead.get(self.name) or CARDS[self.name][1]
+        self._box.fill(chain.done.get(self.name) or waits)
+
+    def _show(self, what: Done | str) -> None:
+        if isinstance(what, str):
+            ui.label(what).classes("opacity-80")
+        elif what.problem:
+            about = f"laboratory-{self.name}-problem"
+            dressed(ui.label(what.problem), about, "text-negative", role="alert")
+        else:
+            self._show_done(what)
 
 
 def numbers_of(result: Any) -> list[tuple[str, str, str]]:

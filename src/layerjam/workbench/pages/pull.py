@@ -15,9 +15,9 @@ from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import More
-from layerjam.workbench.page import Figures, Notes, Page
+from layerjam.workbench.page import Box, Figures, Notes, Page
 from layerjam.workbench.pages.pull_chart import pulled, saw
-from layerjam.workbench.pages.pull_files import Errors, Measured, Reading, laid_out, read
+from layerjam.workbench.pages.pull_files import Measured, Reading, laid_out, read, show_errors
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.uploads import Uploads
@@ -103,7 +103,7 @@ class Pull(Page):
                 compare = partial(self.take, "comparison", "svg")
                 self.compared = button("comparison as SVG", compare, "pull-comparison")
                 self.compared.set_visibility(False)
-            self.errors = Errors()
+            self.errors = Box(show_errors, "w-full gap-1 overflow-auto")
             self.notes = Notes()
 
     def _saws(self) -> bool:
@@ -154,7 +154,7 @@ class Pull(Page):
         saws = call.name == STICK_SLIP
         self.of_files.set_visibility(reading.lacking)
         self.compared.set_visibility(bool(reading.curves) and not saws)
-        self.errors.box.set_visibility(not saws)
+        self.errors.set_visibility(not saws)
         if saws:
             live.draw(self.chart, saw(found, whole, self.dark))
         else:
@@ -170,8 +170,9 @@ class Pull(Page):
             ui.notify("nothing is computed yet")
             return
         call, found, _, reading = self.result
+        shown = reading.compared if what == "comparison" and reading.compared else found
         try:
-            content = await elsewhere(_file, what, ending, found, reading)
+            content = await elsewhere(takeaway.file_bytes, shown, ending)
         except LayerjamError as err:
             ui.notify(one_line(err), type="warning")
             return
@@ -179,11 +180,3 @@ class Pull(Page):
             return
         name = "validate" if what == "comparison" else call.name
         ui.download.content(content, f"{self.desk.brake.name}-{name}.{ending}")
-
-
-def _file(what: str, ending: str, found: Any, reading: Reading) -> bytes:
-    """The bytes that the command writes for the same call."""
-    if what == "record":
-        return takeaway.record_bytes(found.record, ending)
-    shown = found if reading.compared is None or what == "figure" else reading.compared
-    return takeaway.figure_bytes(shown.draw(), ending)

@@ -14,9 +14,9 @@ from layerjam.fluid.parts import FAMILIES
 from layerjam.records.source import KINDS
 from layerjam.records.toml import MAX_BYTES
 from layerjam.units import QuantitySpec, exact_text, get, usual_unit
-from layerjam.workbench.controls import number_field, on_typed, with_unit
+from layerjam.workbench.controls import Choice, menu, number_field, on_typed, with_unit, word
 from layerjam.workbench.desk import SHELVES, Desk
-from layerjam.workbench.widgets import Alert, button, dressed, fold, one_line, select
+from layerjam.workbench.widgets import Alert, button, dressed, field, fold, one_line, select
 
 NEW_KINDS = ("measured", "data sheet", "handbook", "assumed")
 """Kinds a number typed here may be of; the others are the files' own."""
@@ -99,9 +99,7 @@ class Editor:
             opens = button("Open", pick, f"{page}-open", "folder_open")
             dressed(opens, aria_label="Open a TOML file")
             button("Save TOML", self._save, f"{page}-save", "download")
-        self._named = ui.input("Name")
-        how = "dense outlined hide-bottom-space"
-        dressed(self._named, f"{page}-name", "w-full", how, maxlength=80)
+        self._named = field("Name", f"{page}-name", longest=80)
         on_typed(self._named, self._renamed)
         self.desk.watch(lambda what: self.fill() if what in (self.kind.what, "undo") else None)
         self.fill()
@@ -231,29 +229,28 @@ class Editor:
 
     def origin(self) -> tuple[str, str]:
         """Kind and source that go with numbers typed from now on."""
-        kind, source = (str(self.desk.get(self.kind.page, key, "")) for key in self.kind.origin)
-        return kind if kind in NEW_KINDS else "assumed", source[:200]
+        return word(self.desk, self.kind.page, self._kinds), self._source()
+
+    @property
+    def _kinds(self) -> Choice:
+        words = {kind: f"{kind}: {KINDS[kind]}" for kind in NEW_KINDS}
+        return Choice(self.kind.origin[0], words, "assumed", label="Kind")
+
+    def _source(self) -> str:
+        return str(self.desk.get(self.kind.page, self.kind.origin[1], ""))[:200]
 
     def origin_fields(self) -> None:
         """Where new numbers come from, asked once for all that are typed next."""
-        page, (kind, source) = self.kind.page, self.origin()
-
-        def put(key: str, event: events.ValueChangeEventArguments[Any]) -> None:
-            self.desk.put(page, key, str(event.value or ""))
-
+        page, key = self.kind.page, self.kind.origin[1]
         with fold("Where new numbers come from"):
-            kinds = {k: f"{k}: {KINDS[k]}" for k in NEW_KINDS}
-            of_kind, of_source = (partial(put, key) for key in self.kind.origin)
-            chosen = select(kinds, "Kind", f"{page}-number-kind", of_kind, value=kind)
-            said = ui.input("Source", value=source, on_change=of_source)
-            hint = "caliper, 3 readings"
-            dressed(said, f"{page}-number-source", "w-full", "dense outlined", placeholder=hint)
-            dressed(said, maxlength=200)
+            menu(self.desk, page, self._kinds)
+            example = "caliper, 3 readings"
+            said = field("Source", f"{page}-{key}", self._source(), example=example, longest=200)
+        said.on_value_change(lambda event: self.desk.put(page, key, str(event.value or "")))
 
         def fill(what: str) -> None:
             if what == "undo":
-                for field, value in zip((chosen, said), self.origin(), strict=True):
-                    field.set_value(value)
+                said.set_value(self._source())
 
         self.desk.watch(fill)
 
@@ -303,19 +300,10 @@ class FieldRow:
         text = with_unit(text, "" if self.spec.unit == "1" else unit_of(shown, self.spec))
         table = self.path.rpartition(".")[0]
         begun = {p: t for p, t in self.editor.waiting.items() if p.rpartition(".")[0] == table}
-        waits = text and self._waits(table, begun)
         why = self.editor.change({**begun, self.path: text or None})
         self.field.error = why or None
-        if why and waits:
+        if why and text and table and self.editor.value(table) is None:
             self.editor.waiting[self.path] = text
-
-    def _waits(self, table: str, begun: Mapping[str, str]) -> bool:
-        """Whether its table is not there yet and lacks more numbers than those typed."""
-        if not table or self.editor.value(table) is not None:
-            return False
-        fields = self.editor.kind.fields
-        due = {p for p in self.editor.kind.paths(table) if fields[p][1]}
-        return bool(due - {*begun, self.path})
 
 
 def unit_of(shown: str, spec: QuantitySpec) -> str:
