@@ -25,27 +25,32 @@ _QUANTITY = re.compile(rf"({_NUMBER})\s*([^\d\s+.-].{{0,40}})?", re.DOTALL)
 _LONGEST = 120
 _UNIT = re.compile(r"[A-Za-zµ°%\"'/*^·²³⁻¹\s()0-9-]{1,40}")
 
-# What to offer when a unit is missing, and how a value is best shown; first the usual one.
-_FRIENDLY: dict[str, tuple[str, ...]] = {
-    "m": ("mm", "m", "µm"),
-    "Pa": ("kPa", "Pa", "MPa", "GPa"),
-    "N": ("N", "mN", "kN"),
-    "N/m": ("kN/m", "N/m", "GN/m"),
-    "N/kg": ("kN/kg", "N/kg"),
-    "kg": ("g", "kg", "mg"),
-    "kg/m^3": ("kg/m^3",),
-    "m/s": ("mm/s", "m/s"),
-    "s": ("s", "ms", "min"),
-    "J": ("J", "mJ"),
-    "J/(kg K)": ("J/(kg K)",),
-    "N s/m": ("N s/m",),
-    "m/s^2": ("m/s^2",),
-    "V": ("V", "mV"),
-    "m^3": ("mL", "L", "m^3"),
-    "m^3/s": ("mL/s", "L/s", "µL/s"),
-    "m^3/Pa": ("mL/kPa", "µL/kPa"),
-    "m^3/(s Pa)": ("L/(s bar)", "mL/(s bar)"),
+FACTORS = {
+    "m": {"mm": "1e-3", "m": "1", "µm": "1e-6", "cm": "1e-2"},
+    "Pa": {"kPa": "1e3", "Pa": "1", "MPa": "1e6", "GPa": "1e9", "mbar": "1e2", "bar": "1e5"},
+    "N": {"N": "1", "mN": "1e-3", "kN": "1e3"},
+    "N/m": {"kN/m": "1e3", "N/m": "1", "GN/m": "1e9", "MN/m": "1e6", "N/mm": "1e3"},
+    "N/kg": {"kN/kg": "1e3", "N/kg": "1"},
+    "kg": {"g": "1e-3", "kg": "1", "mg": "1e-6"},
+    "m/s": {"mm/s": "1e-3", "m/s": "1", "cm/s": "1e-2", "mm/min": "1.6666666666667e-5"},
+    "s": {"s": "1", "ms": "1e-3", "min": "60", "h": "3600"},
+    "J": {"J": "1", "mJ": "1e-3", "kJ": "1e3"},
+    "V": {"V": "1", "mV": "1e-3"},
+    "m^3": {"mL": "1e-6", "L": "1e-3", "m^3": "1"},
+    "m^3/s": {
+        "mL/s": "1e-6",
+        "L/s": "1e-3",
+        "µL/s": "1e-9",
+        "L/min": "1.6666666666667e-5",
+        "mL/min": "1.6666666666667e-8",
+    },
+    "m^3/Pa": {"mL/kPa": "1e-9", "µL/kPa": "1e-12"},
+    "m^3/(s Pa)": {"L/(s bar)": "1e-8", "mL/(s bar)": "1e-11"},
 }
+"""SI unit: unit: factor, as pint gives it (a test asks it). They save every command the half second
+in which pint is loaded. Values are shown in these units but for _TYPED; first the usual one."""
+_TYPED = {"cm", "mbar", "bar", "MN/m", "N/mm", "cm/s", "mm/min", "h", "kJ", "L/min", "mL/min"}
+# What to offer when a unit is missing, where it is not the first two.
 _HINTS = {
     "m": ("mm", "cm"),
     "Pa": ("kPa", "mbar"),
@@ -53,26 +58,6 @@ _HINTS = {
     "N/m": ("kN/m", "N/mm"),
     "kg": ("g", "kg"),
 }
-
-FACTORS = {
-    "m": {"mm": "1e-3", "cm": "1e-2", "µm": "1e-6"},
-    "Pa": {"kPa": "1e3", "MPa": "1e6", "GPa": "1e9", "mbar": "1e2", "bar": "1e5"},
-    "N": {"mN": "1e-3", "kN": "1e3"},
-    "N/m": {"kN/m": "1e3", "MN/m": "1e6", "GN/m": "1e9", "N/mm": "1e3"},
-    "N/kg": {"kN/kg": "1e3"},
-    "kg": {"g": "1e-3", "mg": "1e-6"},
-    "m/s": {"mm/s": "1e-3", "cm/s": "1e-2", "mm/min": "1.6666666666667e-5"},
-    "s": {"ms": "1e-3", "min": "60", "h": "3600"},
-    "J": {"mJ": "1e-3", "kJ": "1e3"},
-    "V": {"mV": "1e-3"},
-    "m^3": {"mL": "1e-6", "L": "1e-3"},
-    "m^3/s": {"mL/s": "1e-6", "L/s": "1e-3", "µL/s": "1e-9", "L/min": "1.6666666666667e-5",
-              "mL/min": "1.6666666666667e-8"},
-    "m^3/Pa": {"mL/kPa": "1e-9", "µL/kPa": "1e-12"},
-    "m^3/(s Pa)": {"L/(s bar)": "1e-8", "mL/(s bar)": "1e-11"},
-}  # fmt: skip
-"""SI unit: unit: factor, as pint gives it (a test asks it). They save every command the half second
-in which pint is loaded."""
 
 
 @functools.cache
@@ -124,14 +109,19 @@ def _pint_name(si: str) -> str:
     return si.replace("(kg K)", "(kg*K)").replace("N s/m", "N*s/m").replace("(s Pa)", "(s*Pa)")
 
 
+def _friendly(si: str) -> tuple[str, ...]:
+    """The units in which a value is shown, the usual one first."""
+    return tuple(unit for unit in FACTORS.get(si, (si,)) if unit not in _TYPED)
+
+
 def usual_unit(si: str) -> str:
     """The unit in which a quantity is usually read and typed, e.g. kPa for Pa."""
-    return "" if si == "1" else _FRIENDLY.get(si, (si,))[0]
+    return "" if si == "1" else _friendly(si)[0]
 
 
 def examples(si: str, number: str = "") -> str:
     """Units that would do for the SI unit `si`, as a phrase for an error message."""
-    units = _HINTS.get(si) or _FRIENDLY.get(si, (si,))[:2]
+    units = _HINTS.get(si) or _friendly(si)[:2]
     return " or ".join(f"'{number} {u}'".replace("' ", "'") for u in units)
 
 
@@ -206,7 +196,7 @@ def show(value: float | None, si: str, digits: int = 4, like: float | None = Non
         return str(value)
     if si == "1":
         return f"{value:.0f}" if value == int(value) and abs(value) < 1e7 else f"{value:.{digits}g}"
-    units = _FRIENDLY.get(si, (si,))
+    units = _friendly(si)
     size = abs(value if like is None else like)
     best = min(units, key=lambda unit: _awkwardness(size / float(unit_factor(unit, si) or 1)))
     scaled = value / float(unit_factor(best, si) or 1)
@@ -225,7 +215,7 @@ def exact_text(value: float, si: str) -> str:
     """The shortest text, in a friendly unit if as short, that `parse` turns back into `value`."""
     if si == "1":
         return repr(value)
-    usual = (*_FRIENDLY.get(si, ()), *("mm/min" for _ in range(si == "m/s")))
+    usual = (*_friendly(si), *("mm/min" for _ in range(si == "m/s")))
     units = dict.fromkeys((show(value, si).split(" ", 1)[1], *usual, si))
     texts = [text for unit in units if (text := _exact_in(value, unit, si))]
     # the friendliest comes first and may be a few characters longer

@@ -14,11 +14,11 @@ from lab import bench as virtual
 from lab.bench import FULL, curve
 from layerjam.commands.friction import friction
 from layerjam.commands.pull import UNITS_OF_A_PULL, pull
-from layerjam.commands.results import plain as _plain
 from layerjam.errors import FitError, QuantityError, UnknownNameError
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
+from layerjam.report.folder import plain as _plain
 from strategies import KAPTON
 
 MACHINE = virtual.Machine(sampling_rate=100.0, load_cell_noise=0.002, load_cell_range=10.0)

@@ -127,15 +127,15 @@ def demo(out: Path) -> None:
         validate_pulls(read_pulls(others), brake.brake),
         (0.020, 100.0, float(answer["vacuum"])),
     )
-    result = write_report(
+    counted = write_report(
         out, progress=lambda what, _: print(f"  {what}"), extra=[run], numbers=numbers
     )
     print("\nThe five numbers that matter (from synthetic files):")
     for value, words in numbers:
         print(f"  {value:>12}  {words}")
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in result.counts.items())
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in counted.items())
     print(f"\nThe paper's claims: {counts}")
-    print(f"Open {result.report} (pictures in {out / 'figures'}).")
+    print(f"Open {out / 'report.html'} (pictures in {out / 'figures'}).")
     print(f"Done in {time.perf_counter() - began:.0f} s.")
 
 

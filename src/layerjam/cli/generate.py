@@ -97,8 +97,13 @@ def _place(p: Parameter) -> inspect.Parameter:
         )
     if many and default in ((), None):
         default = None
+    return _keyword(p.name, kind, default, note)
+
+
+def _keyword(name: str, kind: Any, default: Any, note: Any) -> inspect.Parameter:
+    """A parameter as typer reads it."""
     return inspect.Parameter(
-        p.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, note]
+        name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, note]
     )
 
 
@@ -124,13 +129,8 @@ def _former(p: Parameter, old: str) -> inspect.Parameter:
     kind, _ = _kind(p)
     if kind is not bool:
         kind = str | None
-    note = typer.Option(old, hidden=True)
-    return inspect.Parameter(
-        _former_name(p, old),
-        inspect.Parameter.KEYWORD_ONLY,
-        default=False if kind is bool else None,
-        annotation=Annotated[kind, note],
-    )
+    default = False if kind is bool else None
+    return _keyword(_former_name(p, old), kind, default, typer.Option(old, hidden=True))
 
 
 def _former_name(p: Parameter, old: str) -> str:
@@ -139,44 +139,22 @@ def _former_name(p: Parameter, old: str) -> str:
 
 def _common(declared: Command, known: set[str]) -> list[inspect.Parameter]:
     """--out of a record, --figure, --json, and --force where something is written."""
-    made: list[tuple[str, Any, Any, Any]] = []
     drawn, recorded = declared.result.drawable(), declared.record_endings
+    made = []
     if recorded and "out" not in known:
-        kinds = " or ".join(recorded)
-        made.append(
-            (
-                RECORD,
-                Path | None,
-                None,
-                typer.Option("--out", metavar="FILE", help=f"Write the record: {kinds}."),
-            )
-        )
+        text = f"Write the record: {' or '.join(recorded)}."
+        note = typer.Option("--out", metavar="FILE", help=text)
+        made.append(_keyword(RECORD, Path | None, None, note))
     if drawn:
-        made.append(
-            (
-                FIGURE,
-                Path | None,
-                None,
-                typer.Option("--figure", metavar="FILE", help="Draw it: .svg, .png or .pdf."),
-            )
-        )
-    made.append(
-        (
-            JSON,
-            bool,
-            False,
-            typer.Option("--json", help="One JSON object in SI units, nothing else."),
-        )
-    )
+        note = typer.Option("--figure", metavar="FILE", help="Draw it: .svg, .png or .pdf.")
+        made.append(_keyword(FIGURE, Path | None, None, note))
+    note = typer.Option("--json", help="One JSON object in SI units, nothing else.")
+    made.append(_keyword(JSON, bool, False, note))
     if (drawn or recorded) and not _overwrites(declared):
         names = ("--replace",) if "force" in known else ("--force", "--replace")
-        made.append((REPLACE, bool, False, typer.Option(*names, help="Replace files that exist.")))
-    return [
-        inspect.Parameter(
-            name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, note]
-        )
-        for name, kind, default, note in made
-    ]
+        note = typer.Option(*names, help="Replace files that exist.")
+        made.append(_keyword(REPLACE, bool, False, note))
+    return made
 
 
 def _overwrites(declared: Command) -> bool:

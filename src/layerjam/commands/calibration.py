@@ -14,10 +14,11 @@ from layerjam.commands.quantities import (
     Overwrite,
 )
 from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
-from layerjam.commands.results import Result, fact, number, plain, result
+from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.measure.trace import Trace
+from layerjam.report.folder import plain
 from layerjam.simulate.quantities import SEED
 from layerjam.units import QuantitySpec, show
 

@@ -22,12 +22,13 @@ from layerjam.commands.quantities import (
     brake_file,
 )
 from layerjam.commands.reading import FileOptions, FileVacuum, Measured, several
-from layerjam.commands.results import Result, fact, plain, result
+from layerjam.commands.results import Result, fact, result
 from layerjam.commands.validation import validate as run_validation
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FitError, LayerjamError, Notice, QuantityError
 from layerjam.measure.trace import Trace
+from layerjam.report.folder import plain
 from layerjam.simulate.quantities import VACUUM
 from layerjam.units import QuantitySpec
 

@@ -7,13 +7,14 @@ import math
 import shutil
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
+from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
 
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice
+from layerjam.report.folder import plain
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:
@@ -364,19 +365,3 @@ def _wrapped(text: str, head: str, width: int) -> list[str]:
         break_on_hyphens=False,
     )
     return lines or [head.rstrip()]
-
-
-def plain(value: Any) -> Any:
-    """As JSON takes it; JSON has no NaN: what is not finite is not known."""
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    if is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
-    if isinstance(value, list | tuple):
-        return [plain(v) for v in value]
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, bool | int | str) or value is None:
-        return value
-    found = float(value)
-    return found if math.isfinite(found) else None

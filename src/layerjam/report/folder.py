@@ -9,6 +9,7 @@ import shutil
 import tempfile
 import uuid
 from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -82,12 +83,16 @@ def json_text(value: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """For JSON: what is not finite is not known."""
+    """As JSON takes it; JSON has no NaN: what is not finite is not known."""
     if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, list | tuple):
         return [plain(v) for v in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
     if isinstance(value, bool | int | str) or value is None:
         return value
-    number = float(value)
-    return number if math.isfinite(number) else None
+    found = float(value)
+    return found if math.isfinite(found) else None

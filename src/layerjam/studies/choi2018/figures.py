@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from layerjam.device.brake import Brake, mass
 from layerjam.device.load import load
+from layerjam.identify.calibration.record import Calibration
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.limits import self_closing_vacuum
 from layerjam.mechanics.pull import brake_force, force_at_elongation, peak
@@ -80,14 +82,18 @@ def fig7_9() -> style.Figure:
 
 
 @style.styled
-def fig8(exact: dict[str, dict[str, float]]) -> style.Figure:
+def fig8(fits: Mapping[str, Calibration]) -> style.Figure:
     """The calibration pulls near their peaks, with the paper's two stiffnesses as lines.
 
-    `exact` holds for each film what the procedure gave: scale_factor, eq9 [N/m].
+    `fits` holds for each film what the procedure gave.
     """
     figure, panels = style.canvas(columns=2, width=8.6, height=3.9)
     for axes, name in zip(panels, CALIBRATED, strict=True):
-        brake, (text, caption), ours = load(name).brake, STIFFNESSES[name], exact[name]["eq9"]
+        brake, (text, caption), ours = (
+            load(name).brake,
+            STIFFNESSES[name],
+            fits[name].stiffness_eq9 or 0.0,
+        )
         top = peak(FULL, TESTED, brake)
         end, high = 3.2 * float(top.elongation), float(top.force)
         u, force = _curve(FULL, brake, end)
@@ -103,7 +109,7 @@ def fig8(exact: dict[str, dict[str, float]]) -> style.Figure:
         axes.set(xlim=(0, end * MM), ylim=(0, high * 1.22))
         style.spot(axes, float(top.elongation) * MM, high, f"peak {high:.2f} N")
         style.key(axes, at="lower right")
-        detail = f"model at 94.5 kPa; a = {exact[name]['scale_factor']:.4g} comes back"
+        detail = f"model at 94.5 kPa; a = {fits[name].scale_factor:.4g} comes back"
         style.title(axes, NAMES[name], detail)
     return figure
 

@@ -6,9 +6,10 @@ this software on files of a virtual test machine whose truth is the paper's resu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -24,6 +25,8 @@ from layerjam.lab.exports import LAYOUTS, write_trace
 from layerjam.lab.faults import Faults
 from layerjam.lab.spec import FrictionTests, Pulls, Spec, Truth
 from layerjam.measure.readers.read import read_trace
+from layerjam.report import style
+from layerjam.studies.choi2018 import figures
 from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.studies.choi2018.figures import CALIBRATED, FIG7, FULL, NAMES, TESTED
 
@@ -33,6 +36,8 @@ TABLE_SD = {"choi2018-kapton": (0.0818, 0.0277), "choi2018-ptfe": (0.0871, 0.031
 CALIBRATED_ON = Pulls(vacuums=(FULL,), speeds=(13e-3,), repeats=1, travel=TESTED)
 VALIDATED_ON = Pulls(vacuums=tuple(FIG7), speeds=(7e-3, 19e-3), repeats=2, travel=TESTED)
 REPEATS = 3
+WHAT = "3 friction tests, 1 calibration pull, 12 validation pulls"
+"""Of each film."""
 PULL_MACHINE = Faults(force_noise=0.15, load_cell_range=500.0, force_step=1e-3, travel_step=1e-7)
 
 
@@ -45,14 +50,13 @@ class FilmRun:
     calibration: Calibration
     uncalibrated: Validation
     calibrated: Validation
-    files: int
 
 
-def friction_files(file: BrakeFile, folder: Path, repeats: int = REPEATS) -> list[Path]:
+def friction_files(file: BrakeFile, folder: Path) -> list[Path]:
     """Friction tests of a film, in Bluehill's layout; between repeats the scatter of table I."""
     static, kinetic = TABLE_SD[file.name]
     tests = FrictionTests(
-        repeats=repeats,
+        repeats=REPEATS,
         normal_force=NORMAL_FORCE,
         travel=0.1,
         static_scatter=static,
@@ -91,38 +95,42 @@ def read_pulls(paths: list[Path]) -> list[tuple[PullFeatures, float]]:
     return out
 
 
-def run_film(name: str, folder: Path, say: Callable[[str], None]) -> FilmRun:
-    """The paper's whole procedure for one film, on synthetic files written to `folder`."""
+@cache
+def run_film(name: str) -> FilmRun:
+    """The paper's whole procedure for one film, on synthetic files; done once."""
     file = load(name)
-    say(f"{NAMES[name]}: 3 friction tests, 1 calibration pull, 12 validation pulls")
-    friction = reduce_friction([read_trace(p) for p in friction_files(file, folder)], NORMAL_FORCE)
-    pull = pull_files(file, folder, CALIBRATED_ON, "testxpert", "calibration")
-    blank = replace(file.brake, scale_factor=1.0)
-    calibration = calibrate(read_pulls(pull), blank)
-    paths = pull_files(file, folder, VALIDATED_ON, "bluehill", "validation")
-    pulls = read_pulls(paths)
+    with TemporaryDirectory() as place:
+        folder = Path(place)
+        tests = [read_trace(p) for p in friction_files(file, folder)]
+        pull = read_pulls(pull_files(file, folder, CALIBRATED_ON, "testxpert", "calibration"))
+        pulls = read_pulls(pull_files(file, folder, VALIDATED_ON, "bluehill", "validation"))
+    calibration = calibrate(pull, replace(file.brake, scale_factor=1.0))
     fitted = replace(
         file.brake, scale_factor=calibration.scale_factor, stiffness_measured=calibration.stiffness
     )
     return FilmRun(
         file=file,
-        friction=friction,
+        friction=reduce_friction(tests, NORMAL_FORCE),
         calibration=calibration,
         uncalibrated=validate_pulls(pulls, replace(fitted, scale_factor=1.0)),
         calibrated=validate_pulls(pulls, fitted),
-        files=len(paths),
     )
 
 
-def run_lab(folder: Path, say: Callable[[str], None]) -> dict[str, FilmRun]:
+def runs() -> dict[str, FilmRun]:
     """`run_film` for both films the paper calibrated."""
-    return {name: run_film(name, folder, say) for name in CALIBRATED}
+    return {name: run_film(name) for name in CALIBRATED}
 
 
-def friction_claims(runs: Mapping[str, FilmRun]) -> list[Claim]:
+def fig8() -> style.Figure:
+    """Fig. 8 with the procedure's calibrations."""
+    return figures.fig8({name: run.calibration for name, run in runs().items()})
+
+
+def friction_claims() -> list[Claim]:
     """Section III-C: table I."""
     out = [claim("test-pressure", NORMAL_FORCE / CONTACT_AREA / 1e3)]
-    for name, run in runs.items():
+    for name, run in runs().items():
         for kind, sd in zip(("static", "kinetic"), TABLE_SD[name], strict=True):
             paper = getattr(run.file.brake.film, kind)
             printed = {"paper": paper, "tolerance": sd * paper}
@@ -131,10 +139,10 @@ def friction_claims(runs: Mapping[str, FilmRun]) -> list[Claim]:
     return out
 
 
-def calibration_claims(runs: Mapping[str, FilmRun]) -> list[Claim]:
+def calibration_claims() -> list[Claim]:
     """Section III-D: Fig. 8 and 9, eq. 7 to 9."""
     out = []
-    for name, run in runs.items():
+    for name, run in runs().items():
         factor, result = run.file.brake.scale_factor, run.calibration
         a = {"paper": factor, "tolerance": 0.0005 if factor < 1 else 0.005}
         k = {"paper": (run.file.brake.stiffness_measured or np.nan) / 1e3}
@@ -150,11 +158,11 @@ def calibration_claims(runs: Mapping[str, FilmRun]) -> list[Claim]:
     return out
 
 
-def validation_claims(runs: Mapping[str, FilmRun]) -> list[Claim]:
+def validation_claims() -> list[Claim]:
     """Section III-C and III-D: MAPE before and after calibration."""
-    before = [c.mape for run in runs.values() for c in run.uncalibrated.curves]
-    after = [c.mape for run in runs.values() for c in run.calibrated.curves]
-    alone = [abs(1 / run.file.brake.scale_factor - 1) for run in runs.values()]
+    before = [c.mape for run in runs().values() for c in run.uncalibrated.curves]
+    after = [c.mape for run in runs().values() for c in run.calibrated.curves]
+    alone = [abs(1 / run.file.brake.scale_factor - 1) for run in runs().values()]
     return [
         claim("mape-before", 100 * float(np.mean(before)), pulls=len(before)),
         claim("explains", holds=float(np.mean(alone)) > 0.27, alone=alone),

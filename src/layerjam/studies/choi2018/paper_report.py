@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -43,7 +40,6 @@ from layerjam.studies.choi2018 import figures as paper_figures
 from layerjam.studies.choi2018 import impact, machines, model, sensor_figures, speed, speed_figures
 from layerjam.studies.choi2018 import lab as laboratory
 from layerjam.studies.choi2018.claims import Claim, Verdict, paper
-from layerjam.studies.choi2018.lab import FilmRun
 
 TITLE = "A soft brake on paper, recomputed"
 LEAD = (
@@ -69,7 +65,6 @@ MARKS = {
 LAB_SHARE = 0.2
 """Share of the time that the procedures on synthetic files take."""
 Draw = Callable[[], "style.Figure"]
-Lab = Mapping[str, FilmRun]
 FIGURES: dict[str, Draw] = {
     "eq5": paper_figures.eq5,
     "closing": paper_figures.closing,
@@ -79,6 +74,7 @@ FIGURES: dict[str, Draw] = {
     "fig5": fluid_figures.fig5,
     "fig6": speed_figures.fig6,
     "fig7-9": paper_figures.fig7_9,
+    "fig8": laboratory.fig8,
     "stack-onset": stack_figures.onset,
     "stack-spread": stack_figures.spread,
     "fig11": impact_figures.fig11,
@@ -91,31 +87,17 @@ FIGURES: dict[str, Draw] = {
     "fig12": density_figures.fig12,
     **{f"machine-{name}": partial(machines.picture, name) for name in machines.PICTURES},
 }
-"""What draws each picture of paper.toml; fig8 needs the laboratory's numbers."""
-CLAIMS: dict[str, Sequence[Callable[[Lab], list[Claim]]]] = {
-    "device": [lambda _: model.structure(), lambda _: model.equations()],
-    "materials": [
-        lambda _: model.materials(),
-        lambda _: speed.judder_claims(),
-        lambda _: model.fluids(),
-        lambda _: speed.wet_claims(),
-    ],
+"""What draws each picture of paper.toml."""
+CLAIMS: dict[str, Sequence[Callable[[], list[Claim]]]] = {
+    "device": [model.structure, model.equations],
+    "materials": [model.materials, speed.judder_claims, model.fluids, speed.wet_claims],
     "friction": [laboratory.friction_claims, laboratory.validation_claims],
-    "calibration": [laboratory.calibration_claims, lambda _: model.stiffnesses()],
-    "damping": [lambda _: model.damping(), lambda _: impact.claims()],
-    "density": [lambda _: model.force_density()],
-    "machines": [lambda _: machines.claims()],
+    "calibration": [laboratory.calibration_claims, model.stiffnesses],
+    "damping": [model.damping, impact.claims],
+    "density": [model.force_density],
+    "machines": [machines.claims],
 }
-"""What works out the claims of each part of paper.toml, from the laboratory's runs."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PaperReport:
-    """Where the report is, and how many claims have each verdict."""
-
-    report: Path
-    results: Path
-    counts: dict[str, int]
+"""What works out the claims of each part of paper.toml."""
 
 
 def write_report(
@@ -125,8 +107,8 @@ def write_report(
     progress: Progress | None = None,
     extra: Sequence[Part] = (),
     numbers: Sequence[tuple[str, str]] = (),
-) -> PaperReport:
-    """Write report.html, results.json and figures/*.svg into the folder `out`.
+) -> dict[Verdict, int]:
+    """Write report.html, results.json and figures/*.svg into `out`; how many have each verdict.
 
     `extra` parts and `numbers` stand first on the page (the demo uses them). Raises FileError where
     the report exists and `force` is not set, or the folder cannot be made.
@@ -135,17 +117,17 @@ def write_report(
     check_extras()
     check_folder(out, force)
     tell("procedures of the paper on synthetic files", 0.01)
-    with tempfile.TemporaryDirectory() as folder:
-        lab = laboratory.run_lab(Path(folder), lambda what: tell(what, LAB_SHARE / 2))
+    for film in paper_figures.CALIBRATED:
+        tell(f"{paper_figures.NAMES[film]}: {laboratory.WHAT}", LAB_SHARE / 2)
+        laboratory.run_film(film)
     tell("figures and claims", LAB_SHARE)
     parts = [part["id"] for part in paper()["part"] if part["id"] != "main-job"]
-    draw = FIGURES | {"fig8": partial(paper_figures.fig8, _exact(lab))}
     pool = Workers(2)
     try:
         # the claims are worked out while the figures are drawn
         pool.submit(stack_figures.warm_up)
-        begun = {name: [pool.submit(work, lab) for work in CLAIMS.get(name, ())] for name in parts}
-        every = [*extra, *(part_of(name, draw) for name in parts)]
+        begun = {name: [pool.submit(work) for work in CLAIMS.get(name, ())] for name in parts}
+        every = [*extra, *(part_of(name, FIGURES) for name in parts)]
         pictures = [picture for part in every for picture in part.pictures]
         svgs = drawn_all(pictures, tell, LAB_SHARE, 0.9)
         tell("claims", 0.9)
@@ -161,16 +143,14 @@ def write_report(
         numbers=numbers,
         verdicts=[Word(f"{MARKS[v]} {count} {v}", _kind(v)) for v, count in counts.items()],
         banner=[BANNER],
-        parts=[*extra, *(part_of(name, draw, claims[name]) for name in parts)],
+        parts=[*extra, *(part_of(name, FIGURES, claims[name]) for name in parts)],
         footer=f"layerjam {__version__}, {datetime.now(UTC).date().isoformat()}. {FOOTER}",
     )
     results = json_text([claim.row() for claim in rows])
     content = {"report.html": html(page.shown(), svgs), "results.json": results}
     write_folder(out, content | figures_of(svgs))
-    report = out / "report.html"
-    tell(f"report {os.fspath(report)}", 1.0)
-    tally = {str(verdict): count for verdict, count in counts.items()}
-    return PaperReport(report=report, results=out / "results.json", counts=tally)
+    tell(f"report {out / 'report.html'}", 1.0)
+    return counts
 
 
 def part_of(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -> Part:
@@ -212,14 +192,6 @@ def _value(value: float | str | None, unit: str) -> Word:
         return Word(value or NONE, "words")
     text = f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
     return Word(text if unit in ("", "1") else f"{text} {unit}", "value")
-
-
-def _exact(runs: Lab) -> dict[str, dict[str, float]]:
-    """What the procedure gave for each film, as Fig. 8 marks it."""
-    fits = {name: run.calibration for name, run in runs.items()}
-    return {
-        n: {"scale_factor": f.scale_factor, "eq9": f.stiffness_eq9 or 0.0} for n, f in fits.items()
-    }
 
 
 def main_job(

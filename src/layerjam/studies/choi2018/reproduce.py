@@ -36,14 +36,16 @@ def reproduce(
     Writes report.html, results.json and the figures. Raises FileError where the report exists and
     `force` is not set, or the folder cannot be made.
     """
+    from layerjam.studies.choi2018.claims import Verdict
     from layerjam.studies.choi2018.paper_report import write_report
 
-    made = write_report(Path(out), force=force, progress=progress)
+    folder = Path(out)
+    counts = write_report(folder, force=force, progress=progress)
     return Reproduction(
-        report=str(made.report),
-        results=str(made.results),
-        reproduced=made.counts["reproduced"],
-        differs=made.counts["differs"],
-        not_reproducible=made.counts["not reproducible"],
-        not_yet=made.counts["not yet"],
+        report=str(folder / "report.html"),
+        results=str(folder / "results.json"),
+        reproduced=counts[Verdict.REPRODUCED],
+        differs=counts[Verdict.DIFFERS],
+        not_reproducible=counts[Verdict.NOT_REPRODUCIBLE],
+        not_yet=counts[Verdict.NOT_YET],
     )

@@ -33,12 +33,6 @@ Array = np.ndarray[Any, np.dtype[Any]]
 class FilmJudder:
     """What one film does at 94.5 kPa."""
 
-    static: float
-    """Table I with a, all interfaces at once [N]."""
-    kinetic: float
-    """[N]"""
-    staggered: float
-    """Greatest force with static friction where sheets let go one after another [N]."""
     together: float
     """Half of the saw's swing over kinetic force, Table I alone."""
     apart: float
@@ -92,9 +86,6 @@ def _study(name: str) -> FilmJudder:
     )
     at = at._replace(rise=ratio - 1, stribeck=STRIBECK[None, :], damping=DAMPING[:, None])
     return FilmJudder(
-        static=static,
-        kinetic=kinetic,
-        staggered=staggered,
         together=together,
         apart=apart,
         slack=slack,
