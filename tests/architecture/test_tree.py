@@ -13,6 +13,31 @@ import pytest
 ROOT = Path(__file__).parents[2]
 BIN = Path(sys.executable).parent
 LARGEST = 450
+SCRIPT = """
+import layerjam as lj
+
+stop = lj.drop("choi2018-kapton", mass="1 kg", speed=2.5, vacuum="tuned", travel="40 mm")
+reveal_type(stop)
+reveal_type(stop.peak_force)
+reveal_type(lj.force("choi2018-kapton", slip=[0.0, 0.02], vacuum="90 kPa").force)
+reveal_type(lj.load("choi2018-kapton").brake.sheets.width)
+reveal_type(lj.load("choi2018-kapton").with_(width="14 mm"))
+reveal_type(stop.warnings)
+reveal_type(stop.plot())
+lj.drop("choi2018-kapton", mass=[1.0], speed=2.5)
+lj.drop("choi2018-kapton", weight="1 kg")
+stop.peak_farce
+"""
+REVEALED = (
+    "layerjam.commands.impact.Stop",
+    "float | None",
+    "float",
+    "float",
+    "layerjam.device.file.BrakeFile",
+    "Sequence[str]",
+    "matplotlib.figure.Figure",
+)
+WRONG = ("[arg-type]", "[call-arg]", "[attr-defined]")
 
 
 def tracked() -> list[Path]:
@@ -96,12 +121,26 @@ def test_ruff(command: list[str]) -> None:
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr
 
 
-def test_mypy(tmp_path: Path) -> None:
+def test_the_tree_and_a_users_script_are_typed(tmp_path: Path) -> None:
+    """One run of mypy for both, for most of its time goes into reading the tree."""
+    (tmp_path / "script.py").write_text(SCRIPT, encoding="utf-8")
+    assert (ROOT / "src" / "layerjam" / "py.typed").is_file()
     done = subprocess.run(
-        [str(BIN / "mypy"), "--cache-dir", str(ROOT / ".mypy_cache")],
+        [str(BIN / "mypy"), "--cache-dir", str(ROOT / ".mypy_cache"),
+         "src/layerjam", str(tmp_path / "script.py")],
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    assert done.returncode == 0, done.stdout[-3000:] + done.stderr
+    lines = done.stdout.splitlines()
+    of_script = [line for line in lines if "script.py:" in line]
+    notes = [line for line in of_script if "Revealed type" in line]
+    errors = [line for line in of_script if "error:" in line]
+    for found, due in ((notes, REVEALED), (errors, WRONG)):
+        assert len(found) == len(due), done.stdout[-3000:] + done.stderr
+        for line, expected in zip(found, due, strict=True):
+            assert expected in line, line
+    of_tree = [line for line in lines[:-1] if line not in of_script]
+    assert of_tree == [], done.stdout[-3000:]
+    assert lines[-1].startswith(f"Found {len(WRONG)} errors in 1 file"), lines[-1]
 
 
 def test_warnings_are_errors_for_every_test() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -46,17 +48,21 @@ LAWS = {
 
 
 def floats(brakes):
-    """The float leaves of a stack of brakes as one array (n, fields), and the way back."""
+    """The leaves of a stack of brakes as one array (n, fields), and the way back."""
     leaves, tree = jax.tree.flatten(brakes)
-    kept = [i for i, leaf in enumerate(leaves) if np.asarray(leaf).dtype == np.float64]
+    return np.stack([np.asarray(leaf, float) for leaf in leaves], axis=1), tree
 
-    def rebuilt(values, whole):
-        made = list(jax.tree.leaves(whole))
-        for place, i in enumerate(kept):
-            made[i] = values[place]
-        return jax.tree.unflatten(tree, made)
 
-    return np.stack([leaves[i] for i in kept], axis=1), rebuilt
+@functools.cache
+def slopes(name, tree):
+    """Values (n,) and gradients (n, arguments and fields) of a law; compiled once a tree."""
+    function, kinds = LAWS[name]
+    m = len(kinds)
+
+    def flat(row):
+        return function(*row[:m], jax.tree.unflatten(tree, list(row[m:])))
+
+    return jax.jit(jax.vmap(jax.value_and_grad(flat)))
 
 
 def arguments(kinds, seed, brakes):
@@ -83,40 +89,34 @@ def smooth(seed, brakes):
 @pytest.mark.parametrize("name", LAWS)
 def test_gradient_is_the_difference_quotient(name, exponent):
     """Central differences, extrapolated once (error h^4); 1e-6 relative to the largest term."""
-    function, kinds = LAWS[name]
     brakes = random_brakes(11, N, exponent=exponent)
-    values, rebuilt = floats(brakes)
-    given = arguments(kinds, 11, brakes)
-    theta = np.concatenate([given, values], axis=1)
-    m = given.shape[1]
-
-    def flat(v, brake):
-        return function(*(v[i] for i in range(m)), rebuilt(v[m:], brake))
-
-    both = jax.jit(jax.vmap(jax.value_and_grad(flat), in_axes=(0, 0)), static_argnums=())
-    floaty = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), brakes)
-    exact = np.asarray(both(theta, floaty)[1])
+    values, tree = floats(brakes)
+    theta = np.concatenate([arguments(LAWS[name][1], 11, brakes), values], axis=1)
+    step, count = 2e-4, theta.shape[1]
+    shift = np.eye(count)[None] * theta[:, None, :]
+    # the number of sheets is a whole one, which some laws halve
+    whole = count - values.shape[1] + COUNT
+    shift[:, whole] = 0.0
+    beside = [theta[:, None] + h * shift for h in (step, -step, step / 2, -step / 2)]
+    rows = np.concatenate([theta, *(grid.reshape(-1, count) for grid in beside)])
+    every, gradient = (np.asarray(made) for made in slopes(name, tree)(rows))
+    value, exact = every[:N], gradient[:N]
     assert np.isfinite(exact).all()
     # a law may say "never" (an infinite vacuum); a difference of infinities is no slope
-    answered = np.isfinite(np.asarray(both(theta, floaty)[0]))
-    count = theta.shape[1]
-    grid = jax.jit(jax.vmap(jax.vmap(flat, in_axes=(0, None)), in_axes=(0, 0)))
-    step = 2e-4
+    answered = np.isfinite(value)
+    up, down, near_up, near_down = every[N:].reshape(4, N, count)
 
-    def quotient(h):
-        shift = np.eye(count)[None] * h * theta[:, None, :]
-        up, down = theta[:, None] + shift, theta[:, None] - shift
-        above, below = np.asarray(grid(up, floaty)), np.asarray(grid(down, floaty))
-        return (above - np.where(answered[:, None], below, 0.0)) / (2 * h)
+    def quotient(above, below, h):
+        # where there is no answer, there is none beside it either
+        above, below = (np.where(answered[:, None], grid, 0.0) for grid in (above, below))
+        return (above - below) / (2 * h)
 
-    # where there is no answer, there is none beside it either
-    numeric = np.where(answered[:, None], (4 * quotient(step / 2)) / 3, 0.0)
-    numeric = numeric - np.where(answered[:, None], quotient(step) / 3, 0.0)
+    numeric = (4 * quotient(near_up, near_down, step / 2) - quotient(up, down, step)) / 3
     scaled = exact * theta
-    value = np.abs(np.asarray(both(theta, floaty)[0]))[:, None]
+    scaled[:, whole] = 0.0
     good = smooth(11, brakes) & answered
     size = np.maximum(np.abs(scaled), np.abs(numeric)).max(axis=1, keepdims=True)
-    wrong = np.abs(scaled - numeric) / np.maximum(size, 1e-3 * value + 1e-300)
+    wrong = np.abs(scaled - numeric) / np.maximum(size, 1e-3 * np.abs(value)[:, None] + 1e-300)
     assert good.sum() > N / 3
     assert (wrong[good] < 1e-6).all()
 
@@ -136,6 +136,8 @@ def test_gradients_at_zero_slip_are_finite_and_as_documented(vacuum):
 
 
 KAPTON_FLOAT = jax.tree.map(float, KAPTON)
+COUNT = next(i for i, leaf in enumerate(jax.tree.leaves(KAPTON)) if isinstance(leaf, int))
+"""The leaf of a brake that is no float."""
 
 
 CORNERS = [(x, p) for x in (0.0, 0.02, 0.068, 0.08) for p in (0.0, 94.5e3)]
@@ -144,18 +146,17 @@ CORNERS = [(x, p) for x in (0.0, 0.02, 0.068, 0.08) for p in (0.0, 94.5e3)]
 @pytest.mark.parametrize("name", LAWS)
 def test_gradients_are_finite_everywhere(name):
     """At zero slip, zero vacuum, the end of the overlap and beyond."""
-    function, kinds = LAWS[name]
     slip, vacuum = np.array(CORNERS).T
     force = np.asarray(pull.brake_force(slip, vacuum, KAPTON))
     known = {"x": slip, "p": vacuum, "f": force, "u": slip + force / 131e3}
-    args = [known[k] for k in kinds]
-    both = jax.value_and_grad(function, argnums=tuple(range(len(args) + 1)))
-    many = jax.jit(jax.vmap(both, in_axes=(*(0 for _ in args), None), axis_size=len(slip)))
-    value, made = many(*args, KAPTON_FLOAT)
+    values, tree = floats(jax.tree.map(lambda leaf: np.full(len(slip), leaf), KAPTON))
+    theta = np.column_stack([*(known[k] for k in LAWS[name][1]), values])
+    # as many rows as the differences have, for which it is compiled already
+    rows = np.resize(theta, (N * (1 + 4 * theta.shape[1]), theta.shape[1]))
+    value, gradient = (np.asarray(made)[: len(slip)] for made in slopes(name, tree)(rows))
     apart = (slip >= 0.068) if name == "self_closing_vacuum" else np.zeros(len(slip), bool)
     assert (np.isfinite(value) == ~apart).all()
-    for leaf in jax.tree.leaves(made):
-        assert np.isfinite(leaf[~apart]).all()
+    assert np.isfinite(gradient[~apart]).all()
 
 
 @pytest.mark.slow

@@ -61,6 +61,10 @@ print(*map(repr, found.tolist()))
 def test_the_numbers_are_those_of_double_precision() -> None:
     env = {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
     env |= {"JAX_PLATFORMS": "cpu", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    # what is compiled here is found there by its code, which single precision would change
+    env |= {"JAX_COMPILATION_CACHE_DIR": str(jax.config.jax_compilation_cache_dir)}
+    env |= {"JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.05"}
+    right = numbers()
     run = subprocess.run(
         [sys.executable, "-c", SCRIPT],
         env=env,
@@ -70,7 +74,7 @@ def test_the_numbers_are_those_of_double_precision() -> None:
         timeout=240,
     )
     assert run.returncode == 0, run.stderr[-2000:]
-    np.testing.assert_array_equal([float(word) for word in run.stdout.split()], numbers())
+    np.testing.assert_array_equal([float(word) for word in run.stdout.split()], right)
 
 
 def test_a_trace_in_single_precision_is_refused_and_the_setting_named() -> None:

@@ -85,6 +85,10 @@ def _as_argument(given: Any) -> Any:
         return given.brake
     if type(given) in _registered or given is None:
         return given
+    if isinstance(given, int | float | np.floating | np.integer) or (
+        isinstance(given, np.ndarray) and given.dtype.kind in "fiu"
+    ):
+        return np.asarray(given, dtype=np.float64)  # JAX would compile a program to convert it
     return jnp.asarray(given, dtype=jnp.float64)
 
 
