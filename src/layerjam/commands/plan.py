@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
@@ -18,7 +18,7 @@ from layerjam.commands.quantities import (
     StopTravel,
     vacuum_within,
 )
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Result, fact, number, prefixed, result
 from layerjam.commands.tuning import apart, tune
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
@@ -31,10 +31,12 @@ from layerjam.units import QuantitySpec, show
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from layerjam.control.plan import Plan
+    from layerjam.control.plan import Arrival, Plan
     from layerjam.control.plan_build import Build
     from layerjam.control.plan_spread import Spread
+    from layerjam.control.standby import Standby
 
+NO_VACUUM = "no vacuum of the site stops it within the travel"
 WARNING = QuantitySpec("s", "warning time, up to the taut rope,", hi=1e5, example="3s")
 SAMPLES = QuantitySpec("1", "masses and speeds to try", lo=100, hi=10_000_000, whole=True)
 MASS_SD = QuantitySpec("kg", "standard deviation of the mass", hi=MASS.hi, example="0.1kg")
@@ -124,7 +126,7 @@ class CollisionPlan(Result):
         if self.needed is None or self.feasible:
             left_out |= {f.name for f in self.keys() if f.name.endswith("_needed_reason")}
         if self.certain:
-            left_out |= {*_UNCERTAIN, "samples", "seed"}
+            left_out |= _UNCERTAIN
         names = {name.replace("_", " ") for name in left_out}
         return [(name, text) for name, text in super().rows() if name not in names]
 
@@ -135,12 +137,10 @@ class CollisionPlan(Result):
         return plan_figures.planned(self.record)
 
 
-_UNCERTAIN = (
-    *(f"{mode}_{key}" for mode in ("full", "tuned") for key in ("expected_g", "g_95")),
-    *(f"{mode}_{key}" for mode in ("full", "tuned") for key in ("beyond", "out")),
-    "expected_g_error",
-    "chance_error",
-)
+SPREAD = ("expected_g", "g_95", "beyond", "out")
+_UNCERTAIN = {f"{mode}_{key}" for mode in ("full", "tuned") for key in SPREAD} | {
+    *("expected_g_error", "chance_error", "samples", "seed")
+}
 
 
 @command(
@@ -181,28 +181,9 @@ def plan(
     """
     from layerjam.control.plan import Arrival
     from layerjam.control.plan import plan as make_plan
-    from layerjam.control.plan_build import what_to_build
     from layerjam.control.plan_spread import spread
-    from layerjam.fluid.closed_forms import reachable
 
     water = fluid == "water"
-    _check_site(line, brake, water)
-    most = reachable(line.line, water)
-    usable = brake.brake.sheets.usable_travel
-    for name, value, limit, unit, rest in (
-        ("travel", travel, usable, "m", f"beyond the usable travel of {show(usable, 'm')}"),
-        ("mass sd", mass_sd, mass, "kg", "more than the mass itself"),
-        ("speed sd", speed_sd, speed, "m/s", "more than the speed itself"),
-        (
-            "standing",
-            standing,
-            most,
-            "Pa",
-            f"more than the line can hold; pump and leak come to {show(most, 'Pa')}",
-        ),
-    ):
-        if value > limit:
-            raise QuantityError.of(name, f"{apart(value, limit, unit)} is {rest}")
     case = Arrival(
         mass=mass,
         speed=speed,
@@ -214,34 +195,28 @@ def plan(
         rope_stiffness=rope_stiffness,
         gravity=0.0 if horizontal else brake.brake.site.gravity,
     )
+    most = _check(case, line, brake, water)
     kept = None if stored is None else _kept(stored, line.line)
     made = make_plan(brake, line.line, case, stored=kept, water=water)
-    fine = made.full.within(case.travel)
-    build = None
-    if not fine and made.needed is not None and made.needed > made.reached:
-        build = what_to_build(made.standby, made.needed, warning)
     full = spread(made.reached, brake.brake, case, samples, seed)
     tuned = full if made.capped else spread(made.tuned.vacuum, brake.brake, case, samples, seed)
-    return CollisionPlan(
+    fine, build = made.full.within(travel), _build(made)
+    at_full, at_tuned = made.full.coupled, made.tuned.coupled
+    return CollisionPlan.of(
+        case,
+        made,
+        *(made.full, at_full, prefixed("coupling_", at_full)),
+        prefixed("tuned_", made.tuned, at_tuned, prefixed("coupling_", at_tuned)),
+        _chances(full, tuned),
+        _sizes(made, build),
+        _cost(made),
         feasible=fine,
-        reason=None if fine else _reason(made, brake, horizontal),
-        warning=warning,
-        standing=standing,
-        reached=made.reached,
+        reason=None if fine else _reason(made),
         reachable=most,
-        needed=made.needed,
-        **_stops(made, brake),
-        **_uncertain(full, tuned),
-        samples=full.tried,
+        tuned_capped=made.capped,
         seed=seed,
-        **_sizes(made, build, line.line, brake, water),
-        **_cost(made, line.line, water),
         certain=not (mass_sd or speed_sd),
-        warnings=[
-            *line.warnings(),
-            *brake.warnings(),
-            *_remarks(made, build, line.line, kept, water),
-        ],
+        warnings=[*line.warnings(), *brake.warnings(), *_remarks(made, build)],
         record=made,
     )
 
@@ -254,7 +229,10 @@ def _kept(stored: float, line: Line) -> float:
     return line.site.atmosphere - stored
 
 
-def _check_site(line: LineFile, brake: BrakeFile, water: bool) -> None:
+def _check(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> float:
+    """Greatest vacuum that the line reaches [Pa]; QuantityError for what does not fit together."""
+    from layerjam.fluid.closed_forms import reachable
+
     ours, theirs = line.line.site.atmosphere, brake.brake.site.atmosphere
     if ours != theirs:
         raise QuantityError.of(
@@ -270,20 +248,25 @@ def _check_site(line: LineFile, brake: BrakeFile, water: bool) -> None:
             f"water, but {line.name} has a reservoir, which is one of gas; plan it in air or take "
             "the reservoir out of its file",
         )
+    most, usable = reachable(line.line, water), brake.brake.sheets.usable_travel
+    held = f"more than the line can hold; pump and leak come to {show(most, 'Pa')}"
+    for name, value, limit, unit, why in (
+        ("travel", case.travel, usable, "m", f"beyond the usable travel of {show(usable, 'm')}"),
+        ("mass sd", case.mass_sd, case.mass, "kg", "more than the mass itself"),
+        ("speed sd", case.speed_sd, case.speed, "m/s", "more than the speed itself"),
+        ("standing", case.standing, most, "Pa", held),
+    ):
+        if value > limit:
+            raise QuantityError.of(name, f"{apart(value, limit, unit)} is {why}")
+    return most
 
 
-def _reason(made: Plan, brake: BrakeFile, horizontal: bool) -> str:
+def _reason(made: Plan) -> str:
     """Why the estimate does not stop within the travel."""
     case = made.case
     if made.needed is None:
-        found = tune(
-            brake,
-            mass=case.mass,
-            speed=case.speed,
-            travel=case.travel,
-            rope_stiffness=case.rope_stiffness,
-            horizontal=horizontal,
-        )
+        given = {k: getattr(case, k) for k in ("mass", "speed", "travel", "rope_stiffness")}
+        found = tune(made.brake, **given, horizontal=not case.gravity)
         return f"no vacuum of the site does it: {found.reason}"
     if made.full.outcome is Outcome.SNAPS:
         return (
@@ -296,148 +279,124 @@ def _reason(made: Plan, brake: BrakeFile, horizontal: bool) -> str:
     )
 
 
-def _stops(made: Plan, brake: BrakeFile) -> dict[str, Any]:
-    """Both stops; None for what is not known of one that snaps, or that needs no coupling."""
-    weight = made.case.mass * brake.brake.site.gravity
-    out: dict[str, Any] = {"tuned_vacuum": made.tuned.vacuum, "tuned_capped": made.capped}
-    for head, mode in (("", made.full), ("tuned_", made.tuned)):
-        known = mode.outcome is not Outcome.SNAPS
-        out |= {
-            f"{head}outcome": str(mode.outcome),
-            f"{head}slip": mode.slip if known else None,
-            f"{head}peak_force": mode.peak_force if known else None,
-            f"{head}peak_g": mode.peak_force / weight if weight and known else None,
-            f"{head}coupling_matters": None if mode.coupled is None else mode.coupled.matters,
-        }
-        for key in ("vacuum_change", "slip_change", "peak_change"):
-            out[head + key] = None if mode.coupled is None else getattr(mode.coupled, key)
-    full, known = made.full, made.full.outcome is not Outcome.SNAPS
-    out["end_speed"] = full.end_speed if known else None
-    out["dissipated_energy"] = full.heat if known else None
-    out["coupling_rounds"] = None if full.coupled is None else full.coupled.rounds
-    out["coupling_remaining"] = None if full.coupled is None else full.coupled.remaining
-    return out
+def _build(made: Plan) -> Build | None:
+    """What to build where too little vacuum comes in time and more would do."""
+    from layerjam.control.plan_build import what_to_build
+
+    if made.full.within(made.case.travel) or made.needed is None or made.needed <= made.reached:
+        return None
+    return what_to_build(made.standby, made.needed, made.case.warning)
 
 
-def _uncertain(full: Spread, tuned: Spread) -> dict[str, Any]:
+def _chances(full: Spread, tuned: Spread) -> dict[str, float]:
     """Expected peaks and chances of both, and the greater of their errors."""
-    out: dict[str, Any] = {
-        "expected_g_error": _finite(max(full.peak_g_error, tuned.peak_g_error)),
+    out: dict[str, float] = {
+        "samples": full.tried,
+        "expected_g_error": max(full.peak_g_error, tuned.peak_g_error),
         "chance_error": max(full.beyond_error, full.out_error, tuned.beyond_error, tuned.out_error),
     }
     for head, made in (("full", full), ("tuned", tuned)):
-        out |= {
-            f"{head}_expected_g": _finite(made.peak_g),
-            f"{head}_g_95": _finite(made.peak_g_95),
-            f"{head}_beyond": made.beyond,
-            f"{head}_out": made.out,
-        }
+        numbers = (made.peak_g, made.peak_g_95, made.beyond, made.out)
+        out |= {f"{head}_{key}": n for key, n in zip(SPREAD, numbers, strict=True)}
     return out
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _sizes(
-    made: Plan, build: Build | None, line: Line, brake: BrakeFile, water: bool
-) -> dict[str, Any]:
-    """What would do; all None with one reason where nothing is short or nothing helps."""
+def _sizes(made: Plan, build: Build | None) -> dict[str, Any]:
+    """What would do, each with its reason where there is none; one for all without a build."""
     from layerjam.control.plan_build import Size, valve_cv
-    from layerjam.fluid import energy
     from layerjam.mechanics.pull import brake_force
 
-    nothing = Size(
-        None,
-        "not needed: enough vacuum is there in time"
-        if made.needed is not None
-        else "no vacuum of the site stops it within the travel",
-    )
+    enough = "not needed: enough vacuum is there in time"
+    none = Size(None, NO_VACUUM if made.needed is None else enough)
     out: dict[str, Any] = {}
     for name in ("warning", "reservoir", "conductance", "standing"):
-        size = nothing if build is None else getattr(build, name)
+        size = none if build is None else getattr(build, name)
         out[f"{name}_needed"], out[f"{name}_needed_reason"] = size.value, size.reason
-    opening, held = out["conductance_needed"], out["standing_needed"]
-    cost = None if held is None or water else energy.holding(held, line)
-    return out | {
-        "cv_needed": None if opening is None else valve_cv(opening),
-        "reservoir_conductance": None if build is None else build.conductance_used,
-        "conductance_volume": None if build is None else build.volume_used,
-        "standing_needed_power": None if cost is None else _finite(cost.least_power),
-        "standing_needed_electric": None if cost is None else cost.electric_power,
-        "standing_needed_force": (
-            None if held is None else float(brake_force(0.0, held, brake.brake))
-        ),
-    }
+    if build is not None:
+        out["reservoir_conductance"] = build.conductance_used
+        out["conductance_volume"] = build.volume_used
+    if out["conductance_needed"] is not None:
+        out["cv_needed"] = valve_cv(out["conductance_needed"])
+    held = out["standing_needed"]
+    if held is not None:
+        out["standing_needed_force"] = float(brake_force(0.0, held, made.brake.brake))
+        out |= _waiting("standing_needed", held, made.standby)
+    return out
 
 
-def _cost(made: Plan, line: Line, water: bool) -> dict[str, Any]:
-    """Work of this jam and power of waiting."""
+def _waiting(head: str, vacuum: float, standby: Standby) -> dict[str, float | None]:
+    """Power to hold an idle vacuum [Pa] in air."""
+    from layerjam.fluid.energy import holding
+
+    if standby.water:
+        return {}
+    held = holding(vacuum, standby.line)
+    return {f"{head}_power": held.least_power, f"{head}_electric": held.electric_power}
+
+
+def _cost(made: Plan) -> dict[str, Any]:
+    """Heat of the stop, work of this jam and power of waiting."""
     from layerjam.fluid import energy
     from layerjam.fluid.network import RESERVOIR
 
+    line, water, heat = made.standby.line, made.standby.water, made.full.heat
     start, end = made.rising.states[0], made.rising.states[-1]
     work = energy.jam_work(made.reached, line, water, made.case.standing)
     refill = energy.refill_work(float(end[RESERVOIR]), float(start[RESERVOIR]), line)
     spent = energy.electric_energy(made.case.warning, line)
-    held = None if water else energy.holding(made.case.standing, line)
-    stops = made.full.outcome is not Outcome.SNAPS
     return {
+        "dissipated_energy": heat,
         "jam_work": work,
         "refill_work": 0.0 if water else refill,
         "pump_energy": spent,
-        "standing_power": None if held is None else _finite(held.least_power),
-        "standing_electric": None if held is None else held.electric_power,
-        "heat_per_work": energy.per_joule(made.full.heat, work) if stops else None,
-        "heat_per_pump_energy": energy.per_joule(made.full.heat, spent) if stops else None,
+        **_waiting("standing", made.case.standing, made.standby),
+        "heat_per_work": energy.per_joule(heat, work),
+        "heat_per_pump_energy": energy.per_joule(heat, spent),
     }
 
 
-def _remarks(
-    made: Plan, build: Build | None, line: Line, stored: float | None, water: bool
-) -> list[Notice]:
+def _remarks(made: Plan, build: Build | None) -> Iterator[Notice]:
     """What the plan rests on, and what it leaves out."""
     from layerjam.control.plan_spread import SHIFTS
     from layerjam.fluid.closed_forms import lowest
-    from layerjam.fluid.network import CHAMBER
     from layerjam.simulate.coupled import MATTERS
 
-    case, tank, out = made.case, line.reservoir, []
+    case, standby = made.case, made.standby
+    line, tank = standby.line, standby.line.reservoir
     if case.mass_sd or case.speed_sd:
-        said = (
+        yield Notice(
             "mass and speed: log-normal, independent; chances and expected peak by exact stops at "
             f"constant vacuum on a Fibonacci lattice with {SHIFTS} random shifts, whose scatter is "
-            "the error"
+            "the error",
+            "chances",
         )
-        out.append(Notice(said, "chances"))
     if tank is not None and tank.delay >= case.warning:
-        said = f"the reservoir's valve opens after {show(tank.delay, 's')}, when the mass is there"
-        out.append(Notice(said, "reservoir-late"))
-    if (tank is not None or build is not None) and stored is None and not water:
-        said = (
+        late = f"the reservoir's valve opens after {show(tank.delay, 's')}, when the mass is there"
+        yield Notice(late, "reservoir-late")
+    if (tank is not None or build is not None) and standby.stored is None and not standby.water:
+        yield Notice(
             f"reservoir: emptied to {show(lowest(line), 'Pa')} absolute before the warning, as low "
-            "as pump and leak come to"
+            "as pump and leak come to",
+            "reservoir-emptied",
         )
-        out.append(Notice(said, "reservoir-emptied"))
     if build is not None:
-        out += [Notice(assumed, "assumed-build") for assumed in build.assumed]
-    if water:
-        out.append(ONLY_COMPLIANCE)
-    for name, mode in (("full", made.full), ("tuned", made.tuned)):
-        both = mode.coupled
-        if both is not None and both.matters and (name == "full" or not made.capped):
-            said = (
+        yield from (Notice(assumed, "assumed-build") for assumed in build.assumed)
+    if standby.water:
+        yield ONLY_COMPLIANCE
+    modes = {"full": made.full} if made.capped else {"full": made.full, "tuned": made.tuned}
+    for name, mode in modes.items():
+        if mode.coupled is not None and mode.coupled.matters:
+            yield Notice(
                 f"{name} vacuum: the enclosure's stretching changes slip or peak by more than "
-                f"{MATTERS:.0%}; chances and sizes count at constant vacuum"
+                f"{MATTERS:.0%}; chances and sizes count at constant vacuum",
+                "coupling-matters",
             )
-            out.append(Notice(said, "coupling-matters"))
-    if made.tuned.vacuum > (made.needed or math.inf) and not made.capped:
-        said = (
-            f"the idle vacuum cannot be let off in time to the tuned "
-            f"{show(made.needed, 'Pa')}; {show(made.tuned.vacuum, 'Pa')} is left"
+    if made.needed is not None and made.tuned.vacuum > made.needed and not made.capped:
+        yield Notice(
+            f"the idle vacuum cannot be let off in time to the tuned {show(made.needed, 'Pa')}; "
+            f"{show(made.tuned.vacuum, 'Pa')} is left",
+            "idle-vacuum-left",
         )
-        out.append(Notice(said, "idle-vacuum-left"))
-    if line.site.atmosphere - float(made.rising.states[-1][CHAMBER]) < case.standing * (1 - 1e-9):
-        said = "the vacuum falls during the warning: the leak is more than the pump takes out"
-        out.append(Notice(said, "vacuum-falls"))
-    return out
+    if made.rising.vacuum[-1] < case.standing * (1 - 1e-9):
+        falls = "the vacuum falls during the warning: the leak is more than the pump takes out"
+        yield Notice(falls, "vacuum-falls")

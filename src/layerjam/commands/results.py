@@ -91,15 +91,16 @@ class Result:
         """The result with what is `given`, its other keys from `known` by their names.
 
         Each of `known` is a record, a mapping, `prefixed(...)`, or None; the first that has a name
-        counts. A float taken from there that is not finite becomes None: not known. What nobody has
-        is its default; raises TypeError where there is none.
+        counts. A float that is not finite becomes None, which is not known, and so does what nobody
+        has where it may be None. Raises TypeError for a key without value or default.
         """
         for f in cls.keys():  # noqa: SIM118
-            found = (_named(one, f.name) for one in known if f.name not in given)
-            value = next((v for v in found if v is not MISSING), MISSING)
+            value = _named(f.name, (given, *known))
             if value is not MISSING:
                 lost = isinstance(value, float) and not math.isfinite(value)
                 given[f.name] = None if lost else value
+            elif f.default is MISSING and "None" in str(f.type):
+                given[f.name] = None
         return cls(**given)
 
     @property
@@ -274,22 +275,27 @@ class Result:
 @dataclass(frozen=True)
 class _Prefixed:
     prefix: str
-    record: object
+    records: tuple[object, ...]
 
 
-def prefixed(prefix: str, record: object) -> object:
-    """A record for `Result.of` whose field `slip` is the key `tuned_slip`, with "tuned_"."""
-    return _Prefixed(prefix, record)
+def prefixed(prefix: str, *records: object) -> object:
+    """Records for `Result.of` whose field `slip` is the key `tuned_slip`, with "tuned_"."""
+    return _Prefixed(prefix, records)
 
 
-def _named(record: object, name: str) -> Any:
-    """What a record or a mapping has by a name; MISSING where it has nothing."""
-    if isinstance(record, _Prefixed):
-        mine = name.startswith(record.prefix)
-        return _named(record.record, name.removeprefix(record.prefix)) if mine else MISSING
-    if isinstance(record, Mapping):
-        return record.get(name, MISSING)
-    return getattr(record, name, MISSING)
+def _named(name: str, records: Iterable[object]) -> Any:
+    """What the first record or mapping that has this name has by it; MISSING where none has."""
+    for one in records:
+        if isinstance(one, _Prefixed):
+            mine = name.startswith(one.prefix)
+            value = _named(name.removeprefix(one.prefix), one.records) if mine else MISSING
+        elif isinstance(one, Mapping):
+            value = one.get(name, MISSING)
+        else:
+            value = getattr(one, name, MISSING)
+        if value is not MISSING:
+            return value
+    return MISSING
 
 
 @result

@@ -7,6 +7,7 @@ within the travel, capped by what comes in time, then shut off.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -52,7 +53,10 @@ class Arrival:
 
 @dataclass(frozen=True, kw_only=True)
 class Mode:
-    """One way to use the warning: the vacuum at the taut rope, and the stop of the estimate."""
+    """One way to use the warning: the vacuum at the taut rope, and the stop of the estimate.
+
+    Slip, forces, heat and speed are NaN where the brake snaps.
+    """
 
     vacuum: float
     """At the taut rope [Pa]."""
@@ -60,6 +64,8 @@ class Mode:
     """At the standstill or the end of travel [m]."""
     peak_force: float
     """Greatest force [N]."""
+    peak_g: float
+    """The same over the weight at the site; NaN without gravity."""
     heat: float
     """Dissipated energy [J]."""
     end_speed: float
@@ -114,9 +120,11 @@ def stop_at(
             start=vacuum if during.state is None else during.state,
         )
         made = coupled.timed
-    numbers = {name: float(getattr(made, name)) for name in NUMBERS}
     outcome = OUTCOMES[int(made.outcome)] if coupled is None else coupled.timed.outcome
-    return Mode(vacuum=vacuum, **numbers, outcome=outcome, coupled=coupled)
+    snaps, weight = outcome is Outcome.SNAPS, case.mass * file.brake.site.gravity
+    numbers = {name: math.nan if snaps else float(getattr(made, name)) for name in NUMBERS}
+    peak_g = numbers["peak_force"] / weight if weight else math.nan
+    return Mode(vacuum=vacuum, **numbers, peak_g=peak_g, outcome=outcome, coupled=coupled)
 
 
 class During(NamedTuple):
