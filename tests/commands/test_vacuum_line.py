@@ -8,7 +8,7 @@ from layerjam.cli.main import main
 from layerjam.commands.vacuum_line import rise
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, load_line
-from layerjam.report.fluid_figures import changes
+from layerjam.fluid.timing import changes
 
 BENCH = """name = "bench"
 [chamber]

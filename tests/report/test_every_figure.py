@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from lab import bench as virtual
+from layerjam.commands.vacuum_line import rise
 from layerjam.control.closed_loop import simulate
 from layerjam.control.follow import bode, follow, rehabilitation
 from layerjam.control.plan import plan
@@ -44,7 +45,6 @@ from layerjam.report import (
     control_figures,
     design_figures,
     figures,
-    fluid_figures,
     impact_figures,
     line_pictures,
     measurement_figures,
@@ -272,9 +272,9 @@ ALONE: dict[str, Callable[[], Any]] = {
         load(BRAKES[0]), calibrate_curves(curves(BRAKES[0]), load(BRAKES[0]).brake), True
     ),
     "loop": lambda: control_figures.loop(*regulated()),
-    "rise-air": lambda: fluid_figures.rise_figure(load_line("choi2018").line, 80e3),
-    "rise-water": lambda: fluid_figures.rise_figure(load_line("choi2018").line, 80e3, True, "mine"),
-    "rise-never": lambda: fluid_figures.rise_figure(load_line("choi2018").line, 1.01e5),
+    "rise-air": lambda: rise("choi2018", target=80e3).draw(),
+    "rise-water": lambda: rise("choi2018", target=80e3, fluid="water").draw(),
+    "rise-never": lambda: rise("choi2018", target=1.01e5).draw(),
     "leak": lambda: measurement_figures.leak(held()),
     "pump-down": lambda: measurement_figures.pump_down(emptied(), None, None),
     "crash": lambda: measurement_figures.crash(struck()),

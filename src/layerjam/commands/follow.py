@@ -147,19 +147,15 @@ def follow(
             brake=true,
             seed=seed,
         )
-    return FollowedForce(
+    return FollowedForce.of(
+        *(done.loop, swept, made),
         rms_error=done.rms,
         greatest_error=float(np.abs(done.error).max()),
         possible=float(done.possible.mean()),
         reasons=list(done.reasons),
         feasible=bool(done.possible.all()),
-        outcome=done.loop.outcome,
         greatest_vacuum=float(done.loop.vacuum.max()),
-        pump_switches=done.loop.pump_switches,
-        vent_switches=done.loop.vent_switches,
-        bandwidth=None if swept is None else swept.bandwidth,
         bode=None if swept is None else _rows(swept),
-        sample_time=made.sample_time,
         warnings=[*brake.warnings(), *notices],
         record=(done, swept),
     )

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
-
-from numpy.typing import ArrayLike
 
 from layerjam.commands.declare import ARRAY, Help, Input, OutFile
 from layerjam.device.brake import Brake, validate
@@ -32,7 +30,11 @@ from layerjam.simulate.quantities import (
 from layerjam.units import QuantitySpec, show, spec_of
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from layerjam.fluid.line import Line
+else:
+    ArrayLike = Sequence[float]  # help is shown without loading NumPy
 
 F = TypeVar("F", bound=RecordFile[Any])
 AnyBrake = str | Path | BrakeFile | Brake

@@ -9,12 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.lines import LineInput
-from layerjam.commands.quantities import (
-    Atmosphere,
-    Seed,
-    Target,
-    vacuum_within,
-)
+from layerjam.commands.quantities import Atmosphere, Seed, Target, vacuum_within
 from layerjam.commands.regulator import RecordedStep, RegulatorSettings, regulator_of, tuned_by
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.control.settings import Regulator, detection_times
@@ -27,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from layerjam.control.closed_loop import ClosedLoop, FaultInjection
+    from layerjam.control.tuning import Identified
 
 FAULT_AT = QuantitySpec("s", "time at which the fault begins", hi=1e5, example="8s")
 Fault = Literal[
@@ -154,43 +150,35 @@ def regulate(
     loop = simulate(made, [(float(length), float(target))], injected=injected, seed=seed)
     if fault is not None:
         notices += _of_the_fault(fault, injected, loop)
-    gains, tuned = made.gains(), settings.kind != "bang-bang"
+    times = detection_times(made, target)
     after = loop.fault_time - injected.at
-    return Regulation(
+    return Regulation.of(
+        None if settings.kind == "bang-bang" else made.gains(),
+        loop,
+        made,
         target=target,
-        kind=settings.kind,
-        safe_state=made.safe_state,
-        outcome=loop.outcome,
-        rise_time=_finite(loop.rise_time),
-        overshoot=loop.overshoot,
-        steady_error=loop.steady_error,
-        ripple=loop.ripple,
-        pump_switches=loop.pump_switches,
-        vent_switches=loop.vent_switches,
-        pump_on=loop.pump_on,
-        fault_time=_finite(loop.fault_time),
         fault=fault,
         fault_at=fault_at,
         broken=broken,
-        said_after=_finite(after) if after >= 0 else None,
+        said_after=after if after >= 0 else None,
         reachable=made.plant.reach,
         time_constant=constant,
-        gain=gains.gain if tuned else None,
-        integral_time=gains.integral_time if tuned else None,
-        sample_time=made.sample_time,
         duration=length,
-        identified=None
-        if found is None
-        else {
-            "rate": found.plant.rate,
-            "pole": list(found.rate_interval),
-            "reach": list(found.reach_interval),
-            "noise": found.noise,
-        },
-        detection={k: _finite(v) for k, v in detection_times(made, target).items()},
+        identified=None if found is None else _seen(found),
+        detection={k: v if math.isfinite(v) else None for k, v in times.items()},
         warnings=notices,
         record=(made, loop),
     )
+
+
+def _seen(found: Identified) -> dict[str, Any]:
+    """What a recorded step shows."""
+    return {
+        "rate": found.plant.rate,
+        "pole": list(found.rate_interval),
+        "reach": list(found.reach_interval),
+        "noise": found.noise,
+    }
 
 
 def _injected(
@@ -232,7 +220,3 @@ def _of_the_fault(fault: str, injected: FaultInjection, loop: ClosedLoop) -> lis
         f"{show(abs(off), 'Pa')} {where} the target"
     )
     return [Notice(missed, "fault-not-said")]
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -265,7 +265,7 @@ class Result:
     def _repr_html_(self) -> str:
         cell = 'style="text-align:left"'
         rows = "".join(
-            f"<tr><th {cell}>{escape(name)}</th><td {cell}>{escape(text)}</td></tr>"
+            f"<tr><th {cell}>{escape(name)}</th><td {cell}>{escape(_raised(text))}</td></tr>"
             for name, text in self.rows()
         )
         notes = "".join(f"<p>note: {escape(w)}</p>" for w in dict.fromkeys(map(str, self.warnings)))
@@ -351,6 +351,11 @@ def in_words(value: Any, unit: str) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(in_words(v, unit) for v in value)
     return str(value)
+
+
+def _raised(text: str) -> str:
+    """With the exponents of units as a page shows them: m/s²."""
+    return text.replace("^2", "²").replace("^3", "³")
 
 
 def printable(line: str) -> str:

@@ -51,8 +51,7 @@ class VacuumRise(Result):
         """Vacuum over time, and what would make the line faster."""
         from layerjam.report import fluid_figures
 
-        file = self.line
-        return fluid_figures.rise_figure(file.line, self.target, self.fluid == "water", file.name)
+        return fluid_figures.rise_figure(self.line, self.target, self.record, self.rise_time)
 
 
 @command(

@@ -71,7 +71,8 @@ class Course(NamedTuple):
 def _law() -> Any:
     """`law.step` compiled, with the functions it calls; no rounding is changed."""
     names: dict[str, Any] = {k: v for k, v in vars(law).items() if isinstance(v, int | float)}
-    for name in ("moved", "switched", "safe", "command", "detect", "step"):
+    helpers = ("moved", "switched", "safe", "command", "pump_fault", "vented", "held")
+    for name in (*helpers, "detect", "step"):
         plain = types.FunctionType(getattr(law, name).__code__, names, name)
         names[name] = numba.njit(error_model="numpy", forceinline=True)(plain)
     return names["step"]

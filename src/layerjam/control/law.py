@@ -178,40 +178,69 @@ def detect(
             if risen - fast * owed > clear:
                 fault = 1.0 * BLOCKED
             elif owed >= clear:
-                if risen < weak * owed:
-                    # a reading that never moved is the sensor's; at zero it may be the pump's
-                    if quiet > 0.5 * owed and (measured > offset or measured < -offset):
-                        fault = 1.0 * STUCK
-                    else:
-                        fault = 1.0 * (NO_VACUUM if risen < none * owed else WEAK_PUMP)
+                away = measured > offset or measured < -offset
+                found = pump_fault(owed, risen, quiet if away else 0.0, none, weak)
+                fault = found if found != 0.0 else fault
                 owed, risen = 0.0, 0.0
         else:
             owed, risen, quiet = 0.0, 0.0, 0.0
 
         if vent != 0.0 and pump == 0.0:
-            if settled == 0.0:
-                opened = measured
-            settled += 1.0
-            if settled > settle_steps and (measured > offset or measured < -offset):
-                off += 1.0
-                if off >= confirm:
-                    held = opened > 2.0 * offset and measured > 0.5 * opened
-                    fault = 1.0 * (BLOCKED if held else OFFSET)
-            else:
-                off = 0.0
+            found, settled, off, opened = vented(
+                measured, settled, off, opened, settle_steps, offset, confirm
+            )
+            fault = found if found != 0.0 else fault
         else:
             settled, off = 0.0, 0.0
 
-        if target <= 0.0 or target > drive[7]:
-            reached, missing = 0.0, 0.0
-        if target > 0.0:
-            if measured >= target - lost_band:
-                reached, missing = 1.0, 0.0
-            elif reached != 0.0:
-                missing += 1.0
-                if missing >= lost_steps:
-                    fault = 1.0 * LOST
+        reached, missing = held(target, drive[7], measured >= target - lost_band, reached, missing)
+        if missing > 0.0 and missing >= lost_steps:
+            fault = 1.0 * LOST
     return fault, measured, (
         measured, beyond, same, quiet, rate, owed, risen, reached, missing, settled, off, opened,
         fault,
     )  # fmt: skip
+
+
+def pump_fault(owed: float, risen: float, quiet: float, none: float, weak: float) -> float:
+    """Code of what is wrong where a rise is owed, 0 where it came; `quiet` of it saw no change."""
+    if risen >= weak * owed:
+        return 0.0
+    # a reading that never moved is the sensor's; at zero it may be the pump's
+    if quiet > 0.5 * owed:
+        return 1.0 * STUCK
+    return 1.0 * (NO_VACUUM if risen < none * owed else WEAK_PUMP)
+
+
+def vented(
+    measured: float,
+    settled: float,
+    off: float,
+    opened: float,
+    settle_steps: float,
+    offset: float,
+    confirm: float,
+) -> tuple[float, float, float, float]:
+    """(fault code, samples with the vent open, of these with a reading, reading at its opening)."""
+    if settled == 0.0:
+        opened = measured
+    settled += 1.0
+    if settled <= settle_steps or -offset <= measured <= offset:
+        return 0.0, settled, 0.0, opened
+    off += 1.0
+    stays = opened > 2.0 * offset and measured > 0.5 * opened
+    fault = 1.0 * (BLOCKED if stays else OFFSET)
+    return fault if off >= confirm else 0.0, settled, off, opened
+
+
+def held(
+    target: float, last: float, there: bool, reached: float, missing: float
+) -> tuple[float, float]:
+    """Whether the target has been reached, and for how many samples it has been left."""
+    if target <= 0.0:
+        return 0.0, 0.0
+    if there:
+        return 1.0, 0.0
+    if target > last or reached == 0.0:
+        return 0.0, 0.0
+    return reached, missing + 1.0

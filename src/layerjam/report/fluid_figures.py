@@ -2,70 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from layerjam.fluid import closed_forms as forms
-from layerjam.fluid.file import load_line
-from layerjam.fluid.line import Line, Reservoir
-from layerjam.fluid.network import Drive, at_pressure, respond
-from layerjam.fluid.timing import pumped
+from layerjam.fluid.file import LineFile, load_line
+from layerjam.fluid.line import Line
+from layerjam.fluid.network import Response, respond
+from layerjam.fluid.timing import STORED, changes
 from layerjam.report import style
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA
 from layerjam.units import show
 
 save = style.save
 FULL = 94.5e3
-TANK = Reservoir(volume=0.5e-3, conductance=2e-9)
-STORED = 2e3
-"""Absolute pressure of the reservoir before it is joined [Pa], where the pump comes so low."""
 LONG, TOP = 1.6, 1.12
 """How much a figure shows, over the time to the target and over the target itself."""
-
-
-def with_reservoir(line: Line, target: float, at_most: float) -> float | None:
-    """10 to 90 % rise [s] where an emptied half litre is joined and the pump helps."""
-    joined = replace(line, reservoir=TANK)
-    start = at_pressure(joined, stored=max(STORED, forms.lowest(line)))
-    for duration in (1.0, at_most):  # so short a rise is seen in a short run alone
-        made = respond(joined, duration, Drive(store=1.0), start, 2001)
-        low, high = made.crossing(0.1 * target), made.crossing(0.9 * target)
-        if low is not None and high is not None:
-            return high - low
-    return None
-
-
-def changes(line: Line, target: float, water: bool = False) -> list[tuple[str, float]]:
-    """What can be changed, and the rise time [s] it gives; left out where it is never reached."""
-    twice = replace(line, pump=replace(line.pump, count=2 * line.pump.count))
-    more = {2: "two", 4: "four"}.get(twice.pump.count, str(twice.pump.count)) + " pumps"
-    found = _in_water(line, twice, more, target) if water else _in_air(line, twice, more, target)
-    return [(what, time) for what, time in found if time is not None]
-
-
-def _in_air(line: Line, twice: Line, more: str, target: float) -> list[tuple[str, float | None]]:
-    half = replace(line, chamber=replace(line.chamber, volume=line.chamber.volume / 2))
-    air = [("as it is", line), ("half the volume", half), (more, twice)]
-    if line.tube is not None:
-        short = replace(line.tube, length=line.tube.length / 2)
-        air.append(("tube half as long", replace(line, tube=short)))
-    found = [(what, pumped(target, changed)[0]) for what, changed in air]
-    if line.chamber.compliance is not None and line.pump.curve is None:
-        found.append(("water", forms.rise_time(target, line, water=True)))
-        found.append((f"water, {more}", forms.rise_time(target, twice, water=True)))
-    own = found[0][1]
-    if own is not None and line.reservoir is None:
-        found.append(("0.5 L reservoir", with_reservoir(line, target, 2 * own)))
-    return found
-
-
-def _in_water(line: Line, twice: Line, more: str, target: float) -> list[tuple[str, float | None]]:
-    stiff = replace(line.chamber, compliance=(line.chamber.compliance or np.nan) / 2)
-    water = [("as it is", line), ("half the compliance", replace(line, chamber=stiff))]
-    found = [(w, forms.rise_time(target, c, water=True)) for w, c in [*water, (more, twice)]]
-    return [*found, ("air in place of water", pumped(target, line)[0])]
 
 
 def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> None:
@@ -97,16 +50,14 @@ def _levels(axes: style.Axes, target: float) -> None:
     axes.set(xlabel="time [s]", ylabel="vacuum [kPa]")
 
 
-def rise_figure(line: Line, target: float, water: bool = False, name: str = "") -> style.Figure:
-    """Vacuum over time, and what would make the line faster; all in SI, checked by the caller."""
-    if water:
-        time, vacuum = forms.filling(target, line)
-        rise = forms.rise_time(target, line, water=True)
-    else:
-        rise, made = pumped(target, line)
-        if made is None:  # never reached: how far it comes
-            made = respond(line, 8 * forms.time_constant(line))
-        time, vacuum = made.time, made.vacuum
+def rise_figure(
+    file: LineFile, target: float, made: Response | forms.Filling, rise: float | None
+) -> style.Figure:
+    """Vacuum over time up to a target [Pa], and what would make the line faster.
+
+    `rise` is the rise time [s], None where the target is never reached; a Filling is one in water.
+    """
+    time, vacuum, water = made.time, made.vacuum, isinstance(made, forms.Filling)
     reached = np.flatnonzero(vacuum >= target)
     end = LONG * float(time[reached[0]]) if len(reached) else np.inf
     seen = (time <= end) & (vacuum <= TOP * target)
@@ -116,8 +67,8 @@ def rise_figure(line: Line, target: float, water: bool = False, name: str = "") 
     style.level(steps, target * KPA, f"target {show(target, 'Pa')}", INK, 0.01)
     _levels(steps, target)
     said = "never reached" if rise is None else f"10 to 90 % in {show(rise, 's', 3)}"
-    style.title(steps, f"{name or 'the line'} in {'water' if water else 'air'}", said)
-    _bars(bars, line, target, water)
+    style.title(steps, f"{file.name} in {'water' if water else 'air'}", said)
+    _bars(bars, file.line, target, water)
     return figure
 
 

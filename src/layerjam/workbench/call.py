@@ -11,6 +11,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from layerjam.commands import results
 from layerjam.commands.index import load
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError, Notice
@@ -154,7 +155,7 @@ def parameters(name: str) -> Mapping[str, Parameter]:
 def result_fields(name: str) -> Mapping[str, str]:
     """{key of a command's result: what it is}."""
     keys = load(name).result.keys()
-    return MappingProxyType({f.name: f.metadata["result"] for f in keys})
+    return MappingProxyType({results.key_of(f): f.metadata["result"] for f in keys})
 
 
 def key_of(warning: str) -> str:
