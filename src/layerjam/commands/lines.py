@@ -10,7 +10,7 @@ from layerjam.commands.declare import Help, Input
 from layerjam.commands.quantities import record_file
 from layerjam.errors import Notice
 from layerjam.fluid.file import LineFile, load_line
-from layerjam.fluid.line import Line, validate
+from layerjam.fluid.line import Line
 
 AnyLine = str | Path | LineFile | Line
 Fluid = Annotated[Literal["air", "water"], Help("What fills the line.")]
@@ -25,7 +25,7 @@ def line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
     A record made in Python is checked like a file. Raises UnknownNameError, FileError or
     QuantityError.
     """
-    return record_file(line, LineFile, Line, load_line, validate, atmosphere)
+    return record_file(line, LineFile, load_line, atmosphere)
 
 
 def _line(value: Any, given: Mapping[str, Any]) -> LineFile:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from layerjam.commands.declare import ARRAY, Help, Input, OutFile
-from layerjam.device.brake import Brake, validate
+from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.device.mount import Rope, Site
@@ -81,25 +81,23 @@ def brake_file(brake: AnyBrake, atmosphere: float | str | None = None) -> BrakeF
     A record made in Python is checked like a file. Raises UnknownNameError, FileError or
     QuantityError.
     """
-    return record_file(brake, BrakeFile, Brake, load, validate, atmosphere)
+    return record_file(brake, BrakeFile, load, atmosphere)
 
 
 def record_file(
     given: Any,
     kind: type[F],
-    record: type,
     read: Callable[[str | Path], F],
-    check: Callable[[Any], None],
     atmosphere: float | str | None,
 ) -> F:
     """The file of a brake or a line from its name, its path, a file or a bare record, checked."""
     if isinstance(given, str | Path):
         file = read(given)
     elif isinstance(given, kind):
-        check(given.record)
+        kind.check(given.record)
         file = given
-    elif isinstance(given, record):
-        check(given)
+    elif isinstance(given, kind.kind):
+        kind.check(given)
         file = kind.of(given)
     else:
         raise QuantityError(
@@ -111,7 +109,7 @@ def record_file(
     pressure = si(atmosphere, ATMOSPHERE, "atmosphere")
     site = replace(file.record.site, atmosphere=pressure)
     made = replace(file.record, site=site)
-    check(made)
+    kind.check(made)
     stated = {"site.atmosphere": Source(kind="unstated", text="given with the command")}
     held: dict[str, Any] = {kind.holds: made, "sources": {**file.sources, **stated}}
     return replace(file, **held)

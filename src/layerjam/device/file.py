@@ -8,7 +8,6 @@ catalogue.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -25,7 +24,6 @@ from layerjam.records.values import Entry, entries
 from layerjam.records.writer import updated
 
 _USE = {"film": "films", "enclosure": "silicones"}
-_NAME = re.compile(r"[\w][\w .+-]{0,79}")
 _MATTERS = {
     "film.static",
     "film.kinetic",
@@ -52,6 +50,12 @@ class BrakeFile(RecordFile[Brake]):
     fields: ClassVar[Mapping[str, Entry]] = MappingProxyType(dict(entries(Brake)))
     holds: ClassVar[str] = "brake"
     heading: ClassVar[str] = "A layer-jamming brake."
+    kind: ClassVar[type] = Brake
+    check = staticmethod(validate)
+    named = (
+        r"[\w][\w .+-]{0,79}",
+        "name is missing or not a short text of letters, digits, '-', '_', '.' and '+'",
+    )
 
     @classmethod
     def read(cls, text: str, path: object) -> Self:
@@ -67,24 +71,7 @@ class BrakeFile(RecordFile[Brake]):
             if isinstance(inner, dict) and "use" in inner:
                 _take_material(reader, table, inner.pop("use"), materials()[folder])
         reader.take(tables)
-        reader.require()
-        with reader.located():
-            brake = reader.record(Brake)
-            validate(brake)
-        name = reader.words.get("name", "")
-        if not _NAME.fullmatch(name):
-            raise reader.fail(
-                "name",
-                "name is missing or not a short text of letters, digits, '-', '_', '.' and '+'",
-            )
-        return cls(
-            name=name,
-            brake=brake,
-            sources=reader.sources,
-            text=text,
-            title=reader.words.get("title", ""),
-            notes=reader.notes,
-        )
+        return cls.taken(reader, notes=reader.notes)
 
     def warnings(self, without: Collection[str] = ()) -> list[str]:
         """What every result made with this brake has to say about its numbers.

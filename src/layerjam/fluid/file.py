@@ -32,6 +32,8 @@ class LineFile(RecordFile[Line]):
     fields: ClassVar[Mapping[str, Entry]] = MappingProxyType(dict(entries(Line)))
     holds: ClassVar[str] = "line"
     heading: ClassVar[str] = "A vacuum line."
+    kind: ClassVar[type] = Line
+    check = staticmethod(validate)
 
     @classmethod
     def read(cls, text: str, path: object) -> Self:
@@ -40,20 +42,8 @@ class LineFile(RecordFile[Line]):
         reader = Reader(text, path, cls.fields)
         parts = _with_parts(tables, reader)
         reader.take(tables)
-        reader.require(*(["pump.flow"] if "pump.curve" not in reader.values else []))
-        with reader.located():
-            line = reader.record(Line)
-            validate(line)
-        name = reader.words.get("name", "")
-        if not name.strip():
-            raise reader.fail("name", "name is missing")
-        return cls(
-            name=name,
-            line=line,
-            sources=reader.sources,
-            text=text,
-            parts=parts,
-            title=reader.words.get("title", ""),
+        return cls.taken(
+            reader, *([] if "pump.curve" in reader.values else ["pump.flow"]), parts=parts
         )
 
     def warnings(self) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Mapping
@@ -11,6 +12,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from layerjam.errors import FileError, QuantityError, UnknownNameError
+from layerjam.records.reader import Reader
 from layerjam.records.source import KINDS, Source
 from layerjam.records.toml import quoted
 from layerjam.records.values import Entry, entries
@@ -86,11 +88,34 @@ class RecordFile(ABC, Generic[R]):
     """Name of the attribute that holds the record."""
     heading: ClassVar[str]
     """What such a file describes, as its first comment."""
+    kind: ClassVar[type]
+    """Class of the record."""
+    named: ClassVar[tuple[str, str]] = (r"(?s).*\S.*", "name is missing")
+    """Pattern of its name, and what is said of another."""
 
     @classmethod
     @abstractmethod
     def read(cls, text: str, path: object) -> Self:
         """The file from its TOML text; raises FileError with file and line."""
+
+    @staticmethod
+    @abstractmethod
+    def check(record: Any) -> None:
+        """Raise QuantityError for a record that is out of bounds or contradicts itself."""
+
+    @classmethod
+    def taken(cls, reader: Reader, *required: str, **more: Any) -> Self:
+        """The file of what a reader has taken, complete and checked; raises FileError."""
+        reader.require(*required)
+        with reader.located():
+            record: R = reader.record(cls.kind)
+            cls.check(record)
+        name, (pattern, wrong) = reader.words.get("name", ""), cls.named
+        if not re.fullmatch(pattern, name):
+            raise reader.fail("name", wrong)
+        held: dict[str, Any] = {cls.holds: record, **more}
+        title = reader.words.get("title", "")
+        return cls(name=name, title=title, sources=reader.sources, text=reader.text, **held)
 
     @classmethod
     def of(cls, record: R, name: str = "unnamed") -> Self:

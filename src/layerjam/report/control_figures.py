@@ -11,8 +11,6 @@ from layerjam.report import style
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA, RED
 from layerjam.units import show
 
-save = style.save
-
 
 @style.styled
 def loop(regulator: Regulator, made: ClosedLoop) -> style.Figure:

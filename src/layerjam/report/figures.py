@@ -17,7 +17,7 @@ from layerjam.report.style import BLUE, FAINT, INK, KPA, MM, ORANGE, RED, SKY
 from layerjam.simulate.record import TensileRecord
 from layerjam.units import show
 
-save, calibration = style.save, calibration_figure.calibration
+calibration = calibration_figure.calibration
 
 
 @style.styled

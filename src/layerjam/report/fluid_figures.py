@@ -15,7 +15,6 @@ from layerjam.report import style
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA
 from layerjam.units import show
 
-save = style.save
 FULL = 94.5e3
 LONG, TOP = 1.6, 1.12
 """How much a figure shows, over the time to the target and over the target itself."""

@@ -12,7 +12,6 @@ from layerjam.report import style
 from layerjam.report.style import BLUE, GREEN, INK, KPA, ORANGE, RED
 from layerjam.units import show
 
-save = style.save
 STEPS = 25
 """Uncertainties drawn, from none to `MOST` times the one given."""
 MOST = 2.0
