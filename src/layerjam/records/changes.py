@@ -100,7 +100,7 @@ class RecordFile(ABC, Generic[R]):
 
     @staticmethod
     @abstractmethod
-    def check(record: Any) -> None:
+    def check(record: Any, /) -> None:
         """Raise QuantityError for a record that is out of bounds or contradicts itself."""
 
     @classmethod
