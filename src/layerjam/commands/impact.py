@@ -22,6 +22,7 @@ from layerjam.commands.quantities import (
     Vacuum,
     vacuum_within,
 )
+from layerjam.commands.reading import LogOptions
 from layerjam.commands.results import fact, number, result
 from layerjam.commands.sensor import Heating, Reading, Sensing, Warmth, heating, reading
 from layerjam.commands.tuning import arrival, tune
@@ -116,13 +117,7 @@ def drop(
         str | Path | History | None,
         Help("CSV of time and vacuum, instead of one vacuum.", metavar="FILE"),
     ] = None,
-    reading: Annotated[
-        str | None, Help("Its pressure counts as: absolute, gauge or vacuum.", metavar="KIND")
-    ] = None,
-    columns: Annotated[
-        str | None, Help("Its columns: time:ms,skip,pressure:kPa.", metavar="ROLE:UNIT,...")
-    ] = None,
-    decimal: Annotated[str | None, Help("Decimal sign of the file.", metavar=". or ,")] = None,
+    log: LogOptions = LogOptions(),
     duration: Annotated[
         float | str | None, DURATION, Help("Follow the rebound for this long.")
     ] = None,
@@ -154,17 +149,13 @@ def drop(
     damping = rope_damping or 0.0
     if rope_damping is not None and rope_stiffness is None:
         raise QuantityError("rope damping: there is no rope; give its stiffness too")
-    how = (reading, columns, decimal)
-    _check(vacuum, travel, vacuum_history, how, no_brake, duration)
+    _check(vacuum, travel, vacuum_history, log, no_brake, duration)
     if no_brake:
-        return _without_brake(case, damping, site.gravity, sensing)
+        return observed(_without_brake(case, damping, site.gravity), sensing)
+    pressure: Any = vacuum
     if vacuum_history is not None:
-        history = _history(vacuum_history, site.atmosphere, how)
-        made = _in_time(brake, case, history, damping, duration, progress)
-        return _observed(made, sensing, warmth)
-    notices: list[Notice] = []
-    pressure = vacuum
-    if vacuum == "tuned":
+        pressure = _history(vacuum_history, site.atmosphere, log)
+    elif vacuum == "tuned":
         found = tune(
             brake,
             mass=mass,
@@ -178,26 +169,23 @@ def drop(
         pressure = found.vacuum
     else:
         vacuum_within(vacuum, brake.brake)
-    if damping or duration is not None:
-        made = _in_time(brake, case, pressure, damping, duration, progress)
-        if damping and vacuum == "tuned" and made.slip is not None:
-            notices.append(
-                Notice(
-                    "the vacuum is tuned for a rope without damping; with it the brake slips "
-                    f"{show(made.slip, 'm')}, not {show(travel, 'm')}",
-                    "tuned-without-damping",
-                )
-            )
-    else:
-        made = _exact(brake, case, pressure)
-    return _observed(made, sensing, warmth).noting(*notices)
+    made = observed(
+        _with_brake(brake, case, pressure, damping, duration, progress), sensing, warmth
+    )
+    if not (damping and vacuum == "tuned" and made.slip is not None):
+        return made
+    said = (
+        "the vacuum is tuned for a rope without damping; with it the brake slips "
+        f"{show(made.slip, 'm')}, not {show(travel, 'm')}"
+    )
+    return made.noting(Notice(said, "tuned-without-damping"))
 
 
 def _check(
     vacuum: Any,
     travel: Any,
     history: Any,
-    how: tuple[str | None, ...],
+    log: LogOptions,
     no_brake: bool,
     duration: float | None,
 ) -> None:
@@ -208,7 +196,7 @@ def _check(
         if vacuum is not None or travel is not None:
             raise QuantityError("vacuum: without a brake there is none to give, nor a travel")
         return
-    if history is None and how != (None, None, None):
+    if history is None and log != LogOptions():
         raise QuantityError(
             "reading, columns and decimal: they go only with the file of a vacuum history"
         )
@@ -223,113 +211,70 @@ def _check(
         raise QuantityError("travel: goes only with a tuned vacuum")
 
 
-def _exact(brake: BrakeFile, case: dict[str, Any], vacuum: Any) -> Stop:
-    """The closed form at constant vacuum."""
-    from layerjam.mechanics.pull import least_stiffness
-    from layerjam.simulate.drop import drop as run_drop
-    from layerjam.simulate.drop import snap_reason, spring_of
-
-    found, record = run_drop(brake, vacuum=vacuum, **case)
-    if record.outcome is Outcome.SNAPS:
-        spring = spring_of(brake.brake, case["rope_stiffness"])
-        why = snap_reason(spring, found.slip, vacuum, brake.brake)
-        least = float(least_stiffness(vacuum, brake.brake))
-        return _snaps(case, why, record, vacuum, least)
-    return _stopped(
-        record,
-        case,
-        vacuum,
-        slip=found.slip,
-        peak_force=found.peak_force,
-        end_speed=found.end_speed,
-        dissipated_energy=found.heat,
-        stopping_time=float(record.time[-1]),
-    )
-
-
-def _in_time(
+def _with_brake(
     brake: BrakeFile,
     case: dict[str, Any],
-    vacuum: Any,
+    vacuum: float | History,
     damping: float,
     until: float | None,
     progress: Progress | None,
 ) -> Stop:
-    """The result of the solver in time."""
-    from layerjam.simulate.drop_in_time import drop_in_time
-
-    def tell(now: float) -> None:
-        if progress is not None and until is not None:
-            progress("the drop in time", now / until)
-
-    timed, record = drop_in_time(
-        brake,
-        vacuum=vacuum,
-        rope_damping=damping,
-        duration=until,
-        progress=tell if progress is not None and until is not None else None,
-        **case,
-    )
-    pressure = None if isinstance(vacuum, History) else vacuum
-    if record.outcome is Outcome.SNAPS:
-        return _snaps(case, timed.reason or "", record, pressure, timed.least_stiffness)
-    moves = timed.outcome is Outcome.FINISHED
-    end: dict[str, Any] = {}
-    if until is not None:
-        end = {"slip_at_end": timed.slip_at_end, "outcome_at_end": str(timed.outcome_at_end)}
-    return _stopped(
-        record,
-        case,
-        pressure,
-        slip=timed.slip,
-        peak_force=timed.peak_force,
-        end_speed=timed.end_speed,
-        dissipated_energy=timed.heat,
-        stopping_time=None if moves else timed.time,
-        **end,
-    )
-
-
-def _stopped(
-    record: DropRecord, case: dict[str, Any], vacuum: float | None, **numbers: Any
-) -> Stop:
+    """The stop in closed form where the vacuum is constant and nothing damps, else in time."""
     from layerjam.mechanics.pull import least_stiffness
 
-    force, g = float(numbers["peak_force"] or 0.0), record.brake.brake.site.gravity
+    changes = isinstance(vacuum, History)
+    if changes or damping or until is not None:
+        from layerjam.simulate.drop_in_time import drop_in_time
+
+        def tell(now: float) -> None:
+            if progress is not None and until is not None:
+                progress("the drop in time", now / until)
+
+        more: dict[str, Any] = {"rope_damping": damping, "duration": until, "progress": tell}
+        timed, record = drop_in_time(brake, vacuum=vacuum, **case, **more)
+    else:
+        from layerjam.simulate.drop import drop as exactly
+
+        timed, record = exactly(brake, vacuum=vacuum, **case)
+    said: dict[str, Any] = {
+        "vacuum": None if changes else vacuum,
+        "speed": record.speed,
+        "outcome": str(timed.outcome),
+        "record": record,
+    }
+    if timed.outcome is Outcome.SNAPS:
+        # no numbers for what does not happen
+        return Stop(
+            feasible=False,
+            reason=timed.reason,
+            least_stiffness=timed.least_stiffness,
+            warnings=[words for words in record.warnings if words != timed.reason],
+            **said,
+        )
+    if until is not None:
+        said |= {"slip_at_end": timed.slip_at_end, "outcome_at_end": str(timed.outcome_at_end)}
     return Stop(
-        **numbers,
-        peak_deceleration=force / record.mass - case["gravity"],
-        peak_g=force / (record.mass * g) if g else None,
-        vacuum=vacuum,
-        outcome=str(record.outcome),
-        speed=case["speed"],
-        least_stiffness=float(least_stiffness(record.vacuum, record.brake.brake)),
+        slip=timed.slip,
+        **_peaks(timed.peak_force, record.mass, record.gravity, brake.brake.site.gravity),
+        end_speed=timed.end_speed,
+        dissipated_energy=timed.heat,
+        stopping_time=None if timed.outcome is Outcome.FINISHED else timed.time,
+        least_stiffness=float(least_stiffness(record.vacuum, brake.brake)),
         warnings=record.warnings,
-        record=record,
+        **said,
     )
 
 
-def _snaps(
-    case: dict[str, Any],
-    reason: str,
-    record: DropRecord,
-    vacuum: float | None,
-    least: float | None,
-) -> Stop:
-    """No numbers for what does not happen."""
-    return Stop(
-        speed=case["speed"],
-        vacuum=vacuum,
-        outcome=str(Outcome.SNAPS),
-        feasible=False,
-        reason=reason,
-        least_stiffness=least,
-        record=record,
-        warnings=[said for said in record.warnings if said != reason],
-    )
+def _peaks(force: float, mass: float, along: float, g: float) -> dict[str, Any]:
+    """A peak force [N] with what it means for a mass [kg] under gravity `along` the pull."""
+    return {
+        "peak_force": force,
+        "peak_deceleration": force / mass - along,
+        "peak_g": force / (mass * g) if g else None,
+    }
 
 
-def _without_brake(case: dict[str, Any], damping: float, g: float, sensing: Sensing) -> Stop:
+def _without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
     from layerjam.simulate.rope_alone import damped_rope_only, felt
 
     mass, speed, rope, along = (case[k] for k in ("mass", "speed", "rope_stiffness", "gravity"))
@@ -347,10 +292,8 @@ def _without_brake(case: dict[str, Any], damping: float, g: float, sensing: Sens
             f"to {show(mass * along / rope, 'm')}, where its weight hangs; peak and heat are those "
             "of all the time to come"
         )
-    made = Stop(
-        peak_force=force,
-        peak_deceleration=force / mass - along,
-        peak_g=force / (mass * g) if g else None,
+    return Stop(
+        **_peaks(force, mass, along, g),
         stopping_time=time if stands else None,
         dissipated_energy=heat,
         end_speed=0.0 if stands else None,
@@ -359,33 +302,26 @@ def _without_brake(case: dict[str, Any], damping: float, g: float, sensing: Sens
         reason=reason,
         record=felt(mass, speed, rope, damping, along, g),
     )
-    return _observed(made, sensing, Warmth())
 
 
-def _history(
-    source: str | Path | History, atmosphere: float, how: tuple[str | None, str | None, str | None]
-) -> History:
+def _history(source: str | Path | History, atmosphere: float, log: LogOptions) -> History:
     from layerjam.measure.history import read_history
-    from layerjam.measure.options import ReadingOptions
 
     if not isinstance(source, History):
-        reading, columns, decimal = how
-        options = ReadingOptions(reading=reading, columns=columns, decimal=decimal)
-        return read_history(source, atmosphere, options)
-    if how != (None, None, None):
+        return read_history(source, atmosphere, log)
+    if log != LogOptions():
         raise QuantityError("reading: goes only with a file; a History holds the vacuum itself")
     return source
 
 
 def observed(stop: Stop, sensing: Sensing | None = None, warmth: Warmth | None = None) -> Stop:
-    """The same stop with what another accelerometer shows of it, and another allowed rise."""
-    return _observed(stop, sensing or Sensing(), warmth or Warmth())
+    """The same stop with what another accelerometer shows of it, and another allowed rise.
 
-
-def _observed(stop: Stop, sensing: Sensing, warmth: Warmth) -> Stop:
-    """The stop with what is measured of it, and how warm it makes the sheets."""
+    And how warm it makes the sheets; a stop that is none stays as it is.
+    """
     if not stop.feasible or stop.record is None:
         return stop
+    sensing = sensing or Sensing()
     if isinstance(stop.record, BareDrop):
         bare = stop.record
         shown = reading((bare.time, bare.acceleration), sensing, gravity=bare.gravity)

@@ -19,9 +19,8 @@ from layerjam.errors import QuantityError
 from layerjam.fluid.closed_forms import pumps_flow, reachable
 from layerjam.fluid.line import Line, water_compliance
 from layerjam.fluid.network import CHAMBER, SIZE, Drive, Response, at_pressure, rates
-from layerjam.mechanics.stop.exact import Stop
-from layerjam.simulate.drop import OUTCOMES, drop
-from layerjam.simulate.drop_in_time import TimedStop, drop_in_time
+from layerjam.simulate.drop import TimedStop, drop
+from layerjam.simulate.drop_in_time import drop_in_time
 from layerjam.simulate.record import DropRecord
 from layerjam.simulate.vacuum_history import History
 from layerjam.units import show
@@ -44,7 +43,7 @@ class CoupledStop:
     record: DropRecord
     line: Response
     """Chamber, tube and reservoir from the taut rope to the standstill; in water pressure alone."""
-    constant: Stop
+    constant: TimedStop
     """The exact stop at the vacuum of the taut rope."""
     changes: tuple[float, ...]
     """Largest relative change of slip, peak and vacuum, round by round."""
@@ -67,20 +66,22 @@ class CoupledStop:
     @property
     def slip_change(self) -> float:
         """Against constant vacuum [m]."""
-        return self.timed.slip - float(self.constant.slip)
+        return self.timed.slip - self.constant.slip
 
     @property
     def peak_change(self) -> float:
         """Of the peak force, against constant vacuum [N]."""
-        return self.timed.peak_force - float(self.constant.peak_force)
+        return self.timed.peak_force - self.constant.peak_force
 
     @property
     def matters(self) -> bool:
         """Whether slip or peak differ by more than 1 % from constant vacuum, or the outcome."""
-        slip, peak = float(self.constant.slip), float(self.constant.peak_force)
-        if self.timed.outcome is not OUTCOMES[int(self.constant.outcome)]:
-            return True
-        return abs(self.slip_change) > MATTERS * slip or abs(self.peak_change) > MATTERS * peak
+        here, constant = self.timed, self.constant
+        return (
+            here.outcome is not constant.outcome
+            or abs(self.slip_change) > MATTERS * constant.slip
+            or abs(self.peak_change) > MATTERS * constant.peak_force
+        )
 
     @property
     def gas_force(self) -> float:

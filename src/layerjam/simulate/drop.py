@@ -5,13 +5,15 @@ Time counts from the taut rope. Without a brake the mass hangs on the rope alone
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.mechanics.energy import slip_heat
 from layerjam.mechanics.pull import brake_force, least_stiffness, peak
-from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.mechanics.stop.exact import (
     BOTTOMED_OUT,
     NEVER_SLID,
@@ -22,6 +24,7 @@ from layerjam.mechanics.stop.exact import (
     stop,
     time_at_slip,
 )
+from layerjam.mechanics.stop.motion import series_of
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.units import show
 
@@ -32,30 +35,31 @@ OUTCOMES = {
     SNAPS: Outcome.SNAPS,
 }
 SAMPLES = 400
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+class TimedStop(NamedTuple):
+    """How a stop went: the numbers at the first standstill or the end of travel, in SI."""
+
+    slip: float
+    peak_force: float
+    end_speed: float
+    heat: float
+    stored: float
+    time: float
+    outcome: Outcome
+    slip_at_end: float
+    """Slip at the end of the record, after a rebound [m]."""
+    outcome_at_end: Outcome
+    reason: str | None = None
+    """Why it snapped; None where it did not."""
+    least_stiffness: float | None = None
+    """What cannot snap at the vacuum it snapped at [N/m]."""
 
 
 def spring_of(brake: Brake, rope_stiffness: float | None) -> float:
     """Rope and brake in series [N/m]."""
-    own = float(working_stiffness(brake))
-    return own if rope_stiffness is None else 1 / (1 / own + 1 / rope_stiffness)
-
-
-def snap_reason(
-    spring: float, slip: float, vacuum: float, brake: Brake, damped: bool = False
-) -> str:
-    """Why the brake snapped at a slip [m] and a vacuum [Pa] on a spring [N/m], and what is safe."""
-    least = show(float(least_stiffness(vacuum, brake)), "N/m")
-    what = "the brake gives" if damped else "rope and brake together give"
-    return (
-        f"{what} {show(spring, 'N/m')}; at {show(slip, 'm')} of slip the force of the sliding "
-        f"brake falls faster than that, and it snaps. {least} or more cannot snap at any slip"
-    )
-
-
-def ran_out(speed: float, brake: Brake) -> str:
-    """What to say of a mass that is still moving [m/s] at the end of the travel."""
-    travel = show(brake.sheets.usable_travel, "m")
-    return f"the brake ran out of its {travel} with the mass at {show(speed, 'm/s')}"
+    return float(series_of(rope_stiffness, brake))
 
 
 def drop(
@@ -66,38 +70,91 @@ def drop(
     vacuum: float,
     rope_stiffness: float | None = None,
     gravity: float | None = None,
-) -> tuple[Stop, DropRecord]:
+) -> tuple[TimedStop, DropRecord]:
     """Stop a mass [kg] that arrives with `speed` [m/s] at a constant vacuum [Pa].
 
     `gravity` [m/s^2] acts along the pull; the site's unless given, 0 for a horizontal stop. The
-    first result is the exact Stop (numbers), the second its record. The outcome is STOPPED,
+    first result holds the exact numbers, the second is its record. The outcome is STOPPED,
     NEVER_SLID, BOTTOMED_OUT (the travel was used up, the mass still moving) or SNAPS.
     """
     brake = file.brake
     pull = brake.site.gravity if gravity is None else gravity
     spring = spring_of(brake, rope_stiffness)
     case = (mass, speed, vacuum, spring, pull, brake)
-    raw = stop(*case)
-    result = Stop(*(float(v) for v in raw))
-    outcome = OUTCOMES[int(result.outcome)]
-    warnings = list(file.warnings())
-    if outcome is Outcome.SNAPS:
-        warnings.append(snap_reason(spring, result.slip, vacuum, brake))
-    if outcome is Outcome.BOTTOMED_OUT:
-        warnings.append(ran_out(result.end_speed, brake))
-    return result, _record(file, result, outcome, case, rope_stiffness, warnings)
+    found = Stop(*(float(v) for v in stop(*case)))
+    outcome, columns = OUTCOMES[int(found.outcome)], _course(found.slip, *case)
+    numbers: Any = (*found[:-1], float(columns["time"][-1]), outcome)
+    timed = TimedStop(*numbers, slip_at_end=found.slip, outcome_at_end=outcome)
+    given = {"mass": mass, "speed": speed, "vacuum": vacuum, "gravity": pull}
+    given["rope_stiffness"] = rope_stiffness
+    return concluded(file, timed, spring, vacuum, columns, given)
 
 
-def _record(
+def concluded(
     file: BrakeFile,
-    result: Stop,
-    outcome: Outcome,
-    case: tuple[float, float, float, float, float, Brake],
-    rope_stiffness: float | None,
-    warnings: list[str],
-) -> DropRecord:
-    """Samples of the elastic part, equally spaced in time, then of the sliding one."""
-    mass, speed, vacuum, spring, gravity, brake = case
+    timed: TimedStop,
+    spring: float,
+    vacuum: float,
+    columns: Mapping[str, Array],
+    given: Mapping[str, Any],
+    *,
+    before: Sequence[str] = (),
+    after: Sequence[str] = (),
+) -> tuple[TimedStop, DropRecord]:
+    """A stop with why it snapped, where it did, and its record with all there is to say of it.
+
+    `spring` [N/m] is what the brake hangs on, `vacuum` [Pa] that of the stop; `before` and `after`
+    stand around the warnings of the stop itself.
+    """
+    brake = file.brake
+    if timed.outcome is Outcome.SNAPS:
+        least = float(least_stiffness(vacuum, brake))
+        what = "the brake gives" if given.get("rope_damping") else "rope and brake together give"
+        reason = (
+            f"{what} {show(spring, 'N/m')}; at {show(timed.slip, 'm')} of slip the force of the "
+            f"sliding brake falls faster than that, and it snaps. {show(least, 'N/m')} or more "
+            "cannot snap at any slip"
+        )
+        timed = timed._replace(reason=reason, least_stiffness=least)
+    warnings = (*file.warnings(), *before, *_words(timed, brake), *after)
+    record = DropRecord(**columns, **given, outcome=timed.outcome, brake=file, warnings=warnings)
+    return timed, record
+
+
+def _words(timed: TimedStop, brake: Brake) -> list[str]:
+    """What a reader of the numbers should know."""
+    words = [timed.reason] if timed.reason else []
+    if timed.outcome is Outcome.BOTTOMED_OUT:
+        travel = show(brake.sheets.usable_travel, "m")
+        speed = show(timed.end_speed, "m/s")
+        words.append(f"the brake ran out of its {travel} with the mass at {speed}")
+    if Outcome.CLOSED_BY_SLEEVE in (timed.outcome, timed.outcome_at_end):
+        words.append(
+            "the run ends where friction no longer holds the enclosure, which then closes the "
+            "brake by itself"
+        )
+    if timed.slip_at_end > timed.slip * (1 + 1e-9):
+        words.append(
+            f"after the first standstill at {show(timed.slip, 'm')} the brake slid on to "
+            f"{show(timed.slip_at_end, 'm')}"
+        )
+    return words
+
+
+def _course(
+    end: float,
+    mass: float,
+    speed: float,
+    vacuum: float,
+    spring: float,
+    gravity: float,
+    brake: Brake,
+) -> dict[str, Array]:
+    """Samples of the elastic part, equally spaced in time, then of the sliding one to slip `end`.
+
+    The columns of a DropRecord.
+    """
+    case = (mass, speed, vacuum, spring, gravity, brake)
     first = float(time_at_slip(0.0, *case))
     omega = (spring / mass) ** 0.5
     time = np.linspace(0, first, SAMPLES // 4 + 1)
@@ -106,35 +163,27 @@ def _record(
     moving = sag * omega * np.sin(omega * time) + speed * np.cos(omega * time)
     slip = np.zeros_like(time)
     force, heat = spring * travel, np.zeros_like(time)
-    if result.slip > 0:
+    if end > 0:
         # dense at both ends, where the force bends and the speed falls away; as many with the
         # peak as without, or the laws would be compiled for both
-        top = _peak_share(result.slip, vacuum, brake)
+        top = _peak_share(end, vacuum, brake)
         share = np.sin(np.linspace(0, np.pi / 2, SAMPLES + 1 - len(top))[1:]) ** 2
-        slid = result.slip * np.unique(np.append(share, top))
+        slid = end * np.unique(np.append(share, top))
         resist = np.asarray(brake_force(slid, vacuum, brake))
         time = np.append(time, np.asarray(time_at_slip(slid, *case)))
         moving = np.append(moving, np.asarray(speed_at_slip(slid, *case)))
         travel = np.append(travel, slid + resist / spring)
         slip, force = np.append(slip, slid), np.append(force, resist)
         heat = np.append(heat, np.asarray(slip_heat(slid, vacuum, brake)))
-    return DropRecord(
-        time=time,
-        travel=travel,
-        speed_of_mass=moving,
-        force=force,
-        slip=slip,
-        vacuum_in_time=np.full_like(time, vacuum),
-        dissipated_energy=heat,
-        mass=mass,
-        speed=speed,
-        vacuum=vacuum,
-        rope_stiffness=rope_stiffness,
-        gravity=gravity,
-        outcome=outcome,
-        brake=file,
-        warnings=tuple(warnings),
-    )
+    return {
+        "time": time,
+        "travel": travel,
+        "speed_of_mass": moving,
+        "force": force,
+        "slip": slip,
+        "vacuum_in_time": np.full_like(time, vacuum),
+        "dissipated_energy": heat,
+    }
 
 
 def _peak_share(slip: float, vacuum: float, brake: Brake) -> list[float]:

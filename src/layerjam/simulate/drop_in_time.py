@@ -17,7 +17,6 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.mount import Rope, Site
 from layerjam.errors import QuantityError
 from layerjam.mechanics.law import in_double_precision
-from layerjam.mechanics.pull import least_stiffness
 from layerjam.mechanics.stop.motion import (
     CLOSED,
     LONGEST,
@@ -39,7 +38,7 @@ from layerjam.mechanics.stop.motion_step import (
     force_of_enclosure,
     setting_of,
 )
-from layerjam.simulate.drop import ran_out, snap_reason
+from layerjam.simulate.drop import TimedStop, concluded
 from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.vacuum_history import History
@@ -56,6 +55,15 @@ LIMITS = {
     "duration": DURATION,
 }
 
+_COLUMNS = {
+    "time": "time",
+    "place": "travel",
+    "speed": "speed_of_mass",
+    "force": "force",
+    "slip": "slip",
+    "heat": "dissipated_energy",
+}
+"""{field of a motion: column of a DropRecord}."""
 SAMPLES = 600
 CLOSE = 1e-6
 """Relative change of slip and time when the step is halved, below which a run is taken."""
@@ -63,25 +71,6 @@ MOST_HALVINGS, MOST_STEPS = 7, 4_000_000
 STILL = 1e-20
 """Energy of a motion, as a part of that in the hanging spring, below which it is none."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
-
-
-class TimedStop(NamedTuple):
-    """A stop marched in time: the numbers at the first standstill or the end of travel, in SI."""
-
-    slip: float
-    peak_force: float
-    end_speed: float
-    heat: float
-    stored: float
-    time: float
-    outcome: Outcome
-    slip_at_end: float
-    """Slip at the end of the record, after a rebound [m]."""
-    outcome_at_end: Outcome
-    reason: str | None = None
-    """Why it snapped; None where it did not."""
-    least_stiffness: float | None = None
-    """What cannot snap at the vacuum it snapped at [N/m]."""
 
 
 class _Case(NamedTuple):
@@ -187,35 +176,17 @@ def drop_in_time(
         )
     states = _followed(run, dt, until, event, progress)
     timed = _timed(event, states[-1], run.case)
-    if timed.outcome is Outcome.SNAPS:
-        why = snap_reason(float(load.spring), timed.slip, at_event, brake, run.damped)
-        least = float(least_stiffness(at_event, brake))
-        timed = timed._replace(reason=why, least_stiffness=least)
     said = vacuum.remarks() if isinstance(vacuum, History) else []
-    warnings = [*file.warnings(), *said, *_words(timed, brake), *warnings]
-    names = ("time", "place", "speed", "force", "slip", "heat")
-    columns = [np.array([float(getattr(state, name)) for state in states]) for name in names]
-    time, place, pace, force, slip, heat = columns
-    record = DropRecord(
-        time=np.minimum(time, until),
-        travel=place,
-        speed_of_mass=pace,
-        force=force,
-        slip=slip,
-        vacuum_in_time=vacuum.at(time) if isinstance(vacuum, History) else time * 0 + vacuum,
-        dissipated_energy=heat,
-        mass=mass,
-        speed=speed,
-        vacuum=first,
-        rope_stiffness=rope_stiffness,
-        rope_damping=rope_damping,
-        gravity=pull,
-        step=dt,
-        outcome=timed.outcome,
-        brake=file,
-        warnings=tuple(warnings),
-    )
-    return timed, record
+    columns = {
+        column: np.array([float(getattr(state, name)) for state in states])
+        for name, column in _COLUMNS.items()
+    }
+    time = columns["time"]
+    pressures = vacuum.at(time) if isinstance(vacuum, History) else time * 0 + vacuum
+    columns |= {"time": np.minimum(time, until), "vacuum_in_time": pressures}
+    given |= {"vacuum": first, "step": dt}
+    spring = float(load.spring)
+    return concluded(file, timed, spring, at_event, columns, given, before=said, after=warnings)
 
 
 def _chosen(run: _Run, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
@@ -299,24 +270,6 @@ def _name(state: Motion) -> Outcome:
         return Outcome.STOPPED if float(state.slip) > 0 else Outcome.NEVER_SLID
     names = {TRAVEL_USED: Outcome.BOTTOMED_OUT, CLOSED: Outcome.CLOSED_BY_SLEEVE}
     return (names | {SNAPPED: Outcome.SNAPS}).get(code, Outcome.FINISHED)
-
-
-def _words(timed: TimedStop, brake: Brake) -> list[str]:
-    """What a reader of the numbers should know."""
-    words = [timed.reason] if timed.reason else []
-    if timed.outcome is Outcome.BOTTOMED_OUT:
-        words.append(ran_out(timed.end_speed, brake))
-    if Outcome.CLOSED_BY_SLEEVE in (timed.outcome, timed.outcome_at_end):
-        words.append(
-            "the run ends where friction no longer holds the enclosure, which then closes the "
-            "brake by itself"
-        )
-    if timed.slip_at_end > timed.slip * (1 + 1e-9):
-        words.append(
-            f"after the first standstill at {show(timed.slip, 'm')} the brake slid on to "
-            f"{show(timed.slip_at_end, 'm')}"
-        )
-    return words
 
 
 def _hangs(now: Motion, case: _Case) -> bool:
