@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.quantities import (
@@ -46,19 +46,23 @@ class StickSlip(Result):
     """The last slip of the run, and what would stop it; `record` is the StickSlipRecord."""
 
     outcome: str = fact("how the run ended")
-    amplitude: float | None = number("N", "half of the force's swing in the last slip")
-    relative_amplitude: float | None = number("1", "amplitude over the kinetic force")
-    force_high: float | None = number("N", "force before the last slip")
-    force_low: float | None = number("N", "force after the last slip")
-    slip_per_event: float | None = number("m", "slip of the sheets in the last slip")
-    period: float | None = number("s", "time between the last two slips")
+    amplitude: float | None = number(
+        "N", "half of the force's swing in the last slip", default=None
+    )
+    relative_amplitude: float | None = number("1", "amplitude over the kinetic force", default=None)
+    force_high: float | None = number("N", "force before the last slip", default=None)
+    force_low: float | None = number("N", "force after the last slip", default=None)
+    slip_per_event: float | None = number("m", "slip of the sheets in the last slip", default=None)
+    period: float | None = number("s", "time between the last two slips", default=None)
     events: int = number("1", "slips of the run")
     static_force: float = number("N", "force that the static friction bears at the start")
     kinetic_force: float = number("N", "force of steady sliding at the start")
-    critical_speed: float | None = number("m/s", "speed above which stick–slip dies")
-    stable_speed: float | None = number("m/s", "speed above which steady sliding is stable")
+    critical_speed: float | None = number("m/s", "speed above which stick–slip dies", default=None)
+    stable_speed: float | None = number(
+        "m/s", "speed above which steady sliding is stable", default=None
+    )
     stiffness_needed: float | None = number(
-        "N/m", "stiffness that brings the critical speed down to this speed"
+        "N/m", "stiffness that brings the critical speed down to this speed", default=None
     )
     mass: float = number("kg", "moving mass")
     stiffness: float = number("N/m", "stiffness of sheets and mount in series")
@@ -122,14 +126,20 @@ def stick_slip(
         curve = replace(curve, static=static)
     notices = slip_within(slip, device)
     _check_room(slip, travel, device)
-    moving = simulation.moving_mass(device) if mass is None else mass
-    given: dict[str, Any] = {"vacuum": vacuum, "speed": speed, "mass": moving, "damping": damping}
-    given |= {"stribeck": curve, "slip": slip}
-    record = simulation.stick_slip(brake, mount_stiffness=mount_stiffness, travel=travel, **given)
-    spring = simulation.series_stiffness(device, mount_stiffness)
-    start = simulation.slide_of(device, stiffness=spring, frozen=True, **given)
+    record = simulation.stick_slip(
+        brake,
+        vacuum=vacuum,
+        speed=speed,
+        mass=mass,
+        mount_stiffness=mount_stiffness,
+        damping=damping,
+        stribeck=curve,
+        slip=slip,
+        travel=travel,
+    )
+    start = record.frozen(slip)
     bounds = simulation.Bounds(*(float(v) for v in simulation.bounds_at(start)))
-    ratio = damping / (2 * math.sqrt(spring * moving))
+    ratio = damping / (2 * math.sqrt(record.stiffness * record.mass))
     count = len(record.events)
     if record.outcome is Outcome.STEADY_SLIDING and count:
         times = f"{count} time{'s' if count > 1 else ''}"
@@ -140,8 +150,7 @@ def stick_slip(
                 "settled-late",
             )
         )
-    assumed = mass is None, not damping, curve.speed == 0
-    notices += _assumptions(moving, *assumed)
+    notices += _assumptions(record, mass is None)
     if static is None and bounds.static > bounds.kinetic:
         notices.append(
             Notice(
@@ -150,15 +159,14 @@ def stick_slip(
                 "static-of-a-test",
             )
         )
-    return StickSlip(
+    return StickSlip.of(
+        _swing(record),
+        _limits(start, bounds, ratio),
+        record,
         outcome=str(record.outcome),
-        **_swing(record),
         events=count,
         static_force=bounds.static,
         kinetic_force=bounds.kinetic,
-        **_limits(start, bounds, speed, ratio),
-        mass=moving,
-        stiffness=spring,
         damping_ratio=ratio,
         warnings=[*record.warnings, *notices],
         record=record,
@@ -181,71 +189,60 @@ def _check_room(slip: float, travel: float | None, brake: Brake) -> None:
         )
 
 
-def _swing(record: StickSlipRecord) -> dict[str, float | None]:
+def _swing(record: StickSlipRecord) -> dict[str, float]:
     """The last slip, or the force it settled at."""
-    from layerjam.simulate.stick_slip import bounds_at, slide_of
+    import numpy as np
 
-    events = record.events
-    last = float(record.force[-1])
-    out: dict[str, float | None] = dict.fromkeys(
-        ("amplitude", "relative_amplitude", "force_high", "force_low", "slip_per_event", "period")
-    )
-    ended = record.outcome in (Outcome.SEPARATED, Outcome.CLOSED_BY_SLEEVE) and len(events)
-    if record.outcome is Outcome.JUDDERS or ended:
-        import numpy as np
+    from layerjam.simulate.stick_slip import bounds_at
 
-        high, low = float(events.force_high[-1]), float(events.force_low[-1])
-        begun = float(np.interp(events.break_time[-1], record.time, record.slip))
-        of = ("vacuum", "speed", "mass", "stiffness", "stribeck")
-        known: dict[str, Any] = {name: getattr(record, name) for name in of}
-        at = slide_of(record.brake.brake, slip=begun, frozen=True, **known)
-        level = float(bounds_at(at).kinetic)
-        out |= {"amplitude": (high - low) / 2, "force_high": high, "force_low": low}
-        out["relative_amplitude"] = (high - low) / 2 / level if level else None
-        out["slip_per_event"] = float(events.slip[-1])
-        if len(events) > 1:
-            out["period"] = float(events.break_time[-1] - events.break_time[-2])
-    elif record.outcome is Outcome.STEADY_SLIDING:
-        out |= {"amplitude": 0.0, "relative_amplitude": 0.0, "force_high": last, "force_low": last}
-    elif record.outcome is Outcome.STUCK:
-        out["force_high"] = last
+    events, last = record.events, float(record.force[-1])
+    if record.outcome is Outcome.STEADY_SLIDING:
+        return {"amplitude": 0.0, "relative_amplitude": 0.0, "force_high": last, "force_low": last}
+    if record.outcome is Outcome.STUCK:
+        return {"force_high": last}
+    if not len(events):
+        return {}
+    high, low = float(events.force_high[-1]), float(events.force_low[-1])
+    begun = float(np.interp(events.break_time[-1], record.time, record.slip))
+    level = float(bounds_at(record.frozen(begun)).kinetic)
+    out = {"amplitude": (high - low) / 2, "force_high": high, "force_low": low}
+    out["slip_per_event"] = float(events.slip[-1])
+    if level:
+        out["relative_amplitude"] = (high - low) / 2 / level
+    if len(events) > 1:
+        out["period"] = float(events.break_time[-1] - events.break_time[-2])
     return out
 
 
-def _limits(at: Slide, bounds: Bounds, speed: float, ratio: float) -> dict[str, float | None]:
-    """What would stop it: speed and stiffness; None for never."""
+def _limits(at: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
+    """What would stop it: speed and stiffness; infinite for never."""
     from layerjam.mechanics.stick_slip.laws import stable_speed, stiffness_without_stick_slip
     from layerjam.simulate.stick_slip import critical_speed_of
 
-    drop = bounds.static - bounds.kinetic
     drag = float(at.damping) + float(at.level) * float(at.viscous)
+    out = {"critical_speed": critical_speed_of(at)}
     # without any damping sliding is never stable, only (jump law) never unstable
-    stable = float(stable_speed(drop, at.stribeck, at.exponent, drag)) if drag else math.inf
-    needed = math.inf
+    if drag:
+        drop = bounds.static - bounds.kinetic
+        out["stable_speed"] = float(stable_speed(drop, at.stribeck, at.exponent, drag))
     if float(at.stribeck) == 0.0:
-        needed = float(
-            stiffness_without_stick_slip(speed, bounds.static, bounds.kinetic, at.mass, ratio)
-        )
-    found = {
-        "critical_speed": critical_speed_of(at),
-        "stable_speed": stable,
-        "stiffness_needed": needed,
-    }
-    return {key: value if math.isfinite(value) else None for key, value in found.items()}
+        needed = stiffness_without_stick_slip(at.speed, *bounds, at.mass, ratio)
+        out["stiffness_needed"] = float(needed)
+    return out
 
 
-def _assumptions(mass: float, assumed: bool, undamped: bool, at_once: bool) -> list[Notice]:
-    """What the numbers rest on."""
+def _assumptions(record: StickSlipRecord, assumed: bool) -> list[Notice]:
+    """What the numbers rest on; `assumed` is the mass where none was given."""
     out = []
     if assumed:
         out.append(
             Notice(
-                f"moving mass {show(mass, 'kg')}: half of the brake, assumed; what hangs on it "
-                "counts too",
+                f"moving mass {show(record.mass, 'kg')}: half of the brake, assumed; what hangs on "
+                "it counts too",
                 "assumed-mass",
             )
         )
-    if undamped:
+    if not record.damping:
         out.append(
             Notice(
                 "no damping was given: stick–slip then dies at no speed; critical speed and "
@@ -253,7 +250,7 @@ def _assumptions(mass: float, assumed: bool, undamped: bool, at_once: bool) -> l
                 "no-damping",
             )
         )
-    if at_once:
+    if record.stribeck.speed == 0:
         lost = "static friction is taken as lost at once; no Stribeck speed is measured"
     else:
         lost = "the Stribeck speed is an input: none is measured for the catalogue's films"

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from layerjam.report import style
 from layerjam.report.style import BLUE, GREY, MM, MS, ORANGE, RED
-from layerjam.simulate.stick_slip import StickSlipRecord, bounds_at, slide_of
+from layerjam.simulate.stick_slip import StickSlipRecord, bounds_at
 from layerjam.units import show
 
 save = style.save
@@ -17,9 +15,7 @@ save = style.save
 @style.styled
 def stick_slip(record: StickSlipRecord) -> style.Figure:
     """Force over elongation between its bounds, and the last slip in slow motion."""
-    of = ("vacuum", "speed", "mass", "stiffness", "stribeck", "slip")
-    known: dict[str, Any] = {name: getattr(record, name) for name in of}
-    static, kinetic = bounds_at(slide_of(record.brake.brake, frozen=True, **known))
+    static, kinetic = bounds_at(record.frozen(record.slip))
     u = record.elongation * MM
     figure, (whole, one) = style.canvas(columns=2, width=10.4, height=3.8, width_ratios=(1.7, 1))
     whole.plot(u, static, color=RED, lw=1.1, ls=style.DASHED, label="static bound")

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
@@ -136,45 +136,31 @@ def simple_pull(vacuum: float, speed: float, travel: float) -> Procedure:
     return Procedure((Evacuate(to=vacuum), Pull(speed=speed, until=travel)))
 
 
-_Maker = Callable[[Sequence[str]], list[Step]]
-
-
-def _q(spec: QuantitySpec, text: str) -> float:
-    return spec.read(text, f"procedure, {spec.text}")
-
-
-def _cycle(found: Sequence[str]) -> list[Step]:
-    times = int(found[0])
-    if times * 2 > MAX_STEPS:
-        raise ProcedureError(f"procedure: {times} cycles; at most {MAX_STEPS // 2}")
-    low, high, speed = (
-        _q(_POSITION, found[1]),
-        _q(_POSITION, found[2]),
-        _q(CROSSHEAD_SPEED, found[3]),
-    )
-    return [Pull(speed=speed, until=high), Return(speed=speed, to=low)] * times
-
-
-_SENTENCES: dict[str, tuple[str, _Maker]] = {
+_SENTENCES: dict[str, tuple[str, Sequence[type[Step]]]] = {
     "evacuate to 94.5 kPa [and hold 5 s]": (
-        r"evacuate to (.+?)(?: and hold (?:for )?(.+))?",
-        lambda f: [Evacuate(to=_q(VACUUM, f[0]), hold=_q(_TIME, f[1]) if f[1] else 0.0)],
+        r"evacuate to (?P<to>.+?)(?: and hold (?:for )?(?P<hold>.+))?",
+        (Evacuate,),
     ),
-    "vent": (r"vent", lambda f: [Vent()]),
-    "hold 5 s": (r"hold (?:for )?(.+)", lambda f: [Hold(duration=_q(_TIME, f[0]))]),
+    "vent": (r"vent", (Vent,)),
+    "hold 5 s": (r"hold (?:for )?(?P<duration>.+)", (Hold,)),
     "pull at 13 mm/s until 40 mm": (
-        r"pull at (.+?) (?:until|to) (.+)",
-        lambda f: [Pull(speed=_q(CROSSHEAD_SPEED, f[0]), until=_q(_POSITION, f[1]))],
+        r"pull at (?P<speed>.+?) (?:until|to) (?P<until>.+)",
+        (Pull,),
     ),
-    "return at 13 mm/s to 0 mm": (
-        r"return at (.+?) (?:until|to) (.+)",
-        lambda f: [Return(speed=_q(CROSSHEAD_SPEED, f[0]), to=_q(_POSITION, f[1]))],
-    ),
+    "return at 13 mm/s to 0 mm": (r"return at (?P<speed>.+?) (?:until|to) (?P<to>.+)", (Return,)),
     "cycle 3 times between 10 mm and 20 mm at 13 mm/s": (
-        r"cycle (\d{1,4}) times between (.+?) and (.+?) at (.+)",
-        _cycle,
+        r"cycle (?P<times>\d{1,4}) times between (?P<to>.+?) and (?P<until>.+?) at (?P<speed>.+)",
+        (Pull, Return),
     ),
 }
+"""{a sentence of each kind: (its pattern, with the fields of its steps by name; its steps)}."""
+
+
+def _read(kind: type[Step], said: Mapping[str, str | None]) -> Step:
+    """A step from the texts of its quantities; what is not said is its default."""
+    known = ((f.name, f.metadata["quantity"], said.get(f.name)) for f in fields(kind))
+    read = {n: spec.read(text, f"procedure, {spec.text}") for n, spec, text in known if text}
+    return kind(**read)
 
 
 def parse_procedure(text: str) -> Procedure:
@@ -188,11 +174,17 @@ def parse_procedure(text: str) -> Procedure:
         sentence = " ".join(part.split())
         if not sentence:
             continue
-        for pattern, make in _SENTENCES.values():
+        for pattern, kinds in _SENTENCES.values():
             match = re.fullmatch(pattern, sentence, re.IGNORECASE)
             if match:
+                said = match.groupdict()
+                times = int(said.get("times", 1))
+                if times * len(kinds) > MAX_STEPS:
+                    raise ProcedureError(
+                        f"procedure: {times} cycles; at most {MAX_STEPS // len(kinds)}"
+                    )
                 try:
-                    steps += make(match.groups())
+                    steps += [_read(kind, said) for kind in kinds] * times
                 except LayerjamError as err:
                     raise ProcedureError(str(err)) from None
                 break

@@ -96,6 +96,14 @@ class StickSlipRecord(PullRecord):
             "viscous growth": f"{curve.viscous!r} s/m",
         }
 
+    def frozen(self, slip: Any) -> Slide:
+        """What is pulled here, with friction held at its value at a slip [m]; slips broadcast."""
+        known: dict[str, Any] = {name: getattr(self, name) for name in _PULLED}
+        return slide_of(self.brake.brake, slip=slip, frozen=True, **known)
+
+
+_PULLED = ("vacuum", "speed", "mass", "stiffness", "damping", "stribeck")
+
 
 def moving_mass(brake: Brake) -> float:
     """Half of the brake [kg]: one cap and the sheets it holds, nothing of the rig (assumed)."""

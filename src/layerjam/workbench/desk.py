@@ -29,7 +29,8 @@ class Desk:
         self.state = state or State()
         self._past: list[State] = []
         self._future: list[State] = []
-        self._moved = 0.0
+        self._moved = ("", "")
+        self._when = 0.0
         self._watching: list[Callable[[str], None]] = []
         self._read()
 
@@ -50,28 +51,13 @@ class Desk:
 
     def put(self, page: str, key: str, value: Value) -> None:
         """Set a control; moves of one control in a row are one step of undo."""
-        if self.state.get(page, key, "") == value and key in self.state.settings.get(page, {}):
+        inside = self.state.settings.get(page, {})
+        if key in inside and inside[key] == value:
             return
-        last = self._past[-1] if self._past else None
         now = time.monotonic()
-        same = (
-            last is not None and now - self._moved < PAUSE and self._only_differs(last, page, key)
-        )
-        self._moved = now
+        same = self._moved == (page, key) and now - self._when < PAUSE
+        self._moved, self._when = (page, key), now
         self._become(self.state.put(page, key, value), "settings", keep=not same)
-
-    def _only_differs(self, last: State, page: str, key: str) -> bool:
-        """Whether the last step already was a move of this control."""
-        if replace(last, settings={}) != replace(self.state, settings={}):
-            return False
-        pages = {*last.settings, *self.state.settings}
-        changed = [
-            (p, k)
-            for p in pages
-            for k in {*last.settings.get(p, {}), *self.state.settings.get(p, {})}
-            if last.settings.get(p, {}).get(k) != self.state.settings.get(p, {}).get(k)
-        ]
-        return changed == [(page, key)]
 
     def put_file(self, what: str, text: str) -> None:
         """Another "brake", "line" or brake "beside" it: a catalogue name or TOML text.
@@ -118,6 +104,8 @@ class Desk:
         self._tell(what)
 
     def _tell(self, what: str) -> None:
+        if what != "settings":
+            self._moved = ("", "")
         for told in self._watching:
             told(what)
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hmac
-from http.cookies import SimpleCookie
 from typing import Any
-from urllib.parse import parse_qs
+
+from starlette.requests import HTTPConnection
+from starlette.responses import PlainTextResponse
+from starlette.websockets import WebSocketClose
 
 LOCAL = ("localhost", "127.0.0.1", "[::1]")
 
@@ -25,41 +27,40 @@ class Gate:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        headers = {k.decode("latin-1"): v.decode("latin-1") for k, v in scope["headers"]}
-        why = self._why_not(scope, headers)
-        if why:
-            await self._refuse(scope, send, *why)
+        asked = HTTPConnection(scope)
+        refused = self._why_not(asked)
+        if refused is not None:
+            status, why = refused
+            plain = PlainTextResponse(f"layerjam: {why}\n", status)
+            stop = WebSocketClose(1008) if scope["type"] == "websocket" else plain
+            await stop(scope, receive, send)
             return
-        if scope["type"] == "http" and self._given(scope):
-            await self.app(scope, self._bounded(receive), self._with_cookie(send))
-            return
-        await self.app(scope, self._bounded(receive) if scope["type"] == "http" else receive, send)
+        if scope["type"] == "http":
+            receive = self._bounded(receive)
+            send = self._with_cookie(send) if self._holds(asked.query_params.get("token")) else send
+        await self.app(scope, receive, send)
 
-    def _why_not(self, scope: Any, headers: dict[str, str]) -> tuple[int, str] | None:
-        host = headers.get("host", "")
+    def _why_not(self, asked: HTTPConnection) -> tuple[int, str] | None:
+        """Status and reason of a refusal."""
+        host = asked.headers.get("host", "")
         name = host.rsplit(":", 1)[0] if not host.endswith("]") else host
         if self.local and name not in LOCAL:
             return 403, "this address is not served here"
-        origin = headers.get("origin")
+        origin = asked.headers.get("origin")
         if origin and origin.split("://", 1)[-1] != host:
             return 403, "requests of other sites are not served"
-        if self.token and not self._given(scope) and not self._kept(headers):
+        given = (asked.query_params.get("token"), asked.cookies.get("layerjam"))
+        if self.token and not any(map(self._holds, given)):
             return 401, "open the address that was printed when the workbench began"
-        length = headers.get("content-length", "0")
+        length = asked.headers.get("content-length", "0")
         if length.isdigit() and int(length) > self.largest:
             return 413, f"more than {self.largest // 2**20} MB at once is not taken"
         return None
 
-    def _given(self, scope: Any) -> bool:
-        if not self.token:
-            return False
-        given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
-        return hmac.compare_digest(given.encode(), self.token.encode())
-
-    def _kept(self, headers: dict[str, str]) -> bool:
-        cookie = SimpleCookie(headers.get("cookie", "")).get("layerjam")
-        kept = cookie.value if cookie else ""
-        return hmac.compare_digest(kept.encode(), (self.token or "").encode())
+    def _holds(self, given: str | None) -> bool:
+        """Whether it is the token, where there is one."""
+        mine = (self.token or "").encode()
+        return bool(self.token) and hmac.compare_digest((given or "").encode(), mine)
 
     def _bounded(self, receive: Any) -> Any:
         """A receive that ends a body of undeclared length that grows too large."""
@@ -81,13 +82,3 @@ class Gate:
             await send(message)
 
         return sent
-
-    async def _refuse(self, scope: Any, send: Any, status: int, why: str) -> None:
-        if scope["type"] == "websocket":
-            await send({"type": "websocket.close", "code": 1008})
-            return
-        body = f"layerjam: {why}\n".encode()
-        length = (b"content-length", str(len(body)).encode())
-        head = [(b"content-type", b"text/plain; charset=utf-8"), length]
-        await send({"type": "http.response.start", "status": status, "headers": head})
-        await send({"type": "http.response.body", "body": body})
