@@ -48,6 +48,14 @@ class TableOptions(ReadingOptions):
 class LogOptions(TableOptions):
     """How a log of pressure is read where it leaves something open."""
 
+    columns: Annotated[
+        str | None,
+        Help(
+            "What the columns are, in order (time:ms,skip,pressure:kPa) or by name "
+            "(pressure:kPa=Chamber).",
+            metavar="ROLE:UNIT,...",
+        ),
+    ] = None
     reading: Annotated[
         str | None,
         Help("What the pressure counts from.", metavar="absolute|gauge|vacuum"),
