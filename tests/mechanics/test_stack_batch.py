@@ -29,9 +29,9 @@ def test_many_stacks_are_each_what_one_is():
             one = stack._replace(friction=friction[j])
             run = pull_stack(np.linspace(0, 1.1 * peaks.elongation[j], 30001), one)
             # breaks of static friction lie between the increments: the batch meets them exactly
-            assert peaks.force[j] == pytest.approx(run.force.max(), rel=5e-4)
+            assert peaks.peak[j] == pytest.approx(run.force.max(), rel=5e-4)
             if stack.ratio[0] == 1:
-                assert peaks.force[j] == pytest.approx(run.force.max(), rel=1e-5)
+                assert peaks.peak[j] == pytest.approx(run.force.max(), rel=1e-5)
                 top = int(run.force.argmax())
                 assert peaks.slip[j] == pytest.approx(run.slip[top].mean(), rel=2e-2)
             first = run.sliding.any(axis=1).argmax()
@@ -49,8 +49,8 @@ def test_a_batch_keeps_what_could_not_be_followed_apart():
     friction = np.stack([stack.friction, stack.friction * 0.5])
     length = np.broadcast_to(stack.length, friction.shape)
     peaks = peaks_of(stack, friction, length, 0.2)
-    assert np.isnan(peaks.force[0])
-    assert peaks.force[1] == pytest.approx(C / 2, rel=3e-2)
+    assert np.isnan(peaks.peak[0])
+    assert peaks.peak[1] == pytest.approx(C / 2, rel=3e-2)
 
 
 def test_no_peak_within_the_travel_gives_the_end():
@@ -58,4 +58,4 @@ def test_no_peak_within_the_travel_gives_the_end():
     peaks = peaks_of(stack, stack.friction[None], stack.length[None], 0.03)
     run = pull_stack(np.linspace(0, 0.03, 500), stack)
     assert peaks.elongation[0] == pytest.approx(0.03)
-    assert peaks.force[0] == pytest.approx(run.force[-1], rel=1e-9)
+    assert peaks.peak[0] == pytest.approx(run.force[-1], rel=1e-9)

@@ -39,7 +39,7 @@ from layerjam.mechanics.stop.motion_step import (
     setting_of,
 )
 from layerjam.simulate.drop import TimedStop, concluded
-from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM
+from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM, check_given
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.vacuum_history import History
 from layerjam.units import QuantitySpec, show, spec_of
@@ -292,9 +292,7 @@ def _hangs(now: Motion, case: _Case) -> bool:
 
 def _check(given: Mapping[str, float | None], step: float | None, brake: Brake) -> None:
     """Raise QuantityError for what is no drop."""
-    for name, value in given.items():
-        if value is not None:
-            LIMITS[name].check(value, name.replace("_", " "))
+    check_given(given, LIMITS)
     if given["rope_damping"] and given["rope_stiffness"] is None:
         raise QuantityError("rope damping: there is no rope; give its stiffness too")
     if not (given["speed"] or given["gravity"]):

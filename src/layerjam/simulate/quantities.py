@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from layerjam.device.mount import Site
 from layerjam.units import QuantitySpec, spec_of
 
@@ -30,3 +32,10 @@ STOP_TRAVEL = QuantitySpec(
 ELONGATION = QuantitySpec("m", "elongation to pull to", lo=1e-6, hi=10, example="40mm", symbol="u")
 DURATION = QuantitySpec("s", "time to simulate", open_lo=True, hi=1e5, example="20s")
 SEED = QuantitySpec("1", "seed of the random numbers", hi=2**63 - 1, whole=True)
+
+
+def check_given(given: Mapping[str, float | None], limits: Mapping[str, QuantitySpec]) -> None:
+    """Raise QuantityError for a number that is given and lies outside its limits."""
+    for name, value in given.items():
+        if value is not None:
+            limits[name].check(value, name.replace("_", " "))

@@ -11,7 +11,7 @@ import numpy as np
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.mechanics.pull import peak
-from layerjam.mechanics.stack.batch import peaks_of
+from layerjam.mechanics.stack.batch import Peaks, peaks_of
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
 
@@ -21,19 +21,9 @@ CHUNK = 2000
 
 
 @dataclass(frozen=True)
-class Spread:
-    """What the stacks did; arrays have shape (M,), M at most `asked` (less if it was stopped)."""
+class Spread(Peaks):
+    """What the stacks did; M is at most `asked` (less if it was stopped)."""
 
-    peak: Array
-    """Greatest force of each pull [N]; NaN where the rig was too soft to follow."""
-    elongation: Array
-    """Elongation there [m]."""
-    slip: Array
-    """Mean slip of the interfaces there [m]."""
-    stiffness: Array
-    """Secant between a fifth and four fifths of the peak [N/m], as a calibration takes it."""
-    onset: Array
-    """Force at which the first interface let go [N]."""
     asked: int
     scatter: float
     seed: int
@@ -91,7 +81,7 @@ def peak_spread(
     end = brake.sheets.usable_travel + 2 * top / float(working_stiffness(brake))
     first, last = (int(e) for e in stack.ends)
     width = float(np.sqrt(np.log1p(scatter**2)))
-    parts: list[Array] = []
+    parts: list[Peaks] = []
     try:
         for start in range(0, samples, chunk):
             stop = min(start + chunk, samples)
@@ -99,13 +89,17 @@ def peak_spread(
             normal = draws(start, stop, last - first, seed)
             friction[:, first:last] *= np.exp(width * normal - width**2 / 2)
             length = np.broadcast_to(stack.length, friction.shape)
-            parts.append(np.array(peaks_of(stack, friction, length, end)))
+            parts.append(peaks_of(stack, friction, length, end))
             if progress:
                 progress(stop, samples)
     except KeyboardInterrupt:
         if not parts:
             raise
-    spread = Spread(*(*np.concatenate(parts, axis=1), samples, scatter, seed))
+    columns = (
+        np.concatenate(column)
+        for column in zip(*(vars(part).values() for part in parts), strict=True)
+    )
+    spread = Spread(*columns, samples, scatter, seed)
     if (spread.peak < 0).any():
         raise LayerjamError("stack: no equilibrium was found; please report this brake")
     return spread

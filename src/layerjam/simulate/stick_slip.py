@@ -6,7 +6,7 @@ Stribeck law and falls with slip as the overlap is used up; the enclosure pulls 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -28,16 +28,24 @@ from layerjam.mechanics.stick_slip.slide import (
 )
 from layerjam.mechanics.stick_slip.slide_step import Slide
 from layerjam.mechanics.stiffness import stiffness_before_slip, working_stiffness
+from layerjam.simulate.quantities import CROSSHEAD_SPEED, ELONGATION, MASS, VACUUM, check_given
 from layerjam.simulate.record import Outcome, PullRecord, column, stated
-from layerjam.units import show
+from layerjam.units import QuantitySpec, show
 
 Array = np.ndarray[Any, np.dtype[Any]]
 TEETH = 12
 """Events a run is long enough for, unless its travel is given."""
 EVENTS, SAMPLES, TOLERANCE = 512, 60_000, 1e-9
 MAP_TOLERANCE, MAP_ACTIONS = 1e-7, 20_000
-
-
+LIMITS = {
+    "speed": replace(CROSSHEAD_SPEED, lo=0.0, open_lo=True),
+    "mass": replace(MASS, lo=0.0, open_lo=True),
+    "mount_stiffness": QuantitySpec("N/m", "stiffness of the mount", open_lo=True),
+    "travel": replace(ELONGATION, lo=0.0, open_lo=True),
+    "step": QuantitySpec("s", "longest step", open_lo=True),
+    "damping": QuantitySpec("N s/m", "damping beside the spring"),
+    "hold": QuantitySpec("s", "time that the crosshead stands still"),
+}
 ENDS = {
     SEPARATED: Outcome.SEPARATED,
     CLOSED: Outcome.CLOSED_BY_SLEEVE,
@@ -202,54 +210,38 @@ def stick_slip(
     it while the sheets stick. Raises FitError where the run would be too long to follow.
     """
     brake = file.brake
-    if not (0 <= vacuum <= brake.site.atmosphere):
-        raise QuantityError(
-            f"vacuum: {vacuum:g} Pa is not allowed; 0 to {show(brake.site.atmosphere, 'Pa')} is"
-        )
-    some = {"speed m/s": speed, "mass kg": mass, "mount stiffness N/m": mount_stiffness}
-    for name, value in {**some, "travel m": travel, "step s": step}.items():
-        if value is not None and not value > 0:
-            what, unit = name.rsplit(" ", 1)
-            raise QuantityError(f"{what}: {value:g} {unit} is not allowed; more than 0 is")
-    for name, value, unit in (("damping", damping, "N s/m"), ("hold", hold, "s")):
-        if not 0 <= value < np.inf:
-            raise QuantityError(f"{name}: {value:g} {unit} is not allowed; 0 or more is")
+    replace(VACUUM, hi=brake.site.atmosphere).check(vacuum, "vacuum")
+    given = {"speed": speed, "mass": mass, "mount_stiffness": mount_stiffness, "travel": travel}
+    bounded = {"damping": damping, "hold": hold, "step": None if step == np.inf else step}
+    check_given({**given, **bounded}, LIMITS)
     if not hold / step <= 0.9 * SAMPLES:
         raise QuantityError(
             f"step: {step:g} s makes too many steps ({hold / step:.0f}) of the hold of {hold:g} s; "
             "longer steps give the same result"
         )
-    curve = stribeck or of_film(brake)
-    weighs = moving_mass(brake) if mass is None else mass
-    spring = series_stiffness(brake, mount_stiffness)
-    at = slide_of(
-        brake,
-        vacuum=vacuum,
-        speed=speed,
-        mass=weighs,
-        stiffness=spring,
-        damping=damping,
-        stribeck=curve,
-        slip=slip,
-    )
+    pulled: dict[str, Any] = {
+        "vacuum": vacuum,
+        "speed": speed,
+        "mass": moving_mass(brake) if mass is None else mass,
+        "stiffness": series_stiffness(brake, mount_stiffness),
+        "damping": damping,
+        "stribeck": stribeck or of_film(brake),
+    }
+    at = slide_of(brake, slip=slip, **pulled)
     travel = _travel(at, brake, speed, slip) if travel is None else travel
-    ramp = travel / speed
-    at = at._replace(ramp=ramp, end=ramp + hold, step=step)
+    at = at._replace(ramp=travel / speed, end=travel / speed + hold, step=step)
     state = slide(at, events=EVENTS, samples=SAMPLES, most=4 * SAMPLES)
-    reason, count = int(state.reason), int(state.count)
-    if reason == TOO_LONG:
+    if int(state.reason) == TOO_LONG:
         raise FitError(
             f"speed: at {show(speed, 'm/s')} the motion over {show(travel, 'm')} has more than "
             f"{SAMPLES} steps; pull over a shorter travel, give more damping or, if the Stribeck "
             "speed is very small, 0 for it"
         )
-    table = np.asarray(state.table)[: min(count, EVENTS)]
+    table = np.asarray(state.table)[: min(int(state.count), EVENTS)]
     rows = np.asarray(state.trace)[: int(state.written)]
-    outcome = _outcome(state, rows, table)
-    enclosure = enclosure_at(vacuum, brake)
     time, crosshead, force, slips, pace, work, heat, sliding = rows.T
-    held = np.asarray(backbone_stored(slips, enclosure))
-    spring_held = spring * np.maximum(crosshead - slips, 0.0) ** 2 / 2
+    held = np.asarray(backbone_stored(slips, enclosure_at(vacuum, brake)))
+    spring_held = at.spring * np.maximum(crosshead - slips, 0.0) ** 2 / 2
     return StickSlipRecord(
         time=time,
         elongation=crosshead - slip,
@@ -260,15 +252,10 @@ def stick_slip(
         work=work,
         # friction of the enclosure is part of the resistance, but half of its work is stored
         dissipated_energy=heat - (held - held[0]),
-        stored_energy=spring_held + weighs * pace**2 / 2 + held,
+        stored_energy=spring_held + at.mass * pace**2 / 2 + held,
         events=Events(*table.T),
-        vacuum=vacuum,
-        speed=speed,
-        mass=weighs,
-        stiffness=spring,
-        damping=damping,
-        stribeck=curve,
-        outcome=outcome,
+        **pulled,
+        outcome=_outcome(state, rows, table),
         brake=file,
         warnings=tuple(file.warnings()),
     )

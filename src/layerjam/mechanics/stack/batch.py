@@ -6,7 +6,8 @@ the threads change its answer.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numba
 import numpy as np
@@ -35,14 +36,15 @@ COARSE, PARTS, LEVELS = 16, 6, 3
 _MOST = 200
 
 
-class Peaks(NamedTuple):
+@dataclass(frozen=True)
+class Peaks:
     """What M stacks did; arrays of shape (M,).
 
-    NaN where a mount was too soft, or static friction broke and healed without end.
+    NaN where a mount was too soft to follow, or static friction broke and healed without end.
     """
 
-    force: Array
-    """Greatest force of the pull [N]."""
+    peak: Array
+    """Greatest force of each pull [N]."""
     elongation: Array
     """Where that was [m]."""
     slip: Array

@@ -72,18 +72,6 @@ def kernel_stamp() -> str:
     return stamp_of(Path(__file__).parent.glob("*.py"))
 
 
-class _Tracks(NamedTuple):
-    """What a pull is written into, shape (N, ...) each."""
-
-    out: Array
-    """Force, cap, work, heat, stored energy, slack."""
-    sheets: Array
-    interface: Array
-    slip: Array
-    sliding: Flags
-    faces: Array
-
-
 @once
 def _follow() -> Any:
     """The loop over a path."""
@@ -91,27 +79,26 @@ def _follow() -> Any:
 
     @numba.njit(cache=True, error_model="numpy")
     def follow(
-        path: Array, stack: Stack, state: State, room: tuple[Trial, Flags], tracks: _Tracks
+        path: Array, stack: Stack, state: State, room: tuple[Trial, Flags], made: StackPull
     ) -> tuple[int, int]:  # pragma: no cover
         len(stamp)
-        out, sheets, interface, slip, sliding, faces = tracks
         n, (trial, which) = len(stack.springs), room
         for step in range(len(path)):
             code = advance(path[step], stack, state, trial, which)
             if code != DONE:
                 return step, code
             values = state.values
-            out[step, 0], out[step, 1] = values[FORCE], values[CAP]
-            out[step, 2], out[step, 3], out[step, 4] = values[WORK], values[HEAT], values[STORED]
-            out[step, 5] = values[SLACK]
+            made.force[step], made.cap[step] = values[FORCE], values[CAP]
+            made.work[step], made.heat[step] = values[WORK], values[HEAT]
+            made.stored[step], made.slack[step] = values[STORED], values[SLACK] > 0.0
             for e in range(2):
-                faces[step, e] = state.faces.push[e]
+                made.faces[step, e] = state.faces.push[e]
             for i in range(n):
-                sheets[step, i] = state.sheets[i]
+                made.sheets[step, i] = state.sheets[i]
             for i in range(n - 1):
-                interface[step, i] = state.interface[i]
-                slip[step, i] = -state.past[i] if stack.right[i] else state.past[i]
-                sliding[step, i] = state.slides[i] != 0
+                made.interface[step, i] = state.interface[i]
+                made.slip[step, i] = -state.past[i] if stack.right[i] else state.past[i]
+                made.sliding[step, i] = state.slides[i] != 0
             if apart(stack, state):
                 return step + 1, DONE
         return len(path), DONE
@@ -147,15 +134,20 @@ def pull_stack(
     check_stack(stack)
     n, count = len(stack.springs), len(path)
     path = np.ascontiguousarray(path, float)
-    interface, slip = np.zeros((count, n - 1)), np.zeros((count, n - 1))
-    out, sheets, sliding = np.zeros((count, 6)), np.zeros((count, n)), slip > 0
-    tracks: Any = _Tracks(out, sheets, interface, slip, sliding, np.zeros((count, 2)))
+    wide = {"sheets": n, "faces": 2, **dict.fromkeys(("interface", "slip", "sliding"), n - 1)}
+    tracks: dict[str, Any] = {
+        name: np.zeros(
+            (count, wide[name]) if name in wide else count,
+            bool if name in ("sliding", "slack") else float,
+        )
+        for name in StackPull._fields[:-1]
+    }
+    made = StackPull(**tracks, snapped=False)
     state, room = at_rest(stack), room_for(stack)
     block, done, code = max(1, BLOCK // n), 0, DONE
     while done < count and code == DONE:
         part = slice(done, min(done + block, count))
-        written = _Tracks(*(track[part] for track in tracks))
-        steps, code = _follow()(path[part], stack, state, room, written)
+        steps, code = _follow()(path[part], stack, state, room, _cut(made, part))
         done += steps
         if progress:
             progress(1.0 if done < part.stop else done / count)
@@ -176,6 +168,9 @@ def pull_stack(
             f"stack: no equilibrium was found at an elongation of {path[done]:.6g} m; please "
             "report this brake"
         )
-    numbers, *parts = [track[:done] for track in tracks]
-    force, cap, work, heat, stored, slack = numbers.T
-    return StackPull(*(force, cap, *parts, work, heat, stored, slack > 0, code == SNAPPED))
+    return _cut(made, slice(done), code == SNAPPED)
+
+
+def _cut(made: StackPull, part: slice, snapped: bool = False) -> StackPull:
+    """A stretch of the increments."""
+    return StackPull(*(track[part] for track in made[:-1]), snapped)  # type: ignore[arg-type]

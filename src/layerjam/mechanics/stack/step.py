@@ -47,21 +47,17 @@ from layerjam.mechanics.stack.solve import (
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 _ROUNDS = 100
+AT_BOUND = -1e-9
+"""Share of the static bound by which an interface may fall short of it and be at it."""
 _LEAST = 1e-12  # of the elongation: no increment is cut to less
 _BREAKS = 500  # times the sheets, in one increment
 
 
 @kernel
-def _overload(stack: Stack, state: State, t: Trial, which: Flags) -> float:  # pragma: no cover
-    """The most by which an interface exceeds its static bound, over that; marks those at it."""
-    return _over(-1e-9, stack, state, t, which)
-
-
-@kernel
-def _over(
+def _overload(
     level: float, stack: Stack, state: State, t: Trial, which: Flags
 ) -> float:  # pragma: no cover
-    """`_overload`, which marks the interfaces above `level`."""
+    """The most by which an interface exceeds its static bound, over that; marks those > `level`."""
     worst, stiff = -1.0, stiffness_sum(stack)
     reach = 2 * abs(t.values[CAP]) + abs(state.values[ELONGATION])
     for i in range(len(stack.friction)):
@@ -144,20 +140,20 @@ def _breaking(
 ) -> tuple[int, float]:  # pragma: no cover
     """Where before `target` the first interface reaches its static bound, by Illinois steps."""
     low, high = state.values[ELONGATION], target
-    above = _overload(stack, state, t, which)
+    above = _overload(AT_BOUND, stack, state, t, which)
     for i in range(len(t.force)):
         t.force[i] = state.interface[i]
-    below, side, at = _overload(stack, state, t, which), 0, target
+    below, side, at = _overload(AT_BOUND, stack, state, t, which), 0, target
     for _ in range(_ROUNDS):
         if below >= 0.0 or above == below:
             at = low
         else:
             at = (low * above - high * below) / (above - below)
         code = _load(at, stack, state, t)
-        over = _overload(stack, state, t, which)
+        over = _overload(AT_BOUND, stack, state, t, which)
         if code != DONE or (over <= 0.0 and over > -1e-11) or at in (low, high):
             # rounding may leave the bracket closed a little short of the bound: the nearest breaks
-            _over(min(over, 0.0) - 1e-9, stack, state, t, which)
+            _overload(min(over, 0.0) - 1e-9, stack, state, t, which)
             return code, at
         if over > 0.0:
             high, above = at, over
@@ -200,7 +196,7 @@ def advance(
             continue
         if code != DONE:
             return code
-        over = _overload(stack, state, t, which) if brittle else -1.0
+        over = _overload(AT_BOUND, stack, state, t, which) if brittle else -1.0
         if over > 0.0 and jump > 0.0:
             _release(which, state)
             continue

@@ -54,15 +54,21 @@ class Search(NamedTuple):
     """Slip at which the brake runs on by itself [m]; infinite on a stiff spring."""
 
 
-class End(NamedTuple):
-    """What the end of a stop is like, in SI; see `stop.Stop`."""
+class Stop(NamedTuple):
+    """How a stop went; arrays of the broadcast shape."""
 
     slip: Any
+    """Slip of the brake at standstill or at the end of its travel [m]."""
     peak_force: Any
+    """Greatest force until then [N]."""
     end_speed: Any
+    """Speed of the mass at the end of travel [m/s]; zero at a standstill."""
     heat: Any
+    """Energy dissipated until then [J]."""
     stored: Any
+    """Elastic energy held then in rope, sheets, mount and enclosure [J]."""
     outcome: Any
+    """STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS (0 to 3), or NOT_A_CASE (-1): all else is NaN."""
 
 
 def setup(
@@ -178,7 +184,7 @@ def polished(p: Quartic, root: Any, slope: Any) -> Any:
     return jnp.maximum(root - step, 0.0)
 
 
-def end_of(at: Setup, found: Search, root: Any, travel: Any) -> End:
+def end_of(at: Setup, found: Search, root: Any, travel: Any) -> Stop:
     """How it ends: at the `root` (sqrt of the slip), at the end of travel, or without slip."""
     mass, enclosure = at.mass, at.enclosure
     elastic = at.weight + root_of(at.weight * at.weight + 2 * at.k * at.arriving)
@@ -207,7 +213,7 @@ def end_of(at: Setup, found: Search, root: Any, travel: Any) -> End:
     face = moved / 2
     held = 2 * enclosure.reach * (face * face - face * push + push * push / 3) / enclosure.stiffness
     heat = at.onset * slip - at.c * slip * slip / 2 + jnp.where(whole, rubbed, spread)
-    return End(
+    return Stop(
         slip,
         jnp.where(slides, highest, elastic),
         root_of(2 * left / mass),

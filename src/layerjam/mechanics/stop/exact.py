@@ -7,7 +7,7 @@ form, and the travel is its first root. In w = sqrt(s) it is a quartic, smooth a
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -25,6 +25,7 @@ from layerjam.mechanics.stop.algebra import (
     STOPPED,
     Quartic,
     Setup,
+    Stop,
     curved,
     end_of,
     guess,
@@ -41,23 +42,6 @@ SETTLED = 1e-5
 """Last step of the root's search, over its bracket, below which the next one changes nothing."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
-
-
-class Stop(NamedTuple):
-    """How a stop went; arrays of the broadcast shape."""
-
-    slip: Any
-    """Slip of the brake at standstill or at the end of its travel [m]."""
-    peak_force: Any
-    """Greatest force until then [N]."""
-    end_speed: Any
-    """Speed of the mass at the end of travel [m/s]; zero at a standstill."""
-    heat: Any
-    """Energy dissipated until then [J]."""
-    stored: Any
-    """Elastic energy held then in rope, sheets, mount and enclosure [J]."""
-    outcome: Any
-    """STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS (0 to 3), or NOT_A_CASE (-1): all else is NaN."""
 
 
 def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Setup:
@@ -119,9 +103,8 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     end = end_of(at, found, root, travel)
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
     fine = fine & (at.onset + at.enclosure.root >= 0)
-    *numbers, outcome = end
-    outcome = jnp.where(fine, outcome, NOT_A_CASE)
-    return Stop(*(within(fine, x) for x in numbers), outcome=outcome)  # type: ignore[misc]
+    outcome = jnp.where(fine, end.outcome, NOT_A_CASE)
+    return Stop(*(within(fine, x) for x in end))._replace(outcome=outcome)
 
 
 def _elastic_time(mass: Any, speed: Any, gravity: Any, at: Setup, slides: Any) -> Any:

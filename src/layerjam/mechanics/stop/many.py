@@ -49,6 +49,29 @@ def constants_of(brake: Brake) -> Constants | None:
     return Constants(*(float(v) for v in (*values, enclosure.stiffness, enclosure.reach)))
 
 
+def _fill(part, count, values, stride, first):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Drops from `first` on of one axis."""
+    n, done = len(values), 0
+    if n == 1:
+        for i in range(count):
+            part[i] = values[0]
+        return
+    j, rest = (first // stride) % n, first % stride
+    while done < count:
+        if stride == 1:
+            run = min(n - j, count - done)
+            for i in range(run):
+                part[done + i] = values[j + i]
+            j = 0
+        else:
+            run = min(stride - rest, count - done)
+            same = values[j]
+            for i in range(run):
+                part[done + i] = same
+            rest, j = 0, (j + 1) % n
+        done += run
+
+
 @once
 def kernel() -> Any:
     """The loop, compiled on first use (a few seconds)."""
@@ -58,29 +81,8 @@ def kernel() -> Any:
 
     setup, search, guess = scalar(algebra.setup), scalar(algebra.search), scalar(algebra.guess)
     curved, polished = scalar(algebra.curved), scalar(algebra.polished)
+    fill = numba.njit(_fill)
     slope_of, end_of = scalar(algebra.slope_of), scalar(algebra.end_of)
-
-    @numba.njit  # type: ignore[untyped-decorator]
-    def fill(part, count, values, stride, first):  # type: ignore[no-untyped-def]
-        n, done = len(values), 0
-        if n == 1:
-            for i in range(count):
-                part[i] = values[0]
-            return
-        j, rest = (first // stride) % n, first % stride
-        while done < count:
-            if stride == 1:
-                run = min(n - j, count - done)
-                for i in range(run):
-                    part[done + i] = values[j + i]
-                j = 0
-            else:
-                run = min(stride - rest, count - done)
-                same = values[j]
-                for i in range(run):
-                    part[done + i] = same
-                rest, j = 0, (j + 1) % n
-            done += run
 
     @numba.njit(error_model="numpy", fastmath={"contract"})  # type: ignore[untyped-decorator]
     def block(drops, count, of, ends, settled):  # type: ignore[no-untyped-def]
