@@ -140,12 +140,8 @@ def drop(
     """
     site = brake.brake.site
     arrives = arrival(speed, height, horizontal, site.gravity)
-    case = {
-        "mass": mass,
-        "speed": arrives,
-        "rope_stiffness": rope_stiffness,
-        "gravity": 0.0 if horizontal else site.gravity,
-    }
+    known = {"mass": mass, "speed": arrives, "rope_stiffness": rope_stiffness}
+    case = {**known, "gravity": 0.0 if horizontal else site.gravity}
     damping = rope_damping or 0.0
     if rope_damping is not None and rope_stiffness is None:
         raise QuantityError("rope damping: there is no rope; give its stiffness too")
@@ -156,14 +152,7 @@ def drop(
     if vacuum_history is not None:
         pressure = _history(vacuum_history, site.atmosphere, log)
     elif vacuum == "tuned":
-        found = tune(
-            brake,
-            mass=mass,
-            speed=arrives,
-            travel=travel,
-            rope_stiffness=rope_stiffness,
-            horizontal=horizontal,
-        )
+        found = tune(brake, travel=travel, horizontal=horizontal, **known)
         if not found.feasible:
             return Stop(speed=arrives, feasible=False, reason=found.reason, warnings=found.warnings)
         pressure = found.vacuum

@@ -111,19 +111,10 @@ def stick_slip(
     `stribeck_speed` 0 means that static friction is lost at once. Raises FitError for a run of too
     many steps.
     """
-    from layerjam.mechanics.stick_slip.laws import of_film
     from layerjam.simulate import stick_slip as simulation
 
     device = brake.brake
     vacuum_within(vacuum, device)
-    curve = of_film(device, stribeck_speed)
-    if static is not None:
-        if static < curve.kinetic:
-            raise QuantityError(
-                f"static: {static:g} is below the film's kinetic friction, {curve.kinetic:g}; "
-                "static friction is at least that"
-            )
-        curve = replace(curve, static=static)
     notices = slip_within(slip, device)
     _check_room(slip, travel, device)
     record = simulation.stick_slip(
@@ -133,23 +124,13 @@ def stick_slip(
         mass=mass,
         mount_stiffness=mount_stiffness,
         damping=damping,
-        stribeck=curve,
+        stribeck=_curve(device, stribeck_speed, static),
         slip=slip,
         travel=travel,
     )
     start = record.frozen(slip)
     bounds = simulation.Bounds(*(float(v) for v in simulation.bounds_at(start)))
     ratio = damping / (2 * math.sqrt(record.stiffness * record.mass))
-    count = len(record.events)
-    if record.outcome is Outcome.STEADY_SLIDING and count:
-        times = f"{count} time{'s' if count > 1 else ''}"
-        notices.append(
-            Notice(
-                f"it stuck {times} before it settled: friction falls with slip, and the critical "
-                "speed with it",
-                "settled-late",
-            )
-        )
     notices += _assumptions(record, mass is None)
     if static is None and bounds.static > bounds.kinetic:
         notices.append(
@@ -164,7 +145,7 @@ def stick_slip(
         _limits(start, bounds, ratio),
         record,
         outcome=str(record.outcome),
-        events=count,
+        events=len(record.events),
         static_force=bounds.static,
         kinetic_force=bounds.kinetic,
         damping_ratio=ratio,
@@ -175,6 +156,21 @@ def stick_slip(
 
 judder = stick_slip
 """Its former name."""
+
+
+def _curve(brake: Brake, speed: float, static: float | None) -> Stribeck:
+    """The film's friction with a Stribeck speed [m/s] and, if given, other static friction."""
+    from layerjam.mechanics.stick_slip.laws import of_film
+
+    curve = of_film(brake, speed)
+    if static is None:
+        return curve
+    if static < curve.kinetic:
+        raise QuantityError(
+            f"static: {static:g} is below the film's kinetic friction, {curve.kinetic:g}; "
+            "static friction is at least that"
+        )
+    return replace(curve, static=static)
 
 
 def _check_room(slip: float, travel: float | None, brake: Brake) -> None:
@@ -233,7 +229,16 @@ def _limits(at: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
 
 def _assumptions(record: StickSlipRecord, assumed: bool) -> list[Notice]:
     """What the numbers rest on; `assumed` is the mass where none was given."""
-    out = []
+    out, count = [], len(record.events)
+    if record.outcome is Outcome.STEADY_SLIDING and count:
+        times = f"{count} time{'s' if count > 1 else ''}"
+        out.append(
+            Notice(
+                f"it stuck {times} before it settled: friction falls with slip, and the critical "
+                "speed with it",
+                "settled-late",
+            )
+        )
     if assumed:
         out.append(
             Notice(

@@ -159,8 +159,6 @@ def _ways_out(
     low: float | None, high: float | None,
 ) -> dict[str, object]:  # fmt: skip
     """Why no vacuum does it, and what would."""
-    import numpy as np
-
     from layerjam.mechanics.pull import brake_force, least_stiffness
     from layerjam.simulate.drop import spring_of
 
@@ -191,41 +189,49 @@ def _ways_out(
         # what full vacuum leaves over the weight cannot even take the drop into the rope
         return {"reason": _no_speed(mass, travel, gravity), "least_speed": None,
                 "greatest_speed": None}  # fmt: skip
-    out: dict[str, object] = {}
-    for far in np.linspace(travel, brake.sheets.usable_travel, 200)[1:]:
-        if _tuned(brake, mass, speed, float(far), rope, gravity) is not None:
-            out["travel_needed"] = float(far)
-            break
-    for count in range(brake.sheets.count + 1, MOST_SHEETS):
-        more = replace(brake, sheets=replace(brake.sheets, count=count))
-        _, fastest = speed_range(more, mass, travel, rope, gravity)
-        if fastest is not None and fastest >= speed:
-            out["sheets_needed"] = count
-            break
-    for count in range(2, MOST_BRAKES):
-        shared = None if rope is None else rope / count
-        _, fastest = speed_range(brake, mass / count, travel, shared, gravity)
-        if fastest is not None and fastest >= speed:
-            out["brakes_needed"] = count
-            break
     head = (
         f"the brake cannot hold {show(mass * gravity, 'N')} at {show(travel, 'm')} of slip"
         if high is None
         else f"{apart(speed, high, 'm/s')} is too fast for {show(travel, 'm')}: full vacuum stops "
         f"up to {show(high, 'm/s')}"
     )
-    ways = []
-    if "travel_needed" in out:
-        ways.append(f"{show(float(out['travel_needed']), 'm')} of travel")  # type: ignore[arg-type]
-    if "sheets_needed" in out:
-        ways.append(f"{out['sheets_needed']} sheets")
-    if "brakes_needed" in out:
-        ways.append(f"{out['brakes_needed']} brakes side by side")
+    out = _enough(brake, mass, speed, travel, rope, gravity)
+    said = {
+        "travel_needed": f"{show(out['travel_needed'], 'm')} of travel",
+        "sheets_needed": f"{out['sheets_needed']} sheets",
+        "brakes_needed": f"{out['brakes_needed']} brakes side by side",
+    }
+    ways = [text for key, text in said.items() if out[key] is not None]
     none = (
         f"neither more travel nor up to {MOST_SHEETS - 1} sheets or {MOST_BRAKES - 1} brakes side "
         "by side"
     )
     return {**out, "reason": f"{head}; {' or '.join(ways) or none} would do"}
+
+
+def _enough(
+    brake: Brake, mass: float, speed: float, travel: float, rope: float | None, gravity: float
+) -> dict[str, float | None]:
+    """The least travel, number of sheets and number of brakes that stop the mass; None for none."""
+    import numpy as np
+
+    def stops(other: Brake, share: int) -> bool:
+        part = None if rope is None else rope / share
+        _, fastest = speed_range(other, mass / share, travel, part, gravity)
+        return fastest is not None and fastest >= speed
+
+    def thicker(count: int) -> Brake:
+        return replace(brake, sheets=replace(brake.sheets, count=count))
+
+    travels = np.linspace(travel, brake.sheets.usable_travel, 200)[1:].tolist()
+    fine = (x for x in travels if _tuned(brake, mass, speed, x, rope, gravity) is not None)
+    sheets = (n for n in range(brake.sheets.count + 1, MOST_SHEETS) if stops(thicker(n), 1))
+    brakes = (n for n in range(2, MOST_BRAKES) if stops(brake, n))
+    return {
+        "travel_needed": next(fine, None),
+        "sheets_needed": next(sheets, None),
+        "brakes_needed": next(brakes, None),
+    }
 
 
 def _no_speed(mass: float, travel: float, gravity: float) -> str:

@@ -181,6 +181,31 @@ def respond(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
             t.terms[k, m] = (t.terms[k, m] - after) / t.diagonal[k]
 
 
+@inlined
+def _lay_out(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
+    """Sheets, forces and slips of t's pattern, from its cap and the push of its faces."""
+    n, cap = len(stack.springs), t.values[CAP]
+    p0, p1 = t.push
+    total, carried = 0.0, 0.0
+    for i in range(n):
+        j = t.group[i]
+        t.z[i] = t.terms[j, 0] + t.terms[j, 1] * cap + t.terms[j, 2] * p0 + t.terms[j, 3] * p1
+        t.sheets[i] = t.z[i] + t.offset[i]
+        stretch = t.sheets[i] - (cap if stack.right[i] else 0.0)
+        carried += stack.springs[i] * stretch
+        for e in range(2):
+            if i == stack.ends[e]:
+                carried += t.push[e] if stack.right[i] else -t.push[e]
+                total += 0.0 if stack.right[i] else t.push[e]
+        if stack.right[i]:
+            total -= stack.springs[i] * stretch
+        if i < n - 1:
+            t.force[i] = carried
+    t.values[FORCE] = total
+    for i in range(n - 1):
+        t.slip[i] = state.past[i] + (t.z[i + 1] - t.z[i] if t.slides[i] != 0 else 0.0)
+
+
 @kernel
 def place(
     target: float, slack: float, stack: Stack, state: State, t: Trial
@@ -235,24 +260,7 @@ def place(
     cap = u0 + ua * p0 + ub * p1
     t.push[0], t.push[1] = p0, p1
     t.values[CAP] = cap
-    total, carried = 0.0, 0.0
-    for i in range(n):
-        j = t.group[i]
-        t.z[i] = t.terms[j, 0] + t.terms[j, 1] * cap + t.terms[j, 2] * p0 + t.terms[j, 3] * p1
-        t.sheets[i] = t.z[i] + t.offset[i]
-        stretch = t.sheets[i] - (cap if stack.right[i] else 0.0)
-        carried += stack.springs[i] * stretch
-        for e in range(2):
-            if i == stack.ends[e]:
-                carried += t.push[e] if stack.right[i] else -t.push[e]
-                total += 0.0 if stack.right[i] else t.push[e]
-        if stack.right[i]:
-            total -= stack.springs[i] * stretch
-        if i < n - 1:
-            t.force[i] = carried
-    t.values[FORCE] = total
-    for i in range(n - 1):
-        t.slip[i] = state.past[i] + (t.z[i + 1] - t.z[i] if t.slides[i] != 0 else 0.0)
+    _lay_out(stack, state, t)
     return DONE
 
 
