@@ -95,7 +95,7 @@ def concluded(
     timed: TimedStop,
     spring: float,
     vacuum: float,
-    columns: Mapping[str, Array],
+    columns: Mapping[str, Any],
     given: Mapping[str, Any],
     *,
     before: Sequence[str] = (),

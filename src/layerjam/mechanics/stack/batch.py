@@ -14,7 +14,7 @@ import numpy as np
 
 from layerjam.mechanics.stack.enclosure import CHATTER, DONE, SNAPPED
 from layerjam.mechanics.stack.lasso import kernel
-from layerjam.mechanics.stack.pull import check_stack, kernel_stamp
+from layerjam.mechanics.stack.pull import advance, at_rest, check_stack, kernel_stamp, room_for
 from layerjam.mechanics.stack.solve import (
     ELONGATION,
     FORCE,
@@ -25,7 +25,6 @@ from layerjam.mechanics.stack.solve import (
     State,
     Trial,
 )
-from layerjam.mechanics.stack.step import advance, at_rest, room_for
 from layerjam.mechanics.threads import Workers, once
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
