@@ -5,10 +5,10 @@ from __future__ import annotations
 import base64
 import binascii
 import json
-import math
 import zlib
 from dataclasses import dataclass, field, replace
-from typing import Any
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from layerjam.errors import QuantityError
 
@@ -22,6 +22,7 @@ Value = float | str | bool
 class State:
     """The open page, the brake and line (a catalogue name, or a TOML text), and what was set."""
 
+    __pydantic_config__ = ConfigDict(strict=True, allow_inf_nan=False)
     page: str = "brake"
     brake: str = "choi2018-kapton"
     line: str = "choi2018"
@@ -40,6 +41,9 @@ class State:
         return replace(self, settings={**self.settings, page: inside})
 
 
+READER = TypeAdapter(State)
+
+
 def to_link(state: State) -> str:
     """The state as text that may stand in an address."""
     text = json.dumps(vars(state), separators=(",", ":"), allow_nan=False)
@@ -56,30 +60,10 @@ def from_link(text: str) -> State:
         plain = reader.decompress(packed, LARGEST)
         if reader.unconsumed_tail or not reader.eof:
             raise ValueError("too large")
-        found = json.loads(plain)
-    except (binascii.Error, zlib.error, ValueError, RecursionError):
+        return READER.validate_json(plain)
+    except ValidationError as err:
+        first = err.errors()[0]
+        where = ".".join(str(part)[:40] for part in first["loc"]) or "its content"
+        raise QuantityError(f"link: {where}: {first['msg']}; the page begins anew") from None
+    except (binascii.Error, zlib.error, ValueError):
         raise QuantityError("link: it cannot be read; the page begins anew") from None
-    if not isinstance(found, dict):
-        raise QuantityError("link: it holds no state; the page begins anew")
-    words = {k: found.get(k, "") for k in ("page", "brake", "line", "beside")}
-    if not all(isinstance(v, str) for v in words.values()):
-        raise QuantityError("link: page, brake and line are texts; the page begins anew")
-    said = {key: text for key, text in words.items() if text}
-    return State(**said, settings=_settings(found.get("settings", {})))
-
-
-def _settings(found: Any) -> dict[str, dict[str, Value]]:
-    if not isinstance(found, dict):
-        raise QuantityError("link: its settings are no table; the page begins anew")
-    made: dict[str, dict[str, Value]] = {}
-    for page, inside in found.items():
-        if not isinstance(inside, dict):
-            raise QuantityError("link: its settings are no table; the page begins anew")
-        for key, value in inside.items():
-            fine = isinstance(value, str | bool) or (
-                isinstance(value, int | float) and math.isfinite(value)
-            )
-            if not fine:
-                raise QuantityError(f"link: {str(key)[:40]} has no value; the page begins anew")
-            made.setdefault(str(page), {})[str(key)] = value
-    return made
