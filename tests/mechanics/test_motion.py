@@ -296,11 +296,11 @@ def test_a_weight_at_rest_stays_where_it_is_for_an_hour():
             place=np.float64(force / SPRING), drawn=np.float64(force / SPRING),
             force=np.float64(force),
         )  # fmt: skip
-        load = Load(np.float64(mass), np.float64(G), np.float64(SPRING), 0.0, 0.0)
+        load = Load(np.float64(mass), np.float64(G), np.float64(SPRING), None, None)
 
         def march(state: Motion, step: float = step, count: int = count, load: Load = load):
             def one(_, now):
-                return step_on(now, step, Vacuum(FULL), load, KAPTON, False)
+                return step_on(now, step, Vacuum(FULL), load, KAPTON)
 
             return jax.lax.fori_loop(0, count, one, state)
 

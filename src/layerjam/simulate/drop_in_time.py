@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -74,6 +73,9 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class _Case(NamedTuple):
+    """How a drop starts, and what acts in it."""
+
+    start: Motion
     vacuum: Vacuum
     load: Load
     brake: Brake
@@ -90,8 +92,8 @@ def _next(motion: Motion, until: Any, dt: Any, vacuum: Vacuum) -> Any:
     return jnp.where(ahead > 0, jnp.minimum(step, ahead), step)
 
 
-@functools.partial(jax.jit, static_argnames=("damped",))
-def _march(motion: Motion, most: Any, until: Any, dt: Any, case: _Case, damped: bool) -> Motion:
+@jax.jit
+def _march(motion: Motion, most: Any, until: Any, dt: Any, case: _Case) -> Motion:
     """Steps up to an event, a number of steps or a time [s]."""
     last = until - 1e-9 * dt
 
@@ -101,33 +103,20 @@ def _march(motion: Motion, most: Any, until: Any, dt: Any, case: _Case, damped: 
 
     def on(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
         now = state[1]
-        return state[0] + 1, step_on(now, _next(now, until, dt, case.vacuum), *case, damped)
+        return state[0] + 1, step_on(now, _next(now, until, dt, case.vacuum), *case[1:])
 
     return jax.lax.while_loop(going, on, (jnp.array(0), motion))[1]
 
 
-@functools.partial(jax.jit, static_argnames=("damped",))
-def _ended(motion: Motion, until: Any, dt: Any, case: _Case, damped: bool) -> Motion:
+@jax.jit
+def _ended(motion: Motion, until: Any, dt: Any, case: _Case) -> Motion:
     """The event that the next step holds."""
-    return ended(motion, _next(motion, until, dt, case.vacuum), *case, damped)
+    return ended(motion, _next(motion, until, dt, case.vacuum), *case[1:])
 
 
-class _Run(NamedTuple):
-    """A drop from its start on."""
-
-    start: Motion
-    case: _Case
-    damped: bool
-
-    def march(self, motion: Motion, most: int, until: float, dt: float) -> Motion:
-        return _march(motion, most, until, dt, self.case, self.damped)
-
-    def ended(self, motion: Motion, until: float, dt: float) -> Motion:
-        return _ended(motion, until, dt, self.case, self.damped)
-
-    def event(self, dt: float, until: float) -> Motion:
-        """The first event, with steps of `dt` [s]."""
-        return self.ended(self.march(self.start, MOST_STEPS, until, dt), until, dt)
+def _event(case: _Case, dt: float, until: float) -> Motion:
+    """The first event, with steps of `dt` [s]."""
+    return _ended(_march(case.start, MOST_STEPS, until, dt, case), until, dt, case)
 
 
 @in_double_precision
@@ -162,20 +151,20 @@ def drop_in_time(
     history = _changing(vacuum, brake.site.atmosphere)
     first = float(vacuum.at(0.0) if isinstance(vacuum, History) else vacuum)
     load = load_of(mass, pull, rope_stiffness, rope_damping or None, brake)
-    load = Load(*(np.float64(v) for v in load))
+    load = jax.tree.map(np.float64, load)
     start = _strong(at_start(np.float64(speed), np.float64(first), history is None))
     pressure = Vacuum(jnp.asarray(first)) if history is None else _padded(history)
-    run = _Run(start, _Case(pressure, load, brake), bool(rope_damping))
+    case = _Case(start, pressure, load, brake)
     until = math.inf if duration is None else duration
-    dt, event, warnings = _chosen(run, step, until)
+    dt, event, warnings = _chosen(case, step, until)
     at_event = first if history is None else float(history.at(float(event.time)))
     if event.outcome == MOVING and duration is None:
         raise QuantityError(
             f"duration: the mass still moves at {show(float(event.time), 's')}; give the time up "
             "to which to follow it"
         )
-    states = _followed(run, dt, until, event, progress)
-    timed = _timed(event, states[-1], run.case)
+    states = _followed(case, dt, until, event, progress)
+    timed = _timed(event, states[-1], case)
     said = vacuum.remarks() if isinstance(vacuum, History) else []
     columns = {
         column: np.array([float(getattr(state, name)) for state in states])
@@ -189,18 +178,18 @@ def drop_in_time(
     return concluded(file, timed, spring, at_event, columns, given, before=said, after=warnings)
 
 
-def _chosen(run: _Run, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
+def _chosen(case: _Case, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
     """The step [s], the first event it leads to, and a warning where it is still too long."""
     if step is not None:
-        return step, run.event(step, until), []
-    load = run.case.load
+        return step, _event(case, step, until), []
+    load = case.load
     # a slow mass on a stiff spring and a fast one on a soft spring: both need a quarter period
     dt = float(jnp.sqrt(load.mass / load.spring)) / 200
-    before = run.event(dt, until)
+    before = _event(case, dt, until)
     change = last = math.inf
     for halving in range(MOST_HALVINGS):
         dt /= 2
-        event = run.event(dt, until)
+        event = _event(case, dt, until)
         if bool(event.outcome == MOVING) and math.isinf(until):
             return dt, event, []
         change = max(
@@ -220,15 +209,15 @@ def _chosen(run: _Run, step: float | None, until: float) -> tuple[float, Motion,
 
 
 def _followed(
-    run: _Run, dt: float, until: float, event: Motion, progress: Callable[[float], None] | None
+    case: _Case, dt: float, until: float, event: Motion, progress: Callable[[float], None] | None
 ) -> list[Motion]:
     """States along the run, through every standstill up to `until` [s] if that is finite."""
     span = float(event.time) if math.isinf(until) else until
     stride = max(1, math.ceil(span / dt / SAMPLES))
-    states, now = [run.start], run.start
+    states, now = [case.start], case.start
     while True:
-        now = run.march(now, stride, until, dt)
-        if math.isfinite(until) and _hangs(now, run.case):
+        now = _march(now, stride, until, dt, case)
+        if math.isfinite(until) and _hangs(now, case):
             # nothing moves any more: the state stays as it is, bit for bit
             states += [now, now._replace(time=np.float64(until))]
             if progress is not None:
@@ -242,7 +231,7 @@ def _followed(
             return states
         if int(now.outcome) == MOVING:
             continue
-        now = run.ended(now, until, dt)
+        now = _ended(now, until, dt, case)
         if float(now.time) > float(states[-1].time):
             states.append(now)
         else:

@@ -119,27 +119,23 @@ def _pumped(
     return jax.lax.cond(jnp.any(where), change, lambda still: still, motion)  # type: ignore[no-any-return]
 
 
-def step_on(
-    motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake, damped: bool
-) -> Motion:
+def step_on(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake) -> Motion:
     """One step of `dt` [s]; a state whose next step holds an event stays, with its outcome."""
     ready, at, c = _ready(motion, dt, vacuum, load, brake)
-    new = ahead(ready, dt, at, c, load, damped)
+    new = ahead(ready, dt, at, c, load)
     code = _event(motion, new, at, brake.sheets.usable_travel)
     going = (motion.outcome == MOVING) & (code == MOVING)
     still = motion._replace(outcome=jnp.where(motion.outcome == MOVING, code, motion.outcome))
     return jax.tree.map(lambda a, b: jnp.where(going, a, b), new, still)
 
 
-def ended(
-    motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake, damped: bool
-) -> Motion:
+def ended(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake) -> Motion:
     """Go to the standstill, end of travel or snap that the next step holds, by 60 halvings."""
     travel = brake.sheets.usable_travel
 
     def reached(time: Any) -> tuple[Motion, Any]:
         ready, at, c = _ready(motion, time, vacuum, load, brake)
-        new = ahead(ready, time, at, c, load, damped)
+        new = ahead(ready, time, at, c, load)
         snaps = _snaps(motion, new, at)
         if new.enclosure is None:
             return new, snaps
@@ -195,7 +191,9 @@ def stored_energy(motion: Motion, load: Load, brake: Brake) -> Any:
         enclosure = backbone_stored(motion.slip, enclosure_at(motion.vacuum, brake))
     else:
         enclosure = motion.enclosure.stored
-    rope = jnp.where(jnp.isfinite(load.rope), load.rope * motion.stretch**2 / 2, 0.0)
+    rope = jnp.zeros_like(motion.stretch)
+    if load.rope is not None:
+        rope = jnp.where(jnp.isfinite(load.rope), load.rope * motion.stretch**2 / 2, 0.0)
     return motion.force**2 / (2 * load.spring) + rope + enclosure
 
 
@@ -203,7 +201,7 @@ def load_of(mass: Any, gravity: Any, rope: Any, damping: Any, brake: Brake) -> L
     """The load of a mass [kg] on a rope [N/m] (None: on the brake alone) with damping [N s/m]."""
     if damping is not None:
         return Load(mass, gravity, working_stiffness(brake), rope, damping)
-    return Load(mass, gravity, series_of(rope, brake), 0.0, 0.0)
+    return Load(mass, gravity, series_of(rope, brake), None, None)
 
 
 def series_of(rope: Any, brake: Brake) -> Any:
@@ -235,7 +233,7 @@ def stop_in_time(
     NOT_A_CASE outside the domain, to which a step longer than a quarter of sqrt(M/k) belongs, k of
     rope and brake in series: it may pass over events.
     """
-    damped, steady = damping is not None, times is None
+    steady = times is None
     history = Vacuum(vacuum, times)
     first = vacuum if steady else history.at(0.0)
     load = load_of(mass, gravity, rope, damping, brake)
@@ -252,9 +250,9 @@ def stop_in_time(
         return (state[0] < jnp.max(steps)) & jnp.any(fine & (state[1].outcome == MOVING))
 
     def on(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
-        return state[0] + 1, step_on(state[1], step, history, load, brake, damped)
+        return state[0] + 1, step_on(state[1], step, history, load, brake)
 
     last = jax.lax.while_loop(going, on, (jnp.array(0), start))[1]
-    last = ended(last, step, history, load, brake, damped)
+    last = ended(last, step, history, load, brake)
     last = last._replace(outcome=jnp.where(fine, last.outcome, NOT_A_CASE))
     return jax.tree.map(lambda a: within(fine, a) if a.dtype == jnp.float64 else a, last)

@@ -36,9 +36,9 @@ class Load(NamedTuple):
     spring: Any
     """Brake and rope in series, or the brake alone where the rope is damped [N/m]."""
     rope: Any
-    """Stiffness of a damped rope [N/m]; not used without damping."""
+    """Stiffness of a damped rope [N/m]; None where the rope is part of the spring."""
     damping: Any
-    """[N s/m]"""
+    """[N s/m]; None for none, which leaves everything of the damper out."""
 
 
 class Motion(NamedTuple):
@@ -159,8 +159,9 @@ def _meet(motion: Motion, alpha: Any, beta: Any, at: Setting, c: Any) -> tuple[_
     return _pulled(motion, far, slides, at, c), far
 
 
-def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load, damped: bool) -> Motion:
+def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load) -> Motion:
     """One step on the taut rope."""
+    damped = load.damping is not None
     m, g, v = load.mass, load.gravity, motion.speed
     if damped:
         kappa = load.rope / 2 + load.damping / dt
@@ -192,8 +193,9 @@ def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load, damped: bool
     )
 
 
-def _until_slack(motion: Motion, dt: Any, at: Setting, load: Load, damped: bool) -> Motion:
+def _until_slack(motion: Motion, dt: Any, at: Setting, load: Load) -> Motion:
     """The part of a step after which the brake, shrinking elastically, pulls no more."""
+    damped = load.damping is not None
     m, v, force = load.mass, motion.speed, motion.force
     pull, shrink = load.gravity - force / (2 * m), force / at.k
     time = safe_sqrt(jnp.maximum(v**2 - 2 * pull * shrink, 0.0)) - v
@@ -221,8 +223,9 @@ def _until_slack(motion: Motion, dt: Any, at: Setting, load: Load, damped: bool)
     )
 
 
-def _slack(motion: Motion, dt: Any, load: Load, damped: bool) -> Motion:
+def _slack(motion: Motion, dt: Any, load: Load) -> Motion:
     """Free flight for a step, or up to the place where the rope is taut again."""
+    damped = load.damping is not None
     g, v = load.gravity, motion.speed
 
     def rest(time: Any) -> Any:
@@ -283,11 +286,11 @@ def pump(motion: Motion, vacuum: Any, before: Setting, at: Setting) -> Motion:
     )
 
 
-def ahead(motion: Motion, dt: Any, at: Setting, c: Any, load: Load, damped: bool) -> Motion:
+def ahead(motion: Motion, dt: Any, at: Setting, c: Any, load: Load) -> Motion:
     """One step, shorter where the rope goes slack or taut within it."""
-    taut = _taut(motion, dt, at, c, load, damped)
-    parted = _until_slack(motion, dt, at, load, damped)
-    free = _slack(motion, dt, load, damped)
+    taut = _taut(motion, dt, at, c, load)
+    parted = _until_slack(motion, dt, at, load)
+    free = _slack(motion, dt, load)
     # a step so long that the sheets would lie apart at its end has not been slack
     parts = (taut.force < 0) & (taut.slip < at.overlap)
     taut = jax.tree.map(lambda a, b: jnp.where(parts, a, b), parted, taut)
