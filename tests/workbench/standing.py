@@ -6,6 +6,7 @@ from contextlib import asynccontextmanager
 
 from nicegui.testing import user_simulation
 
+from layerjam.workbench.pages.all import Tab
 from layerjam.workbench.shell import frame
 
 
@@ -19,6 +20,11 @@ async def standing(kind, link=""):
             super().__init__(desk)
             pages.append(self)
 
-    async with user_simulation(lambda: frame(link, [Seen], lambda: None)) as user:
+    class Only(Tab):
+        def load(self):
+            return Seen
+
+    tab = Only(kind.name, kind.__name__, "")
+    async with user_simulation(lambda: frame(link, [tab], lambda: None)) as user:
         await user.open("/")
         yield user, pages

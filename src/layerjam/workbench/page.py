@@ -74,10 +74,6 @@ class Page(Asking):
     loop.
     """
 
-    title = ""
-    icon = ""
-    """Of the tab where a page stands alone; else they are in `pages.all`."""
-
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.dark = False
@@ -88,11 +84,6 @@ class Page(Asking):
         self.prepare: Callable[[], None] = lambda: None
         self.runner = Runner(self._answer, self._show, elsewhere)
         desk.watch(self._changed)
-
-    @classmethod
-    def load(cls) -> type[Page]:
-        """Itself, where a page stands for its tab."""
-        return cls
 
     def build(self) -> None:
         """Fill the slot; once, when the page is first opened."""

@@ -32,37 +32,34 @@ def desk_of(link: str) -> tuple[Desk, str]:
         return Desk(), str(err)
 
 
-def frame(link: str, kinds: Sequence[Tab | type[Page]], prepare: Callable[[], None]) -> None:
+def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
     """All of one tab of the browser; `prepare` is called in a thread before anything is computed.
 
     Pages are loaded and built when they are first opened.
     """
     desk, trouble = desk_of(link)
-    names = [kind.name for kind in kinds]
-    if desk.state.page not in names:
-        desk.state = replace(desk.state, page=names[0])
+    kinds = {tab.name: tab for tab in tabs}
+    if desk.state.page not in kinds:
+        desk.state = replace(desk.state, page=tabs[0].name)
     pages: dict[str, Page] = {}
     ui.add_css(shipped("workbench.css"))
     ui.add_body_html(f"<script>{shipped('workbench.js')}</script>")
     ui.colors(primary="#0B5C8E", negative="#B3261E")
     dark = ui.dark_mode(None)
-    tabs = _header(desk, kinds, pages, dark)
+    heads = _header(desk, tabs, pages, dark)
     with (
-        ui.tab_panels(tabs, value=desk.state.page, animated=False)
+        ui.tab_panels(heads, value=desk.state.page, animated=False)
         .classes("w-full")
         .props("keep-alive") as panels
     ):
-        slots = {}
-        for name in names:
-            with ui.tab_panel(name).classes("p-0") as slot:
-                slots[name] = slot
+        slots = {name: ui.tab_panel(name).classes("p-0") for name in kinds}
 
     client = ui.context.client
 
     async def opened(name: str) -> None:
         desk.open(name)
         if name not in pages:
-            kind = await elsewhere(kinds[names.index(name)].load)
+            kind = await elsewhere(kinds[name].load)
             if kind is None or client.is_deleted:  # the program or the tab was ended meanwhile
                 return
             if name not in pages:
@@ -74,7 +71,8 @@ def frame(link: str, kinds: Sequence[Tab | type[Page]], prepare: Callable[[], No
 
     panels.on_value_change(lambda e: opened(str(e.value)))
     _address(desk)
-    _keys(desk)
+    ui.on("layerjam_undo", desk.undo)
+    ui.on("layerjam_redo", desk.redo)
     if trouble:
         ui.notify(trouble, type="warning", timeout=8000, close_button=True)
 
@@ -89,20 +87,15 @@ def frame(link: str, kinds: Sequence[Tab | type[Page]], prepare: Callable[[], No
     ui.timer(0.01, begin, once=True)
 
 
-def _header(
-    desk: Desk, kinds: Sequence[Tab | type[Page]], pages: dict[str, Page], dark: ui.dark_mode
-) -> ui.tabs:
+def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.dark_mode) -> ui.tabs:
     with ui.header().classes("items-center justify-between q-py-none shadow-1").props("bordered"):
         ui.label("layerjam").classes("text-h6")
-        with ui.tabs().props("dense no-caps") as tabs:
-            for kind in kinds:
-                dressed(ui.tab(kind.name, label=kind.title, icon=kind.icon), f"tab-{kind.name}")
+        with ui.tabs().props("dense no-caps") as heads:
+            for tab in tabs:
+                dressed(ui.tab(tab.name, label=tab.title, icon=tab.icon), f"tab-{tab.name}")
         with ui.row().classes("items-center gap-1"):
-            for icon, what, act in (
-                ("undo", "Undo (Ctrl Z)", desk.undo),
-                ("redo", "Redo (Ctrl Shift Z)", desk.redo),
-            ):
-                _button(icon, what, act)
+            _button("undo", "Undo (Ctrl Z)", desk.undo)
+            _button("redo", "Redo (Ctrl Shift Z)", desk.redo)
             _button("link", "Copy a link to all that is set", lambda: _copy_link(desk))
             _button("terminal", "Copy as command", lambda: _copy(desk, pages, "command"))
             _button("code", "Copy as Python", lambda: _copy(desk, pages, "python"))
@@ -114,7 +107,7 @@ def _header(
                     page.refresh()
 
             _button("contrast", "Light or dark", turn)
-    return tabs
+    return heads
 
 
 def _button(icon: str, what: str, act: Callable[[], object]) -> None:
@@ -169,8 +162,3 @@ def _address(desk: Desk) -> None:
             )
 
     ui.timer(0.5, follow)
-
-
-def _keys(desk: Desk) -> None:
-    ui.on("layerjam_undo", desk.undo)
-    ui.on("layerjam_redo", desk.redo)
