@@ -5,8 +5,9 @@ A message is one plain sentence that names the quantity, its value, its unit and
 
 from __future__ import annotations
 
+import contextlib
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import ClassVar, Self
 
 
@@ -120,3 +121,12 @@ class MissingExtraError(LayerjamError, ImportError):
 
     def __init__(self, what: str, extra: str) -> None:
         super().__init__(f"{what} needs an optional part: pip install 'layerjam[{extra}]'")
+
+    @classmethod
+    @contextlib.contextmanager
+    def without(cls, what: str, extra: str) -> Iterator[None]:
+        """Raise it where what is imported inside is not installed."""
+        try:
+            yield
+        except ImportError:
+            raise cls(what, extra) from None

@@ -185,10 +185,8 @@ class Result:
         if hasattr(self.record, "to_xarray"):
             made: xarray.Dataset = self.record.to_xarray()
             return made
-        try:
+        with MissingExtraError.without("a labelled result (xarray)", "labelled"):
             import xarray
-        except ImportError:
-            raise MissingExtraError("a labelled result (xarray)", "labelled") from None
         data = xarray.Dataset.from_dataframe(self.to_frame())
         for name in data.data_vars:
             data[name].attrs["units"] = self.units[str(name)]

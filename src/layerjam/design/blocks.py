@@ -34,10 +34,8 @@ LOCK, FOLDER = ".lock", "blocks"
 
 def parquet() -> Any:
     """pyarrow's Parquet; raises MissingExtraError without it."""
-    try:
+    with MissingExtraError.without("a sweep on disk (pyarrow)", "sweep"):
         import pyarrow.parquet  # type: ignore[import-untyped]
-    except ImportError:
-        raise MissingExtraError("a sweep on disk (pyarrow)", "sweep") from None
     return pyarrow.parquet
 
 

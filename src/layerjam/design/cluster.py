@@ -64,10 +64,8 @@ def work(packed: bytes, index: int) -> bytes:
 @contextlib.contextmanager
 def _joined(scheduler: str) -> Iterator[tuple[Any, Any]]:
     """(Dask's module, a client) of a cluster that has a worker."""
-    try:
+    with MissingExtraError.without("a sweep on a cluster (dask)", "cluster"):
         import distributed
-    except ImportError:
-        raise MissingExtraError("a sweep on a cluster (dask)", "cluster") from None
     untyped: Any = distributed
     try:
         client: Any = untyped.Client(scheduler, timeout=PATIENCE)

@@ -202,8 +202,6 @@ def check_extras() -> None:
 
 def page_environment() -> jinja2.Environment:
     """The templates' environment; raises MissingExtraError without jinja2."""
-    try:
+    with MissingExtraError.without("the report (jinja2)", "report"):
         import jinja2
-    except ImportError:
-        raise MissingExtraError("the report (jinja2)", "report") from None
     return jinja2.Environment(autoescape=True, trim_blocks=True, undefined=jinja2.StrictUndefined)

@@ -83,10 +83,8 @@ _RC: dict[Any, Any] = {
 @contextmanager
 def look() -> Iterator[None]:
     """The style, for the figures made inside; raises MissingExtraError without matplotlib."""
-    try:
+    with MissingExtraError.without("drawing (matplotlib)", "figures"):
         import matplotlib
-    except ImportError:
-        raise MissingExtraError("drawing (matplotlib)", "figures") from None
     with matplotlib.rc_context(_RC):
         yield
 

@@ -19,10 +19,8 @@ def pdf(shown: Mapping[str, Any], pictures: Mapping[str, str]) -> bytes:
     `shown` is what Page.shown gives, with a `date` (ISO) and a `command`; `pictures` the figures'
     SVG by name. Fonts are those inside typst, so that no machine's fonts change a page.
     """
-    try:
+    with MissingExtraError.without("the report as PDF (typst)", "pdf"):
         import typst
-    except ImportError:
-        raise MissingExtraError("the report as PDF (typst)", "pdf") from None
     when = datetime.fromisoformat(str(shown["date"])).replace(tzinfo=UTC)
     template = (files("layerjam.report") / "page.typ").read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder:

@@ -314,10 +314,8 @@ def _with(record: Any, path: list[str], value: Any) -> Any:
 def _labelled(
     whole: Mapping[str, Array], swept: list[Swept], sizes: Mapping[Any, int], law: str, done: int
 ) -> xarray.Dataset:
-    try:
+    with MissingExtraError.without("a labelled result (xarray)", "labelled"):
         import xarray
-    except ImportError:
-        raise MissingExtraError("a labelled result (xarray)", "labelled") from None
     shape, axes = tuple(sizes.values()), tuple(sizes)
     fields = {f"brake.{path}": m.unit for path, m, _ in quantities(Brake)}
     coordinates = {

@@ -72,10 +72,8 @@ class Record:
 
     def to_xarray(self) -> xarray.Dataset:
         """A Dataset along `time`, with units, meanings and everything to run it again."""
-        try:
+        with MissingExtraError.without("a labelled result (xarray)", "labelled"):
             import xarray
-        except ImportError:
-            raise MissingExtraError("a labelled result (xarray)", "labelled") from None
         time = next(values for name, values, _ in self.columns() if name == "time")
         coordinate = ("sample", time, {"units": "s"})
         data = {

@@ -58,10 +58,8 @@ def serve(
 
     Raises MissingExtraError without NiceGUI, and QuantityError where it cannot listen.
     """
-    try:
+    with MissingExtraError.without("the workbench (nicegui)", "workbench"):
         from nicegui import app, run, ui
-    except ImportError:
-        raise MissingExtraError("the workbench (nicegui)", "workbench") from None
     if not is_loopback(host):
         token = token or secrets.token_urlsafe(18)
     check_free(host, port)

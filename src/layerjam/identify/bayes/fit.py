@@ -54,10 +54,8 @@ def fit_bayes(
     that is 100 a chain. Raises FitError for a curve that cannot be used, MissingExtraError without
     NumPyro, PrecisionError with JAX in single precision.
     """
-    try:
+    with MissingExtraError.without("Bayesian calibration (numpyro)", "bayes"):
         import numpyro  # type: ignore[import-untyped]  # noqa: F401
-    except ImportError:
-        raise MissingExtraError("Bayesian calibration (numpyro)", "bayes") from None
     from layerjam.identify.bayes.sampler import sample
 
     if not curves:

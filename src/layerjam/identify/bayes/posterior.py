@@ -179,10 +179,8 @@ class BayesFit:
 
     def to_xarray(self) -> xarray.Dataset:
         """All draws, labelled; MissingExtraError without xarray."""
-        try:
+        with MissingExtraError.without("a labelled result (xarray)", "labelled"):
             import xarray
-        except ImportError:
-            raise MissingExtraError("a labelled result (xarray)", "labelled") from None
         dims = ("chain", "draw", "curve")
         data = {
             n: (dims[: v.ndim], v, {"units": m.unit, "long_name": m.text})

@@ -26,10 +26,8 @@ _TIMES = re.compile(rb'number-(?:rows|columns)-repeated="(\d{1,12})"')
 
 def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
     """The sheets that hold anything, or the one asked for; FileError where there is none."""
-    try:
+    with MissingExtraError.without(f"{path}: reading a workbook", "excel"):
         import python_calamine
-    except ImportError:
-        raise MissingExtraError(f"{path}: reading a workbook", "excel") from None
 
     try:
         _check_size(path, data)
