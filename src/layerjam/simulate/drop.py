@@ -83,9 +83,9 @@ def drop(
     case = (mass, speed, vacuum, spring, pull, brake)
     found = Stop(*(float(v) for v in stop(*case)))
     outcome, columns = OUTCOMES[int(found.outcome)], _course(found.slip, *case)
-    numbers: Any = (*found[:-1], float(columns["time"][-1]), outcome)
-    timed = TimedStop(*numbers, slip_at_end=found.slip, outcome_at_end=outcome)
-    given = {"mass": mass, "speed": speed, "vacuum": vacuum, "gravity": pull}
+    time = float(columns["time"][-1])
+    timed = TimedStop(*found[:-1], time, outcome, slip_at_end=found.slip, outcome_at_end=outcome)
+    given: dict[str, Any] = {"mass": mass, "speed": speed, "vacuum": vacuum, "gravity": pull}
     given["rope_stiffness"] = rope_stiffness
     return concluded(file, timed, spring, vacuum, columns, given)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -95,11 +95,11 @@ def peak_spread(
     except KeyboardInterrupt:
         if not parts:
             raise
-    columns = (
-        np.concatenate(column)
-        for column in zip(*(vars(part).values() for part in parts), strict=True)
-    )
-    spread = Spread(*columns, samples, scatter, seed)
+    columns: Any = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        for field in fields(Peaks)
+    }
+    spread = Spread(**columns, asked=samples, scatter=scatter, seed=seed)
     if (spread.peak < 0).any():
         raise LayerjamError("stack: no equilibrium was found; please report this brake")
     return spread

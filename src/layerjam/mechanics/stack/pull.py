@@ -399,4 +399,4 @@ def pull_stack(
 
 def _cut(made: StackPull, part: slice, snapped: bool = False) -> StackPull:
     """A stretch of the increments."""
-    return StackPull(*(track[part] for track in made[:-1]), snapped)  # type: ignore[arg-type]
+    return StackPull._make([*(track[part] for track in made[:-1]), snapped])
