@@ -79,14 +79,10 @@ class Setting(NamedTuple):
     enclosure: EnclosureLaw
 
 
-def setting(vacuum: Any, brake: Brake) -> Setting:
-    """The constants of a brake on its working stiffness, at a vacuum [Pa]."""
-    return Setting(
-        friction_per_contact(vacuum, brake),
-        jnp.asarray(working_stiffness(brake), jnp.float64),
-        brake.sheets.overlap,
-        enclosure_at(vacuum, brake),
-    )
+def setting_of(vacuum: Any, spring: Any, brake: Brake) -> Setting:
+    """What resists at a vacuum [Pa] on a spring [N/m]."""
+    c, overlap = friction_per_contact(vacuum, brake), brake.sheets.overlap
+    return Setting(c, spring, overlap, enclosure_at(vacuum, brake))
 
 
 def first_slip(memory: Memory, elongation: Any, at: Setting) -> Any:
@@ -193,15 +189,16 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
     """
     elongation = jnp.atleast_1d(elongation)
     vacuum = jnp.broadcast_to(vacuum, elongation.shape)
+    spring = jnp.asarray(working_stiffness(brake), jnp.float64)
 
     def step(state: State, point: tuple[Any, Any]) -> tuple[State, Cycle]:
         target, pressure = point
-        after = setting(pressure, brake)
+        after = setting_of(pressure, spring, brake)
         # most of a history stays at one vacuum: the other branch is not computed there
         state = jax.lax.cond(
             pressure == state.vacuum,
             lambda s: s,
-            lambda s: change_vacuum(s, pressure, setting(s.vacuum, brake), after),
+            lambda s: change_vacuum(s, pressure, setting_of(s.vacuum, spring, brake), after),
             state,
         )
         state = move(state, target, after)

@@ -67,7 +67,7 @@ class Accelerometer:
         "m/s^2", "step of the converter", open_lo=True, hi=1e6, default=None
     )
     noise: float = quantity("m/s^2", "noise of a sample, RMS", hi=1e6, default=0.0)
-    seed: int | None = None
+    seed: int | None = quantity("1", "seed of the noise", hi=2**63 - 1, whole=True, default=None)
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -80,19 +80,13 @@ class Accelerometer:
                 f"accelerometer resolution: a step of {show(self.resolution, 'm/s^2')} is more "
                 f"than the range of {show(self.range, 'm/s^2')}"
             )
-        if self.noise and self.seed is None:
-            raise QuantityError(
-                "accelerometer seed: missing; noise needs one, so that the result can be had again"
-            )
-        if self.seed is not None and (not isinstance(self.seed, int) or self.seed < 0):
-            raise QuantityError(
-                f"accelerometer seed: {self.seed} is not allowed; it is a whole "
-                "number, zero or more"
-            )
-        if self.noise and self.sampling is None:
-            raise QuantityError(
-                "accelerometer sampling: missing; noise is given for each sample and needs a rate"
-            )
+        needed = {
+            "seed": "noise needs one, so that the result can be had again",
+            "sampling": "noise is given for each sample and needs a rate",
+        }
+        for name, why in needed.items():
+            if self.noise and getattr(self, name) is None:
+                raise QuantityError(f"accelerometer {name}: missing; {why}")
 
 
 IDEAL = Accelerometer()
@@ -313,7 +307,7 @@ def _read(
                 f"{show(sensor.bandwidth, 'Hz')}: what lies above half the rate folds down"
             )
     if sensor.noise:
-        shown = shown + np.random.default_rng(sensor.seed).normal(0, sensor.noise, len(shown))
+        shown = shown + np.random.default_rng(int(sensor.seed or 0)).normal(0, sensor.noise, len(shown))
     saturated = sensor.range is not None and bool(np.any(abs(shown) > sensor.range))
     if sensor.range is not None and saturated:
         warnings.append(

@@ -15,6 +15,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.mount import Rope, Site
 from layerjam.errors import QuantityError
+from layerjam.mechanics.hysteresis import setting_of
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stop.motion import (
     CLOSED,
@@ -35,7 +36,6 @@ from layerjam.mechanics.stop.motion_step import (
     Motion,
     at_start,
     force_of_enclosure,
-    setting_of,
 )
 from layerjam.simulate.drop import TimedStop, concluded
 from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM, check_given

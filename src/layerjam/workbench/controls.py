@@ -220,33 +220,25 @@ def with_unit(text: str, unit: str) -> str:
 
 def choice(desk: Desk, page: str, what: Choice) -> None:
     """A row of words to choose from."""
-
-    def put(event: Any) -> None:
-        desk.put(page, what.key, str(event.value))
-
     with ui.row().classes("w-full items-center justify-between"):
         ui.label(what.name).classes("text-sm").tooltip(what.help or what.name)
-        toggle = ui.toggle(dict(what.words), value=word(desk, page, what), on_change=put)
+        toggle = ui.toggle(dict(what.words), value=word(desk, page, what))
         dressed(toggle, f"{page}-{what.key}", how="dense no-caps", aria_label=what.name)
-    _follow(desk, page, what, toggle)
+    _bind(desk, page, what, toggle)
 
 
 def menu(desk: Desk, page: str, what: Choice) -> None:
     """A list of words to choose from that opens; for more words than fit a row."""
-
-    def put(event: Any) -> None:
-        desk.put(page, what.key, str(event.value))
-
     ident, now = f"{page}-{what.key}", word(desk, page, what)
-    box = select(what.words, what.name, ident, put, value=now, tip=what.help)
-    _follow(desk, page, what, box)
+    _bind(desk, page, what, select(what.words, what.name, ident, value=now, tip=what.help))
 
 
-def _follow(desk: Desk, page: str, what: Choice, box: ui.toggle | ui.select) -> None:
-    """Undo moves the choice back."""
+def _bind(desk: Desk, page: str, what: Choice, box: ui.toggle | ui.select) -> None:
+    """The box sets the choice, and undo moves it back."""
 
     def fill(changed: str) -> None:
         if changed == "undo" and box.value != word(desk, page, what):
             box.set_value(word(desk, page, what))
 
+    box.on_value_change(lambda event: desk.put(page, what.key, str(event.value)))
     desk.watch(fill)

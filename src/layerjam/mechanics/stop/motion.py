@@ -17,7 +17,7 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone_stored, enclosure_at
-from layerjam.mechanics.hysteresis import Setting
+from layerjam.mechanics.hysteresis import Setting, setting_of
 from layerjam.mechanics.law import law, within
 from layerjam.mechanics.memory import branch
 from layerjam.mechanics.stiffness import working_stiffness
@@ -29,7 +29,6 @@ from layerjam.mechanics.stop.motion_step import (
     at_start,
     force_of_enclosure,
     pump,
-    setting_of,
 )
 
 MOVING, STANDSTILL, TRAVEL_USED, CLOSED, SNAPPED = 0, 1, 2, 3, 4

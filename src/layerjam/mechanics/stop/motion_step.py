@@ -10,15 +10,12 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import (
     EnclosureLaw,
     backbone,
     backbone_dissipated,
     backbone_work,
-    enclosure_at,
 )
-from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.hysteresis import Setting, first_slip
 from layerjam.mechanics.law import safe_sqrt
 from layerjam.mechanics.memory import Memory, Turns, at_vacuum, first_force, first_work
@@ -91,12 +88,6 @@ def at_start(speed: Any, vacuum: Any, steady: bool) -> Motion:
     rest = Motion(**dict.fromkeys(Motion._fields, zero))
     rest = rest._replace(speed=speed, slack=no, vacuum=vacuum, outcome=none)
     return rest._replace(enclosure=None if steady else memory)
-
-
-def setting_of(vacuum: Any, spring: Any, brake: Brake) -> Setting:
-    """What resists at a vacuum [Pa] on a series spring [N/m]."""
-    c, overlap = friction_per_contact(vacuum, brake), brake.sheets.overlap
-    return Setting(c, spring, overlap, enclosure_at(vacuum, brake))
 
 
 def force_of_enclosure(slip: Any, enclosure: Memory | None, at: EnclosureLaw) -> Any:
