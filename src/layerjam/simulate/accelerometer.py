@@ -307,7 +307,8 @@ def _read(
                 f"{show(sensor.bandwidth, 'Hz')}: what lies above half the rate folds down"
             )
     if sensor.noise:
-        shown = shown + np.random.default_rng(int(sensor.seed or 0)).normal(0, sensor.noise, len(shown))
+        random = np.random.default_rng(int(sensor.seed or 0))
+        shown = shown + random.normal(0, sensor.noise, len(shown))
     saturated = sensor.range is not None and bool(np.any(abs(shown) > sensor.range))
     if sensor.range is not None and saturated:
         warnings.append(
