@@ -316,6 +316,10 @@ def test_a_report_names_files_as_the_user_does(campaign):
         assert "layerjam-file" not in text and str(tab.folder) not in text, name
         assert "friction_choi2018-kapton_1.csv" in text, name
     assert not (tab.folder / "choi2018-kapton-report").exists()
+    # it stands while its inputs do, and comes back with them
+    for asked, stands in (({}, True), ({"accept_stick_slip": True}, False), ({}, True)):
+        chain.run(campaign_of(rows, tab, **asked))
+        assert (chain.done.get("report") is done) == stands
 
 
 def test_names_in_toml_and_copied_text_are_quoted():
