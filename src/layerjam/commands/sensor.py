@@ -222,17 +222,13 @@ def heating(
     rise = DEFAULT_RISE if how.allowed_rise is None else how.allowed_rise
     film = DEFAULT_FILM_COEFFICIENT if how.film_coefficient is None else how.film_coefficient
     joule, brake = si(heat, QuantitySpec("J", "heat of a stop"), "heat"), file.brake
+    judged = Heating(allowed_rise=rise, film_coefficient=film)
     if brake.film.specific_heat is None:
         unknown = f"{file.name} does not say the film's specific heat: no temperature rise"
-        return Heating(
-            allowed_rise=rise,
-            film_coefficient=film,
-            warnings=[Notice(unknown, "no-specific-heat")],
-        )
-    return Heating(
+        return judged.noting(Notice(unknown, "no-specific-heat"))
+    return replace(
+        judged,
         temperature_rise=float(temperature_rise(joule, brake)),
         temperature_rise_of_sheets=float(temperature_rise_of_sheets(joule, brake)),
         stops_per_minute=float(stops_per_minute(joule, rise, film, brake)) if joule > 0 else None,
-        allowed_rise=rise,
-        film_coefficient=film,
     )

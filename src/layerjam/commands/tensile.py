@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command
@@ -110,31 +111,19 @@ def tensile(
     contradicts itself.
     """
     steps = _steps(brake, vacuum, speed, travel, procedure)
-    if model == "lumped":
-        from layerjam.simulate.tensile import tensile as pull_lumped
+    layout = {"static": static, "interfaces": interfaces, "housing": housing}
+    scattered = {"scatter": scatter, "samples": samples, "seed": seed}
+    if model == "stack":
+        return _stack(brake, steps, layout, **scattered, tell=progress or (lambda *_: None))
+    for name, value in {**layout, **scattered}.items():
+        if value is not None and value is not False:
+            raise QuantityError(f"{name}: {STACK}")
+    from layerjam.simulate.tensile import tensile as pull_lumped
 
-        given = {
-            "static": static or None,
-            "interfaces": interfaces,
-            "housing": housing,
-            "scatter": scatter,
-            "samples": samples,
-            "seed": seed,
-        }
-        for name, value in given.items():
-            if value is not None:
-                raise QuantityError(f"{name}: {STACK}")
-        return _shown(pull_lumped(brake, steps))
-    return _stack(
-        brake,
-        steps,
-        {"static": static, "interfaces": interfaces, "housing": housing},
-        (scatter, samples, seed),
-        progress or (lambda _what, _share: None),
-    )
+    return _shown(pull_lumped(brake, steps))
 
 
-def _shown(record: Any, notices: tuple[Notice, ...] = (), **scatter: Any) -> Tensile:
+def _shown(record: Any, notices: Sequence[Notice] = (), **scatter: Any) -> Tensile:
     import numpy as np
 
     top = int(np.argmax(record.force))
@@ -156,8 +145,11 @@ def _stack(
     brake: BrakeFile,
     steps: Procedure,
     layout: dict[str, Any],
-    scattered: tuple[Any, Any, Any],
-    progress: Progress,
+    *,
+    scatter: Any,
+    samples: Any,
+    seed: Any,
+    tell: Progress,
 ) -> Tensile:
     """The pull sheet by sheet, and its spread over stacks whose interfaces scatter."""
     import numpy as np
@@ -165,46 +157,34 @@ def _stack(
     from layerjam.simulate.stack import tensile_stack  # compiled loops, only where asked for
     from layerjam.simulate.stack_spread import peak_spread
 
-    scatter, samples, seed = scattered
     if scatter is None and (samples is not None or seed is not None):
         raise QuantityError("samples and seed belong to scatter; give it too")
     highest = vacuum_within(steps.highest_vacuum(), brake.brake)
-    progress("pull", 0.0)
-    record, _ = tensile_stack(brake, steps, **layout, progress=lambda p: progress("pull", p))
+    tell("pull", 0.0)
+    record, _ = tensile_stack(brake, steps, **layout, progress=lambda p: tell("pull", p))
     if scatter is None:
         return _shown(record)
     count, start = 1000 if samples is None else samples, 1 if seed is None else seed
-    progress("scatter", 0.0)
-    spread = peak_spread(
-        brake,
-        highest,
-        scatter,
-        count,
-        start,
-        **layout,
-        progress=lambda done, asked: progress("scatter", done / asked),
-    )
+    tell("scatter", 0.0)
+
+    def share(done: int, asked: int) -> None:
+        tell("scatter", done / asked)
+
+    spread = peak_spread(brake, highest, scatter, count, start, **layout, progress=share)
     notices = []
     if spread.done < count:
-        notices.append(
-            Notice(
-                f"stopped: {spread.done} of {count} stacks were pulled, and those count", "stopped"
-            )
-        )
-    lost = int((~np.isfinite(spread.peak)).sum())
-    if lost:
-        notices.append(
-            Notice(
-                f"{lost} of {spread.done} stacks could not be followed to their peak", "lost-stacks"
-            )
-        )
+        said = f"stopped: {spread.done} of {count} stacks were pulled, and those count"
+        notices.append(Notice(said, "stopped"))
+    if lost := int((~np.isfinite(spread.peak)).sum()):
+        said = f"{lost} of {spread.done} stacks could not be followed to their peak"
+        notices.append(Notice(said, "lost-stacks"))
     more: dict[str, Any] = {"samples": spread.done, "seed": start, "scatter": scatter}
     for name in ("peak", "stiffness", "onset"):
         found = getattr(spread, name)
         found = found[np.isfinite(found)]
         more[f"{name}_mean"] = float(found.mean()) if len(found) else None
         more[f"{name}_sd"] = float(found.std(ddof=1)) if len(found) > 1 else None
-    return _shown(record, tuple(notices), **more)
+    return _shown(record, notices, **more)
 
 
 def _steps(

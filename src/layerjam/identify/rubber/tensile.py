@@ -6,6 +6,7 @@ what `enclosure.modulus` holds: stress over strain there, and the strain is 1.
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -105,22 +106,12 @@ def read_rubber(
         _know_strain(log)
         notes.append(f"{log.name}: engineering values from true ones, volume taken as constant")
     elif "force" in log and ("elongation" in log or "strain" in log):
-        section = area or _from_head(log, r"cross.?section|\barea\b|querschnitt", "m^2")
-        if section is None:
-            raise FileError(log.path, "holds forces; give the specimen's cross-section (--area)")
-        stress = log["force"] / section
+        stress = log["force"] / _stated(log, "m^2", area)
         if "strain" in log:
             strain = log["strain"]
             _know_strain(log)
         else:
-            length = gauge_length or _from_head(
-                log, r"gau?ge length|specimen length|\blength\b", "m"
-            )
-            if length is None:
-                raise FileError(
-                    log.path, "holds elongations; give the specimen's length (--gauge-length)"
-                )
-            strain = log["elongation"] / length
+            strain = log["elongation"] / _stated(log, "m", gauge_length)
     else:
         raise FileError(
             log.path,
@@ -169,16 +160,24 @@ def _know_strain(log: Log) -> None:
     )
 
 
-def _from_head(log: Log, words: str, si: str) -> float | None:
-    """A quantity the lines above the table state, such as 'Specimen Length (mm);33'."""
+_SIZES = {
+    "m^2": (r"cross.?section|\barea\b|querschnitt", "forces", "cross-section (--area)"),
+    "m": (r"gau?ge length|specimen length|\blength\b", "elongations", "length (--gauge-length)"),
+}
+"""Sizes of a specimen: words for it in a file's head, what it divides, what the user calls it."""
+
+
+def _stated(log: Log, si: str, given: float | None) -> float:
+    """A size of the specimen, given or in a line of the head such as 'Specimen Length (mm);33'."""
+    words, holds, called = _SIZES[si]
+    if given:
+        return given
     for key, rest in log.head.items():
         match = re.fullmatch(r"(.*?)\s*[(\[](.+)[)\]]", key)
         if match and re.search(words, match[1]) and (unit := convert(match[2], si)):
-            try:
+            with contextlib.suppress(ValueError):
                 return float(rest[0].replace(",", ".")) * float(unit[0])
-            except ValueError:
-                continue
-    return None
+    raise FileError(log.path, f"holds {holds}; give the specimen's {called}")
 
 
 def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
