@@ -89,11 +89,11 @@ def test_two_pulls_either_side_of_the_model() -> None:
     pulls = [measured(moved(exact, plus=p), path=str(p)) for p in (1.5, -1.5)]
     result = validate_curves(pulls, KAPTON)
     (one,) = result.conditions
-    assert one.split is not None and result.split is not None
-    assert (one.split.mse, one.split.model, one.split.scatter) == pytest.approx(
+    assert one.scatter is not None and result.scatter is not None
+    assert (one.scatter.mse, one.scatter.model_mse, one.scatter.scatter_mse) == pytest.approx(
         (2.25, -2.25, 4.5), rel=1e-4
     )
-    assert one.split.share == pytest.approx(2.0, rel=1e-4) and one.split.repeats == 2
+    assert one.scatter.share == pytest.approx(2.0, rel=1e-4) and one.scatter.repeats == 2
     assert result.bias == pytest.approx(0.0, abs=1e-4)
     assert result.rmse == pytest.approx(1.5, rel=1e-4)
 
@@ -101,19 +101,19 @@ def test_two_pulls_either_side_of_the_model() -> None:
 def test_a_wrong_model_is_not_scatter() -> None:
     exact = pull_features(curve(KAPTON))
     result = validate_curves([measured(exact, path=p) for p in "abc"], uncalibrated(KAPTON))
-    assert result.split is not None
-    assert result.split.scatter == pytest.approx(0.0, abs=1e-12)
-    assert result.split.model == pytest.approx(result.split.mse)
-    assert result.split.share == pytest.approx(0.0, abs=1e-12)
+    assert result.scatter is not None
+    assert result.scatter.scatter_mse == pytest.approx(0.0, abs=1e-12)
+    assert result.scatter.model_mse == pytest.approx(result.scatter.mse)
+    assert result.scatter.share == pytest.approx(0.0, abs=1e-12)
 
 
 def test_noise_is_scatter() -> None:
     pulls = [measured(pull_features(noisy(KAPTON, seed)), path=str(seed)) for seed in (1, 2, 3, 4)]
     result = validate_curves(pulls, KAPTON)
-    assert result.split is not None
+    assert result.scatter is not None
     # interpolated between samples, white noise of 0.15 N keeps half to all of its variance
-    assert 0.5 * 0.15**2 < result.split.scatter < 1.1 * 0.15**2
-    assert abs(result.split.model) < 0.1 * 0.15**2
+    assert 0.5 * 0.15**2 < result.scatter.scatter_mse < 1.1 * 0.15**2
+    assert abs(result.scatter.model_mse) < 0.1 * 0.15**2
 
 
 def test_r_squared_by_hand() -> None:
@@ -144,7 +144,7 @@ def test_conditions_are_vacuum_and_speed() -> None:
     assert [len(c.curves) for c in result.conditions] == [3] * 6
     assert result.mape_conditions == pytest.approx(result.mape)  # as many pulls in each
     alone = validate_pulls([(curves[0].pull, curves[0].vacuum)], KAPTON)
-    assert alone.split is None and alone.conditions[0].speed is None
+    assert alone.scatter is None and alone.conditions[0].speed is None
     assert alone.mape_conditions_sd is None
 
 
@@ -159,8 +159,8 @@ def test_pooling_keeps_brakes_apart() -> None:
     assert len(both.conditions) == 2 and len(both.curves) == 4
     assert both.mape == pytest.approx(np.mean([r.mape for r in results]))
     assert both.mape_conditions_sd == pytest.approx(np.std([r.mape for r in results], ddof=1))
-    assert both.split is not None
-    assert both.split.mse == pytest.approx(np.mean([r.split.mse for r in results if r.split]))
+    assert both.scatter is not None
+    assert both.scatter.mse == pytest.approx(np.mean([r.scatter.mse for r in results if r.scatter]))
     assert summary(pool(results[:1])) == summary(results[0])
     with pytest.raises(FitError, match="no validation"):
         pool([])

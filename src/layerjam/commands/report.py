@@ -6,7 +6,7 @@ import hashlib
 import re
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -33,10 +33,8 @@ from layerjam.simulate.quantities import VACUUM
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
-    from layerjam.identify.calibration.record import Calibration
     from layerjam.report.brake_files import Written
     from layerjam.report.brake_report import BrakeReport
-    from layerjam.report.brake_tables import FileUsed
 
 SPEED = QuantitySpec("m/s", "speed of the crosshead", open_lo=True)
 NEAR = 0.03
@@ -111,56 +109,32 @@ class Report(Result):
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
 
 
-@dataclass(kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class _Work:
-    """What the stages take, and what they leave behind."""
+    """What the stages take, and the report that they fill."""
 
-    file: BrakeFile
+    report: BrakeReport
     atmosphere: float | None
     vacuum: float | None
     options: FileOptions
     tell: Progress
-    stages: dict[str, dict[str, Any]] = field(default_factory=dict)
-    warnings: dict[str, list[str]] = field(default_factory=dict)
-    refused: list[tuple[str, str, str]] = field(default_factory=list)
-    files: list[FileUsed] = field(default_factory=list)
 
     def keep(self, stage: str, found: Result, traces: Sequence[Trace], *left_out: str) -> None:
         """Take a command's result into the report, without warnings of the keys left out."""
+        from layerjam.report.brake_tables import file_used
+
+        report = self.report
         values = {k: v for k, v in found.values.items() if k not in ("file", "refused")}
-        self.stages[stage] = {**plain(values), "units": dict(found.units)}
-        said = (w for w in found.warnings if _key(w) not in ("synthetic", *left_out))
-        self.warnings[stage] = list(dict.fromkeys(said))
+        report.stages[stage] = {**plain(values), "units": dict(found.units)}
+        said = (w for w in found.warnings if getattr(w, "key", "") not in ("synthetic", *left_out))
+        report.warnings[stage] = list(dict.fromkeys(said))
         refused: Mapping[str, str] = found.values["refused"]
-        self.refused += [(Path(p).name, stage, why) for p, why in refused.items()]
-        self.files += [_used(trace, stage) for trace in traces]
+        report.refused += [(Path(p).name, stage, why) for p, why in refused.items()]
+        report.files += [file_used(trace, stage) for trace in traces]
 
-    def at_site(self, file: BrakeFile) -> BrakeFile:
-        """The brake at the site's atmosphere."""
-        return brake_file(file, self.atmosphere)
-
-
-def _key(warning: str) -> str:
-    return warning.key if isinstance(warning, Notice) else ""
-
-
-def _used(trace: Trace, stage: str) -> FileUsed:
-    from layerjam.identify.curves import speed_of
-    from layerjam.identify.provenance import sha256
-    from layerjam.report.brake_tables import FileUsed
-
-    facts = trace.facts
-    return FileUsed(
-        name=Path(trace.path).name,
-        role=stage,
-        sha256=sha256(trace.path),
-        format=trace.format,
-        vacuum=facts.vacuum,
-        speed=speed_of(trace) if stage != "friction" else facts.speed,
-        repeat=facts.repeat,
-        synthetic=facts.synthetic,
-        understood=trace.understood,
-    )
+    def take_over(self, file: BrakeFile) -> None:
+        """The brake that a stage has made, at the site's atmosphere."""
+        self.report.file = brake_file(file, self.atmosphere)
 
 
 @command(
@@ -213,36 +187,24 @@ def report(
     out, tell = Path(out), progress or (lambda _what, _share: None)
     check_extras()
     check_folder(out, force)
-    work = _Work(
+    content = BrakeReport(
         file=brake,
-        options=options,
-        vacuum=vacuum,
-        atmosphere=atmosphere,
-        tell=tell,
+        command=command,
+        date=date or datetime.now(UTC).date().isoformat(),
+        brake_sha256=hashlib.sha256(brake.text.encode()).hexdigest(),
+        names=names or {},
     )
+    work = _Work(report=content, options=options, vacuum=vacuum, atmosphere=atmosphere, tell=tell)
     fitted_on, tested_on = measurements.divided(options, tell)
     tests = several(measurements.friction)
     if not (tests or fitted_on or tested_on):
         raise FitError("nothing was given to report: --friction, --pulls or --validate")
-    made: dict[str, Any] = {}
     if tests:
-        made["friction"] = _friction(work, tests, test)
+        _friction(work, tests, test)
     if fitted_on:
-        made["calibration"] = _calibration(work, fitted_on, depth)
+        _calibration(work, fitted_on, depth)
     if tested_on:
-        made |= _validation(work, tested_on)
-    content = BrakeReport(
-        file=work.file,
-        stages=work.stages,
-        files=work.files,
-        command=command,
-        date=date or datetime.now(UTC).date().isoformat(),
-        refused=work.refused,
-        warnings=work.warnings,
-        brake_sha256=hashlib.sha256(brake.text.encode()).hexdigest(),
-        names=names or {},
-        **made,
-    )
+        _validation(work, tested_on)
     return _written(content, write(content, out, force, lambda what: tell(what, 0.9)))
 
 
@@ -273,33 +235,30 @@ def _written(content: BrakeReport, written: Written) -> Report:
     )
 
 
-def _friction(work: _Work, files: Sequence[Measured], test: FrictionTest) -> Any:
-    """(traces, FrictionResult); the brake takes the friction over."""
+def _friction(work: _Work, files: Sequence[Measured], test: FrictionTest) -> None:
+    """Friction into the report; the brake takes it over."""
     from layerjam.identify.friction.reduction import with_friction
 
     work.tell(f"friction: {len(files)} files", 0.1)
     found = run_friction(files, test=test, options=work.options, progress=work.tell)
-    traces, fit = found.record
+    traces, fit = work.report.friction = found.record
     work.keep("friction", found, traces)
-    name = work.file.name
+    name = work.report.file.name
     if fit.kinetic is None:
         stands = f"the kinetic friction of {name}'s file stands: these tests give none"
-        work.warnings["friction"].append(Notice(stands, "kinetic-stands"))
+        work.report.warnings["friction"].append(Notice(stands, "kinetic-stands"))
     else:
-        text, _ = with_friction(work.file, fit, name)
-        work.file = work.at_site(BrakeFile.read(text, name))
-    return traces, fit
+        text, _ = with_friction(work.report.file, fit, name)
+        work.take_over(BrakeFile.read(text, name))
 
 
-def _calibration(
-    work: _Work, files: Sequence[Measured], depth: Literal["exact", "curves"]
-) -> Calibration:
-    """The fit; the brake takes it over."""
+def _calibration(work: _Work, files: Sequence[Measured], depth: Literal["exact", "curves"]) -> None:
+    """The fit into the report; the brake takes it over."""
     work.tell(f"calibration: {len(files)} pulls", 0.3)
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder) / f"{work.file.name}.toml"
+        place = Path(folder) / f"{work.report.file.name}.toml"
         found = run_calibration(
-            work.file,
+            work.report.file,
             files,
             depth=depth,
             vacuum=work.vacuum,
@@ -308,25 +267,23 @@ def _calibration(
             options=work.options,
             progress=work.tell,
         )
-        work.file = work.at_site(load(place))
+        work.take_over(load(place))
     work.keep("calibration", found, found.traces)
-    fit: Calibration = found.record[1]
-    return fit
+    work.report.calibration = found.record[1]
 
 
-def _validation(work: _Work, files: Sequence[Measured]) -> dict[str, Any]:
-    """The Validation, that before calibration, and the pulls that were also calibrated on."""
+def _validation(work: _Work, files: Sequence[Measured]) -> None:
+    """The validation into the report, also before calibration, and what was calibrated on."""
     work.tell(f"validation: {len(files)} pulls", 0.6)
+    report = work.report
     found = run_validation(
-        work.file, files, vacuum=work.vacuum, options=work.options, progress=work.tell
+        report.file, files, vacuum=work.vacuum, options=work.options, progress=work.tell
     )
     work.keep("validation", found, found.traces, "calibrated-on")
-    calibrated = "calibration" in work.stages or work.file.brake.scale_factor != 1.0
-    return {
-        "validation": found.record[1],
-        "before": found.before if calibrated else None,
-        "seen": [Path(p).name for p in found.calibrated_on],
-    }
+    report.validation = found.record[1]
+    if report.calibration is not None or report.brake.scale_factor != 1.0:
+        report.before = found.before
+    report.seen = [Path(p).name for p in found.calibrated_on]
 
 
 def _identity(source: Measured) -> str:

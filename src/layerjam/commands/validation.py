@@ -125,7 +125,7 @@ def validate(
     from layerjam.identify.curves import curves_of
     from layerjam.identify.provenance import calibrated_on
     from layerjam.identify.validation.metrics import compare, uncalibrated, validate_curves
-    from layerjam.identify.validation.table import file_row, summary, validation_checks
+    from layerjam.identify.validation.table import FILE, row, summary, validation_checks
 
     used, refused, odd = pulls(files, brake, vacuum, options, compare, progress)
     curves = curves_of(used)
@@ -144,7 +144,7 @@ def validate(
         **summary(found),
         uncalibrated=before and summary(before),
         checks=[asdict(c) for c in validation_checks(found, len(same))],
-        files=[file_row(c) for c in found.curves],
+        files=[row(c, FILE) for c in found.curves],
         refused=refused,
         warnings=warnings,
         record=(brake, found),

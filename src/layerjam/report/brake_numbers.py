@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from layerjam.report.page import NONE, Table
-from layerjam.units import show, unit_factor
+from layerjam.units import get, show, unit_factor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +78,34 @@ class Number:
     def _factor(self) -> float:
         unit = self.page_unit()
         return 1.0 if unit in ("", self.unit) else float(unit_factor(unit, self.unit) or 1)
+
+
+class Column(NamedTuple):
+    """A number that every record of a kind has: its words, where it stands, how a page shows it.
+
+    `path` and `error` (of its standard error) are dotted names in the record; the rest is as in a
+    Number.
+    """
+
+    words: str
+    path: str
+    unit: str = "1"
+    shown_in: str = ""
+    decimals: int | None = None
+    error: str = ""
+
+    def of(self, record: object, stem: str, which: str = "", **more: Any) -> Number:
+        """The record's number, called "stem: words, which"; `more` is the rest of a Number."""
+        if self.error:
+            more["standard_error"] = get(record, self.error)
+        return Number(
+            quantity=f"{stem}: {self.words}{which and ', '}{which}",
+            value=get(record, self.path),
+            unit=self.unit,
+            shown_in=self.shown_in,
+            decimals=self.decimals,
+            **more,
+        )
 
 
 COLUMNS = ("quantity", "value", "unit", "standard_error", "low", "high", "n", "source")

@@ -35,9 +35,9 @@ HEADLINE = {
 """The numbers one looks for first, and what they are called."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class BrakeReport:
-    """What a report is made of. `file` is the brake the model's lines were drawn with.
+    """What a report is made of, stage by stage; `file` is the brake as the last one left it.
 
     `names` {name of a file: what the pages call it} is for files that lie under other names.
     `stages` maps friction, calibration and validation to the keys of the commands' results, for the
@@ -46,19 +46,19 @@ class BrakeReport:
     """
 
     file: BrakeFile
-    stages: Mapping[str, Mapping[str, Any]]
-    files: Sequence[FileUsed]
     command: str
     date: str
+    brake_sha256: str
+    names: Mapping[str, str]
+    stages: dict[str, dict[str, Any]] = field(default_factory=dict)
+    files: list[FileUsed] = field(default_factory=list)
+    refused: list[tuple[str, str, str]] = field(default_factory=list)
+    warnings: dict[str, list[str]] = field(default_factory=dict)
     friction: tuple[Sequence[Trace], FrictionResult] | None = None
     calibration: Calibration | None = None
     validation: Validation | None = None
     before: Validation | None = None
-    refused: Sequence[tuple[str, str, str]] = ()
     seen: Sequence[str] = ()
-    warnings: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    brake_sha256: str = ""
-    names: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def brake(self) -> Brake:

@@ -3,22 +3,55 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from layerjam.identify.calibration.record import Calibration
+from layerjam.identify.curves import speed_of
 from layerjam.identify.friction.reduction import FrictionResult
+from layerjam.identify.provenance import sha256
 from layerjam.identify.repeats import over_repeats
-from layerjam.identify.validation.metrics import ConditionError, CurveError, Split, Validation
-from layerjam.report.brake_numbers import Cell, Number, estimates
+from layerjam.identify.validation.metrics import ConditionError, Pooled, Split, Validation
+from layerjam.measure.trace import Trace
+from layerjam.report.brake_numbers import Cell, Column, Number, estimates
 from layerjam.report.page import NONE, Table
 from layerjam.units import show
 
 UNTOLD = "≈ 0"
 """Shown for a model's error that cannot be told from none."""
-KINDS = ("static", "kinetic")
+KINDS = Column("static", "static", decimals=4), Column("kinetic", "kinetic", decimals=4)
+PULL = (
+    Column("vacuum", "vacuum", "Pa"),
+    Column("peak force", "pull.peak_force", "N", decimals=2, error="pull.peak_force_se"),
+    Column("scale factor a", "scale_factor", decimals=4, error="scale_factor_se"),
+    Column("stiffness k", "stiffness", "N/m", decimals=1, error="pull.stiffness_se"),
+)
+CONDITION = Column("vacuum", "vacuum", "Pa", "kPa", 1), Column("speed", "speed", "m/s", "mm/s")
+FILE = Column("vacuum", "vacuum", "Pa"), Column("speed", "speed", "m/s")
+MEASURES = (
+    Column("MAPE", "mape", "1", "%", 2),
+    Column("RMSE", "rmse", "N", "N", 2),
+    Column("bias", "bias", "N", "N", 2),
+    Column("R²", "r_squared", decimals=3),
+)
+SPLIT = (
+    Column("model's own error, root mean square", "own", "N", "N", 2),
+    Column("scatter between repeats, SD", "sd", "N", "N", 2),
+    Column("scatter's share of the squared error", "share", "1", "%", 0),
+)
+SQUARES = (
+    Column("mean squared error", "mse", "N^2"),
+    Column("model's part of it", "model_mse", "N^2"),
+    Column("scatter's part of it", "scatter_mse", "N^2"),
+)
+OVER_CONDITIONS = (
+    (Column("MAPE, SD between pulls", "mape_sd"), "curves"),
+    (Column("mean of the conditions' MAPE", "mape_conditions"), "conditions"),
+    (Column("SD of the conditions' MAPE", "mape_conditions_sd"), "conditions"),
+)
+"""With what they are taken over."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,31 +69,38 @@ class FileUsed:
     understood: Sequence[str] = ()
 
 
-def _under(stem: str, **common: Any) -> Callable[..., Number]:
-    """What makes numbers whose quantities begin alike and that share what is `common`."""
-
-    def number(what: str, value: Any, unit: str = "1", shown_in: str = "", **more: Any) -> Number:
-        given = common | more
-        return Number(quantity=stem + what, value=value, unit=unit, shown_in=shown_in, **given)
-
-    return number
+def file_used(trace: Trace, role: str) -> FileUsed:
+    """A measurement with its digest, and what it served for."""
+    facts = trace.facts
+    return FileUsed(
+        name=Path(trace.path).name,
+        role=role,
+        sha256=sha256(trace.path),
+        format=trace.format,
+        vacuum=facts.vacuum,
+        speed=facts.speed if role == "friction" else speed_of(trace),
+        repeat=facts.repeat,
+        synthetic=facts.synthetic,
+        understood=trace.understood,
+    )
 
 
 def friction_table(result: FrictionResult) -> Table:
     """Per repeat, and pooled."""
     count, rows = len(result.repeats), list[list[Cell]]()
     for index, repeat in enumerate(result.repeats, 1):
-        number = _under("friction: ", n=1, source=Path(repeat.path).name, decimals=4)
-        both = [number(f"{kind}, repeat {index}", getattr(repeat, kind)) for kind in KINDS]
-        rows.append([str(index), *both, Path(repeat.path).name])
-    number = _under("friction: ", n=count, source=f"{count} repeats", decimals=4)
+        name, which = Path(repeat.path).name, f"repeat {index}"
+        both = [c.of(repeat, "friction", which, n=1, source=name) for c in KINDS]
+        rows.append([str(index), *both, name])
     pooled, spread = [], []
-    for kind in KINDS:
-        known = [v for r in result.repeats if (v := getattr(r, kind)) is not None]
-        found = over_repeats(known or [math.nan])
-        sure = {"standard_error": found.standard_error, "low": found.low, "high": found.high}
-        pooled.append(number(f"{kind}, mean", getattr(result, kind), **sure))
-        spread.append(number(f"{kind}, standard deviation", getattr(result, f"{kind}_sd")))
+    of: dict[str, Any] = {"n": count, "source": f"{count} repeats"}
+    for column in KINDS:
+        known = [v for r in result.repeats if (v := getattr(r, column.path)) is not None]
+        over = over_repeats(known or [math.nan])
+        sure = {"standard_error": over.standard_error, "low": over.low, "high": over.high}
+        scatter = column._replace(path=f"{column.path}_sd")
+        pooled.append(column.of(result, "friction", "mean", **of, **sure))
+        spread.append(scatter.of(result, "friction", "standard deviation", **of))
     rows += [
         ["mean", *pooled, f"of {count} repeats"],
         ["SD", *spread, "between repeats"],
@@ -68,7 +108,7 @@ def friction_table(result: FrictionResult) -> Table:
     ]
     start, end = (show(w, "m") for w in result.window)
     first = "the first maximum" if result.standard.first_maximum else "the greatest force"
-    setting = _under("friction: ")
+    window = zip(("from", "to"), result.window, strict=True)
     return Table(
         id="friction",
         caption="Friction coefficients",
@@ -79,9 +119,8 @@ def friction_table(result: FrictionResult) -> Table:
         f"to {end} of slip; both over the normal force, {show(result.normal_force, 'N')}. The "
         "interval is Student's t over the repeats.",
         extra=[
-            setting("normal force", result.normal_force, "N"),
-            setting("window from", result.window[0], "m"),
-            setting("window to", result.window[1], "m"),
+            Column("normal force", "normal_force", "N").of(result, "friction"),
+            *(Number(quantity=f"friction: window {at}", value=w, unit="m") for at, w in window),
         ],
     )
 
@@ -160,70 +199,39 @@ def pulls_table(result: Calibration) -> Table:
     """Each pull that was calibrated on."""
     rows: list[list[Cell]] = []
     for fit in result.fits:
-        name, pull = Path(fit.pull.path).name, fit.pull
-        number = _under("calibration pull: ", source=name, n=1)
-        peak = {"standard_error": pull.peak_force_se, "decimals": 2}
-        factor = {"standard_error": fit.scale_factor_se, "decimals": 4}
-        spring = {"standard_error": pull.stiffness_se, "decimals": 1}
-        cells = [
-            number("vacuum", fit.vacuum, "Pa"),
-            number("peak force", pull.peak_force, "N", **peak),
-            number("scale factor a", fit.scale_factor, **factor),
-            number("stiffness k", fit.stiffness, "N/m", **spring),
-        ]
-        rows.append([name, *cells])
-    head = ["file", "vacuum", "peak force", "scale factor a", "stiffness k"]
+        name = Path(fit.pull.path).name
+        rows.append([name, *(c.of(fit, "calibration pull", n=1, source=name) for c in PULL)])
+    head = ["file", *(c.words for c in PULL)]
     return Table(id="pulls", caption="Each pull", head=head, rows=rows)
 
 
-MEASURES = (
-    ("MAPE", "mape", "1", "%", 2),
-    ("RMSE", "rmse", "N", "N", 2),
-    ("bias", "bias", "N", "N", 2),
-    ("R²", "r_squared", "1", "", 3),
-)
-"""Name, attribute, SI unit, unit shown, decimals."""
+def _states(one: Any, before: Any) -> list[tuple[str, Any]]:
+    """The brake before calibration, where that is known, and as it is."""
+    known = ("before calibration", before), ("calibrated", one)
+    return [(state, found) for state, found in known if found is not None]
 
 
-def _error_cells(title: str, one: Any, before: Any) -> list[Cell]:
-    """MAPE, RMSE, bias and R^2 of a condition or of all, before calibration (if known) and after.
-
-    Both are a ConditionError or a Validation, `before` None where it is not known.
-    """
-    states = [("calibrated", one)]
-    if before is not None:
-        states.insert(0, ("before calibration", before))
+def _error_cells(stem: str, one: Pooled, before: Pooled | None) -> list[Cell]:
+    """MAPE, RMSE, bias and R^2 of a condition or of all, before calibration and after."""
     cells: list[Cell] = []
-    for what, key, unit, shown, places in MEASURES:
-        for state, found in states:
+    for column in MEASURES:
+        for state, found in _states(one, before):
             sure = {}
-            if what == "MAPE" and isinstance(found, ConditionError):
+            if column.path == "mape" and isinstance(found, ConditionError):
                 spread = over_repeats([c.mape for c in found.curves])
                 sure = {"low": spread.low, "high": spread.high}
-            number = _under(f"validation, {title}: ", n=len(found.curves), decimals=places, **sure)
-            cells.append(number(f"{what}, {state}", getattr(found, key), unit, shown))
+            cells.append(column.of(found, stem, state, n=found.repeats, **sure))
     return cells
 
 
-def _split_cells(title: str, split: Split | None) -> tuple[list[Cell], list[Number]]:
+def _split_cells(stem: str, split: Split | None) -> tuple[list[Cell], list[Number]]:
     """(cells, numbers that no cell shows): the model's own error, the scatter, its share."""
     if split is None:
         return [NONE] * 3, []
-    number = _under(f"validation, {title}: ", n=split.repeats, source="split over the repeats")
-    own = max(split.model, 0.0) ** 0.5
-    share: Cell = NONE
-    if split.share is not None:
-        name = "scatter's share of the squared error"
-        share = number(name, split.share, "1", "%", decimals=0)
-    return [
-        number("model's own error, root mean square", own, "N", "N", decimals=2) if own else UNTOLD,
-        number("scatter between repeats, SD", split.scatter**0.5, "N", "N", decimals=2),
-        share,
-    ], [
-        number("mean squared error", split.mse, "N^2"),
-        number("model's part of it", split.model, "N^2"),
-        number("scatter's part of it", split.scatter, "N^2"),
-    ]
+    of: dict[str, Any] = {"n": split.repeats, "source": "split over the repeats"}
+    own, scatter, share = (column.of(split, stem, **of) for column in SPLIT)
+    cells: list[Cell] = [own if own.value else UNTOLD, scatter, share if split.share else NONE]
+    return cells, [column.of(split, stem, **of) for column in SQUARES]
 
 
 def condition_words(condition: ConditionError) -> str:
@@ -237,24 +245,26 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
     rows: list[list[Cell]] = []
     extra: list[Number] = []
 
-    def row(first: Sequence[Cell], title: str, one: Any, then: Any) -> None:
-        split, hidden = _split_cells(title, one.split)
-        pulls = _under(f"validation, {title}: ", decimals=0)("pulls", len(one.curves))
-        rows.append([*first, pulls, *_error_cells(title, one, then), *split])
+    def row(first: Sequence[Cell], stem: str, one: Pooled, then: Pooled | None) -> None:
+        split, hidden = _split_cells(stem, one.scatter)
+        pulls = Column("pulls", "repeats", decimals=0).of(one, stem)
+        rows.append([*first, pulls, *_error_cells(stem, one, then), *split])
         extra.extend(hidden)
 
     for index, one in enumerate(result.conditions):
-        title = condition_words(one)
-        number = _under(f"validation, {title}: ")
-        vacuum = number("vacuum", one.vacuum, "Pa", "kPa", decimals=1)
+        stem = f"validation, {condition_words(one)}"
         then = before.conditions[index] if before is not None else None
-        row([vacuum, number("speed", one.speed, "m/s", "mm/s")], title, one, then)
-    row(["all", ""], "all", result, before)
+        row([column.of(one, stem) for column in CONDITION], stem, one, then)
+    row(["all", ""], "validation, all", result, before)
     names = ["MAPE [%]", "RMSE [N]", "bias [N]", "R²"]
     head, groups = names, [("", 3), ("brake as it is", 4)]
     if before is not None:
         head, groups = ["before", "after"] * 4, [("", 3), *((name, 2) for name in names)]
     split = ["own [N]", "scatter [N]", "share [%]"]
+    for state, found in _states(result, before):
+        for column, count in OVER_CONDITIONS:
+            number = column.of(found, "validation, all", state, n=len(getattr(found, count)))
+            extra.append(number)
     return Table(
         id="validation",
         caption="Validation per condition",
@@ -264,23 +274,8 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
         total=1,
         unit_in_head=True,
         note=_note(result, before),
-        extra=[*extra, *_pooled(result, before)],
+        extra=extra,
     )
-
-
-def _pooled(result: Validation, before: Validation | None) -> list[Number]:
-    """MAPE in all with its SDs, as the table's note has them."""
-    out = []
-    for state, one in (("before calibration", before), ("calibrated", result)):
-        for what, key, of in (
-            ("MAPE, SD between pulls", "mape_sd", "curves"),
-            ("mean of the conditions' MAPE", "mape_conditions", "conditions"),
-            ("SD of the conditions' MAPE", "mape_conditions_sd", "conditions"),
-        ):
-            if one is not None:
-                number = _under("validation, all: ", n=len(getattr(one, of)))
-                out.append(number(f"{what}, {state}", getattr(one, key)))
-    return out
 
 
 def _note(result: Validation, before: Validation | None) -> str:
@@ -298,7 +293,7 @@ def _note(result: Validation, before: Validation | None) -> str:
         "SD at one elongation, as root mean squares; share: the scatter's part of the mean squared "
         "error, which no model can take away."
     )
-    if any(c.split is not None and c.split.model <= 0 for c in result.conditions):
+    if any(c.scatter is not None and c.scatter.model_mse <= 0 for c in result.conditions):
         text += (
             f" {UNTOLD}: the model's error cannot be told from none; the estimate of its square is "
             "below zero and the share above 100 %."
@@ -310,33 +305,26 @@ def curves_table(result: Validation, before: Validation | None) -> Table:
     """Each pull that was validated on."""
     rows: list[list[Cell]] = []
     then = {} if before is None else {c.path: c for c in before.curves}
+    *errors, r_squared = MEASURES
+    columns = [*errors, r_squared._replace(decimals=4)]
     for curve in result.curves:
-        name = Path(curve.path).name
-        cells = _curve_cells(name, curve, "")
+        of: dict[str, Any] = {"n": curve.points, "source": Path(curve.path).name}
+        cells = [column.of(curve, "validation pull", **of) for column in columns]
         if before is not None:
-            cells.append(_curve_cells(name, then[curve.path], ", before calibration")[0])
-        rows.append([name, *cells, curve.note])
-    earlier = [] if before is None else ["MAPE before [%]"]
-    head = ["file", "MAPE [%]", "RMSE [N]", "bias [N]", "R²", *earlier, "note"]
+            earlier = then[curve.path]
+            of["n"] = earlier.points
+            cells.append(MEASURES[0].of(earlier, "validation pull", "before calibration", **of))
+        rows.append([Path(curve.path).name, *cells, curve.note])
+    more = [] if before is None else ["MAPE before [%]"]
+    head = ["file", "MAPE [%]", "RMSE [N]", "bias [N]", "R²", *more, "note"]
     return Table(id="curves", caption="Each pull", head=head, rows=rows, unit_in_head=True)
-
-
-def _curve_cells(name: str, curve: CurveError, state: str) -> list[Number]:
-    number = _under("validation pull: ", n=len(curve.elongation), source=name)
-    return [
-        number(
-            what + state, getattr(curve, key), unit, shown, decimals=4 if what == "R²" else places
-        )
-        for what, key, unit, shown, places in MEASURES
-    ]
 
 
 def files_table(files: Sequence[FileUsed]) -> Table:
     """What was read, with its digest."""
     rows: list[list[Cell]] = []
     for file in files:
-        number = _under(f"file {file.name}: ")
-        known = number("vacuum", file.vacuum, "Pa"), number("speed", file.speed, "m/s")
+        known = (column.of(file, f"file {file.name}") for column in FILE)
         rows.append([file.name, file.role, file.format, *known, file.sha256])
     head = ["file", "used for", "format", "vacuum", "speed", "SHA-256"]
     return Table(id="files", caption="Files", head=head, rows=rows)

@@ -78,6 +78,11 @@ class CurveError(Errors):
     repeat: int | None = None
 
     @property
+    def points(self) -> int:
+        """M."""
+        return len(self.elongation)
+
+    @property
     def residual(self) -> np.ndarray:
         """Measured less model [N], shape (M,): what the model leaves over."""
         return self.measured - self.model
@@ -87,33 +92,49 @@ class CurveError(Errors):
 class Split:
     """A mean squared error [N^2] in two: the model's own part and the scatter between repeats.
 
-    `mse` = `model` + `scatter`; `model` may be below zero. Means over `points` elongations, from
-    `window[0]` to `window[1]` [m], that all repeats of a condition share.
+    `mse` = `model_mse` + `scatter_mse`; `model_mse` may be below zero, and then the scatter's
+    `share` [-] is above 1; it is None where there is no error at all.
     """
 
     mse: float
-    model: float
-    scatter: float
+    model_mse: float
+    scatter_mse: float
+    share: float | None
     repeats: int
-    points: int
-    window: tuple[float, float]
 
     @property
-    def share(self) -> float | None:
-        """The scatter's part of the mean squared error [-]; above 1 where `model` is below 0."""
-        return self.scatter / self.mse if self.mse > 0 else None
+    def own(self) -> float:
+        """The model's own error, root mean square [N]; 0 where none can be told."""
+        return max(self.model_mse, 0.0) ** 0.5
+
+    @property
+    def sd(self) -> float:
+        """Of the repeats at one elongation [N]."""
+        return self.scatter_mse**0.5
+
+    @classmethod
+    def of(cls, parts: Sequence[float] | np.ndarray, repeats: int) -> Split:
+        """From (mean square, the model's part, the scatter's part)."""
+        mse, model, scatter = (float(part) for part in parts)
+        share = scatter / mse if mse > 0 else None
+        return cls(mse=mse, model_mse=model, scatter_mse=scatter, share=share, repeats=repeats)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pooled(Errors):
     """Errors over several pulls: `mape` is the mean over files, `mape_sd` its SD between files.
 
-    RMSE and bias [N] and R^2 are over all points. `split` is None without any repeat.
+    RMSE and bias [N] and R^2 are over all points. `scatter` is None without any repeat.
     """
 
     mape_sd: float | None
-    split: Split | None
+    scatter: Split | None
     curves: tuple[CurveError, ...]
+
+    @property
+    def repeats(self) -> int:
+        """Pulls."""
+        return len(self.curves)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,7 +147,7 @@ class ConditionError(Pooled):
 
 @dataclass(frozen=True, kw_only=True)
 class Validation(Pooled):
-    """Errors over all pulls; `split` is the mean of the conditions' splits.
+    """Errors over all pulls; `scatter` is the mean of the conditions' splits.
 
     `mape_conditions` and its SD are over conditions, as the paper counts (section III-C).
     """
@@ -250,15 +271,7 @@ def _split(curves: Sequence[CurveError], brake: Brake) -> Split | None:
     residuals = np.stack(
         [_modelled(c.pull, points, c.vacuum, brake) - _sampled(c.pull, points) for c in curves]
     )
-    mse, model, scatter = split_error(residuals)
-    return Split(
-        mse=mse,
-        model=model,
-        scatter=scatter,
-        repeats=len(curves),
-        points=POINTS,
-        window=(start, end),
-    )
+    return Split.of(split_error(residuals), len(curves))
 
 
 def _pooled(curves: Sequence[CurveError]) -> dict[str, Any]:
@@ -279,7 +292,7 @@ def _condition(curves: Sequence[CurveError], brake: Brake) -> ConditionError:
     return ConditionError(
         vacuum=float(np.mean([c.vacuum for c in curves])),
         speed=float(np.mean(speeds)) if speeds else None,
-        split=_split(curves, brake),
+        scatter=_split(curves, brake),
         **_pooled(curves),
     )
 
@@ -287,21 +300,15 @@ def _condition(curves: Sequence[CurveError], brake: Brake) -> ConditionError:
 def assemble(found: Sequence[ConditionError], curves: Sequence[CurveError]) -> Validation:
     """The errors in all; every file counts the same, in the split every condition."""
     over, over_sd = _mean_sd([c.mape for c in found])
-    splits = [c.split for c in found if c.split is not None]
+    known = [c.scatter for c in found if c.scatter is not None]
     split = None
-    if splits:
-        split = Split(
-            mse=float(np.mean([s.mse for s in splits])),
-            model=float(np.mean([s.model for s in splits])),
-            scatter=float(np.mean([s.scatter for s in splits])),
-            repeats=sum(s.repeats for s in splits),
-            points=sum(s.points for s in splits),
-            window=(min(s.window[0] for s in splits), max(s.window[1] for s in splits)),
-        )
+    if known:
+        parts = np.mean([(s.mse, s.model_mse, s.scatter_mse) for s in known], axis=0)
+        split = Split.of(parts, sum(s.repeats for s in known))
     return Validation(
         mape_conditions=over,
         mape_conditions_sd=over_sd,
-        split=split,
+        scatter=split,
         conditions=tuple(found),
         **_pooled(curves),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,8 @@ from layerjam.identify.checks import SMALL, Check, check, percent, trend
 from layerjam.identify.repeats import over_repeats
 from layerjam.identify.straight import straight_line
 from layerjam.identify.validation.metrics import (
-    ConditionError,
     CurveError,
+    Errors,
     Split,
     Validation,
     assemble,
@@ -34,41 +35,21 @@ def pool(results: Sequence[Validation]) -> Validation:
     )
 
 
-_ERRORS = ("mape", "rmse", "bias", "r_squared")
-_SPREAD = ("mape", "mape_sd", *_ERRORS[1:])
-_OVER = ("mape", "mape_sd", "mape_conditions", "mape_conditions_sd", *_ERRORS[1:])
-UNITS = {name: "N" if name in ("rmse", "bias") else "1" for name in _OVER}
-"""Of the keys of `summary` that are numbers."""
+_ERRORS = ("rmse", "bias", "r_squared")
+FILE = ("path", "vacuum", "speed", "repeat", "mape", *_ERRORS, "points", "note")
+CONDITION = ("vacuum", "speed", "mape", "mape_sd", *_ERRORS, "repeats", "scatter")
+ALL = ("mape", "mape_sd", "mape_conditions", "mape_conditions_sd", *_ERRORS, "scatter")
 
 
-def _fields(record: object, names: Sequence[str]) -> dict[str, Any]:
-    return {name: getattr(record, name) for name in names}
-
-
-def file_row(curve: CurveError) -> dict[str, Any]:
-    """One pull, SI."""
-    known = _fields(curve, ("path", "vacuum", "speed", "repeat", *_ERRORS))
-    return {**known, "points": len(curve.elongation), "note": curve.note}
-
-
-def scatter_row(split: Split | None) -> dict[str, Any] | None:
-    """How much of the mean squared error [N^2] is the repeats' own scatter."""
-    if split is None:
-        return None
-    parts = {"mse": split.mse, "model_mse": split.model, "scatter_mse": split.scatter}
-    return {**parts, "share": split.share, "repeats": split.repeats}
-
-
-def condition_row(condition: ConditionError) -> dict[str, Any]:
-    """The pulls at one vacuum and speed, SI."""
-    known = _fields(condition, ("vacuum", "speed", *_SPREAD))
-    return {**known, "repeats": len(condition.curves), "scatter": scatter_row(condition.split)}
+def row(found: Errors, names: Sequence[str]) -> dict[str, Any]:
+    """The errors of one pull (`FILE`), of a condition (`CONDITION`) or of `ALL`, SI."""
+    values = ((name, getattr(found, name)) for name in names)
+    return {name: asdict(v) if isinstance(v, Split) else v for name, v in values}
 
 
 def summary(result: Validation) -> dict[str, Any]:
     """The errors in all and per condition, SI."""
-    rows = [condition_row(c) for c in result.conditions]
-    return {**_fields(result, _OVER), "scatter": scatter_row(result.split), "conditions": rows}
+    return {**row(result, ALL), "conditions": [row(c, CONDITION) for c in result.conditions]}
 
 
 def validation_checks(result: Validation, seen: int) -> tuple[Check, ...]:
