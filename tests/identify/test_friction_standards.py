@@ -138,8 +138,8 @@ def test_stick_slip_is_reported_and_not_averaged() -> None:
     """A jump law without damping saws between F_s and 2 F_k - F_s: the middle is F_k."""
     traces = [sled(0.32, 0.24, seed=s, uneven=0.04) for s in (1, 2)]
     result = reduce_friction(traces, NORMAL)
-    assert result.kinetic is result.kinetic_sd is result.over_kinetic is None
-    assert len(result.sticking) == 2
+    assert result.kinetic is result.kinetic_sd is result.over["kinetic"] is None
+    assert len(result.stick_slip.files) == 2
     for repeat in result.repeats:
         assert repeat.kinetic is None and repeat.teeth is not None
         assert repeat.teeth.upper / NORMAL == pytest.approx(0.32, rel=0.02)
@@ -149,14 +149,14 @@ def test_stick_slip_is_reported_and_not_averaged() -> None:
         period = 2 * 0.08 * NORMAL / (300.0 * 2.5e-3) + swing
         assert repeat.teeth.period == pytest.approx(period, rel=0.04)
     taken = reduce_friction(traces, NORMAL, accept_stick_slip=True)
-    assert taken.kinetic == pytest.approx(0.24, rel=0.01) and taken.accepted
+    assert taken.kinetic == pytest.approx(0.24, rel=0.01) and taken.stick_slip.accepted
 
 
 def test_one_repeat_that_judders_leaves_the_kinetic_open() -> None:
     smooth = sled(0.32, 0.24, damping=0.7)
     assert reduce_repeat(smooth, NORMAL).kinetic == pytest.approx(0.24, rel=5e-3)
     mixed = reduce_friction([smooth, sled(0.32, 0.24)], NORMAL)
-    assert mixed.kinetic is None and len(mixed.sticking) == 1
+    assert mixed.kinetic is None and len(mixed.stick_slip.files) == 1
     file = load("choi2018-kapton")
     with pytest.raises(FitError, match=r"stick and slip.*--accept-stick-slip"):
         with_friction(file, mixed, "mine")

@@ -10,7 +10,7 @@ from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import PICTURE, each, understood, write_brake
 from layerjam.commands.quantities import AREA, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import NORMAL_FORCE, FileOptions, Files, Partial
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Result, fact, number, plain, result
 from layerjam.device.mount import Site
 from layerjam.errors import FitError, Notice, QuantityError
 from layerjam.units import QuantitySpec, show
@@ -171,19 +171,13 @@ def friction(
         text, more = with_friction(brake, found, Path(str(out)).stem)
         written, why = write_brake(out, lambda _: text, force, bool(refused), partial)
         warnings += more if written else why
-    return Friction(
-        static=found.static,
-        kinetic=found.kinetic,
-        static_sd=found.static_sd,
-        kinetic_sd=found.kinetic_sd,
+    return Friction.of(
+        found,
         repeats=len(found.repeats),
         standard=rule.name,
         window=list(found.window),
-        intervals={
-            "static": found.over_static.as_dict(),
-            "kinetic": found.over_kinetic and found.over_kinetic.as_dict(),
-        },
-        stick_slip=_stick_slip(found),
+        intervals={name: over and over.as_dict() for name, over in found.over.items()},
+        stick_slip=plain(found.stick_slip),
         pressure=pressure,
         repeats_table=[_row(r, loads[0]) for r in found.repeats],
         understood=understood(traces),
@@ -236,18 +230,18 @@ def _pressure(load: float, area: float | None, site: Site, rule: Standard) -> di
 
 def _stick_slip_notices(found: FrictionResult) -> Iterator[Notice]:
     """What to say of stick–slip."""
-    envelope = _stick_slip(found)
+    envelope = found.stick_slip
     if envelope is None:
         return
     what = (
-        f"the middle, {envelope['middle']:.4g}, is taken as kinetic friction"
-        if found.accepted
+        f"the middle, {envelope.middle:.4g}, is taken as kinetic friction"
+        if envelope.accepted
         else "there is no kinetic friction to average (--accept-stick-slip takes the middle)"
     )
     yield Notice(
-        f"{', '.join(envelope['files'])}: the films stick and slip between "
-        f"{envelope['lower']:.4g} and {envelope['upper']:.4g}, every "
-        f"{show(envelope['spacing'], 'm', 3)}; {what}",
+        f"{', '.join(envelope.files)}: the films stick and slip between "
+        f"{envelope.lower:.4g} and {envelope.upper:.4g}, every "
+        f"{show(envelope.spacing, 'm', 3)}; {what}",
         "stick-slip",
     )
     if not found.standard.first_maximum:
@@ -256,34 +250,6 @@ def _stick_slip_notices(found: FrictionResult) -> Iterator[Notice]:
             "they end at on average; --standard d1894 takes the first maximum",
             "static-of-teeth",
         )
-
-
-def _stick_slip(found: FrictionResult) -> dict[str, Any] | None:
-    """The envelope over the repeats that stick and slip, as coefficients; None where none does."""
-    several = [r.teeth for r in found.sticking if r.teeth is not None]
-    if not several:
-        return None
-
-    def mean(values: Sequence[float]) -> float:
-        return sum(values) / len(values)
-
-    upper = mean([t.upper for t in several]) / found.normal_force
-    lower = mean([t.lower for t in several]) / found.normal_force
-    periods = [t.period for t in several if t.period is not None]
-    return {
-        "upper": upper,
-        "lower": lower,
-        "amplitude": (upper - lower) / 2,
-        "middle": (upper + lower) / 2,
-        "relative_amplitude": (upper - lower) / (upper + lower),
-        "period": mean(periods) if len(periods) == len(several) else None,
-        "spacing": mean([t.spacing for t in several]),
-        "files": [r.path for r in found.sticking],
-        "accepted": found.accepted,
-        "reason": "stick–slip has no plain mean: kinetic is the middle of its envelope"
-        if found.accepted
-        else "stick–slip has no plain mean, so that kinetic is not reported",
-    }
 
 
 def _row(repeat: FrictionRepeat, load: float) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from layerjam.device.file import BrakeFile
-from layerjam.identify.friction.reduction import FrictionResult
+from layerjam.identify.friction.reduction import FrictionResult, StickSlip
 from layerjam.identify.validation.metrics import Validation
 from layerjam.measure.trace import Trace
 from layerjam.mechanics.friction import sheet_friction
@@ -81,7 +81,7 @@ def friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
     Shown are the kinetic window, where each repeat's static friction was taken, and the envelope
     of repeats that stick and slip, these enlarged beside it.
     """
-    found = [r.teeth for r in result.repeats if r.teeth is not None]
+    found = result.stick_slip
     count, (start, end) = len(result.repeats), (w * MM for w in result.window)
     figure, panels = style.canvas(columns=1 + bool(found), width=10.4 if found else 6.4)
     axes = panels[0]
@@ -101,8 +101,8 @@ def friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
         ends.append((result.kinetic, f"{word} {result.kinetic:.4f}{_pm(result.kinetic_sd)}", RED))
     detail = result.standard.title
     if found:
-        detail = f"{sum(r.teeth is not None for r in result.repeats)} of {count} stick and slip"
-        ends += _envelope(panels, result, (start, end))
+        detail = f"{len(found.files)} of {count} stick and slip"
+        ends += _envelope(panels, result, found, (start, end))
     synthetic = any(t.facts.synthetic for t in traces)
     made = "synthetic data, made by the virtual test machine" if synthetic else "measured"
     style.title(axes, f"Friction, {count} repeat{'s' * (count > 1)}", f"{made}; {detail}")
@@ -114,21 +114,21 @@ def friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
 
 
 def _envelope(
-    panels: Sequence[style.Axes], result: FrictionResult, span: tuple[float, float]
+    panels: Sequence[style.Axes],
+    result: FrictionResult,
+    found: StickSlip,
+    span: tuple[float, float],
 ) -> list[tuple[float, str, str]]:
     """Ends of the stick–slip over the window, eight teeth enlarged; labels for the right side."""
     axes, zoom = panels
-    found = [r.teeth for r in result.repeats if r.teeth is not None]
-    spacing = float(np.mean([t.spacing for t in found]))
     ends = []
-    for name in ("upper", "lower"):
-        at = float(np.mean([getattr(t, name) for t in found])) / result.normal_force
+    for name, at in (("upper", found.upper), ("lower", found.lower)):
         for place in panels:
             place.plot(span, [at] * 2, color=ORANGE, lw=2)
         ends.append((at, f"{name} end {at:.4f}", ORANGE))
-    first = found[0].start * MM
-    zoom.set(xlim=(first, first + 8 * spacing * MM), ylim=axes.get_ylim())
-    style.title(zoom, "Eight teeth, enlarged", f"one slip every {show(spacing, 'm', 3)}")
+    first = next(r.teeth.start for r in result.repeats if r.teeth is not None) * MM
+    zoom.set(xlim=(first, first + 8 * found.spacing * MM), ylim=axes.get_ylim())
+    style.title(zoom, "Eight teeth, enlarged", f"one slip every {show(found.spacing, 'm', 3)}")
     return ends
 
 

@@ -8,7 +8,7 @@ with stick–slip in it has no kinetic friction to be averaged: its envelope is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,8 +42,8 @@ class FrictionRepeat:
     """One repeat: coefficients [-], where its maximum lies [m of travel], where it came from.
 
     `kinetic` is None where the record sticks and slips, unless the envelope's middle was accepted.
-    `window` is the travel the mean was taken over [m], `teeth` the stick–slip in it (forces in N),
-    `noise` one sample's standard deviation [N]. `distinct` is False where a standard's first
+    `window` is the travel the mean was taken over [m], `teeth` the stick–slip in it (forces in N).
+    `distinct` is False where a standard's first
     maximum does not stand out.
     """
 
@@ -54,7 +54,6 @@ class FrictionRepeat:
     path: str
     window: tuple[float, float]
     speed: float | None = None
-    noise: float = 0.0
     distinct: bool = True
     teeth: SawTeeth | None = None
     inertia: Inertia | None = None
@@ -62,52 +61,49 @@ class FrictionRepeat:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionResult:
-    """Coefficients [-] over all repeats; `over_kinetic` is None where one of them sticks and slips.
+class StickSlip:
+    """The envelope over the repeats that stick and slip, as coefficients [-].
 
-    Unless the middle of the stick–slip was `accepted`. `window` is the travel of the kinetic mean
-    [m], on average over the repeats.
+    `period` [s] is None where a record has no time, `spacing` is in m of travel.
     """
 
-    over_static: OverRepeats
-    over_kinetic: OverRepeats | None
+    upper: float
+    lower: float
+    amplitude: float
+    middle: float
+    relative_amplitude: float
+    period: float | None
+    spacing: float
+    files: tuple[str, ...]
+    accepted: bool
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionResult:
+    """Coefficients [-] over all repeats, by kind ("static", "kinetic") what is known of the mean.
+
+    The kinetic one is None where a repeat sticks and slips, unless the middle of the stick–slip was
+    accepted; standard deviations between repeats are absolute, None for one repeat. `window` is the
+    travel of the kinetic mean [m], on average over the repeats.
+    """
+
+    static: float
+    static_sd: float | None
+    kinetic: float | None
+    kinetic_sd: float | None
+    over: Mapping[str, OverRepeats | None]
+    stick_slip: StickSlip | None
     repeats: tuple[FrictionRepeat, ...]
     normal_force: float
     window: tuple[float, float]
     warnings: tuple[str, ...]
     standard: Standard
-    accepted: bool
-
-    @property
-    def static(self) -> float:
-        """Mean over repeats [-]."""
-        return self.over_static.mean
-
-    @property
-    def kinetic(self) -> float | None:
-        """Mean over repeats [-]."""
-        return None if self.over_kinetic is None else self.over_kinetic.mean
-
-    @property
-    def static_sd(self) -> float | None:
-        """Between repeats, absolute [-]; None for one repeat."""
-        return self.over_static.sd
-
-    @property
-    def kinetic_sd(self) -> float | None:
-        """Between repeats, absolute [-]; None for one repeat."""
-        return None if self.over_kinetic is None else self.over_kinetic.sd
-
-    @property
-    def sticking(self) -> tuple[FrictionRepeat, ...]:
-        """The repeats with stick–slip in them."""
-        return tuple(r for r in self.repeats if r.teeth is not None)
 
     @property
     def means(self) -> dict[str, OverRepeats]:
         """The coefficients that are known, by name."""
-        both = {"static": self.over_static, "kinetic": self.over_kinetic}
-        return {name: over for name, over in both.items() if over is not None}
+        return {name: over for name, over in self.over.items() if over is not None}
 
     def sources(self) -> dict[str, tuple[float, Source]]:
         """What to write into a brake file: {path: (value, Source)}; no kinetic if it is None."""
@@ -118,7 +114,7 @@ class FrictionResult:
             f"normal force {show(self.normal_force, 'N')}"
         )
         mean = f"mean over {start} to {end}"
-        if self.sticking:
+        if self.stick_slip is not None:
             mean = f"{mean}; middle of the stick–slip where it sticks and slips"
         first = "first maximum" if self.standard.first_maximum else "maximum"
         how = {"static": f"{first} of each repeat", "kinetic": mean}
@@ -126,7 +122,9 @@ class FrictionResult:
         for name, over in self.means.items():
             spread = f"SD {over.sd:.4g}" if over.sd is not None else ""
             words = f"{text}; {how[name]}; {over.interval_words()}"
-            out[f"film.{name}"] = (over.mean, Source(kind="measured", text=words, spread=spread))
+            sd = None if over.sd is None else round(over.sd / over.mean, 4)
+            source = Source(kind="measured", text=words, spread=spread, sd=sd)
+            out[f"film.{name}"] = (over.mean, source)
         return out
 
 
@@ -207,7 +205,6 @@ def reduce_repeat(
         path=trace.path,
         window=span,
         speed=speed,
-        noise=0.0 if found is None else found.noise,
         distinct=found is None or found.distinct,
         teeth=teeth,
         inertia=inertia,
@@ -327,15 +324,49 @@ def pooled(
             f"normal force, {show(normal_force, 'N')}"
         )
     warnings += [w for r in repeats for w in _odd_peak(r)]
+    static = over_repeats([r.static for r in repeats])
+    kinetic = over_repeats(known) if len(known) == len(repeats) else None
     return FrictionResult(
-        over_static=over_repeats([r.static for r in repeats]),
-        over_kinetic=over_repeats(known) if len(known) == len(repeats) else None,
+        static=static.mean,
+        static_sd=static.sd,
+        kinetic=kinetic and kinetic.mean,
+        kinetic_sd=kinetic and kinetic.sd,
+        over={"static": static, "kinetic": kinetic},
+        stick_slip=_stick_slip(repeats, normal_force, accept_stick_slip),
         repeats=tuple(repeats),
         normal_force=normal_force,
         window=window or _mean_span(repeats),
         warnings=tuple(dict.fromkeys(warnings)),
         standard=standard,
-        accepted=accept_stick_slip,
+    )
+
+
+def _stick_slip(
+    repeats: Sequence[FrictionRepeat], normal_force: float, accepted: bool
+) -> StickSlip | None:
+    files = tuple(r.path for r in repeats if r.teeth is not None)
+    teeth = [r.teeth for r in repeats if r.teeth is not None]
+    if not teeth:
+        return None
+
+    def mean(name: str) -> float:
+        return sum(getattr(t, name) for t in teeth) / len(teeth)
+
+    upper, lower = (mean(name) / normal_force for name in ("upper", "lower"))
+    kinetic = ": kinetic is the middle of its envelope"
+    if not accepted:
+        kinetic = ", so that kinetic is not reported"
+    return StickSlip(
+        upper=upper,
+        lower=lower,
+        amplitude=(upper - lower) / 2,
+        middle=(upper + lower) / 2,
+        relative_amplitude=(upper - lower) / (upper + lower),
+        period=None if None in (t.period for t in teeth) else mean("period"),
+        spacing=mean("spacing"),
+        files=files,
+        accepted=accepted,
+        reason=f"stick–slip has no plain mean{kinetic}",
     )
 
 
@@ -396,12 +427,15 @@ def with_friction(file: BrakeFile, result: FrictionResult, name: str) -> tuple[s
 def _made_by(result: FrictionResult) -> dict[str, Any]:
     start, end = (show(w, "m") for w in result.window)
     means = (f"{name} {o.mean:.4g}, {o.interval_words()}" for name, o in result.means.items())
+    sticking, middle = 0, ""
+    if result.stick_slip is not None:
+        sticking = len(result.stick_slip.files)
+        middle = "; kinetic is the middle of its envelope"
     return {
         "program": f"layerjam {__version__} friction",
         "standard": result.standard.title,
         "window": f"{start} to {end} of travel",
         "interval": "; ".join(means),
-        "stick_slip": f"in {len(result.sticking)} of {len(result.repeats)} repeats"
-        + ("; kinetic is the middle of its envelope" if result.sticking else ""),
+        "stick_slip": f"in {sticking} of {len(result.repeats)} repeats{middle}",
         "files": digests(r.path for r in result.repeats),
     }
