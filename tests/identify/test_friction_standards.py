@@ -127,11 +127,10 @@ def test_the_acceleration_at_breakaway_is_the_sleds() -> None:
     found = find_breakaway(trace.travel, trace.force)
     mass = NORMAL / GRAVITY
     told = inertia_of(trace.travel, trace.force, trace.time, found, mass, 2.5e-3)
-    assert told is not None and told.acceleration is not None and told.force is not None
+    assert told is not None and told.acceleration is not None
     start = 0.12 * NORMAL / mass
     # the mean over a quarter of a swing is 2/pi of what it starts with
     assert told.acceleration == pytest.approx(start * 2 / np.pi, rel=0.1)
-    assert told.force == pytest.approx(mass * told.acceleration)
 
 
 def test_stick_slip_is_reported_and_not_averaged() -> None:

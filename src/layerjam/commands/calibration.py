@@ -165,13 +165,7 @@ def calibrate(
     if free and depth != "curves":
         raise FitError(f"free: {', '.join(free)} can be fitted at depth 'curves' only")
     exact = depth == "exact"
-
-    def test(pull: PullFeatures, pressure: float, device: Brake) -> None:
-        if exact:
-            fit_pull(pull, pressure, device)
-        else:
-            usable(pull, pressure)
-
+    test = fit_pull if exact else usable
     used, refused, odd = pulls(files, brake, vacuum, options, test, progress)
     found = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
 

@@ -221,12 +221,8 @@ def _written(content: BrakeReport, written: Written) -> Report:
         )
         warnings.append(Notice(said, "calibrated-on"))
     stages = {s: content.stages.get(s) for s in ("friction", "calibration", "validation")}
-    return Report(
-        report=str(written.report),
-        pdf=written.pdf and str(written.pdf),
-        numbers=str(written.numbers),
-        results=str(written.results),
-        figures=[str(p) for p in written.figures],
+    return Report.of(
+        written,
         **stages,
         calibrated_on_the_same=list(content.seen),
         refused={name: why for name, _, why in content.refused},

@@ -10,7 +10,7 @@ import numpy as np
 from layerjam.identify.bayes.model import Prior
 from layerjam.identify.bayes.posterior import BayesFit, Population
 from layerjam.identify.bayes.predictive import Band, force_band, vacuum_band
-from layerjam.identify.curves import Curve
+from layerjam.identify.curves import Curve, levels
 from layerjam.mechanics.pull import force_limits
 from layerjam.report import style
 from layerjam.report.style import BLUE, GREY, INK, KPA, MM, ORANGE, RED, VACUUMS
@@ -92,12 +92,9 @@ class _Level:
 
 def _levels(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
     """Curves at one vacuum (within 3 %) together, the greatest vacuum first."""
-    groups: list[list[Curve]] = []
-    for curve in sorted(curves, key=lambda c: -c.vacuum):
-        if groups and curve.vacuum > 0.97 * groups[-1][0].vacuum:
-            groups[-1].append(curve)
-        else:
-            groups.append([curve])
+    level = levels([c.vacuum for c in curves])
+    order = sorted({*level}, reverse=True)
+    groups = [[c for c, n in zip(curves, level, strict=True) if n == one] for one in order]
     after, colors = fit.next_pull(), [*VACUUMS, *VACUUMS[-1:] * len(groups)]
     return [_Level(group, color, after) for group, color in zip(groups, colors, strict=False)]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.identify.calibration.record import Calibration
-from layerjam.identify.validation.metrics import ConditionError, Validation, uncalibrated
+from layerjam.identify.validation.metrics import ConditionError, Validation, sampled, uncalibrated
 from layerjam.mechanics.pull import force_at_elongation
 from layerjam.report import style
 from layerjam.report.style import BLUE, GREY, INK, MM
@@ -86,7 +86,7 @@ def overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.
 
     def draw(axes: style.Axes, one: ConditionError, color: str) -> float:
         grid = _grid(one)
-        mean, sd = _mean_sd(_measured(one, grid))
+        mean, sd = _mean_sd(np.stack([sampled(c.pull, grid) for c in one.curves]))
         style.band(axes, grid * MM, mean - sd, mean + sd, color, 0.28)
         axes.plot(grid * MM, mean, color=color, lw=1.3)
         for law, shade, dash in models:
@@ -131,11 +131,3 @@ def _grid(one: ConditionError) -> np.ndarray:
     far = min(float(c.pull.elongation[-1]) for c in one.curves)
     near = min(4 * max(c.pull.peak_elongation for c in one.curves), 0.5 * far)
     return np.concatenate([np.linspace(0, near, 160, endpoint=False), np.linspace(near, far, 160)])
-
-
-def _measured(one: ConditionError, grid: np.ndarray) -> np.ndarray:
-    rows = []
-    for curve in one.curves:
-        order = np.argsort(curve.pull.elongation, kind="stable")
-        rows.append(np.interp(grid, curve.pull.elongation[order], curve.pull.force[order]))
-    return np.stack(rows)

@@ -35,7 +35,7 @@ def csv_text(numbers: Sequence[Number], names: Mapping[str, str] | None = None) 
     return out.getvalue()
 
 
-def results(report: BrakeReport) -> dict[str, Any]:
+def results(report: BrakeReport, numbers: Sequence[Number]) -> dict[str, Any]:
     """results.json."""
     return {
         "brake": report.file.name,
@@ -46,7 +46,7 @@ def results(report: BrakeReport) -> dict[str, Any]:
         "window": WINDOW,
         "calibrated_on_the_same": list(report.seen),
         **{stage: report.stages.get(stage) for stage in STAGES},
-        "numbers": [n.row() for n in all_numbers(report)],
+        "numbers": [n.row() for n in numbers],
         "files": [vars(f) for f in report.files],
         "refused": [{"file": f, "stage": s, "reason": why} for f, s, why in report.refused],
         "warnings": report.warnings,
@@ -55,13 +55,13 @@ def results(report: BrakeReport) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class Written:
-    """Where the report is; `pdf` is None where typst is not installed."""
+    """Paths of the report; `pdf` is None where typst is not installed."""
 
-    report: Path
-    pdf: Path | None
-    numbers: Path
-    results: Path
-    figures: Sequence[Path]
+    report: str
+    pdf: str | None
+    numbers: str
+    results: str
+    figures: Sequence[str]
     warnings: Sequence[str]
 
 
@@ -81,11 +81,12 @@ def write(
     say = say or (lambda _: None)
     check_folder(out, force)
     names, made = report.names, page(report)
+    numbers = all_numbers(made.parts)
     pictures = drawn_all(made.pictures(), lambda what, _: say(what))
     shown = renamed(made.shown(), names)
     content: dict[str, str | bytes] = {
-        "results.json": json_text(renamed(plain(results(report)), names)),
-        "numbers.csv": csv_text(all_numbers(report), names),
+        "results.json": json_text(renamed(plain(results(report, numbers)), names)),
+        "numbers.csv": csv_text(numbers, names),
         "report.html": html(shown, pictures),
         **figures_of(pictures),
     }
@@ -99,10 +100,10 @@ def write(
         warnings.append(f"no PDF was written: {error}")
     write_folder(out, content, old=(*NAMES, *(f"figures/{name}.svg" for name in FIGURES)))
     return Written(
-        report=out / "report.html",
-        pdf=out / "report.pdf" if "report.pdf" in content else None,
-        numbers=out / "numbers.csv",
-        results=out / "results.json",
-        figures=sorted((out / "figures").glob("*.svg")),
+        report=str(out / "report.html"),
+        pdf=str(out / "report.pdf") if "report.pdf" in content else None,
+        numbers=str(out / "numbers.csv"),
+        results=str(out / "results.json"),
+        figures=[str(path) for path in sorted((out / "figures").glob("*.svg"))],
         warnings=warnings,
     )

@@ -87,12 +87,13 @@ def page(report: BrakeReport) -> Page:
             "Every number of this page is in numbers.csv (SI units), all else in results.json.",
         ],
     )
+    parts.append(files)
     return Page(
         title=f"Test report: {report.file.name}",
         lead=_lead(report),
         banner=[SYNTHETIC] if report.synthetic else [],
-        numbers=headline(report),
-        parts=[*parts, files],
+        numbers=headline(report, parts),
+        parts=parts,
         footer=f"layerjam {__version__}, {report.date}",
         more={"date": report.date, "command": report.command},
     )
@@ -210,9 +211,9 @@ def _notes(report: BrakeReport, stage: str) -> list[str]:
     return [f"Note: {note}" for note in report.warnings.get(stage, ())]
 
 
-def headline(report: BrakeReport) -> list[tuple[str, str]]:
+def headline(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]]:
     """(value, words): the results one looks for first."""
-    numbers = {n.quantity: n for n in all_numbers(report)}
+    numbers = {n.quantity: n for n in all_numbers(parts)}
     out = []
     for name, words in HEADLINE.items():
         number = numbers.get(name)
@@ -226,11 +227,9 @@ def headline(report: BrakeReport) -> list[tuple[str, str]]:
     return out
 
 
-def all_numbers(report: BrakeReport) -> list[Number]:
-    """Every number of the pages, in order of reading."""
-    tables = [t for part in _stages(report) for t in part.tables]
-    tables.append(brake_tables.files_table(report.files))
-    return [number for table in tables for number in numbers_of(table)]
+def all_numbers(parts: Sequence[Part]) -> list[Number]:
+    """Every number of a page, in order of reading."""
+    return [number for part in parts for table in part.tables for number in numbers_of(table)]
 
 
 def _lead(report: BrakeReport) -> str:

@@ -64,7 +64,7 @@ def fit_bayes(
         if value < least:
             raise FitError(f"{name}: {value} is not allowed; it is at least {least}")
     data, known = reduced(curves), known_of(brake)
-    drawn = sample(
+    sites, divergent = sample(
         start(data, curves, brake),
         data,
         brake,
@@ -74,7 +74,7 @@ def fit_bayes(
         seed=seed,
         progress=progress,
     )
-    fit = _fit(drawn.sites, curves, brake, drawn.divergent, seed, draws)
+    fit = _fit(sites, curves, brake, divergent, seed, draws)
     return replace(fit, checks=bayes_checks(fit, curves, data))
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -43,15 +43,6 @@ _COMPILE = {"xla_llvm_disable_expensive_passes": True}
 _FLATTEST = 0.3
 """Least curvature believed at the mode: about that of the widest prior."""
 Array = np.ndarray[Any, Any]
-
-
-class Draws(NamedTuple):
-    """What a sampler gives; `sites` have shapes (chains, draws) and (chains, draws, curves)."""
-
-    sites: Sites
-    divergent: Array
-    """(chains, draws): whether the path broke off."""
-    interrupted: bool
 
 
 @functools.cache
@@ -181,11 +172,12 @@ def sample(
     chains: int,
     seed: int,
     progress: Callable[[int, int], None] | None = None,
-) -> Draws:
+) -> tuple[Sites, Array]:
     """Draws from the posterior, by NUTS, chains side by side; the same for the same seed.
 
-    `first` is where the search for the mode begins. Ctrl-C keeps what is drawn, if that is at least
-    `FEWEST` draws a chain; otherwise it goes on up.
+    Returned are the unknowns, of shapes (chains, draws) and (chains, draws, curves), and (chains,
+    draws) whether a path broke off. `first` is where the search for the mode begins. Ctrl-C keeps
+    what is drawn, if that is at least `FEWEST` draws a chain; otherwise it goes on up.
     """
     data = Data(*(jnp.asarray(x) for x in data))
     center, root, guess = begun(first, data, brake, known)
@@ -197,7 +189,6 @@ def sample(
     states = started(places, jax.random.split(keys, chains), *case)
     whole = WARMUP + -(-draws // BLOCK) * BLOCK
     kept: list[tuple[Array, Array]] = []
-    interrupted = False
     try:
         for done in range(BLOCK, whole + 1, BLOCK):
             states, (y, divergent) = block(states, *case)
@@ -209,7 +200,6 @@ def sample(
     except KeyboardInterrupt:
         if len(kept) * BLOCK < FEWEST:
             raise
-        interrupted = len(kept) * BLOCK < draws
     y, divergent = (np.concatenate(part, axis=1)[:, :draws] for part in zip(*kept, strict=True))
     sites = unpacked(center + y @ root.T, guess, known)
-    return Draws(Sites(*(np.asarray(x) for x in sites)), divergent, interrupted)
+    return Sites(*(np.asarray(x) for x in sites)), divergent

@@ -42,15 +42,12 @@ class Inertia:
     A sled of mass m taken from rest to the speed V by a spring k overshoots the friction by at
     most V sqrt(k m): `most` [N], the bound on the error of the static force. While it breaks away
     the force differs from friction by m a; `acceleration` a [m/s^2] is the record's,
-    `force` [N] m a, both None where the fall is too quick for the sampling.
+    None where the fall is too quick for the sampling.
     """
 
-    mass: float
     stiffness: float
-    speed: float
     most: float
     acceleration: float | None
-    force: float | None
 
 
 def find_breakaway(travel: Array, force: Array) -> Breakaway:
@@ -116,15 +113,10 @@ def inertia_of(
     line = straight_line(travel[part], force[part]) if stop - start >= 3 else None
     if line is None or line.slope <= 0:
         return None
-    stiffness = line.slope
-    acceleration = _acceleration(force, time, found, stiffness)
     return Inertia(
-        mass=mass,
-        stiffness=stiffness,
-        speed=speed,
-        most=speed * (stiffness * mass) ** 0.5,
-        acceleration=acceleration,
-        force=None if acceleration is None else mass * acceleration,
+        stiffness=line.slope,
+        most=speed * (line.slope * mass) ** 0.5,
+        acceleration=_acceleration(force, time, found, line.slope),
     )
 
 

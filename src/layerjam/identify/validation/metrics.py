@@ -167,7 +167,8 @@ def uncalibrated(brake: Brake) -> Brake:
     )
 
 
-def _sampled(pull: PullFeatures, points: np.ndarray) -> np.ndarray:
+def sampled(pull: PullFeatures, points: np.ndarray) -> np.ndarray:
+    """Force [N] of a pull at elongations `points` [m], shape (N,)."""
     order = np.argsort(pull.elongation, kind="stable")
     return np.interp(points, pull.elongation[order], pull.force[order])
 
@@ -228,7 +229,7 @@ def compare(
     """
     start, end, note = _window(pull, vacuum)
     points = np.linspace(start, end, POINTS)
-    measured = _sampled(pull, points)
+    measured = sampled(pull, points)
     model = _modelled(pull, points, vacuum, brake)
     kept = measured >= FLOOR * pull.peak_force
     points, measured, model = points[kept], measured[kept], model[kept]
@@ -269,7 +270,7 @@ def _split(curves: Sequence[CurveError], brake: Brake) -> Split | None:
         return None
     points = np.linspace(start, end, POINTS)
     residuals = np.stack(
-        [_modelled(c.pull, points, c.vacuum, brake) - _sampled(c.pull, points) for c in curves]
+        [_modelled(c.pull, points, c.vacuum, brake) - sampled(c.pull, points) for c in curves]
     )
     return Split.of(split_error(residuals), len(curves))
 
