@@ -165,7 +165,7 @@ def calibrate(
     if free and depth != "curves":
         raise FitError(f"free: {', '.join(free)} can be fitted at depth 'curves' only")
     exact = depth == "exact"
-    test = fit_pull if exact else usable
+    test = fit_pull if exact else lambda pull, pressure, _brake: usable(pull, pressure)
     used, refused, odd = pulls(files, brake, vacuum, options, test, progress)
     found = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.pull.features import LINEAR, PullFeatures
 from layerjam.measure.trace import Trace
@@ -127,8 +126,8 @@ def fitted_part(curve: Curve) -> slice:
     return slice(int(below[-1]) + 1 if len(below) else 0, len(curve.force))
 
 
-def usable(pull: PullFeatures, vacuum: float, brake: Brake | None = None) -> None:
-    """Raise FitError for a pull that no fit over whole curves can use, of whatever `brake`."""
+def usable(pull: PullFeatures, vacuum: float) -> None:
+    """Raise FitError for a pull that least squares over whole curves cannot use."""
     if vacuum <= 0:
         raise FitError.of(pull.path, f"at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
     above = int((pull.force > LINEAR[0] * pull.peak_force).sum())

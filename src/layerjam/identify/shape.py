@@ -7,6 +7,9 @@ from typing import Any
 
 from layerjam.device.brake import Brake
 
+SHAPE = ("scale_factor", "stiffness", "enclosure_factor")
+"""What a single curve's shape depends on; fits take the first two by their logarithms."""
+
 
 def with_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Brake:
     """The brake with another scale factor, stiffness [N/m] and factor on the enclosure's force.

@@ -16,7 +16,6 @@ from layerjam.report import style
 from layerjam.report.style import BLUE, GREY, INK, KPA, MM, ORANGE, RED, VACUUMS
 from layerjam.units import show
 
-save = style.save
 WIDE, INNER = (0.025, 0.975), (0.25, 0.75)
 Array = np.ndarray[Any, Any]
 

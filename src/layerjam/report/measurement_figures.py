@@ -17,7 +17,6 @@ from layerjam.report.style import BLUE, FAINT, GREEN, GREY, INK, KPA, MS, ORANGE
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY
 from layerjam.units import show
 
-save = style.save
 _MODELS = dict(zip(hyperelastic.PARAMETERS, (GREY, SKY, GREEN, ORANGE, RED), strict=True))
 _LAWS = {"linear": BLUE, "laminar": GREEN, "orifice": RED}
 MPA = 1e-6

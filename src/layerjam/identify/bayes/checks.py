@@ -11,6 +11,7 @@ from layerjam.identify.bayes.model import Data, Sites, forces
 from layerjam.identify.bayes.posterior import BayesFit, agreement_of
 from layerjam.identify.checks import Check, check, no_trend, plausible, stiffness_possible
 from layerjam.identify.curves import Curve
+from layerjam.identify.shape import SHAPE
 from layerjam.mechanics.stiffness import stiffness_before_slip
 
 R_HAT = 1.01
@@ -24,7 +25,6 @@ OFF = 2.5
 BENT = 0.02
 """Part of the greatest force by which the mean residual of a stretch may differ from zero."""
 REPEATS = 3
-MAIN = ("scale_factor", "stiffness", "enclosure_factor")
 Array = np.ndarray[Any, Any]
 
 
@@ -90,7 +90,7 @@ def _divergences(fit: BayesFit) -> Check:
 
 
 def _enough(fit: BayesFit) -> Check:
-    sizes = {n: agreement_of(getattr(fit, n))[1] for n in (*MAIN, "scale_factor_sd")}
+    sizes = {n: agreement_of(getattr(fit, n))[1] for n in (*SHAPE, "scale_factor_sd")}
     least = min(sizes, key=lambda n: sizes[n])
     sentence = f"the draws are worth at least {sizes[least]:.0f} independent ones"
     due = f" ({least.replace('_', ' ')}); an interval needs {ESS}, take more draws"
@@ -113,11 +113,11 @@ def _repeats(fit: BayesFit) -> Check:
 
 
 def _identifiable(fit: BayesFit) -> Check:
-    narrowed = {n: float(np.log(getattr(fit, n)).std() / fit.priors[n].sd) for n in MAIN}
+    narrowed = {n: float(np.log(getattr(fit, n)).std() / fit.priors[n].sd) for n in SHAPE}
     logs = [np.log(v).ravel() for v in (fit.scale_factor, fit.enclosure_factor)]
     together = float(np.corrcoef(logs[0], logs[1])[0, 1])
-    vague = [n.replace("_", " ") for n in MAIN if narrowed[n] > NARROWED]
-    parts = ", ".join(f"{n.replace('_', ' ')} {narrowed[n]:.1%}" for n in MAIN)
+    vague = [n.replace("_", " ") for n in SHAPE if narrowed[n] > NARROWED]
+    parts = ", ".join(f"{n.replace('_', ' ')} {narrowed[n]:.1%}" for n in SHAPE)
     sentence = (
         f"width left of the priors: {parts}; scale factor and enclosure are correlated by "
         f"{together:+.2f}; only the products of scale factor and kinetic friction "
@@ -130,7 +130,7 @@ def _identifiable(fit: BayesFit) -> Check:
 def _against_prior(fit: BayesFit) -> Check:
     off = {
         n: (float(np.log(np.median(getattr(fit, n)))) - fit.priors[n].place) / fit.priors[n].sd
-        for n in MAIN
+        for n in SHAPE
     }
     worst = max(off, key=lambda n: abs(off[n]))
     sentence = f"{worst.replace('_', ' ')} lies {off[worst]:+.2g} prior SDs off its prior's middle"

@@ -14,7 +14,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError, MissingExtraError
-from layerjam.identify.bayes.checks import MAIN, bayes_checks
+from layerjam.identify.bayes.checks import bayes_checks
 from layerjam.identify.bayes.model import Sites, known_of, priors, reduced, start
 from layerjam.identify.bayes.posterior import BayesFit, Population
 from layerjam.identify.calibration.intervals import Interval
@@ -22,6 +22,7 @@ from layerjam.identify.calibration.peaks import at_peaks, fits_of
 from layerjam.identify.calibration.record import Calibration, shape_sources
 from layerjam.identify.calibration.whole_curves import WINDOW
 from layerjam.identify.curves import Curve
+from layerjam.identify.shape import SHAPE
 
 Array = np.ndarray[Any, Any]
 
@@ -98,7 +99,7 @@ def calibrate_bayesian(
         progress=lambda done, of: tell("sampling", done / of),
     )
     summary, count = fit.summary(), len(curves)
-    rows = {name: summary[name] for name in MAIN}
+    rows = {name: summary[name] for name in SHAPE}
     values = {name: row.mean for name, row in rows.items()}
     errors = {name: row.sd for name, row in rows.items()}
     text = f"mean of the Bayesian posterior over {count} whole pulls"

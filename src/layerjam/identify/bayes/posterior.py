@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -158,15 +157,15 @@ class BayesFit:
 
     def to_csv(self, path: str | Path, *, force: bool = False) -> Path:
         """Write the draws as CSV: a '#' header with rule, priors and checks, then SI columns."""
-        flat = {n: (v, m) for n, (v, m) in self.columns().items() if v.ndim == 2}
-        text = io.StringIO()
-        text.writelines(f"# {key}: {value}\n" for key, value in self.header().items())
-        names = [f"{n} [{m.unit}]" for n, (_, m) in flat.items()]
-        text.write(",".join(["chain", "draw", *names]) + "\n")
-        for chain, draw in np.ndindex(*self.scale_factor.shape):
-            row = [repr(float(v[chain, draw])) for v, _ in flat.values()]
-            text.write(",".join([str(chain), str(draw), *row]) + "\n")
-        return write_whole(path, text.getvalue(), force)
+        import pandas
+
+        flat = {f"{n} [{m.unit}]": v for n, (v, m) in self.columns().items() if v.ndim == 2}
+        chain, draw = np.indices(self.scale_factor.shape)
+        named = {"chain": chain, "draw": draw, **flat}
+        table = pandas.DataFrame({name: values.ravel() for name, values in named.items()})
+        head = "".join(f"# {key}: {value}\n" for key, value in self.header().items())
+        text = head + table.to_csv(index=False, lineterminator="\n")
+        return write_whole(path, text, force)
 
     def header(self) -> dict[str, str]:
         """What stands above the draws."""

@@ -23,8 +23,6 @@ from layerjam.mechanics.pull import force_at_elongation
 FINE, COARSE = 320, 320
 """Stretches of equal length up to `NEAR` times where the straight rise ends, and beyond."""
 NEAR = 2.0
-SHAPE = ("scale_factor", "stiffness", "enclosure_factor")
-"""What a single curve's shape depends on; the first two enter by their logarithms."""
 LEAST_ENCLOSURE = 1e-3
 """The enclosure's factor is held above this within a fit."""
 

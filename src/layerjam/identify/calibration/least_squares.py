@@ -23,7 +23,7 @@ from layerjam.errors import FitError
 from layerjam.identify.calibration.forward import Reduced, pull_force, reduce
 from layerjam.identify.calibration.intervals import Population
 from layerjam.identify.curves import Curve, conditions
-from layerjam.identify.shape import plain
+from layerjam.identify.shape import SHAPE, plain
 from layerjam.mechanics.pull import scale_factor_of_peak
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import show
@@ -159,7 +159,7 @@ def _design(
     curves: Sequence[Curve], brake: Brake, free: Sequence[str]
 ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray, float, float | None]:
     """Names, design (curves, 3, q), what is held (curves, 3), reference pressure and speed."""
-    names = ["scale_factor", "stiffness", "enclosure_factor"]
+    names = list(SHAPE)
     vacuums = np.array([c.vacuum for c in curves])
     pressure = float(np.exp(np.log(vacuums).mean()))
     design = np.tile(np.eye(3), (len(curves), 1, 1))

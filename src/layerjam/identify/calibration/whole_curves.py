@@ -15,6 +15,7 @@ from layerjam.identify.calibration.record import Calibration, calibrated, shape_
 from layerjam.identify.calibration.verdict import curve_checks, identifiability, one_file
 from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import LINEAR
+from layerjam.identify.shape import SHAPE
 from layerjam.records.source import Source
 from layerjam.units import show
 
@@ -22,7 +23,7 @@ WINDOW = (
     f"whole loading branch from {LINEAR[0]:.0%} of the greatest force on, least squares over all "
     "curves, slack of each curve free"
 )
-LOGARITHMIC = ("scale_factor", "stiffness")
+LOGARITHMIC = SHAPE[:2]
 """Estimated by their logarithm."""
 
 
