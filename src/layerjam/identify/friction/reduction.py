@@ -329,8 +329,8 @@ def pooled(
     return FrictionResult(
         static=static.mean,
         static_sd=static.sd,
-        kinetic=kinetic and kinetic.mean,
-        kinetic_sd=kinetic and kinetic.sd,
+        kinetic=None if kinetic is None else kinetic.mean,
+        kinetic_sd=None if kinetic is None else kinetic.sd,
         over={"static": static, "kinetic": kinetic},
         stick_slip=_stick_slip(repeats, normal_force, accept_stick_slip),
         repeats=tuple(repeats),
