@@ -160,8 +160,8 @@ class BayesFit:
         import pandas
 
         flat = {f"{n} [{m.unit}]": v for n, (v, m) in self.columns().items() if v.ndim == 2}
-        chain, draw = np.indices(self.scale_factor.shape)
-        named: dict[str, Array] = {"chain": chain, "draw": draw, **flat}
+        place: Array = np.indices(self.scale_factor.shape)
+        named: dict[str, Array] = {"chain": place[0], "draw": place[1], **flat}
         table = pandas.DataFrame({name: values.ravel() for name, values in named.items()})
         head = "".join(f"# {key}: {value}\n" for key, value in self.header().items())
         text = head + table.to_csv(index=False, lineterminator="\n")
