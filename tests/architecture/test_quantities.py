@@ -35,7 +35,7 @@ APART = {
     # speeds of different things
     "tensile.speed": "of a crosshead, which is slower than what arrives",
     "stick-slip.speed": "of a crosshead, which is slower than what arrives",
-    "StickSlipRequest.speed": "of a crosshead, which is slower than what arrives",
+    "StickSlipPull.speed": "of a crosshead, which is slower than what arrives",
     "Facts.speed": "of a crosshead, which is slower than what arrives",
     "Pull.speed": "of a crosshead, which is slower than what arrives",
     "Return.speed": "of a crosshead, which is slower than what arrives",
@@ -56,7 +56,7 @@ APART = {
     "Blow.duration": "of a blow to the head",
     "Crash.duration": "of a crash pulse",
     "ClutchLimits.slip": "a limit, above zero",
-    "StopRequest.force": "a limit, above zero",
+    "StopRequirement.force": "a limit, above zero",
     "Spring.lever": "about an ankle, not about the neck",
     "Spring.stiffness": "a spring beside the ankle",
     "Guard.stiffness": "helmet, straps and vest",

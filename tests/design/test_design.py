@@ -146,7 +146,7 @@ def test_between_the_steps_is_better_and_within(small):
 
 def test_slopes_are_those_of_small_steps(small):
     asked = small.record.spec
-    point = asked.grid.point(asked.grid.digits(small.chosen["number"]))
+    point = asked.grid.point(small.chosen["number"])
     smooth = Smooth(asked, point)
     slopes, step = smooth.slopes(smooth.start), 1e-6
     for i, name in enumerate(smooth.names):
@@ -170,9 +170,7 @@ def test_the_chance_to_hold_is_the_normal_quantile():
     """The hold is proportional to static friction: ln of it is normal, so is the chance exact."""
     text = SMALL + '[scatter]\nstatic = "8 %"\nkinetic = "3 %"\nsamples = 40000\n'
     asked = read(text.replace('"holding_force >= 150 N"', '"holding_force >= 190 N"'))
-    point = asked.grid.point(asked.grid.digits(0))._replace(
-        count=11.0, width=0.013, overlap=0.068, vacuum=80e3
-    )
+    point = asked.grid.point(0)._replace(count=11.0, width=0.013, overlap=0.068, vacuum=80e3)
     chance = robustness(asked, point)["holding_force >= 190 N"]
     held = 0.875 * 0.32 * 10 * 0.013 * 0.068 * 80e3
     width = math.sqrt(math.log1p(0.08**2))

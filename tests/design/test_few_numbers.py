@@ -62,7 +62,7 @@ def test_a_requirement_is_a_specification_whose_grid_holds_what_is_asked(file):
         0.05,
         1000,
     )
-    assert asked_stop.gravity == 0 and stops.grid.size < 2_000_000
+    assert asked_stop.horizontal and stops.grid.size < 2_000_000
 
 
 def test_a_requirement_of_the_users_own_brake_names_its_file():

@@ -127,7 +127,9 @@ def test_judder_margin_is_one_at_the_critical_speed():
     slides = held * KAPTON.film.kinetic / KAPTON.film.static
     edge = float(critical_speed(held, slides, k, mass, 2 * zeta * math.sqrt(k * mass)))
     for factor, due in ((1.0, 1.0), (2.0, 4.0)):
-        there = batch(point, KAPTON, StickSlipPull(edge * factor, mass, zeta))["judder_margin"]
+        there = batch(
+            point, KAPTON, StickSlipPull(speed=edge * factor, mass=mass, damping_ratio=zeta)
+        )["judder_margin"]
         assert float(there) == pytest.approx(due, rel=1e-6)
 
 
@@ -142,21 +144,21 @@ def test_the_line_of_one_brake_is_that_of_rise_and_many_take_as_many_times():
 
 
 def test_a_stop_of_one_is_that_of_drop_and_two_share_it():
-    need = StopRequirement(1.0, 2.5, 0.06, None, KAPTON.site.gravity)
+    need = StopRequirement(mass=1.0, speed=2.5, travel=0.06)
     point = point_of(KAPTON, 94.5e3)
     told = drop("choi2018-kapton", mass="1 kg", speed="2.5 m/s", vacuum="94.5 kPa")
     alone = stopped(point, KAPTON, need, most_in_row=3)
     assert float(alone["stop_slip"]) == pytest.approx(told.slip, rel=1e-12)
     assert float(alone["stop_peak"]) == pytest.approx(told.peak_force, rel=1e-12)
-    both = stopped(point._replace(parallel=2.0), KAPTON, need._replace(mass=2.0), most_in_row=3)
+    both = stopped(point._replace(parallel=2.0), KAPTON, replace(need, mass=2.0), most_in_row=3)
     assert float(both["stop_slip"]) == pytest.approx(told.slip, rel=1e-12)
     assert float(both["stop_peak"]) == pytest.approx(2 * told.peak_force, rel=1e-12)
 
 
-@pytest.mark.parametrize(("gravity", "speed"), [(0.0, 2.9), (9.81, 2.3)])
+@pytest.mark.parametrize(("gravity", "speed"), [(0.0, 2.9), (KAPTON.site.gravity, 2.3)])
 def test_brakes_in_series_take_the_energy_one_after_another(gravity, speed):
     point = point_of(KAPTON, 94.5e3)._replace(series=3.0)
-    need = StopRequirement(4.0, speed, None, None, gravity)
+    need = StopRequirement(mass=4.0, speed=speed, horizontal=not gravity)
     made = stopped(point, KAPTON, need, most_in_row=3)
     slip = float(made["stop_slip"])
     whole, rest = int(slip // 0.06), slip % 0.06
@@ -165,7 +167,7 @@ def test_brakes_in_series_take_the_energy_one_after_another(gravity, speed):
     assert whole == 2
     assert taken == pytest.approx(0.5 * 4 * speed**2 + 4 * gravity * slip, rel=1e-6)
     # one more joule than all three can take
-    lost = stopped(point, KAPTON, need._replace(mass=6.0), most_in_row=3)
+    lost = stopped(point, KAPTON, replace(need, mass=6.0), most_in_row=3)
     assert math.isnan(lost["stop_slip"]) and math.isnan(lost["stop_peak"])
 
 
@@ -207,5 +209,5 @@ def test_what_is_claimed_to_rise_rises(tied):
 
 
 def test_every_merit_has_a_unit():
-    made = batch(point_of(KAPTON), KAPTON, StickSlipPull(0.01, 1.0, 0.1))
+    made = batch(point_of(KAPTON), KAPTON, StickSlipPull(speed=0.01, mass=1.0, damping_ratio=0.1))
     assert set(made) <= set(MERITS)

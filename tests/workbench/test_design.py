@@ -15,6 +15,7 @@ from layerjam.commands.design import brake_of, design
 from layerjam.design.specification import examples
 from layerjam.device.load import load
 from layerjam.errors import FileError
+from layerjam.report.design_figures import seen_over
 from layerjam.studies.machines.apply import apply
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import design_front as front
@@ -112,7 +113,7 @@ def test_what_kills_a_specification_is_said():
 
 
 def test_every_point_of_the_picture_bears_its_design(small):
-    names = front.axes(small)
+    names = seen_over(small)
     made = front.front_chart(small, names, front.CHOSEN, False)
     rows = front.designs(small)
     for series in made["series"]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from layerjam.commands.declare import Input, Progress, command
+from layerjam.commands.declare import Input, Progress, command, precision
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import Notice, QuantityError
 from layerjam.units import QuantitySpec, show
@@ -34,13 +33,10 @@ Row = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Designed:
-    """Everything behind a result: specification, search, what it found."""
+    """Everything behind a result: specification, search, the best between the grid's steps."""
 
     spec: DesignSpecification
     search: Search
-    found: SweepResult | None
-    chosen: Row | None = None
-    runner_up: Row | None = None
     refined: Refined | None = None
 
 
@@ -211,9 +207,10 @@ def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
         refined, more = None, {}
     if number >= grid.size:
         raise QuantityError(f"number: {number} is none of the {grid.size} designs, from 0 on")
-    point = grid.point(grid.digits(int(number)))
+    point = changed(grid.point(int(number)), more)
     name = f"{plain_name(spec.name)}-{number}{'-refined' if refined is not None else ''}"
-    return design_file(spec, changed(point, more), grid.values(int(number)), name)
+    with precision():
+        return design_file(spec, point, grid.values(int(number)), name)
 
 
 def infeasible(
@@ -230,8 +227,8 @@ def infeasible(
         killed_by=why.constraint,
         reachable=why.reachable,
         excludes=list(why.others),
-        warnings=_notices(search.spec),
-        record=Designed(search.spec, search, found),
+        warnings=list(_notices(search.spec)),
+        record=Designed(search.spec, search),
     )
 
 
@@ -242,18 +239,18 @@ def best(make: Callable[..., R], search: Search, found: SweepResult) -> R:
     from layerjam.design.robust import robustness
     from layerjam.design.verdict import binding, forbidden, why_lost, why_none
 
-    if not found.best:
-        return infeasible(make, search, why_none(search, found), found)
+    told = search.told(found)
+    if not told.best:
+        return infeasible(make, search, why_none(search, found, told), found)
     spec = search.spec
-    score, number, _ = found.best[0]
-    chosen = search.design(number)
-    runner = search.design(found.best[1][1]) if len(found.best) > 1 else None
-    tried = [r for _, n, _ in found.best if (r := refine(spec, n)) is not None]
+    numbers, front = found.numbers[told.best], found.numbers[told.front]
+    chosen, *others = (search.design(number) for number in numbers[:2])
+    runner = others[0] if others else None
+    tried = [r for number in numbers if (r := refine(spec, int(number))) is not None]
     refined = min(tried, key=lambda r: r.score, default=None)
-    if refined is not None and refined.score > score:
+    if refined is not None and refined.score > told.scores[told.best[0]]:
         refined = None
-    point = spec.grid.point(spec.grid.digits(number))
-    told = {o.name for o in spec.objectives} | {c.name for c in spec.constraints}
+    point = spec.grid.point(numbers[0])
     chances = robustness(spec, point)
     return make(
         name=spec.name,
@@ -262,32 +259,22 @@ def best(make: Callable[..., R], search: Search, found: SweepResult) -> R:
         examined=found.examined,
         feasible_designs=found.feasible,
         chosen=chosen,
-        refined=_refined(search, refined),
+        refined=None if refined is None else refined.design,
         runner_up=runner,
         runner_up_lost=None if runner is None else why_lost(chosen, runner, spec.objectives),
         binding=binding(chosen, spec),
-        forbidden=forbidden(search, found, score),
-        front_size=len(found.numbers),
-        front=[search.design(int(n)) for n in found.numbers[:MOST_SHOWN]],
-        sensitivities=sensitivities(spec, point, tuple(sorted(told & set(MERITS)))),
+        forbidden=forbidden(search, found, told),
+        front_size=len(front),
+        front=[search.design(int(n)) for n in front[:MOST_SHOWN]],
+        sensitivities=sensitivities(spec, point, tuple(sorted({*search.wanted} & {*MERITS}))),
         robustness={k: chance._asdict() for k, chance in chances.items()},
-        warnings=[*_notices(spec), *_about(spec, found, runner is None, bool(chances))],
-        record=Designed(spec, search, found, chosen, runner, refined),
+        warnings=[*_notices(spec), *_about(spec, len(front), runner is None, bool(chances))],
+        record=Designed(spec, search, refined),
     )
 
 
-def _refined(search: Search, refined: Refined | None) -> Row | None:
-    from layerjam.design.merit import MERITS
-
-    if refined is None:
-        return None
-    values = {**search.spec.grid.values(refined.number), **refined.values}
-    found = {n: refined.merits.get(n, math.nan) for n in MERITS}
-    return {**values, **found, "binding": list(refined.binding)}
-
-
 def _about(
-    spec: DesignSpecification, found: SweepResult, alone: bool, scattered: bool
+    spec: DesignSpecification, on_front: int, alone: bool, scattered: bool
 ) -> Iterator[Notice]:
     """What to say of the designs that were found."""
     if alone:
@@ -295,10 +282,8 @@ def _about(
             "no runner-up: every other design that fits has the same film and sheets",
             "no-runner-up",
         )
-    if len(found.numbers) > MOST_SHOWN:
-        yield Notice(
-            f"the front has {len(found.numbers)} designs; {MOST_SHOWN} are listed", "front-cut"
-        )
+    if on_front > MOST_SHOWN:
+        yield Notice(f"the front has {on_front} designs; {MOST_SHOWN} are listed", "front-cut")
     if scattered and spec.scatter is not None:
         yield Notice(
             f"robustness: friction log-normal, SD {spec.scatter.static:.2%} static and "
@@ -307,23 +292,18 @@ def _about(
         )
 
 
-def _notices(spec: DesignSpecification) -> list[str]:
+def _notices(spec: DesignSpecification) -> Iterator[str]:
     """What every design of this specification rests on."""
-    out = [*spec.brake.warnings(), *spec.notes]
+    yield from (*spec.brake.warnings(), *spec.notes)
     if spec.line is not None:
-        out += spec.line.warnings()
+        yield from spec.line.warnings()
     if len(spec.grid.axes["fittings_mass"]) == 1:
-        out.append(
-            Notice(
-                "fittings_mass is the same for every width and height; vary it, or measure it",
-                "fittings-mass",
-            )
+        yield Notice(
+            "fittings_mass is the same for every width and height; vary it, or measure it",
+            "fittings-mass",
         )
-    if spec.evaluation.stop is not None and spec.grid.axes["series"].max() > 1:
-        out.append(
-            Notice(
-                "brakes in series: the stop is that of rigid ones, used up one after another",
-                "rigid-series",
-            )
+    if spec.evaluation.stop is not None and spec.grid.most_in_row > 1:
+        yield Notice(
+            "brakes in series: the stop is that of rigid ones, used up one after another",
+            "rigid-series",
         )
-    return out

@@ -102,7 +102,7 @@ def sweep(
                 bytes=store.bytes(),
                 warnings=[Notice(notice, "stopped")],
             )
-        found = store.finish(search, total)
+        found = store.finish(total)
         whole = functools.partial(
             make, complete=True, blocks_done=total, blocks_found=before, bytes=store.bytes()
         )

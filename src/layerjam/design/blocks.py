@@ -13,7 +13,6 @@ import io
 import json
 import os
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +29,8 @@ from layerjam.units import QuantitySpec
 
 MANIFEST, FRONT, NOTE = "manifest.json", "front.parquet", "sweep.json"
 LOCK, FOLDER = ".lock", "blocks"
+COUNTED = ("examined", "built", "feasible", "failed", "low", "high")
+"""What a block's metadata says of all its designs; the rest is in its table."""
 
 
 def parquet() -> Any:
@@ -52,22 +53,12 @@ def fingerprint(spec: DesignSpecification, block: int) -> str:
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
-@dataclass(frozen=True)
-class Block:
-    """One block as read back."""
-
-    index: int
-    found: SweepResult
-    rows: int
-
-
 def encoded(search: Search, index: int, found: SweepResult, mark: str) -> bytes:
     """The Parquet file of a block, the same bytes for the same block."""
-    kept = found.kept()
-    facts = {f.name: getattr(found, f.name) for f in fields(SweepResult)}
-    facts |= {"numbers": found.numbers.tolist(), "costs": found.costs.tolist()}
-    note = {"block": index, "fingerprint": mark, "found": facts}
-    return table_bytes(search, kept, np.isin(kept, found.numbers), note)
+    counted = {name: np.asarray(getattr(found, name)).tolist() for name in COUNTED}
+    on_front = np.isin(np.arange(len(found.numbers)), search.told(found).front)
+    note = {"block": index, "fingerprint": mark, "found": counted}
+    return table_bytes(search, found.numbers, on_front, note)
 
 
 def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any]) -> bytes:
@@ -76,21 +67,16 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
     import pyarrow as pa  # type: ignore[import-untyped]
 
     grid, names = search.spec.grid, search.spec.evaluation.all_names
-    digits = grid.digits(numbers)
-    columns: dict[str, Any] = {"number": pa.array(numbers, pa.int64())}
-    columns["on_front"] = pa.array(on_front, pa.bool_())
-    films = np.array(grid.names, object)[digits[0]] if len(numbers) else []
-    columns["film"] = pa.array(films, pa.string())
-    columns["thickness"] = pa.array(grid.thickness[digits[0]], pa.float64())
     values = search.kernel.at(numbers) if len(numbers) else np.empty((len(names), 0))
-    rows: dict[str, Any] = {
-        n: row[place] for (n, row), place in zip(grid.axes.items(), digits[1:], strict=True)
-    }
     # the travel of all brakes in series is a merit; that of one is the variable
-    rows = {("travel_of_one" if n in names else n): v for n, v in rows.items()}
-    rows |= {n: values[i] for i, n in enumerate(names)}
-    for name, row in rows.items():
-        columns[name] = pa.array(np.asarray(row, float), pa.float64())
+    rows = {("travel_of_one" if n in names else n): v for n, v in grid.columns(numbers).items()}
+    rows |= dict(zip(names, values, strict=True))
+    columns: dict[str, Any] = {
+        "number": pa.array(numbers, pa.int64()),
+        "on_front": pa.array(on_front, pa.bool_()),
+        "film": pa.array(np.array(grid.names, object)[grid.digits(numbers)[0]], pa.string()),
+        **{n: pa.array(np.asarray(row, float), pa.float64()) for n, row in rows.items()},
+    }
     known: dict[str, QuantitySpec] = {**VARIABLES, **MERITS}
     schema = pa.schema(
         [
@@ -104,32 +90,27 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
     return sink.getvalue()
 
 
-def decoded(data: bytes | Path, mark: str, index: int) -> Block | None:
-    """A block read back; None where the file is no such block."""
+def decoded(search: Search, data: bytes | Path, mark: str, index: int) -> SweepResult | None:
+    """What a block came to, read back; None where the file is no such block."""
     pq = parquet()
     try:
-        meta = pq.read_metadata(io.BytesIO(data) if isinstance(data, bytes) else data)
-        note = json.loads(meta.metadata[b"layerjam"])
+        table = pq.read_table(io.BytesIO(data) if isinstance(data, bytes) else data)
+        note = json.loads(table.schema.metadata[b"layerjam"])
         if note["fingerprint"] != mark or note["block"] != index:
             return None
-        facts = note["found"]
+        counted: dict[str, Any] = note["found"]
+        counted |= {n: np.array(v) for n, v in counted.items() if isinstance(v, list)}
+        asked = np.array([table[name].to_numpy() for name in search.wanted])
+        return SweepResult(numbers=table["number"].to_numpy(), asked=asked, **counted)
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    numbers = np.array(facts.pop("numbers"), np.int64)
-    costs = np.array(facts.pop("costs"), float)
-    costs = costs if len(numbers) else np.empty((0, 0))
-    facts["best"] = [(float(s), int(n), int(f)) for s, n, f in facts["best"]]
-    for name in ("alone", "reach"):
-        facts[name] = {int(i): (float(v), int(n)) for i, (v, n) in facts[name].items()}
-    facts["failed"] = {int(i): int(n) for i, n in facts["failed"].items()}
-    return Block(index, SweepResult(numbers=numbers, costs=costs, **facts), meta.num_rows)
 
 
 class Store:
     """The folder of one sweep; use as a context, which keeps a second process out."""
 
     def __init__(self, folder: str | Path, search: Search) -> None:
-        self.folder, self.spec, self.size = Path(folder), search.spec, search.size
+        self.folder, self.search, self.spec = Path(folder), search, search.spec
         self.mark = fingerprint(search.spec, search.size)
         self.handle: int | None = None
 
@@ -194,7 +175,7 @@ class Store:
             "name": self.spec.name,
             "fingerprint": self.mark,
             "designs": self.spec.grid.size,
-            "block": self.size,
+            "block": self.search.size,
             "specification": self.spec.text,
         }
         put(note, (json.dumps(said, indent=1) + "\n").encode())
@@ -203,10 +184,10 @@ class Store:
         """Where block `index` lies."""
         return self.folder / FOLDER / f"block-{index:07d}.parquet"
 
-    def read(self, index: int) -> Block | None:
+    def read(self, index: int) -> SweepResult | None:
         """A block that was done before, None where it is missing or not whole."""
         path = self.path(index)
-        return decoded(path, self.mark, index) if path.is_file() else None
+        return decoded(self.search, path, self.mark, index) if path.is_file() else None
 
     def missing(self, total: int) -> list[int]:
         """Numbers of the blocks still to do."""
@@ -216,51 +197,49 @@ class Store:
         """Write a block, whole or not at all."""
         put(self.path(index), data)
 
-    def blocks(self, total: int) -> Iterator[Block]:
+    def blocks(self, total: int) -> Iterator[SweepResult]:
         """All blocks in their order; raises FileError where one is missing."""
         for index in range(total):
-            block = self.read(index)
-            if block is None:
+            found = self.read(index)
+            if found is None:
                 raise FileError(self.path(index), "is missing or not whole; sweep again")
-            yield block
+            yield found
 
-    def finish(self, search: Search, total: int) -> SweepResult:
+    def finish(self, total: int) -> SweepResult:
         """Sum of all blocks, the front of all designs, and the manifest, which comes last."""
+        search = self.search
         rows: list[dict[str, Any]] = []
 
         def parts() -> Iterator[SweepResult]:
-            for block in self.blocks(total):
-                data = self.path(block.index).read_bytes()
+            for index, found in enumerate(self.blocks(total)):
+                path = self.path(index)
                 rows.append(
                     {
-                        "file": f"{FOLDER}/{self.path(block.index).name}",
-                        "rows": block.rows,
-                        "designs": block.found.examined,
-                        "feasible": block.found.feasible,
-                        "sha256": hashlib.sha256(data).hexdigest(),
+                        "file": f"{FOLDER}/{path.name}",
+                        "rows": len(found.numbers),
+                        "designs": found.examined,
+                        "feasible": found.feasible,
+                        "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
                     }
                 )
-                yield block.found
+                yield found
 
         found = search.sum(parts())
-        whole = table_bytes(
-            search, found.numbers, np.ones(len(found.numbers), bool), {"fingerprint": self.mark}
-        )
+        front = found.numbers[search.told(found).front]
+        whole = table_bytes(search, front, np.ones(len(front), bool), {"fingerprint": self.mark})
         put(self.folder / FRONT, whole)
-        summary = asdict(found)
-        summary.pop("numbers"), summary.pop("costs")
         manifest = {
             "name": self.spec.name,
             "fingerprint": self.mark,
             "layerjam": __version__,
             "designs": self.spec.grid.size,
-            "block": self.size,
+            "block": search.size,
             "front": FRONT,
-            "front_rows": len(found.numbers),
+            "front_rows": len(front),
             "front_sha256": hashlib.sha256(whole).hexdigest(),
             "constraints": [str(c) for c in self.spec.constraints],
             "objectives": [str(o) for o in self.spec.objectives],
-            "found": summary,
+            "found": search.summary(found),
             "blocks": rows,
         }
         put(self.folder / MANIFEST, (json.dumps(manifest, indent=1) + "\n").encode())

@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from layerjam.design.grid import Numbers
+from layerjam.design.grid import Array, Numbers
 from layerjam.design.merit import STOP_MERITS, VARIABLES
 from layerjam.design.requirements import Constraint
 from layerjam.design.search import Search
-from layerjam.design.stopping import least_peak
+from layerjam.design.stopping import gravity, least_peak
 from layerjam.units import show
 
 MOST_BOXES = 1_000_000
@@ -26,44 +26,31 @@ MOST_BOXES = 1_000_000
 UNBUILDABLE = "none of the designs can be built: travel, overlap and width contradict"
 FEASIBLE, IMPOSSIBLE, UNKNOWN = "feasible", "impossible", "unknown"
 
-_UP: dict[str, str] = {
-    "holding_force": "count width overlap vacuum parallel",
-    "max_force": "count width overlap vacuum wall parallel",
-    "usable_travel": "overlap usable_travel series",
-    "energy_capacity": "count width overlap usable_travel vacuum wall series parallel",
-    "mass": "count width overlap free_left free_right offset wall fittings_mass series parallel",
-    "volume": "count width overlap free_left free_right offset wall series parallel",
-    "length": "overlap free_left free_right offset series",
-    "height": "count wall",
-    "stiffness": "count width parallel",
-    "buckling_force": "width",
-    "rise_time": "vacuum series parallel",
-    "gas_work": "vacuum series parallel",
+_FOLLOWS: dict[str, tuple[str, str]] = {
+    "holding_force": ("count width overlap vacuum parallel", "offset"),
+    "max_force": (
+        "count width overlap vacuum wall parallel usable_travel",
+        "offset free_left free_right",
+    ),
+    "usable_travel": ("overlap usable_travel series", "offset"),
+    "energy_capacity": (
+        "count width overlap usable_travel vacuum wall series parallel",
+        "offset free_left free_right",
+    ),
+    "mass": (
+        "count width overlap free_left free_right offset wall fittings_mass series parallel",
+        "",
+    ),
+    "volume": ("count width overlap free_left free_right offset wall series parallel", ""),
+    "length": ("overlap free_left free_right offset series", ""),
+    "height": ("count wall", ""),
+    "stiffness": ("count width parallel", "overlap free_left free_right offset series"),
+    "buckling_force": ("width", "free_left free_right offset"),
+    "rise_time": ("vacuum series parallel", ""),
+    "gas_work": ("vacuum series parallel", ""),
 }
-_DOWN: dict[str, str] = {
-    "holding_force": "offset",
-    "max_force": "offset free_left free_right",
-    "usable_travel": "offset",
-    "energy_capacity": "offset free_left free_right",
-    "stiffness": "overlap free_left free_right offset series",
-    "buckling_force": "free_left free_right offset",
-}
-_UNTOUCHED: dict[str, str] = {
-    "holding_force": "free_left free_right usable_travel wall fittings_mass series",
-    "max_force": "fittings_mass series",
-    "usable_travel": "count width free_left free_right wall fittings_mass vacuum parallel",
-    "energy_capacity": "fittings_mass",
-    "mass": "usable_travel vacuum",
-    "volume": "usable_travel fittings_mass vacuum",
-    "length": "count width usable_travel wall fittings_mass vacuum parallel",
-    "height": "width overlap free_left free_right offset usable_travel fittings_mass vacuum series"
-    " parallel",
-    "stiffness": "usable_travel wall fittings_mass vacuum",
-    "buckling_force": "count overlap usable_travel wall fittings_mass vacuum series parallel",
-    "rise_time": "count width overlap free_left free_right offset usable_travel wall fittings_mass",
-    "gas_work": "count width overlap free_left free_right offset usable_travel wall fittings_mass",
-}
-"""Which merit rises, falls, or stays with which variable; of what is missing nothing is claimed."""
+"""Merit: variables with which it rises, and with which it falls; none of the others changes it. Of
+merits that are missing nothing is claimed."""
 
 
 def direction(merit: str, variable: str, tied: bool) -> int | None:
@@ -74,18 +61,15 @@ def direction(merit: str, variable: str, tied: bool) -> int | None:
     """
     if merit in ("sheet_stress", "clamp_stress", "stress_margin"):
         return _stress(merit, variable, tied)
-    if merit not in _UP:
+    if merit not in _FOLLOWS:
         return (1 if merit == variable else 0) if merit in VARIABLES else None
-    if not tied and merit in ("max_force", "energy_capacity", "usable_travel"):
-        if variable == "overlap":
-            return 0 if merit == "usable_travel" else None
-        if merit == "max_force" and variable == "usable_travel":
-            return 1
-    if variable in _UP[merit].split():
-        return 1
-    if variable in _DOWN.get(merit, "").split():
-        return -1
-    return 0 if variable in _UNTOUCHED[merit].split() else None
+    if not tied and variable == "overlap":
+        if merit in ("max_force", "energy_capacity"):
+            return None
+        if merit == "usable_travel":
+            return 0
+    up, down = (words.split() for words in _FOLLOWS[merit])
+    return (variable in up) - (variable in down)
 
 
 def _stress(merit: str, variable: str, tied: bool) -> int | None:
@@ -129,15 +113,11 @@ class Boxes:
     ) -> None:
         self.search, self.grid = search, search.spec.grid
         self.progress = progress or (lambda *_: None)
-        self.names = tuple(self.grid.axes)
-        self.signs: dict[str, list[int | None]] = {}
-        self.claim("energy_capacity", *(c.name for c in search.spec.constraints))
 
-    def claim(self, *merits: str) -> None:
-        """Use what is known of how merits rise and fall with each variable."""
+    def signs(self, merit: str) -> list[int | None]:
+        """What is known of how a merit rises and falls with each variable."""
         tied = "usable_travel" not in self.grid.axes
-        for merit in merits:
-            self.signs[merit] = [direction(merit, v, tied) for v in self.names]
+        return [direction(merit, variable, tied) for variable in self.grid.axes]
 
     def whole(self) -> tuple[Numbers, Numbers]:
         """Digits of the two corners of the boxes to begin with, one for each film."""
@@ -149,7 +129,7 @@ class Boxes:
     def corner(self, low: Numbers, high: Numbers, c: Constraint) -> tuple[Numbers, Any]:
         """Digits of the corner best for a constraint, and for which boxes that is a bound."""
         best, sure = low.copy(), np.ones(len(low), bool)
-        for axis, sign in enumerate(self.signs[c.name], 1):
+        for axis, sign in enumerate(self.signs(c.name), 1):
             wide = high[:, axis] > low[:, axis]
             if sign is None:
                 sure &= ~wide
@@ -157,28 +137,17 @@ class Boxes:
                 best[:, axis] = high[:, axis]
         return best, sure
 
-    def values(self, digits: Numbers, name: str) -> Any:
-        """A quantity of designs by digits."""
-        numbers = np.asarray(self.grid.number(list(digits.T)))
-        return self.search.quantity(name, self.rows(numbers), numbers)
-
-    def rows(self, numbers: Numbers) -> Any:
-        """Merits without the stop's."""
-        return self.search.kernel.at(numbers, stop=False)
-
     def prove(self, constraints: Sequence[Constraint]) -> Proof:
         """Whether designs meet all constraints that are bounded by corners."""
-        rules = [c for c in constraints if c.name in self.signs and c.name not in STOP_MERITS]
+        rules = [c for c in constraints if c.name not in STOP_MERITS]
         if not rules:
             return Proof(UNKNOWN)
         whole = len(rules) == len(constraints)
         low, high = self.whole()
         looked = 0
         # where nothing is claimed a box says nothing until it is one value wide
-        first = np.ones(low.shape[1])
-        for c in rules:
-            open_ = [s is None for s in self.signs[c.name]]
-            first[1:][open_] = 1e3
+        unsure = [None in signs for signs in zip(*(self.signs(c.name) for c in rules), strict=True)]
+        first = np.where([False, *unsure], 1e3, 1.0)
         while len(low):
             looked += len(low)
             self.progress("can it be met at all", min(looked / MOST_BOXES, 1.0))
@@ -187,17 +156,14 @@ class Boxes:
             alive = np.ones(len(low), bool)
             for c in rules:
                 best, sure = self.corner(low, high, c)
-                numbers = np.asarray(self.grid.number(list(best.T)))
-                rows = self.rows(numbers)
-                value = self.search.quantity(c.name, rows, numbers)
+                numbers = self.grid.number(best.T)
+                rows = self.search.kernel.at(numbers, stop=False)
                 built = np.isfinite(rows[self.search.row["mass"]])
-                alive &= ~(sure & built & ~c.holds(value))
-                if whole:
-                    good = built.copy()
-                    for other in rules:
-                        good &= other.holds(self.search.quantity(other.name, rows, numbers))
-                    if good.any():
-                        return Proof(FEASIBLE, int(numbers[np.argmax(good)]))
+                held = {o: o.holds(self.search.quantity(o.name, rows, numbers)) for o in rules}
+                alive &= ~(sure & built & ~held[c])
+                good = np.all([built, *held.values()], axis=0)
+                if whole and good.any():
+                    return Proof(FEASIBLE, int(numbers[np.argmax(good)]))
             single = (low == high).all(axis=1)
             if (single & alive).any() and not whole:
                 return Proof(UNKNOWN)
@@ -208,23 +174,21 @@ class Boxes:
 
     def farthest(self, c: Constraint, others: Sequence[Constraint]) -> Reached:
         """The best value of c's quantity while the others hold, to 1e-4 of the limit."""
-        if not others:
-            best = self.single(c)
-            if best is not None:
-                return Reached(best, True)
-        start = self.prove(list(others)) if others else Proof(FEASIBLE, self.grid.size - 1)
-        if start.outcome != FEASIBLE or start.number is None:
+        if not others and (best := self.single(c)) is not None:
+            return Reached(best, True)
+        number = self.prove(others).number if others else self.grid.size - 1
+        if number is None:
             return Reached(None, False)
-        reached, limit = self._value(start.number, c), c.limit
+        reached, limit = self.value(number, c), c.limit
         for _ in range(ROUNDS):
             if not math.isfinite(reached):
                 return Reached(None, False)
             if abs(limit - reached) <= 1e-4 * abs(limit):
                 return Reached(reached, True)
             middle = (reached + limit) / 2
-            tried = self.prove([*others, Constraint(c.name, c.most, middle)])
-            if tried.outcome == FEASIBLE and tried.number is not None:
-                reached = self._value(tried.number, c)
+            tried = self.prove([*others, replace(c, limit=middle)])
+            if tried.number is not None:
+                reached = self.value(tried.number, c)
             elif tried.outcome == IMPOSSIBLE:
                 limit = middle
             else:
@@ -233,16 +197,19 @@ class Boxes:
 
     def single(self, c: Constraint) -> float | None:
         """The best value of c's quantity by the corners alone; None where they do not tell."""
-        low, high = self.whole()
-        best, sure = self.corner(low, high, c)
-        values = self.values(best, c.name)
+        best, sure = self.corner(*self.whole(), c)
+        values = self.values(self.grid.number(best.T), c)
         if not sure.all() or not np.isfinite(values).all():
             return None
         return float(values.min() if c.most else values.max())
 
-    def _value(self, number: int, c: Constraint) -> float:
-        numbers = np.array([number], np.int64)
-        return float(self.search.quantity(c.name, self.rows(numbers), numbers)[0])
+    def values(self, numbers: Numbers, c: Constraint) -> Array:
+        """The quantity of a constraint, not of the stop, of designs by number."""
+        return self.search.quantity(c.name, self.search.kernel.at(numbers, stop=False), numbers)
+
+    def value(self, number: int, c: Constraint) -> float:
+        """That of one design."""
+        return float(self.values(np.array([number]), c)[0])
 
 
 def _cut(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
@@ -290,8 +257,8 @@ def impossible(
             return _excluded(boxes, c, [])
     if boxes.prove(rules).outcome != IMPOSSIBLE:
         return None
-    core = [c for c in rules if c.name in boxes.signs and c.name not in STOP_MERITS]
-    for c in list(core):
+    core = [c for c in rules if c.name not in STOP_MERITS]
+    for c in tuple(core):
         rest = [o for o in core if o is not c]
         if boxes.prove(rest).outcome == IMPOSSIBLE:
             core = rest
@@ -326,7 +293,6 @@ def _physics(search: Search) -> Exclusion | None:
     if wanted is None or wanted.travel is None:
         return None
     soft = Boxes(search)
-    soft.claim("stiffness", "max_force")
     least = soft.single(Constraint("stiffness", True, 1.0))
     if least is None or not least > 0:
         return None
@@ -335,7 +301,8 @@ def _physics(search: Search) -> Exclusion | None:
     if math.isinf(force):
         return None
     distance = wanted.travel + force / least
-    due = float(least_peak(wanted.mass, wanted.speed, distance, wanted.gravity))
+    fall = gravity(wanted, search.spec.evaluation.base)
+    due = float(least_peak(wanted.mass, wanted.speed, distance, fall))
     slip = Constraint("stop_slip", True, wanted.travel)
     if wanted.force is not None and wanted.force < due:
         peak = Constraint("stop_peak", True, wanted.force)

@@ -16,6 +16,8 @@ PAPER_VACUUM = 94.5e3
 """The paper's tests [Pa], and so its 17.5 N a sheet."""
 LOWER = (PAPER_VACUUM, 50e3, 20e3)
 STACKED = (2, 5, 10)
+OF_SOME = {"vacuum": None, "sheets": None, "brakes": 1, "torque": None, "lever": None}
+"""What a row holds that is known of our brakes only, or of rotary devices only."""
 
 
 def comparison(
@@ -27,36 +29,44 @@ def comparison(
     """
     others = published_devices()
     first, full = brakes[0], vacuums[0]
-    rows = [_row(file, p) for file, p in zip(brakes, vacuums, strict=True)]
-    rows += [_row(first, p) for p in LOWER if p < full]
-    rows += [_row(first, full, brakes=n) for n in STACKED]
-    rows += [_other(r) for r in others.devices]
+    rows = [_ours(file, p) for file, p in zip(brakes, vacuums, strict=True)]
+    rows += [_ours(first, p) for p in LOWER if p < full]
+    rows += [_ours(first, full, brakes=n) for n in STACKED]
+    rows += [
+        _row(d.name, d.kind, d.mass, d.force, d.source(), d.note, torque=d.torque, lever=d.lever)
+        for d in others.devices
+    ]
     lines = [sheet_line(f.name, f.brake, p) for f, p in zip(brakes, vacuums, strict=True)]
     return rows, _sheet(first, others.sheet), lines, others
 
 
-def _row(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
+def _row(
+    name: str, kind: str, mass: float, force: float, source: str, note: str, **more: Any
+) -> dict[str, Any]:
+    """A device: mass [kg], force [N], and what is known of some of them only."""
+    known = {"name": name, "kind": kind, "mass": mass, "max_force": force}
+    known |= {"force_density": force / mass, "source": source, "note": note, "computed": False}
+    return {**known, **OF_SOME, **more}
+
+
+def _ours(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
     brake = file.brake
-    force, weight = brakes * peak_force(brake, vacuum), brakes * mass(brake)
     stacked = f", {brakes} side by side" if brakes > 1 else ""
     weighed = "a balance" if brake.weighed_mass is not None else "sheets, enclosure and fittings"
     factor = file.sources.get("scale_factor")
     said = f"; scale factor {brake.scale_factor:g}, {factor.sentence()}" if factor else ""
-    return {
-        "name": f"{file.name}{stacked}, {show(vacuum, 'Pa', 4)}",
-        "kind": KIND,
-        "mass": weight,
-        "max_force": force,
-        "force_density": force / weight,
-        "source": f"computed: peak of a pull; mass from {weighed}{said}",
-        "note": _guessed(file),
-        "computed": True,
-        "vacuum": vacuum,
-        "sheets": brake.sheets.count,
-        "brakes": brakes,
-        "torque": None,
-        "lever": None,
-    }
+    return _row(
+        f"{file.name}{stacked}, {show(vacuum, 'Pa', 4)}",
+        KIND,
+        brakes * mass(brake),
+        brakes * peak_force(brake, vacuum),
+        f"computed: peak of a pull; mass from {weighed}{said}",
+        _guessed(file),
+        computed=True,
+        vacuum=vacuum,
+        sheets=brake.sheets.count,
+        brakes=brakes,
+    )
 
 
 def _guessed(file: BrakeFile) -> str:
@@ -66,24 +76,6 @@ def _guessed(file: BrakeFile) -> str:
         return ""
     conflict = f": {source.conflict}" if source.conflict else ""
     return f"friction not measured on this brake ({source.kind}){conflict}"
-
-
-def _other(device: PublishedDevice) -> dict[str, Any]:
-    return {
-        "name": device.name,
-        "kind": device.kind,
-        "mass": device.mass,
-        "max_force": device.force,
-        "force_density": device.density,
-        "source": device.source(),
-        "note": device.note,
-        "computed": False,
-        "vacuum": None,
-        "sheets": None,
-        "brakes": 1,
-        "torque": device.torque,
-        "lever": device.lever,
-    }
 
 
 def _sheet(file: BrakeFile, paper: PublishedDevice) -> dict[str, Any]:

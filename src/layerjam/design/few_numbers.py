@@ -14,12 +14,12 @@ from layerjam.design.request import (
     DesignRequest,
     FilmChoice,
     Range,
-    StopRequest,
     read_request,
     reader_of,
 )
 from layerjam.design.requirements import Constraint, Objective
 from layerjam.design.specification import examples
+from layerjam.design.stopping import StopRequirement
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.units import QuantitySpec, exact_text, quantities, show
@@ -37,7 +37,7 @@ HOLD: Mapping[str, QuantitySpec] = MappingProxyType(
 )
 """What a brake that holds is asked for; a stress_margin of 0 asks for none."""
 STOP: Mapping[str, QuantitySpec] = MappingProxyType(
-    {name: spec for name, spec, _ in quantities(StopRequest)}
+    {name: spec for name, spec, _ in quantities(StopRequirement)}
     | {"stress_margin": HOLD["stress_margin"]}
 )
 """What a brake that stops a mass is asked for."""
@@ -117,7 +117,7 @@ def stop(
         brake=called,
         constraints=_margin(brake, margin),
         objectives=(Objective("mass", True, 2.0), Objective("stop_peak", True)),
-        stop=StopRequest(**got, horizontal=True),
+        stop=StopRequirement(**got, horizontal=True),
         film=_films(called),
         vary={
             "count": Range(5, 37, 4),

@@ -58,38 +58,37 @@ class Grid:
         """Number of designs."""
         return math.prod(self.shape)
 
-    def digits(self, number: Any) -> list[Any]:
-        """Place on every axis of designs by number; past the end they repeat."""
-        out = []
-        for length in reversed(self.shape):
-            out.append(number % length if length > 1 else number * 0)
-            number = number // length if length > 1 else number
-        return out[::-1]
+    @property
+    def most_in_row(self) -> int:
+        """The greatest number of brakes in series."""
+        return int(self.axes["series"].max())
 
-    def number(self, digits: list[Any]) -> Any:
+    def digits(self, numbers: Any) -> tuple[Any, ...]:
+        """Place on every axis of designs by number."""
+        return np.unravel_index(numbers, self.shape)
+
+    def number(self, digits: Any) -> Any:
         """The inverse of `digits`."""
-        out = digits[0] * 0
-        for place, length in zip(digits, self.shape, strict=True):
-            out = out * length + place
-        return out
+        return np.ravel_multi_index(tuple(digits), self.shape)
 
-    def point(self, digits: list[Any]) -> Point:
-        """The designs at places on the axes."""
-        first, *rest = digits
-        values = {n: row[d] for (n, row), d in zip(self.axes.items(), rest, strict=True)}
+    def columns(self, numbers: Any) -> dict[str, Any]:
+        """{variable: its values} of designs by number; without `usable_travel` where it is none."""
+        first, *rest = self.digits(numbers)
+        own = {n: row[d] for (n, row), d in zip(self.axes.items(), rest, strict=True)}
+        return {"thickness": self.thickness[first], **own}
+
+    def point(self, numbers: Any) -> Point:
+        """The designs with these numbers."""
+        first = self.digits(numbers)[0]
         film = Stock(*(row[first] for row in self.stock))
-        return Point(
-            stock=film, thickness=self.thickness[first], **{"usable_travel": None, **values}
-        )
+        return Point(stock=film, **{"usable_travel": None, **self.columns(numbers)})
 
     def values(self, number: int) -> dict[str, float | str]:
         """One design in words and SI: `film`, `thickness` and every variable."""
-        digits = self.digits(int(number))
-        rest = zip(self.axes.items(), digits[1:], strict=True)
+        known = self.columns(number).items()
         return {
-            "film": self.names[digits[0]],
-            "thickness": float(self.thickness[digits[0]]),
-            **{n: int(row[d]) if VARIABLES[n].whole else float(row[d]) for (n, row), d in rest},
+            "film": self.names[self.digits(number)[0]],
+            **{n: int(v) if VARIABLES[n].whole else float(v) for n, v in known},
         }
 
 
@@ -138,16 +137,19 @@ class Kernel:
     def __init__(self, grid: Grid, evaluation: Evaluation) -> None:
         self.grid, self.evaluation = grid, evaluation
         self.names = tuple(n for n in evaluation.names if n not in LINE_MERITS)
-        self.row = int(grid.axes["series"].max())
         self.vacuums = 1 + list(grid.axes).index("vacuum")
 
     def merits(self, numbers: Numbers) -> Array:
         """Merits without those of the stop, shape (merits, n)."""
-        digits = self.grid.digits(_padded(numbers))
-        point, asked = self.grid.point(digits), self.evaluation
+        padded, asked = _padded(numbers), self.evaluation
+        point = self.grid.point(padded)
         made = np.asarray(_merits(point, asked.base, asked.stick_slip, names=self.names))
         if asked.line is not None:
-            line = asked.line[:, digits[self.vacuums]] * point.series * point.parallel
+            line = (
+                asked.line[:, self.grid.digits(padded)[self.vacuums]]
+                * point.series
+                * point.parallel
+            )
             # what cannot be built has no line either
             line[:, np.isnan(made[self.names.index("mass")])] = np.nan
             made = np.concatenate([made, line])
@@ -157,8 +159,8 @@ class Kernel:
         """`stop_slip` and `stop_peak` of the designs with these numbers, shape (2, n)."""
         if len(numbers) == 0 or self.evaluation.stop is None:
             return np.full((len(STOP_MERITS), len(numbers)), math.nan)
-        point = self.grid.point(self.grid.digits(_padded(numbers)))
-        made = _stops(point, self.evaluation.base, self.evaluation.stop, row=self.row)
+        point, asked = self.grid.point(_padded(numbers)), self.evaluation
+        made = _stops(point, asked.base, asked.stop, row=self.grid.most_in_row)
         return np.asarray(made)[:, : len(numbers)]
 
     def at(self, numbers: Numbers, stop: bool = True) -> Array:

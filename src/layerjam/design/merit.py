@@ -25,7 +25,8 @@ from layerjam.fluid.line import Line
 from layerjam.mechanics import energy, friction, limits, pull, stiffness
 from layerjam.mechanics.law import within
 from layerjam.mechanics.stick_slip import laws as stickslip
-from layerjam.units import QuantitySpec, spec_of
+from layerjam.simulate.quantities import CROSSHEAD_SPEED, MASS
+from layerjam.units import QuantitySpec, like, quantity, record, spec_of
 
 _TIMES = QuantitySpec("1", "equal brakes", lo=1, hi=1000, whole=True)
 VARIABLES: Mapping[str, QuantitySpec] = MappingProxyType(
@@ -111,12 +112,13 @@ class Point(NamedTuple):
     parallel: Any
 
 
-class StickSlipPull(NamedTuple):
-    """What pulls, for the margin against stick–slip; SI."""
+@record
+class StickSlipPull:
+    """`[judder]`: what pulls, for the stiffness over the least without stick–slip."""
 
-    speed: float
-    mass: float
-    damping_ratio: float
+    speed: float = like(CROSSHEAD_SPEED, "speed of the pull")
+    mass: float = like(MASS, "mass pulled")
+    damping_ratio: float = quantity("1", "damping of the mount over the critical one", hi=10)
 
 
 def stock_of(film: Film, scale_factor: Any = 1.0) -> Stock:

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from layerjam.errors import FileError
-from layerjam.records.reader import Reader
+from layerjam.records.reader import DESCRIBING, Reader
 from layerjam.records.source import Source
 from layerjam.records.toml import parse_toml
 from layerjam.records.values import Entry, TextSpec
@@ -24,14 +24,7 @@ FIELDS: Mapping[str, Entry] = MappingProxyType(
         "lever": Entry(QuantitySpec("m", "lever arm of the torque", open_lo=True, hi=100)),
     }
 )
-_TEXT = TextSpec(blank=False)
-_TEXTS = {
-    "name": Entry(_TEXT, True),
-    "class": Entry(_TEXT, True),
-    "words": Entry(_TEXT, True),
-    "title": Entry(TextSpec()),
-    "note": Entry(TextSpec()),
-}
+_DUE = dict.fromkeys(("name", "class", "words"), Entry(TextSpec(blank=False)))
 _SHEET, _NONE = "paper-sheet", "looked_for"
 
 
@@ -107,10 +100,10 @@ def read_published(text: str, path: object) -> PublishedDevices:
 def _device(key: str, table: Any, text: str, path: object) -> PublishedDevice:
     if not isinstance(table, dict):
         raise FileError(path, f"{key} must be a table, [{key}]")
-    reader = Reader(text, path, FIELDS, _TEXTS)
+    reader = Reader(text, path, FIELDS, {**DESCRIBING, **_DUE})
     reader.take(table)
-    for name, entry in _TEXTS.items():
-        if entry.required and name not in reader.words:
+    for name in _DUE:
+        if name not in reader.words:
             raise FileError(path, f"[{key}] has no {name}")
     values, sources, words = reader.values, reader.sources, reader.words
     bare = [name for name, source in sources.items() if not source.text]

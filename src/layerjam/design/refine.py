@@ -16,9 +16,9 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.design.merit import LINE_MERITS, VARIABLES, Point, Stock, line_merits, merits
+from layerjam.design.merit import LINE_MERITS, MERITS, VARIABLES, Point, Stock, line_merits
 from layerjam.design.requirements import Constraint, DesignSpecification
-from layerjam.design.stopping import stops
+from layerjam.design.stopping import judged
 
 Array = npt.NDArray[np.float64]
 LENGTHS = tuple(n for n, spec in VARIABLES.items() if not spec.whole and n != "usable_travel")
@@ -45,9 +45,7 @@ def _values(x: Any, point: Point, more: Any, *, names: tuple[str, ...], row: int
     """ln of all merits at values `x` of the variables `names`; stop's last."""
     base, pulled, wanted = more
     at = changed(point, dict(zip(names, x, strict=True)))
-    out = merits(at, base, pulled)
-    if wanted is not None:
-        out |= stops(at, base, wanted, row)
+    out = judged(at, base, pulled, wanted, row)
     return jnp.log(jnp.stack([jnp.asarray(out[n], float) for n in sorted(out)]))
 
 
@@ -69,7 +67,7 @@ class Smooth:
         self.start = np.array([float(getattr(place[n], n)) for n in self.names])
         asked = spec.evaluation
         self.more = (asked.base, asked.stick_slip, asked.stop)
-        self.row = int(spec.grid.axes["series"].max())
+        self.row = spec.grid.most_in_row
         own = {n for n in asked.all_names if n not in LINE_MERITS}
         self.order = tuple(sorted(own))
         self.brakes = float(point.series) * float(point.parallel)
@@ -118,129 +116,104 @@ class Refined:
     """The grid's design it started from."""
     values: dict[str, float]
     """The continuous variables [SI]."""
-    merits: dict[str, float]
     score: float
     """Sum of weight times signed ln(objective); less is better."""
-    binding: tuple[str, ...]
-    """Constraints and bounds that hold it where it is."""
-
-
-def _fixed(constraint: Constraint, spec: DesignSpecification, point: Point) -> float | None:
-    """The value of a quantity that no continuous variable changes; None where one may."""
-    name = constraint.name
-    if name in spec.evaluation.all_names or name in spec.grid.ranges:
-        return None
-    return float(getattr(point, name))
+    design: dict[str, Any]
+    """All variables and merits, and `binding`: what holds it where it is."""
 
 
 def refine(spec: DesignSpecification, number: int) -> Refined | None:
     """The best design near one of the grid's, None where no variable is continuous or none fits."""
-    grid = spec.grid
-    names = tuple(grid.ranges)
-    if not names:
+    if not spec.grid.ranges:
         return None
-    point = grid.point(grid.digits(number))
-    held = {c: _fixed(c, spec, point) for c in spec.constraints}
-    if any(v is not None and not c.holds(v) for c, v in held.items()):
+    point = spec.grid.point(number)
+    free = {*spec.evaluation.all_names, *spec.grid.ranges}
+    fixed = [c for c in spec.constraints if c.name not in free]
+    if not all(c.holds(float(getattr(point, c.name))) for c in fixed):
         return None
-    live = [c for c, v in held.items() if v is None and c.limit > 0]
-    smooth = Smooth(spec, point)
-    search = LocalSearch(smooth, live)
-    x = search.best()
-    if x is None:
+    live = [c for c in spec.constraints if c.name in free and c.limit > 0]
+    search = LocalSearch(Smooth(spec, point), live)
+    y = search.best()
+    if y is None or not search.cost(y) < BAD:
         return None
-    found = smooth.at(x)
-    # SLSQP ends a rounding outside: the constraint is met to nine digits
-    if not all(left >= -ACCURACY for left in search.left(found)):
-        return None
-    value = sum(o.weight * o.sign * found[o.name] for o in spec.objectives)
-    if not math.isfinite(value):
-        return None
+    found = search.smooth.at(search.full(y))
     binding = [str(c) for c in live if abs(found[c.name] - math.log(c.limit)) < 1e-6]
-    moved = x[search.places]
-    for n, v, lo, hi in zip(names, moved, search.low, search.high, strict=True):
-        if min(v - lo, hi - v) < 1e-6 * (hi - lo):
-            binding.append(f"{n} at its {'least' if v - lo < hi - v else 'greatest'}")
-    return Refined(
-        number,
-        dict(zip(names, moved.tolist(), strict=True)),
-        {
-            n: math.exp(found[n]) if not math.isnan(found[n]) else math.nan
-            for n in spec.evaluation.all_names
-        },
-        value,
-        tuple(binding),
-    )
+    for n, part in zip(spec.grid.ranges, y, strict=True):
+        if min(part, 1 - part) < 1e-6:
+            binding.append(f"{n} at its {'least' if part < 0.5 else 'greatest'}")
+    values = dict(zip(spec.grid.ranges, search.moved(y).tolist(), strict=True))
+    known = {n: math.exp(found[n]) if n in found else math.nan for n in MERITS}
+    design = {**spec.grid.values(number), **values, **known, "binding": binding}
+    return Refined(number, values, search.cost(y), design)
 
 
 class LocalSearch:
     """The search among the continuous variables of one design, each from 0 to 1 of its range."""
 
     def __init__(self, smooth: Smooth, live: list[Constraint]) -> None:
-        self.smooth, self.live = smooth, live
-        self.goals = smooth.spec.objectives
+        self.smooth, goals = smooth, smooth.spec.objectives
         ranges = smooth.spec.grid.ranges
         self.places = [smooth.names.index(n) for n in ranges]
-        self.low, self.high = (np.array([r[i] for r in ranges.values()]) for i in (0, 1))
-        self.signs = [1.0 if c.most else -1.0 for c in live]
+        self.low, self.high = np.array(list(ranges.values())).T
+        self.goals, self.live = [o.name for o in goals], [c.name for c in live]
+        self.weights = np.array([o.weight * o.sign for o in goals])
+        self.signs = np.array([1.0 if c.most else -1.0 for c in live])
+        self.limits = np.log([c.limit for c in live])
+
+    def moved(self, y: Array) -> Array:
+        """The continuous variables at a place within their ranges."""
+        return np.asarray(self.low + y * (self.high - self.low))
 
     def full(self, y: Array) -> Array:
         """All variables at a place within the ranges."""
         x = self.smooth.start.copy()
-        x[self.places] = self.low + y * (self.high - self.low)
+        x[self.places] = self.moved(y)
         return x
 
     def cost(self, y: Array) -> float:
         """Sum of weight times signed ln(objective)."""
         at = self.smooth.at(self.full(y))
-        value = sum(o.weight * o.sign * at[o.name] for o in self.goals)
+        value = float(self.weights @ [at[n] for n in self.goals])
         return value if math.isfinite(value) else BAD
 
-    def cost_slope(self, y: Array) -> Array:
-        """Its gradient."""
-        at = self.smooth.slopes(self.full(y))
-        whole = np.sum([o.weight * o.sign * at[o.name] for o in self.goals], axis=0)
-        return np.asarray(np.nan_to_num(whole[self.places] * (self.high - self.low)))
-
-    def left(self, at: dict[str, float]) -> Array:
-        """ln of what is left to each limit, negative where it is broken."""
-        pairs = zip(self.live, self.signs, strict=True)
-        out = [(math.log(c.limit) - at[c.name]) * sign for c, sign in pairs]
-        return np.nan_to_num(np.array(out, float), nan=-BAD, posinf=BAD, neginf=-BAD)
-
     def room(self, y: Array) -> Array:
-        """`left` at a place."""
-        return self.left(self.smooth.at(self.full(y)))
+        """ln of what is left to each limit, negative where it is broken."""
+        at = self.smooth.at(self.full(y))
+        left = (self.limits - [at[n] for n in self.live]) * self.signs
+        return np.nan_to_num(left, nan=-BAD, posinf=BAD, neginf=-BAD)
 
-    def room_slope(self, y: Array) -> Array:
-        """Its gradient, (constraints, variables)."""
+    def slopes(self, y: Array, names: list[str]) -> Array:
+        """Gradients of ln of some quantities, (quantities, variables)."""
         at = self.smooth.slopes(self.full(y))
-        pairs = zip(self.live, self.signs, strict=True)
-        rows = [-at[c.name][self.places] * sign for c, sign in pairs]
-        return np.asarray(np.nan_to_num(np.array(rows) * (self.high - self.low)))
+        made = np.array([at[n][self.places] for n in names])
+        return np.asarray(np.nan_to_num(made * (self.high - self.low)))
 
     def best(self) -> Array | None:
-        """The best variables found; None where none meets the constraints."""
+        """The best place found; None where none meets the constraints."""
         from scipy.optimize import minimize
 
-        wide = self.high - self.low
-        first = np.clip((self.smooth.start[self.places] - self.low) / wide, 0.0, 1.0)
-        kept = [{"type": "ineq", "fun": self.room, "jac": self.room_slope}] if self.live else []
+        first = (self.smooth.start[self.places] - self.low) / (self.high - self.low)
+        first = np.clip(first, 0.0, 1.0)
+        kept = {
+            "type": "ineq",
+            "fun": self.room,
+            "jac": lambda y: -self.signs[:, None] * self.slopes(y, self.live),
+        }
         made = minimize(
             self.cost,
             first,
-            jac=self.cost_slope,
+            jac=lambda y: self.weights @ self.slopes(y, self.goals),
             method="SLSQP",
-            constraints=kept,
+            constraints=[kept] if self.live else [],
             bounds=[(0.0, 1.0)] * len(first),
             options={"ftol": ACCURACY, "maxiter": ROUNDS},
         )
         y = np.clip(made.x, 0.0, 1.0)
-        # a rounding outside is undone by steps towards the start
+        # SLSQP ends a rounding outside: undone by steps towards the start
         for share in (0.0, 1e-9, 1e-7, 1e-5, 1e-3):
             back = y + share * (first - y)
-            if not self.live or (self.room(back) >= -ACCURACY).all():
-                return self.full(back)
+            if (self.room(back) >= -ACCURACY).all():
+                return np.asarray(back)
         return None
 
 

@@ -11,22 +11,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from layerjam.design.grid import Array
-from layerjam.design.merit import VARIABLES
+from layerjam.design.merit import VARIABLES, StickSlipPull
 from layerjam.design.requirements import Constraint, ConstraintSpec, Objective, ObjectiveSpec
+from layerjam.design.stopping import StopRequirement
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
 from layerjam.records.changes import values_of
 from layerjam.records.reader import Reader
 from layerjam.records.toml import parse_toml
-from layerjam.records.values import AsItIs, Entry, FlagSpec, ListSpec, TextSpec, entries, value
+from layerjam.records.values import AsItIs, Entry, ListSpec, TextSpec, entries, value
 from layerjam.records.writer import plain
-from layerjam.simulate.quantities import (
-    ARRIVAL_SPEED,
-    CROSSHEAD_SPEED,
-    MASS,
-    SEED,
-    STOP_TRAVEL,
-)
+from layerjam.simulate.quantities import SEED
 from layerjam.units import QuantitySpec, like, nested, quantity, show, spec_of
 
 MOST_VALUES = 1_000_000
@@ -109,28 +104,6 @@ class AxisSpec(AsItIs):
         return texts if len(texts) > 1 else texts[0]
 
 
-@dataclass(frozen=True, kw_only=True)
-class StopRequest:
-    """[stop]: a mass to be stopped; `travel` is slip, None where nothing is asked."""
-
-    mass: float = like(MASS, "mass to stop")
-    speed: float = like(ARRIVAL_SPEED, "speed of the mass")
-    travel: float | None = like(STOP_TRAVEL, "slip it may take", default=None)
-    force: float | None = quantity(
-        "N", "greatest force allowed", open_lo=True, hi=1e9, default=None
-    )
-    horizontal: bool = value(FlagSpec(text="whether the mass moves level"), False)
-
-
-@dataclass(frozen=True, kw_only=True)
-class StickSlipRequest:
-    """`[judder]`: what pulls, for the stiffness over the least without stick–slip."""
-
-    speed: float = like(CROSSHEAD_SPEED, "speed of the pull")
-    mass: float = like(MASS, "mass pulled")
-    damping_ratio: float = quantity("1", "damping of the mount over the critical one", hi=10)
-
-
 _SD = "standard deviation of the {} friction, relative"
 
 
@@ -173,8 +146,8 @@ class DesignRequest:
     )
     constraints: tuple[Constraint, ...] = value(ListSpec(each=ConstraintSpec()), ())
     objectives: tuple[Objective, ...] = value(ListSpec(each=ObjectiveSpec()))
-    stop: StopRequest | None = nested(StopRequest, default=None)
-    judder: StickSlipRequest | None = nested(StickSlipRequest, default=None)
+    stop: StopRequirement | None = nested(StopRequirement, default=None)
+    judder: StickSlipPull | None = nested(StickSlipPull, default=None)
     scatter: ScatterRequest | None = nested(ScatterRequest, default=None)
     film: tuple[FilmChoice, ...] = ()
     vary: Mapping[str, Axis] = field(default_factory=dict)

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from layerjam.control.plan_spread import log_normal
-from layerjam.design.merit import Point, merits
+from layerjam.design.merit import Point
 from layerjam.design.requirements import DesignSpecification
-from layerjam.design.stopping import stops
+from layerjam.design.stopping import judged
 
 
 class Chance(NamedTuple):
@@ -41,12 +41,8 @@ def robustness(spec: DesignSpecification, point: Point) -> dict[str, Chance]:
         static=log_normal(shares[0], float(film.static), scatter.static * float(film.static)),
         kinetic=log_normal(shares[1], float(film.kinetic), scatter.kinetic * float(film.kinetic)),
     )
-    at = point._replace(stock=drawn)
-    out: dict[str, Any] = merits(at, spec.evaluation.base, spec.evaluation.stick_slip)
-    if spec.evaluation.stop is not None:
-        out |= stops(
-            at, spec.evaluation.base, spec.evaluation.stop, int(spec.grid.axes["series"].max())
-        )
+    at, asked = point._replace(stock=drawn), spec.evaluation
+    out = judged(at, asked.base, asked.stick_slip, asked.stop, spec.grid.most_in_row)
     every = np.ones(scatter.samples, bool)
     found: dict[str, Chance] = {}
     for c in spec.constraints:
@@ -69,8 +65,5 @@ def _share(holds: Any) -> tuple[float, float]:
 def _range(value: Any) -> tuple[float, float]:
     # a design that does not stop has no finite slip: it counts as beyond every limit
     whole = np.sort(np.where(np.isnan(value), np.inf, value))
-    low, high = whole[int(0.05 * len(whole))], whole[int(0.95 * len(whole))]
-    return (
-        float(low) if np.isfinite(low) else math.nan,
-        float(high) if np.isfinite(high) else math.nan,
-    )
+    low, high = (float(whole[int(part * len(whole))]) for part in (0.05, 0.95))
+    return (low if math.isfinite(low) else math.nan, high if math.isfinite(high) else math.nan)

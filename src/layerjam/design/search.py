@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -28,33 +28,38 @@ FAMILIES = 8
 """Best families (film, thickness, whole numbers) kept: a finer search may change their order."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class SweepResult:
     """What a run of designs comes to; any two runs add up to that of both.
 
-    `numbers` are the designs kept, `costs` their objectives as ln(merit) with the sign that less is
-    better. `best` are (score, number, family) of the best designs of the best families. `alone[c]`
-    is (score, number) of the best design that only constraint c forbids, `reach[c]` (value, number)
-    of the design that comes nearest to c among those that meet all the others.
+    `failed` counts the built designs that break each constraint, `low` and `high` span each merit
+    (infinite where no design has it). Of the designs that are spoken of, `numbers` rise, and
+    `asked` are the quantities of their constraints and objectives, shape (quantities, n).
     """
 
-    examined: int = 0
-    built: int = 0
-    feasible: int = 0
-    numbers: Numbers = field(default_factory=lambda: np.empty(0, np.int64))
-    costs: Array = field(default_factory=lambda: np.empty((0, 0)))
-    best: list[tuple[float, int, int]] = field(default_factory=list)
-    alone: dict[int, tuple[float, int]] = field(default_factory=dict)
-    reach: dict[int, tuple[float, int]] = field(default_factory=dict)
-    failed: dict[int, int] = field(default_factory=dict)
-    low: dict[str, float] = field(default_factory=dict)
-    high: dict[str, float] = field(default_factory=dict)
+    examined: int
+    built: int
+    feasible: int
+    failed: Numbers
+    low: Array
+    high: Array
+    numbers: Numbers
+    asked: Array
 
-    def kept(self) -> Numbers:
-        """Every design that is spoken of, by number, rising."""
-        numbers = [n for _, n, _ in self.best]
-        numbers += [n for _, n in (*self.alone.values(), *self.reach.values())]
-        return np.unique(np.concatenate([self.numbers, np.array(numbers, np.int64)]))
+
+class Told(NamedTuple):
+    """The designs of a run that are spoken of, as places among its `numbers`."""
+
+    scores: Array
+    """Of every design: sum of weight times signed ln(objective); less is better."""
+    front: Numbers
+    """Those that no other beats."""
+    best: list[int]
+    """The best of each of the best families."""
+    alone: dict[int, int]
+    """Constraint to the best design that it alone forbids."""
+    reach: dict[int, int]
+    """Constraint to the design that comes nearest to it among those that meet all the others."""
 
 
 class Search:
@@ -65,9 +70,9 @@ class Search:
         self.spec, self.kernel = spec, Kernel(spec.grid, spec.evaluation)
         names = spec.evaluation.all_names
         self.row = {n: i for i, n in enumerate(names)}
+        self.wanted = [*(c.name for c in spec.constraints), *(o.name for o in spec.objectives)]
         self.signs = np.array([o.sign for o in spec.objectives])
         self.weights = np.array([o.weight for o in spec.objectives])
-        self.late = [i for i, c in enumerate(spec.constraints) if c.name in STOP_MERITS]
 
     def blocks(self) -> int:
         """How many blocks all designs make."""
@@ -78,54 +83,59 @@ class Search:
         first = index * self.size
         end = min(first + self.size, self.spec.grid.size)
         starts = range(first, end, CHUNK)
-        work: Iterable[SweepResult]
-        if pool is None:
-            work = map(lambda s: self.chunk(s, min(CHUNK, end - s)), starts)
-        else:
-            work = pool.map(lambda s: self.chunk(s, min(CHUNK, end - s)), starts)
-        return self.sum(work)
+        spread: Callable[..., Iterable[SweepResult]] = map if pool is None else pool.map
+        return self.sum(spread(lambda s: self.chunk(s, min(CHUNK, end - s)), starts))
 
     def all(self, progress: Callable[[str, float], None] | None = None) -> SweepResult:
         """What all designs come to, in memory."""
         total = self.blocks()
-        whole = SweepResult()
+        whole: list[SweepResult] = []
         with Workers() as pool:
             for index in range(total):
-                whole = self.sum([whole, self.block(index, pool)])
+                whole = [self.sum([*whole, self.block(index, pool)])]
                 if progress is not None:
                     progress("designs", (index + 1) / total)
-        return whole
+        return whole[0]
 
     def quantity(self, name: str, values: Array, numbers: Numbers) -> Array:
         """A merit from the kernel's rows, or a variable of the designs."""
         if name in self.row:
             return values[self.row[name]]
-        digits = self.spec.grid.digits(numbers)
-        if name == "thickness":
-            return np.asarray(self.spec.grid.thickness[digits[0]])
-        return np.asarray(
-            self.spec.grid.axes[name][digits[1 + list(self.spec.grid.axes).index(name)]]
-        )
+        return np.asarray(self.spec.grid.columns(numbers)[name], float)
 
     def chunk(self, first: int, count: int) -> SweepResult:
         """What `count` designs from `first` on come to."""
         numbers = np.arange(first, first + count, dtype=np.int64)
         values = self.kernel.merits(numbers)
-        constraints = self.spec.constraints
-        fine = np.isfinite(values[self.row["mass"]])
-        held = np.zeros((len(constraints), count), bool)
-        for i, c in enumerate(constraints):
-            if i not in self.late:
-                held[i] = c.holds(self.quantity(c.name, values, numbers)) & fine
-        early = (~held).sum(axis=0) - len(self.late)
+        built = np.isfinite(values[self.row["mass"]])
+        numbers, values = numbers[built], values[:, built]
         if self.spec.evaluation.stop is not None:
-            extra = np.full((2, count), math.nan)
-            near = np.flatnonzero(fine & (early <= 1) & self.may_stop(values))
-            extra[:, near] = self.kernel.stops(numbers[near])
-            values = np.concatenate([values, extra])
-            for i in self.late:
-                held[i] = constraints[i].holds(values[self.row[constraints[i].name]])
-        return self.reduced(numbers, values, held, fine)
+            values = np.concatenate([values, self._stops(numbers, values)])
+        asked = np.stack([self.quantity(name, values, numbers) for name in self.wanted])
+        held = self.held(asked)
+        low, high = (np.where(np.isfinite(values), values, end) for end in (math.inf, -math.inf))
+        run = SweepResult(
+            examined=count,
+            built=len(numbers),
+            feasible=int(held.all(axis=0).sum()),
+            failed=(~held).sum(axis=1),
+            low=low.min(axis=1, initial=math.inf),
+            high=high.max(axis=1, initial=-math.inf),
+            numbers=numbers,
+            asked=asked,
+        )
+        return self._thinned(run)
+
+    def _stops(self, numbers: Numbers, values: Array) -> Array:
+        """The stop's merits of designs that may meet all but one constraint, else NaN."""
+        early = [c for c in self.spec.constraints if c.name not in STOP_MERITS]
+        broken = np.zeros(len(numbers), int)
+        for c in early:
+            broken += ~c.holds(self.quantity(c.name, values, numbers))
+        near = (broken <= 1) & self.may_stop(values)
+        made = np.full((len(STOP_MERITS), len(numbers)), math.nan)
+        made[:, near] = self.kernel.stops(numbers[near])
+        return made
 
     def may_stop(self, values: Array) -> npt.NDArray[np.bool_]:
         """Designs whose whole travel and stretch take up the energy that the mass brings."""
@@ -135,104 +145,85 @@ class Search:
         brings = 0.0 if wanted is None else wanted.mass * wanted.speed**2 / 2
         return np.asarray(taken > brings * (1 - 1e-9))
 
-    def reduced(
-        self,
-        numbers: Numbers,
-        values: Array,
-        held: npt.NDArray[np.bool_],
-        fine: npt.NDArray[np.bool_],
-    ) -> SweepResult:
-        """The SweepResult of a chunk from its merits and which constraints hold."""
-        made = SweepResult(examined=len(numbers), built=int(fine.sum()))
-        for name, i in self.row.items():
-            row = values[i][np.isfinite(values[i])]
-            if len(row):
-                made.low[name], made.high[name] = float(row.min()), float(row.max())
-        failures = (~held).sum(axis=0)
-        scores_of = self._costs(values, numbers)
-        fits = np.flatnonzero(fine & (failures == 0))
-        made.feasible = len(fits)
-        for i, c in enumerate(self.spec.constraints):
-            made.failed[i] = int((fine & ~held[i]).sum())
-            others = fine & (failures - ~held[i] == 0)
-            value = self.quantity(c.name, values, numbers)
-            there = np.flatnonzero(others & np.isfinite(value))
-            if len(there):
-                at = there[np.argmin(value[there]) if c.most else np.argmax(value[there])]
-                made.reach[i] = (float(value[at]), int(numbers[at]))
-            single = np.flatnonzero(others & ~held[i])
-            if len(single):
-                cost = scores_of(single) @ self.weights
-                at = int(np.argmin(np.where(np.isnan(cost), np.inf, cost)))
-                if np.isfinite(cost[at]):
-                    made.alone[i] = (float(cost[at]), int(numbers[single[at]]))
-        if len(fits):
-            costs = scores_of(fits)
-            self._keep(made, numbers[fits], costs)
-        return made
+    def held(self, asked: Array) -> npt.NDArray[np.bool_]:
+        """Which constraints hold, shape (constraints, n)."""
+        constraints = self.spec.constraints
+        made = [c.holds(row) for c, row in zip(constraints, asked, strict=False)]
+        return np.array(made, bool).reshape(len(constraints), asked.shape[1])
 
-    def _costs(self, values: Array, numbers: Numbers) -> Callable[[Any], Array]:
-        rows = [self.quantity(o.name, values, numbers) for o in self.spec.objectives]
+    def told(self, run: SweepResult) -> Told:
+        """Which designs of a run are spoken of."""
+        asked, constraints = run.asked, self.spec.constraints
+        broken = ~self.held(asked)
+        failures = broken.sum(axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            costs = np.log(asked[len(constraints) :]).T * self.signs
+            scores = costs @ self.weights
+        fits = failures == 0
+        family, left, best = self.family(run.numbers), fits.copy(), list[int]()
+        while len(best) < FAMILIES and (at := _least(scores, left)) is not None:
+            best.append(at)
+            left &= family != family[at]
+        alone, reach = {}, {}
+        for i, c in enumerate(constraints):
+            others = failures == broken[i]
+            alone[i] = _least(scores, others & broken[i])
+            reach[i] = _least(asked[i] if c.most else -asked[i], others)
+        places = np.flatnonzero(fits)
+        return Told(scores, places[front(costs[fits])], best, _found(alone), _found(reach))
 
-        def of(places: Any) -> Array:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                return np.stack([np.log(r[places]) for r in rows], axis=1) * self.signs
-
-        return of
-
-    def _keep(self, made: SweepResult, numbers: Numbers, costs: Array) -> None:
-        score = costs @ self.weights
-        score = np.where(np.isnan(score), np.inf, score)
-        family = self.family(numbers)
-        for _ in range(FAMILIES):
-            at = int(np.argmin(score))
-            if not np.isfinite(score[at]):
-                break
-            made.best.append((float(score[at]), int(numbers[at]), int(family[at])))
-            score = np.where(family == family[at], np.inf, score)
-        places = front(costs)
-        made.numbers, made.costs = numbers[places], costs[places]
+    def _thinned(self, run: SweepResult) -> SweepResult:
+        """The same with those designs only that are spoken of."""
+        told = self.told(run)
+        single = [*told.best, *told.alone.values(), *told.reach.values()]
+        kept = np.unique(np.concatenate([told.front, np.array(single, np.int64)]))
+        return replace(run, numbers=run.numbers[kept], asked=run.asked[:, kept])
 
     def family(self, numbers: Numbers) -> Numbers:
         """One number for all designs of the same film, thickness and whole numbers."""
         grid = self.spec.grid
-        digits = grid.digits(numbers)
-        out = digits[0]
-        for name, place in zip(grid.axes, digits[1:], strict=True):
+        film, *rest = grid.digits(numbers)
+        out = film
+        for name, place in zip(grid.axes, rest, strict=True):
             if name in ("count", "series", "parallel"):
                 out = out * len(grid.axes[name]) + place
         return np.asarray(out)
 
     def sum(self, parts: Iterable[SweepResult]) -> SweepResult:
         """The SweepResult of several runs together, in their order."""
-        whole = SweepResult()
-        numbers, costs = [], []
-        for part in parts:
-            whole.examined += part.examined
-            whole.built += part.built
-            whole.feasible += part.feasible
-            if len(part.numbers):
-                numbers.append(part.numbers)
-                costs.append(part.costs)
-            whole.best += part.best
-            for i, n in part.failed.items():
-                whole.failed[i] = whole.failed.get(i, 0) + n
-            for name in part.low:
-                whole.low[name] = min(part.low[name], whole.low.get(name, math.inf))
-                whole.high[name] = max(part.high[name], whole.high.get(name, -math.inf))
-            for i, pair in part.alone.items():
-                whole.alone[i] = min(pair, whole.alone.get(i, (math.inf, 0)))
-            for i, pair in part.reach.items():
-                most = self.spec.constraints[i].most
-                old = whole.reach.get(i)
-                if old is None or (pair[0] < old[0] if most else pair[0] > old[0]):
-                    whole.reach[i] = pair
-        whole.best = _families(whole.best)
-        if numbers:
-            rows, cost = np.concatenate(numbers), np.concatenate(costs)
-            places = front(cost)
-            whole.numbers, whole.costs = rows[places], cost[places]
-        return whole
+        columns = zip(*(vars(part).values() for part in parts), strict=True)
+        examined, built, feasible, failed, low, high, numbers, asked = columns
+        run = SweepResult(
+            examined=sum(examined),
+            built=sum(built),
+            feasible=sum(feasible),
+            failed=np.sum(failed, axis=0),
+            low=np.min(low, axis=0),
+            high=np.max(high, axis=0),
+            numbers=np.concatenate(numbers),
+            asked=np.concatenate(asked, axis=1),
+        )
+        return self._thinned(run)
+
+    def summary(self, run: SweepResult) -> dict[str, Any]:
+        """A run as JSON takes it, its designs by number."""
+        told, numbers, family = self.told(run), run.numbers, self.family(run.numbers)
+        spans = {"low": run.low, "high": run.high}
+        return {
+            "examined": run.examined,
+            "built": run.built,
+            "feasible": run.feasible,
+            "best": [[told.scores[at], int(numbers[at]), int(family[at])] for at in told.best],
+            "alone": {i: [told.scores[at], int(numbers[at])] for i, at in told.alone.items()},
+            "reach": {i: [run.asked[i, at], int(numbers[at])] for i, at in told.reach.items()},
+            "failed": dict(enumerate(run.failed.tolist())),
+            **{
+                key: {
+                    n: v for n, v in zip(self.row, ends.tolist(), strict=True) if math.isfinite(v)
+                }
+                for key, ends in spans.items()
+            },
+        }
 
     def design(self, number: int) -> dict[str, Any]:
         """One design: its variables and all its merits."""
@@ -245,9 +236,11 @@ class Search:
         }
 
 
-def _families(best: list[tuple[float, int, int]]) -> list[tuple[float, int, int]]:
-    """The best design of each of the best families."""
-    out: dict[int, tuple[float, int, int]] = {}
-    for entry in sorted(best):
-        out.setdefault(entry[2], entry)
-    return list(out.values())[:FAMILIES]
+def _least(values: Array, among: npt.NDArray[np.bool_]) -> int | None:
+    """Place of the least finite value among some; None where there is none."""
+    there = np.flatnonzero(among & np.isfinite(values))
+    return int(there[np.argmin(values[there])]) if len(there) else None
+
+
+def _found(places: dict[int, int | None]) -> dict[int, int]:
+    return {i: at for i, at in places.items() if at is not None}

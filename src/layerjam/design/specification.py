@@ -14,7 +14,6 @@ from layerjam.design.merit import (
     LINE_MERITS,
     STOP_MERITS,
     VARIABLES,
-    StickSlipPull,
     Stock,
     line_table,
     point_of,
@@ -131,11 +130,10 @@ def specification(
         )
     films = _films(request, named, file, notes)
     grid = _grid(request, file, films)
-    stop = _stop(request, file)
     evaluation = Evaluation(
         base=file.brake,
-        stick_slip=_stick_slip(request),
-        stop=stop,
+        stick_slip=request.judder,
+        stop=request.stop,
         line=None if line is None else line_table(grid.axes["vacuum"], line.line),
     )
     _check_known([*request.constraints, *request.objectives], evaluation)
@@ -145,7 +143,7 @@ def specification(
         line=line,
         grid=grid,
         evaluation=evaluation,
-        constraints=request.constraints + _of_stop(stop),
+        constraints=request.constraints + _of_stop(request.stop),
         objectives=request.objectives,
         scatter=_scatter(request, file),
         text=request.text() if text is None else text,
@@ -163,18 +161,6 @@ def _roughly(file: LineFile) -> list[str]:
         f"rise_time on {file.name} by the closed form of a rigid chamber at one temperature: its "
         "tube, orifice leak and shrinking are left out"
     ]
-
-
-def _stop(request: DesignRequest, file: BrakeFile) -> StopRequirement | None:
-    if request.stop is None:
-        return None
-    wanted = vars(request.stop).copy()
-    level = wanted.pop("horizontal")
-    return StopRequirement(**wanted, gravity=0.0 if level else file.brake.site.gravity)
-
-
-def _stick_slip(request: DesignRequest) -> StickSlipPull | None:
-    return None if request.judder is None else StickSlipPull(**vars(request.judder))
 
 
 def _of_stop(stop: StopRequirement | None) -> tuple[Constraint, ...]:

@@ -2,29 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax.numpy as jnp
 
-from layerjam.design.merit import Point, brake_of, can_be_built
+from layerjam.design.merit import Point, StickSlipPull, brake_of, can_be_built, merits
 from layerjam.device.brake import Brake
 from layerjam.mechanics.law import law, within
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.mechanics.stop.exact import BOTTOMED_OUT, SNAPS, stop
+from layerjam.records.values import FlagSpec, value
+from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, STOP_TRAVEL
+from layerjam.units import like, quantity, record
 
 RIGID = 1e12
 """Stiffness [N/m] of a brake in a row: what its spring stores is left out."""
 
 
-class StopRequirement(NamedTuple):
-    """A mass to be stopped; SI. `travel` is slip, as in `drop`; None where nothing is asked."""
+@record
+class StopRequirement:
+    """[stop]: a mass to be stopped; `travel` is slip, as in `drop`, None where nothing is asked."""
 
-    mass: float
-    speed: float
-    travel: float | None
-    force: float | None
-    gravity: float
-    """Along the pull; 0 for a horizontal stop."""
+    mass: float = like(MASS, "mass to stop")
+    speed: float = like(ARRIVAL_SPEED, "speed of the mass")
+    travel: float | None = like(STOP_TRAVEL, "slip it may take", default=None)
+    force: float | None = quantity(
+        "N", "greatest force allowed", open_lo=True, hi=1e9, default=None
+    )
+    horizontal: bool = value(FlagSpec(text="whether the mass moves level"), False)
+
+
+def gravity(wanted: StopRequirement, base: Brake) -> Any:
+    """Gravity along the pull [m/s^2]."""
+    return jnp.where(wanted.horizontal, 0.0, base.site.gravity)
 
 
 def stops(point: Point, base: Brake, wanted: StopRequirement, most_in_row: int) -> dict[str, Any]:
@@ -38,11 +48,12 @@ def stops(point: Point, base: Brake, wanted: StopRequirement, most_in_row: int) 
     share = wanted.mass / point.parallel
     zero = jnp.zeros_like(share + made.sheets.usable_travel + point.series)
     spring = jnp.where(point.series > 1, RIGID, working_stiffness(made)) + zero
+    fall = gravity(wanted, base)
     speed, slip, peak = wanted.speed + zero, zero, zero
     done = zero > 0
     lost = zero > 0
     for turn in range(most_in_row):
-        now = stop(share + zero, speed, point.vacuum + zero, spring, wanted.gravity + zero, made)
+        now = stop(share + zero, speed, point.vacuum + zero, spring, fall + zero, made)
         going = ~done & ~lost
         slip = slip + jnp.where(going, now.slip, 0.0)
         peak = jnp.maximum(peak, jnp.where(going, now.peak_force, 0.0))
@@ -56,6 +67,18 @@ def stops(point: Point, base: Brake, wanted: StopRequirement, most_in_row: int) 
         "stop_slip": within(stands, slip),
         "stop_peak": within(stands, peak * point.parallel),
     }
+
+
+def judged(
+    point: Point,
+    base: Brake,
+    pulled: StickSlipPull | None,
+    wanted: StopRequirement | None,
+    most_in_row: int,
+) -> dict[str, Any]:
+    """Every figure of merit of designs, those of the stop where one is `wanted`."""
+    stopped = {} if wanted is None else stops(point, base, wanted, most_in_row)
+    return merits(point, base, pulled) | stopped
 
 
 @law

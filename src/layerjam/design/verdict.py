@@ -6,10 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from layerjam.design.bounds import UNBUILDABLE, Exclusion, by
 from layerjam.design.merit import STOP_MERITS
-from layerjam.design.requirements import NAMEABLE, Constraint, DesignSpecification, Objective
-from layerjam.design.search import Search, SweepResult
+from layerjam.design.requirements import NAMEABLE, DesignSpecification, Objective
+from layerjam.design.search import Search, SweepResult, Told
 from layerjam.units import show
 
 
@@ -51,16 +53,17 @@ def why_lost(
     return f"it loses by {lost}{won}; weighted, {math.expm1(total):.2%} behind"
 
 
-def forbidden(search: Search, found: SweepResult, score: float) -> list[dict[str, Any]]:
+def forbidden(search: Search, found: SweepResult, told: Told) -> list[dict[str, Any]]:
     """Designs that would have won but for one constraint, and by how much they break it."""
     out = []
-    for i, (cost, number) in sorted(found.alone.items(), key=lambda item: item[1]):
-        if cost >= score:
+    score = told.scores[told.best[0]]
+    for i, at in sorted(told.alone.items(), key=lambda item: (told.scores[item[1]], item[1])):
+        if told.scores[at] >= score:
             continue
         constraint = search.spec.constraints[i]
-        design = search.design(number)
-        value = value_of(design, constraint)
-        gain = -math.expm1(cost - score)
+        design = search.design(found.numbers[at])
+        value = float(design[constraint.name])
+        gain = -math.expm1(told.scores[at] - score)
         reason = (
             f"{constraint} keeps out {named(design)}: {constraint.name} "
             f"{show(value, constraint.unit)}; weighted, it would be {gain:.2%} better"
@@ -70,33 +73,28 @@ def forbidden(search: Search, found: SweepResult, score: float) -> list[dict[str
     return out
 
 
-def value_of(design: Mapping[str, Any], constraint: Constraint) -> float:
-    """The quantity of a constraint in a design's row."""
-    return float(design[constraint.name])
-
-
 def binding(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
     """Constraints met with less than 2 % to spare."""
     out = []
     for c in spec.constraints:
-        room = abs(value_of(design, c) - c.limit) / abs(c.limit) if c.limit else math.inf
+        room = abs(design[c.name] - c.limit) / abs(c.limit) if c.limit else math.inf
         if room < 0.02:
             out.append(f"{c} ({room:.1%} to spare)")
     return out
 
 
-def why_none(search: Search, found: SweepResult) -> Exclusion:
+def why_none(search: Search, found: SweepResult, told: Told) -> Exclusion:
     """Why a sweep found no design: the constraint that fails, and its best value."""
     constraints = search.spec.constraints
     if not found.built:
         return Exclusion(None, UNBUILDABLE)
-    near = [(constraints[i].short(value), i, value) for i, (value, _) in found.reach.items()]
-    if near:
-        _, i, value = min(near)
+    reached = {i: float(found.asked[i, at]) for i, at in told.reach.items()}
+    if reached:
+        _, i, value = min((constraints[i].short(value), i, value) for i, value in reached.items())
         c = constraints[i]
         reason = f"{c} is not met on this grid while the others hold{by(c, value)}"
         return Exclusion(str(c), reason, value)
-    worst = max(found.failed, key=lambda i: found.failed[i])
+    worst = int(np.argmax(found.failed))
     c = constraints[worst]
     if c.name in STOP_MERITS and found.failed[worst] == found.built:
         others = any(o.name not in STOP_MERITS for o in constraints)

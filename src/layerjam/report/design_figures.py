@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,11 +13,48 @@ from layerjam.report.style import BLUE, FAINT, GREEN, GREY, ORANGE, RED
 from layerjam.units import show, unit_factor
 
 save = style.save
-MARKS = (
-    ("chosen", "chosen", BLUE, "o", 9),
-    ("runner_up", "runner-up", ORANGE, "s", 7),
-    ("refined", "between the steps", GREEN, "D", 6),
-)
+
+
+class Look(NamedTuple):
+    """How a design is marked: in a figure, and with a symbol of its own on the page."""
+
+    color: str
+    mark: str
+    size: float
+    symbol: str
+    symbol_size: float
+
+
+LOOKS = {
+    "chosen": Look(BLUE, "o", 9, "circle", 17),
+    "runner-up": Look(ORANGE, "s", 7, "rect", 13),
+    "between the steps": Look(GREEN, "D", 6, "diamond", 15),
+}
+FORBIDDEN = Look(RED, "X", 7, "triangle", 13)
+
+
+def seen_over(answer: Any) -> tuple[str, str]:
+    """What the front is seen over: the first two objectives, or mass or force beside the one."""
+    names = [o.name for o in answer.record.spec.objectives][:2]
+    if len(names) == 1:
+        names.insert(0, "mass" if names[0] != "mass" else "holding_force")
+    return names[0], names[1]
+
+
+def marked(answer: Any, names: tuple[str, str]) -> list[tuple[Mapping[str, Any], str, Look]]:
+    """(design, what it is, its look) of those that are named in the picture."""
+    named = zip((answer.chosen, answer.runner_up, answer.refined), LOOKS.items(), strict=True)
+    made = [(design, word, look) for design, (word, look) in named if design is not None]
+    for blocked in sorted(answer.forbidden, key=lambda f: f["short"])[:1]:
+        if all(math.isfinite(blocked["design"][n]) for n in names):
+            made.append((blocked["design"], f"but for {blocked['constraint']}", FORBIDDEN))
+    return made
+
+
+def losing(answer: Any, name: str) -> float:
+    """1 where more of it is worse, -1 where less is: nothing is drawn on that side of the front."""
+    goals = {o.name: o.least for o in answer.record.spec.objectives}
+    return 1.0 if goals.get(name, True) else -1.0
 
 
 @style.styled
@@ -26,44 +65,31 @@ def front(answer: Any) -> style.Figure:
 
     With three objectives or more the front is seen from the first two; with one, over mass.
     """
-    spec = answer.record.spec
-    names = [o.name for o in spec.objectives][:2]
-    if len(names) == 1:
-        names.insert(0, "mass" if names[0] != "mass" else "holding_force")
+    spec, names = answer.record.spec, seen_over(answer)
     figure, (axes,) = style.canvas(width=7.4, height=4.8)
-    _draw(axes, answer, names)
-    detail = f"{answer.feasible_designs:,} of {answer.designs:,} designs meet the constraints"
-    if len(answer.front) < answer.front_size:
-        detail += f"; {len(answer.front)} of {answer.front_size} on the front are drawn"
-    goals = " and ".join(str(o) for o in spec.objectives)
-    style.title(axes, f"{answer.name}: {goals}", detail)
-    return figure
-
-
-def _draw(axes: style.Axes, answer: Any, names: list[str]) -> None:
     scales = [scale(answer, n) for n in names]
 
     def at(design: Any) -> tuple[float, ...]:
         return tuple(design[n] * f for n, (f, _) in zip(names, scales, strict=True))
 
     x, y = np.array(sorted(at(d) for d in answer.front)).T
-    if len(answer.record.spec.objectives) == 2:
+    if len(spec.objectives) == 2:
         axes.plot(x, y, color=FAINT, lw=1.2, zorder=1)
     axes.plot(x, y, "o", color=GREY, ms=3.2, mec="none", zorder=2)
     points = []
-    for key, word, color, mark, size in MARKS:
-        if (design := answer.values[key]) is not None:
-            axes.plot(*at(design), mark, color=color, ms=size, mec="white", mew=0.8, zorder=4)
-            points.append((at(design), word, color))
-    for blocked in sorted(answer.forbidden, key=lambda f: f["short"])[:1]:
-        axes.plot(*at(blocked["design"]), "x", color=RED, ms=7, mew=1.6, zorder=4)
-        points.append((at(blocked["design"]), f"but for {blocked['constraint']}", RED))
+    for design, word, look in marked(answer, names):
+        axes.plot(*at(design), look.mark, color=look.color, ms=look.size, mec="white", zorder=4)
+        points.append((at(design), word, look.color))
     words = [f"{n.replace('_', ' ')} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True)]
     axes.set(xlabel=words[0], ylabel=words[1])
     axes.margins(0.12)
-    least = {o.name: o.least for o in answer.record.spec.objectives}
-    aside = 1.0 if least.get(names[0], True) else -1.0
-    _labels(axes, points, aside, 1.0 if least.get(names[1], False) else -1.0)
+    _labels(axes, points, *(losing(answer, n) for n in names))
+    detail = f"{answer.feasible_designs:,} of {answer.designs:,} designs meet the constraints"
+    if len(answer.front) < answer.front_size:
+        detail += f"; {len(answer.front)} of {answer.front_size} on the front are drawn"
+    goals = " and ".join(str(o) for o in spec.objectives)
+    style.title(axes, f"{answer.name}: {goals}", detail)
+    return figure
 
 
 def _labels(

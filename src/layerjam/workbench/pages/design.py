@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Sequence
 from typing import Any
 
 from nicegui import ui
@@ -19,18 +18,14 @@ from layerjam.workbench.pages.design_need import NeedPart
 from layerjam.workbench.pages.design_part import Part
 from layerjam.workbench.runner import waiting_line
 
-WORDS = MappingProxyType(
-    {
-        "need": "From a requirement",
-        "arrays": "Several as one",
-        "density": "Force over mass",
-        "machines": "Four machines",
-    }
-)
+KINDS: dict[str, tuple[str, type[Part]]] = {
+    "need": ("From a requirement", NeedPart),
+    "arrays": ("Several as one", Arrays),
+    "density": ("Force over mass", Density),
+    "machines": ("Four machines", Machines),
+}
+WORDS = {key: words for key, (words, _) in KINDS.items()}
 PART = Choice("part", WORDS, "need", help="What this page shows")
-KINDS: Mapping[str, type[Part]] = MappingProxyType(
-    {"need": NeedPart, "arrays": Arrays, "density": Density, "machines": Machines}
-)
 
 
 class Design(Page):
@@ -40,7 +35,7 @@ class Design(Page):
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
-        self.parts = {key: kind(self) for key, kind in KINDS.items()}
+        self.parts = {key: kind(self) for key, (_, kind) in KINDS.items()}
         self.boxes: dict[str, ui.column] = {}
 
     def build(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,10 +13,10 @@ from layerjam.report.style import GREY
 from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.charts import COLORS, ink_of, options
+from layerjam.workbench.charts import COLORS, ink_of
 from layerjam.workbench.controls import Control, asked, by_key
 from layerjam.workbench.page import Notes
-from layerjam.workbench.pages.design_front import PALE
+from layerjam.workbench.pages.design_front import PALE, points_chart, scatter
 from layerjam.workbench.pages.design_part import PAGE, Part
 from layerjam.workbench.tables import html
 from layerjam.workbench.widgets import chart, dressed, hint
@@ -74,14 +75,11 @@ class Density(Part):
         self.missing.set_text(
             f"Not drawn, for no device with a source was found: {lacking}." if lacking else ""
         )
-        rows = []
-        for r in found.devices:
-            numbers = (("mass", "kg"), ("max_force", "N"), ("force_density", "N/kg"))
-            shown = [show(r[key], unit) for key, unit in numbers]
-            source = " ".join(filter(None, (r["source"], r["note"])))
-            rows.append((r["name"], r["kind"], *shown, source))
-        made = html(HEADS, rows, (2, 3, 4), "Force over mass of devices")
-        self.table.set_content(made)
+        rows = [
+            (r["name"], r["kind"], *_numbers(r), " ".join(filter(None, (r["source"], r["note"]))))
+            for r in found.devices
+        ]
+        self.table.set_content(html(HEADS, rows, (2, 3, 4), "Force over mass of devices"))
         self.notes.fill(found.warnings)
 
 
@@ -89,24 +87,21 @@ def density_chart(result: Any, dark: bool) -> dict[str, Any]:
     """Devices by kind, the first brake's line of more sheets, lines of one force density."""
     rows, lines, _ = result.record
     first, ink = lines[0], ink_of(dark)
-    axes: dict[str, Any] = {"x": "mass [g]", "y": "greatest force [N]", "y_range": (None, None)}
-    made = options([], dark=dark, log=(True, True), **axes)
     masses = [r["mass"] * GRAMS for r in rows] + [m * GRAMS for m in first.masses]
     forces = [r["max_force"] for r in rows] + list(first.forces)
     x, y = _decades(min(masses), max(masses)), _decades(min(forces), max(forces))
-    made["xAxis"] |= {"min": x[0], "max": x[1]}
-    made["yAxis"] |= {"min": y[0], "max": y[1]}
-    made["grid"] |= {"right": 60, "left": 70}
-    made["tooltip"] = {"trigger": "item", "confine": True, "formatter": "{b}"}
-    ours = [r for r in rows if r["computed"]]
-    kinds = dict.fromkeys(r["kind"] for r in rows if not r["computed"])
-    series = _equal(x, y, PALE if dark else GREY)
-    series += [_more_sheets(first, ink), _points(ours, "main", "circle", ink)]
-    for place, kind in enumerate(kinds):
-        color, symbol = SYMBOLS[place % len(SYMBOLS)]
-        mine = [r for r in rows if r["kind"] == kind and not r["computed"]]
-        series.append(_points(mine, color, symbol, ink, kind))
-    made["series"] = series
+    kinds: dict[str, list[Any]] = {}
+    for r in rows:
+        kinds.setdefault("" if r["computed"] else r["kind"], []).append(r)
+    ours = kinds.pop("")
+    series = [*_equal(x, y, PALE if dark else GREY), _more_sheets(first, ink)]
+    series.append(_points(ours, "main", "circle", ink))
+    for look, (kind, devices) in zip(itertools.cycle(SYMBOLS), kinds.items(), strict=False):
+        series.append(_points(devices, *look, ink, kind))
+    axes = {"x": "mass [g]", "y": "greatest force [N]", "log": (True, True)}
+    made = points_chart(series, dark=dark, right=60, **axes)
+    for axis, (low, high) in (("xAxis", x), ("yAxis", y)):
+        made[axis] |= {"min": low, "max": high}
     return made
 
 
@@ -115,14 +110,10 @@ def _more_sheets(line: Any, ink: str) -> dict[str, Any]:
     data = []
     for place, (count, m, f) in enumerate(zip(line.sheets, line.masses, line.forces, strict=True)):
         label = dict(show=place > 0, formatter=f"{count} sheets", position="left")
-        label |= dict(color=ink, fontSize=11)
-        data.append({"value": [_short(m * GRAMS), _short(f)], "label": label})
-    return {
-        **dict(type="line", name="more sheets", silent=True, symbol="circle", symbolSize=4),
-        "color": COLORS["main"],
-        "lineStyle": dict(type="dashed", width=1.3),
-        "data": data,
-    }
+        data.append({"value": _pair(m, f), "label": dict(label, color=ink, fontSize=11)})
+    dashed = dict(type="dashed", width=1.3)
+    look = dict(silent=True, symbol="circle", symbolSize=4, lineStyle=dashed)
+    return dict(type="line", name="more sheets", color=COLORS["main"], data=data, **look)
 
 
 def _points(
@@ -136,32 +127,28 @@ def _points(
         unsure = ", friction not measured" if r["note"] else ""
         rim = " (torque at its own rim)" if r["lever"] else ""
         text = f"{kind}{rim}" if r["name"] == named else "" if kind else r["name"] + unsure
-        mass, force, density = r["mass"], r["max_force"], show(r["force_density"], "N/kg")
         label = dict(show=bool(text), formatter=text, color=ink, fontSize=12 if first else 11)
         label |= dict(position="bottom" if kind else "right")
         label |= dict(fontWeight="bold" if first else "normal")
-        name = f"{r['name']}: {show(mass, 'kg')}, {show(force, 'N')}, {density}"
-        value = [_short(mass * GRAMS), _short(force)]
-        data.append(dict(name=name, value=value, symbolSize=16 if first else 9, label=label))
-    look = dict(type="scatter", name=kind or "ours", color=COLORS[color], symbol=symbol)
-    more = dict(itemStyle={"opacity": 1}, labelLayout={"moveOverlap": "shiftY"})
-    return {**look, **more, "data": data}
+        name = f"{r['name']}: {', '.join(_numbers(r))}"
+        value, size = _pair(r["mass"], r["max_force"]), 16 if first else 9
+        data.append(dict(name=name, value=value, symbolSize=size, label=label))
+    look = dict(color=COLORS[color], symbol=symbol, labelLayout={"moveOverlap": "shiftY"})
+    return scatter(kind or "ours", data, itemStyle={"opacity": 1}, **look)
 
 
 def _equal(x: tuple[float, float], y: tuple[float, float], color: str) -> list[dict[str, Any]]:
     """Straight lines of one force over mass, named inside the picture."""
     out = []
-    for power in range(-1, 8):
-        per_gram = 10.0**power / GRAMS
-        left, right = max(x[0], y[0] / per_gram), min(x[1], y[1] / per_gram)
+    for density in (10.0**power for power in range(-1, 8)):
+        left, right = max(x[0], y[0] * GRAMS / density), min(x[1], y[1] * GRAMS / density)
         if right <= left * 1.5:
             continue
-        words = show(10.0**power, "N/kg", 4)
+        words = show(density, "N/kg", 4)
         end = dict(show=True, formatter=words, color=color, fontSize=11, distance=3)
-        line = dict(type="line", name="", silent=True, showSymbol=False, color=color)
-        line["data"] = [[_short(m), _short(m * per_gram)] for m in (left, right)]
-        line |= dict(lineStyle=dict(width=0.6, opacity=0.7), endLabel=end)
-        out.append(line)
+        look = dict(color=color, lineStyle=dict(width=0.6, opacity=0.7), endLabel=end)
+        data = [_pair(m / GRAMS, m / GRAMS * density) for m in (left, right)]
+        out.append(dict(type="line", name="", silent=True, showSymbol=False, data=data, **look))
     return out
 
 
@@ -171,5 +158,12 @@ def _decades(low: float, high: float) -> tuple[float, float]:
     return max(m for m in marks if m <= low / 1.2), min(m for m in marks if m >= high * 1.2)
 
 
-def _short(value: float) -> float:
-    return float(f"{value:.5g}")
+def _pair(mass: float, force: float) -> list[float]:
+    """A point of the chart, short on its way to the browser; mass [kg], force [N]."""
+    return [float(f"{value:.5g}") for value in (mass * GRAMS, force)]
+
+
+def _numbers(row: dict[str, Any]) -> list[str]:
+    """Mass, force and force over mass of a device, with their units."""
+    units = {"mass": "kg", "max_force": "N", "force_density": "N/kg"}
+    return [show(row[key], unit) for key, unit in units.items()]

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from layerjam.design.design_file import plain_name
 from layerjam.design.merit import MERITS, VARIABLES
-from layerjam.design.requirements import DesignSpecification
 from layerjam.design.verdict import named
-from layerjam.report.design_figures import scale
+from layerjam.report.design_figures import Look, losing, marked, scale
 from layerjam.report.style import GREY
 from layerjam.units import show
-from layerjam.workbench.charts import COLORS, ink_of, options
+from layerjam.workbench.charts import ink_of, options
 from layerjam.workbench.pages.design_part import said, words
 from layerjam.workbench.tables import html
 
@@ -22,24 +20,20 @@ PALE = "#9aa5af"
 Row = Mapping[str, Any]
 CHOSEN, REFINED = -2, -1
 """In place of a design's number: the chosen one, whichever it is, and the one between the steps."""
-MARKS = (
-    ("chosen", "chosen", "main", "circle", 17),
-    ("runner_up", "runner-up", "second", "rect", 13),
-    ("refined", "between the steps", "good", "diamond", 15),
-)
 
 
 def designs(result: Any) -> dict[int, Row]:
     """Every design of the result, by number; the front in the order of the first objective."""
     first = result.record.spec.objectives[0]
-    rows: dict[int, Row] = {
-        d["number"]: d for d in sorted(result.front, key=lambda d: first.sign * d[first.name])
-    }
+    rows: list[Row] = sorted(result.front, key=lambda d: first.sign * d[first.name])
     told = [result.chosen, result.runner_up, *(f["design"] for f in result.forbidden)]
-    rows |= {d["number"]: d for d in told if d is not None}
-    if result.refined is not None:
-        rows[REFINED] = result.refined
-    return rows
+    made = {d["number"]: d for d in (*rows, *told) if d is not None}
+    return made if result.refined is None else {**made, REFINED: result.refined}
+
+
+def along(result: Any) -> list[int]:
+    """Numbers of the front in the order of the first objective."""
+    return list(designs(result))[: len(result.front)]
 
 
 def picked(result: Any, wanted: int) -> tuple[int, Row]:
@@ -47,14 +41,6 @@ def picked(result: Any, wanted: int) -> tuple[int, Row]:
     rows = designs(result)
     number = wanted if wanted in rows else result.chosen["number"]
     return number, rows[number]
-
-
-def axes(result: Any) -> tuple[str, str]:
-    """What the front is seen over: the first two objectives, or mass or force beside the one."""
-    names = [o.name for o in result.record.spec.objectives][:2]
-    if len(names) == 1:
-        names.insert(0, "mass" if names[0] != "mass" else "holding_force")
-    return names[0], names[1]
 
 
 def drawable(result: Any) -> dict[str, str]:
@@ -69,80 +55,67 @@ def drawable(result: Any) -> dict[str, str]:
 
 def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) -> dict[str, Any]:
     """Every design on the front as a point; value[2] of a point is the design's number."""
-    (fx, ux), (fy, uy) = (scale(result, n) for n in names)
-    ink, faint = ink_of(dark), PALE if dark else GREY
-    x, y = (f"{words(n)} [{unit}]" for n, unit in zip(names, (ux, uy), strict=True))
-    made = options([], x=x, y=y, dark=dark, y_range=(None, None))
+    scales = [scale(result, n) for n in names]
+    ink = ink_of(dark)
+    x, y = (f"{words(n)} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True))
 
-    def at(design: Row, key: int) -> list[float]:
-        return [float(f"{design[names[0]] * fx:.6g}"), float(f"{design[names[1]] * fy:.6g}"), key]
+    def point(design: Row, word: str = "") -> dict[str, Any]:
+        place = [float(f"{design[n] * f:.6g}") for n, (f, _) in zip(names, scales, strict=True)]
+        value = [*place, design.get("number", REFINED)]
+        return {"value": value, "name": f"{word}{': ' if word else ''}{named(design)}"}
 
-    def point(design: Row, key: int, word: str = "") -> dict[str, Any]:
-        return {"value": at(design, key), "name": f"{word}{': ' if word else ''}{named(design)}"}
-
-    points = [point(d, d["number"]) for d in result.front]
-    front = dict(type="scatter", name="on the front", color=faint, symbolSize=8, z=2)
-    series: list[dict[str, Any]] = [{**front, "data": points}]
-    aside, down = (_losing(result, n) for n in names)
+    points = [point(d) for d in result.front]
+    look = dict(color=PALE if dark else GREY, symbolSize=8, z=2)
+    series = [scatter("on the front", points, **look)]
+    aside, down = (losing(result, n) for n in names)
     # the label of the uppermost mark is the uppermost, so that no two of their lines cross
-    marks = sorted(_marks(result, names), key=lambda m: down * m[0][names[1]])
-    for rank, (design, key, word, look) in enumerate(marks):
+    marks = sorted(marked(result, names), key=lambda m: down * m[0][names[1]])
+    for rank, (design, word, mark) in enumerate(marks):
         shift = (34 * aside, -down * (16 + 19 * rank))
-        series.append({**_marked(look, word, ink, shift), "data": [point(design, key, word)]})
-    _, design = picked(result, number)
+        series.append(scatter(word, [point(design, word)], **_marked(mark, word, ink, shift)))
     ring = dict(color="transparent", borderColor=ink, borderWidth=2.2)
-    looked = dict(type="scatter", name="looked at", silent=True, symbol="circle", symbolSize=26)
-    series.append({**looked, "data": [at(design, number)], "z": 5, "itemStyle": ring})
-    made["series"] = series
-    made["tooltip"] = {"trigger": "item", "confine": True, "formatter": "{b}"}
-    made["grid"] |= {"right": 190, "left": 70}
+    looked = dict(silent=True, symbol="circle", symbolSize=26, z=5, itemStyle=ring)
+    looked_at = point(picked(result, number)[1])["value"]
+    series.append(scatter("looked at", [looked_at], **looked))
+    made = points_chart(series, x=x, y=y, dark=dark, right=190)
     for axis in ("xAxis", "yAxis"):
         made[axis] |= {"scale": True}
     return made
 
 
-def _marked(look: Any, word: str, ink: str, shift: tuple[float, float]) -> dict[str, Any]:
-    """A mark with its word beside it, on a line; `look` is (colour, symbol, size)."""
-    color, symbol, size = COLORS[look[0]], look[1], look[2]
+def points_chart(
+    series: Sequence[dict[str, Any]], *, right: int, dark: bool, **axes: Any
+) -> dict[str, Any]:
+    """A chart of points, each of which bears its name."""
+    made = options([], dark=dark, y_range=(None, None), **axes)
+    made["grid"] |= {"right": right, "left": 70}
+    made["tooltip"] = {"trigger": "item", "confine": True, "formatter": "{b}"}
+    return {**made, "series": list(series)}
+
+
+def scatter(name: str, data: Sequence[Any], **look: Any) -> dict[str, Any]:
+    """Points of one kind."""
+    return dict(type="scatter", name=name, data=list(data), **look)
+
+
+def _marked(mark: Look, word: str, ink: str, shift: tuple[float, float]) -> dict[str, Any]:
+    """The look of a mark with its word beside it, on a line."""
     side = "right" if shift[0] > 0 else "left"
     return {
-        **dict(type="scatter", name=word, symbol=symbol, symbolSize=size, color=color, z=4),
+        **dict(symbol=mark.symbol, symbolSize=mark.symbol_size, color=mark.color, z=4),
         "itemStyle": dict(borderColor="#fff", borderWidth=1, opacity=1),
         "label": dict(show=True, formatter=word, color=ink, fontSize=12, position=side),
-        "labelLine": {"show": True, "lineStyle": {"color": color}},
+        "labelLine": {"show": True, "lineStyle": {"color": mark.color}},
         "labelLayout": {"dx": shift[0], "dy": shift[1]},
     }
-
-
-def _marks(result: Any, names: tuple[str, str]) -> list[tuple[Row, int, str, Any]]:
-    """(design, number, word, look) of what is named in the picture."""
-    made: list[tuple[Row, int, str, Any]] = []
-    for key, word, *look in MARKS:
-        design = result.values[key]
-        if design is not None:
-            made.append((design, REFINED if key == "refined" else design["number"], word, look))
-    for blocked in sorted(result.forbidden, key=lambda f: f["short"])[:1]:
-        design, word = blocked["design"], f"but for {blocked['constraint']}"
-        if all(math.isfinite(design[n]) for n in names):
-            made.append((design, design["number"], word, ("bad", "triangle", 13)))
-    return made
-
-
-def _losing(result: Any, name: str) -> float:
-    """1 where more of it is worse, -1 where less is: nothing is drawn on that side of the front."""
-    goals = {o.name: o.least for o in result.record.spec.objectives}
-    return 1.0 if goals.get(name, True) else -1.0
 
 
 def comparison(result: Any, number: int) -> str:
     """The design looked at, the chosen one, the refined one and the runner-up, row by row."""
     spec = result.record.spec
-    number, design = picked(result, number)
-    columns: dict[str, Row] = {"looked at": design, "chosen": result.chosen}
-    if result.refined is not None:
-        columns["between the steps"] = result.refined
-    if result.runner_up is not None:
-        columns["runner-up"] = result.runner_up
+    told = {"chosen": result.chosen, "between the steps": result.refined}
+    told = {"looked at": picked(result, number)[1], **told, "runner-up": result.runner_up}
+    columns = {word: design for word, design in told.items() if design is not None}
     asked: dict[str, list[str]] = {}
     for c in spec.constraints:
         sign = "at most" if c.most else "at least"
@@ -150,53 +123,68 @@ def comparison(result: Any, number: int) -> str:
     for o in spec.objectives:
         asked.setdefault(o.name, []).append("least" if o.least else "most")
     rows = []
-    for name in ("film", *VARIABLES, *(n for n in MERITS if n not in VARIABLES)):
+    for name in dict.fromkeys(("film", *VARIABLES, *MERITS)):
         cells = [said(d.get(name), result.units.get(name, "1")) for d in columns.values()]
         if set(cells) != {"–"}:
             rows.append((words(name), ", ".join(asked.get(name, [])), *cells))
-    heads = ("", "asked for", *columns)
-    return html(heads, rows, range(2, len(heads)), "Designs side by side")
+    return _table("Designs side by side", ("", "asked for", *columns), rows, 2)
 
 
 def forbidden(result: Any) -> str:
     """What would have been better but for one constraint."""
-    units = {str(c): c.unit for c in result.record.spec.constraints}
-    rows = []
-    for f in result.forbidden:
-        value = said(f["value"], units[f["constraint"]])
-        missed, gain = f"{f['short']:.1%}", f"{f['gain']:.1%}"
-        rows.append((f["constraint"], named(f["design"]), value, missed, gain))
-    if not rows:
-        return "<p>No single constraint keeps a better design out.</p>"
+    units = _limits(result)
+    rows = [
+        (
+            f["constraint"],
+            named(f["design"]),
+            said(f["value"], units[f["constraint"]]),
+            f"{f['short']:.1%}",
+            f"{f['gain']:.1%}",
+        )
+        for f in result.forbidden
+    ]
     heads = ("Constraint", "keeps out", "which has", "missed by", "better by")
-    return html(heads, rows, (2, 3, 4), "Designs that one constraint forbids")
+    none = "No single constraint keeps a better design out."
+    return _table("Designs that one constraint forbids", heads, rows, 2, none)
 
 
 def chances(result: Any) -> str:
     """How likely each constraint holds with the scatter in friction."""
-    units = {str(c): c.unit for c in result.record.spec.constraints}
+    units = _limits(result)
     rows = []
     for name, c in result.robustness.items():
         shares = (f"{c['probability']:.1%}", f"{c['error']:.1%}")
         span = (said(c[end], units.get(name, "1")) for end in ("low", "high"))
         rows.append(("all of them" if name == "all" else name, *shares, *span))
-    if not rows:
-        return "<p>The brake states no scatter of its friction, so none is taken into account.</p>"
     heads = ("Constraint", "holds", "give or take", "5 % below", "5 % above")
-    return html(heads, rows, (1, 2, 3, 4), "Robustness of the chosen design")
+    none = "The brake states no scatter of its friction, so none is taken into account."
+    return _table("Robustness of the chosen design", heads, rows, 1, none)
 
 
 def slopes(result: Any) -> str:
     """What one percent more of a number changes, in percent."""
     table = result.sensitivities
-    names = dict.fromkeys(n for row in table.values() for n in row)
     rows = []
-    for n in names:
+    for n in dict.fromkeys(n for row in table.values() for n in row):
         changes = [row.get(n, 0.0) for row in table.values()]
         if any(abs(c) > 0.005 for c in changes):
             rows.append((words(n), *(f"{c:+.2f}" if abs(c) > 0.005 else "–" for c in changes)))
     heads = ("1 % more of", *(f"{words(m)} [%]" for m in table))
-    return html(heads, rows, range(1, len(heads)), "Sensitivities of the chosen design")
+    return _table("Sensitivities of the chosen design", heads, rows, 1)
+
+
+def _limits(result: Any) -> dict[str, str]:
+    """{constraint: unit of its limit}."""
+    return {str(c): c.unit for c in result.record.spec.constraints}
+
+
+def _table(
+    caption: str, heads: Sequence[str], rows: Sequence[Iterable[str]], words: int, none: str = ""
+) -> str:
+    """The table, whose first columns are words; the sentence `none` where it is empty."""
+    if none and not rows:
+        return f"<p>{none}</p>"
+    return html(heads, [tuple(row) for row in rows], range(words, len(heads)), caption)
 
 
 def verdict(result: Any) -> str:
@@ -224,15 +212,3 @@ def refusal(result: Any) -> str:
     if not result.examined:
         return f"{text} Shown by bounds, before any of the {result.designs:,} designs was computed."
     return f"{text} All {result.examined:,} designs were computed."
-
-
-def along(result: Any) -> list[int]:
-    """Numbers of the front in the order of the first objective."""
-    first = result.record.spec.objectives[0]
-    rows = sorted(result.front, key=lambda d: (first.sign * d[first.name], d["number"]))
-    return [d["number"] for d in rows]
-
-
-def file_name(spec: DesignSpecification) -> str:
-    """What a file of this specification is called."""
-    return plain_name(spec.name)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from contextlib import suppress
+from functools import lru_cache, partial
 from html import escape
 from typing import Any, NamedTuple
 
 from nicegui import events, ui
 
 from layerjam.commands.design import brake_of
+from layerjam.design.design_file import plain_name
 from layerjam.design.requirements import DesignSpecification
 from layerjam.design.specification import examples, read_spec
 from layerjam.design.verdict import named
-from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue
 from layerjam.errors import FileError, LayerjamError
+from layerjam.report.design_figures import seen_over
 from layerjam.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call, Subject
@@ -42,6 +44,13 @@ LONGEST = 20_000
 """Characters of a specification on the page; the link has to hold it."""
 FIRST = "wrist"
 STOPPED = "Stopped. Search begins it anew."
+TABLES = (
+    ("Designs side by side", "comparison", True),
+    ("Better, but forbidden", "forbidden", True),
+    ("Robustness of the chosen design", "chances", False),
+    ("What changes what, at the chosen design", "slopes", False),
+)
+"""Title, its function in `design_front`, and whether it is open at first."""
 
 
 class Found(NamedTuple):
@@ -51,6 +60,27 @@ class Found(NamedTuple):
     problem: str = ""
     line: int | None = None
 
+    @property
+    def design(self) -> Any:
+        """The result where a design meets what is asked, else None."""
+        return self.result if self.result is not None and self.result.feasible else None
+
+
+@lru_cache(maxsize=8)
+def read(text: str, begin: str = "") -> DesignSpecification:
+    """A specification from the page; raises FileError with the line.
+
+    No file is opened: `begin` is the text of the desk's brake, where it begins from that.
+    """
+    if len(text) > LONGEST:
+        raise FileError("the specification", f"{len(text)} characters; at most {LONGEST} are read")
+    beside = {}
+    if begin:
+        with suppress(LayerjamError):
+            file = read_any("brake", begin)
+            beside = {f"{file.name}.toml": file}
+    return read_spec(text, "specification", beside)
+
 
 class NeedPart(Part):
     """The specification left, the front and the designs right."""
@@ -58,7 +88,6 @@ class NeedPart(Part):
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self.form = Form(self.desk, self.written)
-        self._read: tuple[object, DesignSpecification | None] = (None, None)
         self._found: tuple[object, Found] = (None, Found())
         self._drawn: tuple[object, ...] = ()
 
@@ -69,24 +98,13 @@ class NeedPart(Part):
         said = str(self.desk.get(PAGE, "spec", FIRST))
         return (examples()[said], said) if said in examples() else (said, "")
 
-    def beside(self) -> dict[str, BrakeFile]:
-        """The brake of the desk that the specification begins from, as it was then."""
-        text = str(self.desk.get(PAGE, "begin", ""))
-        try:
-            file = read_any("brake", text) if text else None
-        except LayerjamError:
-            return {}
-        return {} if file is None else {f"{file.name}.toml": file}
+    def begun(self) -> str:
+        """The text of the brake that the specification begins from, as it was on the desk then."""
+        return str(self.desk.get(PAGE, "begin", ""))
 
     def spec(self) -> DesignSpecification:
         """The specification; raises FileError with the line."""
-        text, _ = self.spec_text()
-        key = (text, self.desk.get(PAGE, "begin", ""))
-        known, spec = self._read
-        if known != key or spec is None:
-            spec = read(text, self.beside())
-            self._read = (key, spec)
-        return spec
+        return read(self.spec_text()[0], self.begun())
 
     def calls(self) -> Sequence[Call]:
         """The search; an own specification is the file that can be saved."""
@@ -94,25 +112,24 @@ class NeedPart(Part):
         if name:
             return [Call("design", (Subject(name),))]
         spec = self.spec()
-        return [Call("design", (Subject(f"{front.file_name(spec)}.toml", spec),))]
+        return [Call("design", (Subject(f"{plain_name(spec.name)}.toml", spec),))]
 
     def compute(self) -> Found:
         """The result to the specification; nothing twice, and nothing anew that was stopped."""
-        key = (self.spec_text(), self.desk.get(PAGE, "begin", ""))
+        key = (self.spec_text(), self.begun())
         if self._found[0] != key:
             self._found = (key, self._search())
         return self._found[1]
 
     def _search(self) -> Found:
         try:
-            result = self.calls()[0].run(progress=self.page.runner.tell)
+            return Found(self.calls()[0].run(progress=self.page.runner.tell))
         except FileError as err:
             return Found(None, err.reason, err.line)
         except LayerjamError as err:
             return Found(None, str(err))
         except Stopped:
             return Found(None, STOPPED)
-        return Found(result)
 
     # ---- what stands on the page
 
@@ -169,12 +186,7 @@ class NeedPart(Part):
         self.chart = chart(f"{PAGE}-front", what, size, self._clicked)
         self.looked = status(f"{PAGE}-picked", "font-medium")
         self.tables: dict[str, live.Table] = {}
-        for key, title, is_open in (
-            ("comparison", "Designs side by side", True),
-            ("forbidden", "Better, but forbidden", True),
-            ("chances", "Robustness of the chosen design", False),
-            ("slopes", "What changes what, at the chosen design", False),
-        ):
+        for title, key, is_open in TABLES:
             with fold(title, is_open=is_open):
                 self.tables[key] = dressed(live.Table(), f"{PAGE}-{key}", "w-full")
         with ui.row().classes("items-center gap-2"):
@@ -212,11 +224,9 @@ class NeedPart(Part):
 
     def save(self) -> None:
         """The text in the editor as a file."""
-        text = str(self.editor.value or "")
-        try:
-            name = front.file_name(read(text, self.beside()))
-        except LayerjamError:
-            name = "specification"
+        text, name = str(self.editor.value or ""), "specification"
+        with suppress(LayerjamError):
+            name = plain_name(read(text, self.begun()).name)
         ui.download.content(text.encode(), f"{name}.toml", "application/toml")
 
     def pick(self, number: int) -> None:
@@ -230,8 +240,8 @@ class NeedPart(Part):
 
     def walk(self, step: int) -> None:
         """The next design along the front."""
-        result = self._found[1].result
-        if result is None or not result.feasible:
+        result = self._found[1].design
+        if result is None:
             return
         numbers = front.along(result)
         number, _ = front.picked(result, self.wanted())
@@ -244,15 +254,15 @@ class NeedPart(Part):
         return int(value) if isinstance(value, int | float) else front.CHOSEN
 
     def _seen_over(self, key: str, event: events.ValueChangeEventArguments[Any]) -> None:
-        result = self._found[1].result
-        if event.value and result is not None and result.feasible:
-            usual = front.axes(result)[key == "y"]
+        result = self._found[1].design
+        if event.value and result is not None:
+            usual = seen_over(result)[key == "y"]
             self.desk.put(PAGE, key, "" if event.value == usual else str(event.value))
 
     def take(self) -> None:
         """The design looked at becomes the desk's brake."""
-        result = self._found[1].result
-        if result is None or not result.feasible:
+        result = self._found[1].design
+        if result is None:
             return
         number, design = front.picked(result, self.wanted())
         try:
@@ -267,13 +277,12 @@ class NeedPart(Part):
 
     async def figure(self, ending: str) -> None:
         """The figure that `design --figure` writes."""
-        result = self._found[1].result
-        if result is None or not result.feasible:
+        result = self._found[1].design
+        if result is None:
             return
         content = await elsewhere(lambda: takeaway.file_bytes(result, ending))
         if content is not None:
-            name = front.file_name(result.record.spec)
-            ui.download.content(content, f"{name}-design.{ending}")
+            ui.download.content(content, f"{plain_name(result.name)}-design.{ending}")
 
     # ---- what is shown
 
@@ -281,32 +290,28 @@ class NeedPart(Part):
         """The outcome; what has not changed stays as it is."""
         self.trouble.set_content(problem(found, self.spec_text()[0]))
         result = found.result
-        fine = result is not None and bool(result.feasible)
-        self.results.set_visibility(fine)
+        self.results.set_visibility(found.design is not None)
         self.verdict.set_text("" if result is None else front.verdict(result))
         self.notes.fill([] if result is None else result.warnings)
-        if result is None or not fine:
-            self._drawn = ()
+        if found.design is None:
             return
         names = self._axes(result)
         number, design = front.picked(result, self.wanted())
         now = (id(result), names, number, self.page.dark)
         if now == self._drawn:
             return
-        fresh = now[0] != (self._drawn or (0,))[0]
         self._drawn = now
         live.draw(self.chart, front.front_chart(result, names, number, self.page.dark))
         self.looked.set_text(f"Looked at: {named(design)}")
         self.tables["comparison"].set_content(front.comparison(result, number))
-        if fresh:
-            for make in (front.forbidden, front.chances, front.slopes):
-                self.tables[make.__name__].set_content(make(result))
+        for make in (front.forbidden, front.chances, front.slopes):
+            self.tables[make.__name__].set_content(make(result))
 
     def _axes(self, result: Any) -> tuple[str, str]:
         """What the front is seen over now; the menus follow."""
         known = front.drawable(result)
         out = []
-        for key, usual in zip(("x", "y"), front.axes(result), strict=True):
+        for key, usual in zip(("x", "y"), seen_over(result), strict=True):
             wanted = str(self.desk.get(PAGE, key, ""))
             name = wanted if wanted in known else usual
             out.append(name)
@@ -314,13 +319,6 @@ class NeedPart(Part):
             if self.over[key].options != shown or self.over[key].value != name:
                 self.over[key].set_options(shown, value=name)
         return out[0], out[1]
-
-
-def read(text: str, beside: dict[str, BrakeFile]) -> DesignSpecification:
-    """A specification from the page: no file is opened; raises FileError."""
-    if len(text) > LONGEST:
-        raise FileError("the specification", f"{len(text)} characters; at most {LONGEST} are read")
-    return read_spec(text, "specification", beside)
 
 
 def problem(found: Found, text: str) -> str:
