@@ -9,7 +9,7 @@ behind it to the next valley, until every stage is at its end.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,16 +44,10 @@ class Backbone:
         """The same, carrying only after a slack [m]."""
         if not slack:
             return self
-        return Backbone(
-            np.concatenate([[0.0], self.elongation + slack]),
-            np.concatenate([[0.0], self.force]),
-            np.concatenate([[0.0], self.slip]),
-            self.stiffness,
-            self.peak_slip,
-            self.end + slack,
-            self.stop,
-            slack,
-        )
+        rows = (self.elongation + slack, self.force, self.slip)
+        u, force, slip = (np.concatenate([[0.0], row]) for row in rows)
+        end = self.end + slack
+        return replace(self, elongation=u, force=force, slip=slip, end=end, slack=slack)
 
 
 def backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) -> Backbone:
@@ -121,9 +115,8 @@ class _Stage:
         f = np.interp(u, self.u, self.f)
         falls = np.flatnonzero(np.diff(f) < 0)
         if not len(falls):
-            if self.apart:
-                return float(f[-1]), float(u[-1]), float(u[-1])
-            return np.inf, max(self.end, self.front), np.inf
+            end = float(u[-1])
+            return (float(f[-1]), end, end) if self.apart else (np.inf, end, np.inf)
         top = int(falls[0])
         rises = np.flatnonzero(np.diff(f[top:]) > 0)
         valley = top + int(rises[0]) if len(rises) else len(u) - 1
@@ -135,8 +128,8 @@ class _Stage:
 
     def relaxed(self, force: np.ndarray) -> np.ndarray:
         """Elongation at a force not above the frontier's: slips kept, taut members elastic."""
-        start = self.slips(np.array([self.front]))[0] + [m.slack for m in self.members]
-        k = np.array([m.stiffness for m in self.members])
+        slack, k = np.array([(m.slack, m.stiffness) for m in self.members]).T
+        start = self.slips(np.array([self.front]))[0] + slack
         order = np.argsort(start, kind="stable")
         start, k = start[order], k[order]
         carried = np.concatenate([[0.0], np.cumsum(np.diff(start) * np.cumsum(k)[:-1])])
@@ -178,17 +171,15 @@ def follow(stages: Sequence[Sequence[Backbone]]) -> Path:
     return _joined(chain, blocks, outcome)
 
 
-_Block = tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]
-"""Forces (N,), and for every stage its elongations and fronts (N,)."""
+_Block = tuple[np.ndarray, np.ndarray]
+"""Forces (N,), and of every stage its elongations and fronts, shape (stages, 2, N)."""
 
 
 def _taut(chain: Sequence[_Stage]) -> _Block:
     """The slack of every stage taken up at no force."""
-    zero, places = np.zeros(2), []
     for stage in chain:
         stage.front = float(stage.u[np.flatnonzero(stage.f > 0)[0] - 1]) if stage.f.any() else 0.0
-        places.append(np.array([0.0, stage.front]))
-    return zero, places, places
+    return np.zeros(2), np.array([[[0.0, stage.front]] * 2 for stage in chain])
 
 
 def _last_force(chain: Sequence[_Stage]) -> float:
@@ -203,13 +194,10 @@ def _rise(
     knots = [s.f[(s.u >= s.front) & (s.f > low) & (s.f < high)] for s in chain]
     force = np.unique(np.concatenate([np.linspace(low, high, 25), *knots, [high]]))
     force = force[force <= high]
-    places, fronts = [], []
-    for stage, (peak_force, top, _) in zip(chain, turns, strict=True):
-        place, front = stage.at(force, top if np.isfinite(peak_force) else float(stage.u[-1]))
-        places.append(place)
-        fronts.append(front)
+    moved = np.array([s.at(force, top) for s, (_, top, _) in zip(chain, turns, strict=True)])
+    for stage, (_, front) in zip(chain, moved, strict=True):
         stage.front = float(front[-1])
-    return force, places, fronts
+    return force, moved
 
 
 def _fall(
@@ -219,31 +207,23 @@ def _fall(
     stage, (_, top, valley) = chain[weak], turn
     u = stage.u[(stage.u > top) & (stage.u <= valley)]
     force = np.interp(u, stage.u, stage.f)
-    places, fronts = [], []
-    for other in chain:
-        mine = other is stage
-        places.append(u if mine else other.relaxed(force))
-        fronts.append(u if mine else np.full(len(u), other.front))
+    moved = [
+        (u, u) if other is stage else (other.relaxed(force), np.full(len(u), other.front))
+        for other in chain
+    ]
     stage.front = valley
-    return float(np.interp(stage.front, stage.u, stage.f)), (force, places, fronts)
+    return stage.frontier, (force, np.array(moved))
 
 
-def _joined(
-    chain: Sequence[_Stage],
-    blocks: Sequence[_Block],
-    outcome: Outcome,
-) -> Path:
-    force = np.concatenate([b[0] for b in blocks])
-    slips, forces, total = [], [], np.zeros(len(force))
-    for i, stage in enumerate(chain):
-        place = np.concatenate([b[1][i] for b in blocks])
-        front = np.concatenate([b[2][i] for b in blocks])
+def _joined(chain: Sequence[_Stage], blocks: Sequence[_Block], outcome: Outcome) -> Path:
+    force, moved = (np.concatenate(parts, axis=-1) for parts in zip(*blocks, strict=True))
+    slips, forces = [], []
+    for stage, (place, front) in zip(chain, moved, strict=True):
         kept = stage.slips(front)
-        total = total + place
+        slack, k = np.array([(m.slack, m.stiffness) for m in stage.members]).T
         slips.append(kept)
-        slack = np.array([m.slack for m in stage.members])
-        k = np.array([m.stiffness for m in stage.members])
         forces.append(np.maximum(k * (place[:, None] - slack - kept), 0.0))
+    total = sum(place for place, _ in moved)
     back = np.flatnonzero(np.diff(total) < -1e-12 * max(1.0, float(total.max())))
     if len(back):
         outcome = Outcome.SNAPS

@@ -63,38 +63,24 @@ class AxisSpec(AsItIs):
         return self.each.allowed()
 
     def read(self, text: object, name: str) -> Axis:
-        """The values in SI."""
+        """The values in SI; raises QuantityError where there is none, too many, or one twice."""
         if not isinstance(text, dict):
-            values = text if isinstance(text, list) else [text]
-            return self.check(tuple(self.each.read(v, name) for v in values), name)
+            values = ListSpec(each=self.each, distinct=True, single=True).read(text, name)
+            if not 0 < len(values) <= MOST_VALUES:
+                raise QuantityError.of(name, f"a list holds 1 to {MOST_VALUES} values")
+            return values
         if set(text) != set(_RANGE):
             raise QuantityError.of(name, "a range holds from, to and step; nothing else")
-        step = QuantitySpec(self.each.unit, "step", open_lo=True)
-        first, last = (self.each.read(text[word], name) for word in _RANGE[:2])
-        return self.check(Range(first, last, step.read(text["step"], name)), name)
-
-    def check(self, value: Any, name: str) -> Any:
-        """`value`, if it is an axis with values."""
-        if not isinstance(value, Range):
-            if not 0 < len(value) <= MOST_VALUES:
-                raise QuantityError.of(name, "a list of values is not empty")
-            if len(set(value)) < len(value):
-                raise QuantityError.of(name, "a value stands twice")
-            return value
-        unit = self.each.unit
-        if value.last < value.first:
+        spec, unit = self.each, self.each.unit
+        step = QuantitySpec(unit, "step", open_lo=True, whole=spec.whole).read(text["step"], name)
+        first, last = (spec.read(text[word], name) for word in _RANGE[:2])
+        if last < first:
             raise QuantityError.of(
-                name,
-                f"from {show(value.first, unit)} to {show(value.last, unit)} is empty; "
-                "from is the lesser",
+                name, f"from {show(first, unit)} to {show(last, unit)} is empty; from is the lesser"
             )
-        if self.each.whole and value.step != int(value.step):
-            raise QuantityError.of(
-                name, f"the step {value.step} is not allowed; it is a whole number"
-            )
-        if (value.last - value.first) / value.step >= MOST_VALUES:
+        if (last - first) / step >= MOST_VALUES:
             raise QuantityError.of(name, f"more than {MOST_VALUES} values")
-        return value
+        return Range(first, last, step)
 
     def written(self, value: Any) -> object:
         """What a file holds of them."""

@@ -15,7 +15,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile
 from layerjam.records.values import AsItIs
-from layerjam.units import QuantitySpec, exact_text, show
+from layerjam.units import QuantitySpec, exact_text, parse, show
 
 NAMEABLE: Mapping[str, QuantitySpec] = MappingProxyType({**MERITS, **VARIABLES})
 """What a constraint may name."""
@@ -83,11 +83,9 @@ class ConstraintSpec(AsItIs):
         """The constraint; errors are about its own text."""
         pattern = r"\s*(\w+)\s*(<=|>=)\s*(.+?)\s*"
         wanted, sense, limit = _words(pattern, text, name, "constraint", self.allowed())
-        spec = QuantitySpec(
-            _known("constraint", wanted, text).unit, f"limit of {wanted}", -math.inf
-        )
+        unit = _known("constraint", wanted, text).unit
         try:
-            return Constraint(wanted, sense == "<=", float(spec.read(limit, wanted)))
+            return Constraint(wanted, sense == "<=", parse(limit, unit, wanted))
         except QuantityError as err:
             err.quantity = str(text)
             raise

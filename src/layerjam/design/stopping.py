@@ -50,22 +50,18 @@ def stops(point: Point, base: Brake, wanted: StopRequirement, most_in_row: int) 
     spring = jnp.where(point.series > 1, RIGID, working_stiffness(made)) + zero
     fall = gravity(wanted, base)
     speed, slip, peak = wanted.speed + zero, zero, zero
-    done = zero > 0
-    lost = zero > 0
+    going, stands = zero == 0, zero > 0
     for turn in range(most_in_row):
         now = stop(share + zero, speed, point.vacuum + zero, spring, fall + zero, made)
-        going = ~done & ~lost
         slip = slip + jnp.where(going, now.slip, 0.0)
         peak = jnp.maximum(peak, jnp.where(going, now.peak_force, 0.0))
-        runs = (now.outcome == BOTTOMED_OUT) & (turn + 1 < point.series)
-        lost = lost | (going & (now.outcome == SNAPS))
-        lost = lost | (going & (now.outcome == BOTTOMED_OUT) & ~runs)
-        done = done | (going & ~runs)
-        speed = jnp.where(going & runs, now.end_speed, jnp.where(done, 0.0, speed))
-    stands = fine & done & ~lost
+        ends = now.outcome == BOTTOMED_OUT
+        stands = stands | (going & ~ends & (now.outcome != SNAPS))
+        going = going & ends & (turn + 1 < point.series)
+        speed = jnp.where(going, now.end_speed, 0.0)
     return {
-        "stop_slip": within(stands, slip),
-        "stop_peak": within(stands, peak * point.parallel),
+        "stop_slip": within(fine & stands, slip),
+        "stop_peak": within(fine & stands, peak * point.parallel),
     }
 
 

@@ -34,7 +34,6 @@ class Machines(Part):
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self._known: dict[str, Shown] = {}
-        self._drawn: Shown | None = None
 
     @cached_property
     def choice(self) -> Choice:
@@ -72,10 +71,7 @@ class Machines(Part):
         return self._known[name]
 
     def draw(self, found: Any) -> None:
-        """Everything, where it is not what stands there."""
-        if found is self._drawn:
-            return
-        self._drawn = found
+        """Everything."""
         result = found.result
         self.verdict.set_text(result.verdict)
         self.limits.set_content(limits_table(result))
