@@ -172,7 +172,7 @@ def designs(name: str) -> Any:
         designs=40,
         front=every,
         front_size=12,
-        values=values,
+        **values,
         forbidden=[{"short": 0.1, "constraint": "length ≤ 110 mm", "design": every[9]}],
         units={"mass": "kg", "holding_force": "N"},
     )
