@@ -29,14 +29,10 @@ from layerjam.simulate.quantities import CROSSHEAD_SPEED, MASS
 from layerjam.units import QuantitySpec, like, quantity, record, spec_of
 
 _TIMES = QuantitySpec("1", "equal brakes", lo=1, hi=1000, whole=True)
+OF_SHEETS = ("count", "thickness", "width", "overlap", "free_left", "free_right")
 VARIABLES: Mapping[str, QuantitySpec] = MappingProxyType(
     {
-        "count": spec_of(Sheets, "count"),
-        "thickness": spec_of(Sheets, "thickness"),
-        "width": spec_of(Sheets, "width"),
-        "overlap": spec_of(Sheets, "overlap"),
-        "free_left": spec_of(Sheets, "free_left"),
-        "free_right": spec_of(Sheets, "free_right"),
+        **{name: spec_of(Sheets, name) for name in OF_SHEETS},
         "offset": QuantitySpec("m", "slip before use, taken from overlap and travel", hi=5),
         "usable_travel": spec_of(Sheets, "usable_travel"),
         "wall": spec_of(Enclosure, "wall"),
@@ -136,12 +132,7 @@ def point_of(brake: Brake, vacuum: Any = None) -> Point:
         fittings = brake.weighed_mass - sheets.count * sheet_mass(brake) - enclosure_mass(brake)
     return Point(
         stock=stock_of(brake.film, brake.scale_factor),
-        count=sheets.count,
-        thickness=sheets.thickness,
-        width=sheets.width,
-        overlap=sheets.overlap,
-        free_left=sheets.free_left,
-        free_right=sheets.free_right,
+        **{name: getattr(sheets, name) for name in OF_SHEETS},
         offset=0.0,
         usable_travel=sheets.usable_travel,
         wall=brake.enclosure.wall,

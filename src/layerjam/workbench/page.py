@@ -67,26 +67,17 @@ class Asking:
         return box
 
 
-class Page(Asking):
-    """A tab. A page fills its slot in `build`, computes in `compute`, draws in `draw`.
+class View(Asking):
+    """A page, or a part of one: it fills its slot in `build`, once, when it is first opened.
 
     `compute` runs in a thread and calls commands only, through `calls`; `draw` runs on the event
     loop.
     """
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        self.dark = False
-        self.result: Any = None
-        self.problem: Alert | None = None
-        self.built = False
-        self.client: Client | None = None
-        self.prepare: Callable[[], None] = lambda: None
-        self.runner = Runner(self._answer, self._show, elsewhere)
-        desk.watch(self._changed)
+    built = False
 
     def build(self) -> None:
-        """Fill the slot; once, when the page is first opened."""
+        """Fill the slot."""
         raise NotImplementedError
 
     def calls(self) -> Sequence[Call]:
@@ -94,16 +85,30 @@ class Page(Asking):
         return ()
 
     def compute(self) -> Any:
-        """The results of the page's calls."""
+        """The results of the calls."""
         return [call.run() for call in self.calls()]
-
-    def _answer(self) -> Any:
-        self.prepare()
-        return self.compute()
 
     def draw(self, result: Any) -> None:
         """Show what `compute` returned."""
         raise NotImplementedError
+
+
+class Page(View):
+    """A tab."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        self.dark = False
+        self.result: Any = None
+        self.problem: Alert | None = None
+        self.client: Client | None = None
+        self.prepare: Callable[[], None] = lambda: None
+        self.runner = Runner(self._answer, self._show, elsewhere)
+        desk.watch(self._changed)
+
+    def _answer(self) -> Any:
+        self.prepare()
+        return self.compute()
 
     def open(self) -> None:
         """Build if need be and bring up to date."""

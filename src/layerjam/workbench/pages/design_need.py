@@ -145,17 +145,17 @@ class NeedPart(Part):
                 self._results()
             self.results.set_visibility(False)
             self.notes = Notes()
-        self.desk.watch(lambda what: self._fill() if what == "undo" else None)
+        self.desk.watch(self._changed)
 
     def _specification(self) -> None:
         with ui.row().classes("items-center gap-2"):
             ui.label("Begin from").classes("text-sm")
-            for name in examples():
-                button(f"example {name}", partial(self.begin, name), f"{PAGE}-example-{name}")
+            for name, text in examples().items():
+                button(f"example {name}", partial(self.written, text), f"{PAGE}-example-{name}")
         self.form.build()
-        text = ui.textarea("What is wanted (TOML)", value=self.spec_text()[0])
+        area = ui.textarea("What is wanted (TOML)", value=self.spec_text()[0])
         about, look = "Specification as TOML", "outlined spellcheck=false wrap=off"
-        self.editor = dressed(text, f"{PAGE}-spec", "w-full design-spec", look, aria_label=about)
+        self.editor = dressed(area, f"{PAGE}-spec", "w-full design-spec", look, aria_label=about)
         dressed(self.editor, maxlength=LONGEST).on("keydown.ctrl.enter", self.search)
         self.trouble = ui.html("", sanitize=False)
         dressed(self.trouble, f"{PAGE}-spec-problem", "text-negative text-sm", role="alert")
@@ -193,15 +193,11 @@ class NeedPart(Part):
             ui.label("Take away").classes("text-sm")
             takeaway.buttons(PAGE, self.figure)
 
-    def _fill(self) -> None:
-        """The editor after undo."""
-        self.editor.set_value(self.spec_text()[0])
+    def _changed(self, what: str) -> None:
+        if what == "undo":
+            self.editor.set_value(self.spec_text()[0])
 
     # ---- what the user does
-
-    def begin(self, name: str) -> None:
-        """One of the examples, searched."""
-        self.written(examples()[name])
 
     def written(self, text: str) -> None:
         """A text that was not typed, searched."""

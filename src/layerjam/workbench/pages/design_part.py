@@ -2,41 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from layerjam.units import show
-from layerjam.workbench.call import Call
-from layerjam.workbench.page import Asking, Page
+from layerjam.workbench.page import Page, View
 
 PAGE = "design"
 
 
-class Part(Asking):
-    """A part of the page: built once when first opened, computed only while it is open."""
+class Part(View):
+    """A part of the page, computed only while it is open."""
 
     name = PAGE
 
     def __init__(self, page: Page) -> None:
         super().__init__(page.desk)
         self.page = page
-        self.built = False
-
-    def build(self) -> None:
-        """Fill its column."""
-        raise NotImplementedError
-
-    def calls(self) -> Sequence[Call]:
-        """The calls behind what is shown."""
-        raise NotImplementedError
-
-    def compute(self) -> Any:
-        """In a thread."""
-        return [call.run() for call in self.calls()]
-
-    def draw(self, found: Any) -> None:
-        """Show what `compute` returned."""
-        raise NotImplementedError
 
 
 def said(value: Any, unit: str) -> str:
