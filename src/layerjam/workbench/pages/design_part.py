@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from layerjam.units import show
+from layerjam.commands.results import in_words
 from layerjam.workbench.page import Page, View
 
 PAGE = "design"
@@ -24,11 +24,9 @@ def said(value: Any, unit: str) -> str:
     """A number of a result as it stands in a table."""
     if value is None or (isinstance(value, float) and value != value):
         return "–"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
     if isinstance(value, list):
         return "; ".join(map(str, value)) or "none"
-    return value if isinstance(value, str) else show(float(value), unit or "1")
+    return in_words(value, unit)
 
 
 def words(key: str) -> str:
