@@ -10,9 +10,10 @@ from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import PICTURE, each, understood, write_brake
 from layerjam.commands.quantities import AREA, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import NORMAL_FORCE, FileOptions, Files, Partial
-from layerjam.commands.results import Result, fact, number, plain, result
+from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.mount import Site
 from layerjam.errors import FitError, Notice, QuantityError
+from layerjam.report.folder import plain
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:
