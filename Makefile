@@ -11,8 +11,13 @@ NEIGHBOURS := $(VENV)/.bench
 demo: $(STAMP)
 	$(BIN)/python -m layerjam.cli.demo out/demo
 
+# XLA's older loops compile in two thirds of the time what a test runs once; `make slow` compiles as
+# a user's process does
+QUICK = --xla_cpu_use_fusion_emitters=false
+
 test: $(STAMP)
-	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m "not slow" tests
+	XLA_FLAGS="$(QUICK) $(XLA_FLAGS)" $(BIN)/python -m pytest -q -n 2 --dist worksteal \
+		-m "not slow" tests
 
 slow: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m slow tests
