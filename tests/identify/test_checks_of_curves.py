@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from identify.fitted import campaign
+from lab import bench as virtual
 from lab.bench import FULL
+from layerjam.errors import FitError
 from layerjam.identify.calibration.verdict import (
     drift,
     like_catalogue,
@@ -14,6 +19,8 @@ from layerjam.identify.calibration.verdict import (
 )
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.checks import Check
+from layerjam.identify.curves import curves_of
+from layerjam.identify.pull.features import pull_features
 from strategies import KAPTON
 
 THREE = (40e3, 60e3, 90e3)
@@ -34,7 +41,7 @@ def test_a_good_campaign_passes_everything() -> None:
     assert failed(found.checks) == set()
     assert {c.name for c in found.checks} == {
         "identifiable", "told apart", "settled", "bounds", "plausible", "catalogue", "stiffness",
-        "sleeve", "repeats", "residuals over slip", "scale factor over vacuum",
+        "sleeve", "repeats", "single curves", "residuals over slip", "scale factor over vacuum",
         "enclosure's factor over vacuum", "scale factor over speed", "leave one out",
     }  # fmt: skip
 
@@ -78,6 +85,56 @@ def test_a_law_that_does_not_fit_leaves_a_trend_over_slip() -> None:
 def test_repeats_that_disagree_and_a_single_file_that_carries_the_result() -> None:
     assert "repeats" in verdict(campaign((FULL,), 4, spread=(0.15, 0.01, 0.03)))
     assert "repeats" in verdict(campaign((FULL,), 1))
+
+
+UNITS = {
+    "force in kgf": (1 / 9.80665, 1.0),
+    "force in lbf": (1 / 4.4482216152605, 1.0),
+    "elongation in inches": (1.0, 1 / 25.4),
+    "elongation in cm": (1.0, 0.1),
+    "elongation in m": (1.0, 10.0),
+}
+
+
+@pytest.mark.parametrize("number", [2, 4, 12])
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_pull_in_another_unit_is_named_or_refused(unit: str, number: int) -> None:
+    """It was once taken for noise, given no weight, and counted among the pulls."""
+    force, length = UNITS[unit]
+    pulls = []
+    for seed in range(number):
+        trace = virtual.noisy(KAPTON, seed + 1)
+        if seed == number // 2:
+            trace = replace(trace, force=trace.force * force, elongation=trace.elongation * length)
+        trace = replace(trace, path=f"pull-{seed}.csv")
+        pulls.append((trace, pull_features(trace), FULL))
+    try:
+        found = calibrate_curves(curves_of(pulls), KAPTON)
+    except FitError as error:
+        assert str(error).startswith(f"pull-{number // 2}.csv: ") and "leave the file out" in str(
+            error
+        )
+        return
+    [said] = [c for c in found.checks if c.name == "single curves"]
+    assert not said.passed and ".csv" in said.sentence
+    if number > 2:  # of two, nothing says which is the odd one
+        assert f"pull-{number // 2}.csv" in said.sentence
+    # and it weighs as much as the others: a mean of logarithms, each curve alike
+    own = found.fit.own.own
+    np.testing.assert_allclose(np.log(found.scale_factor), own[:, 0].mean(), atol=0.02)
+
+
+def test_a_curve_that_bends_off_the_law_is_named() -> None:
+    """A wave of 8 % of the peak, which no friction, stiffness or enclosure makes."""
+    curves = campaign((FULL,), 4, spread=SPREAD, noise=0.1)
+    curves = [replace(c, path=f"{i}.csv") for i, c in enumerate(curves)]
+    odd = curves[2]
+    odd.force[:] += 0.08 * odd.pull.peak_force * np.sin(odd.elongation / 0.0015)
+    [said] = [c for c in calibrate_curves(curves, KAPTON).checks if c.name == "single curves"]
+    assert not said.passed and said.sentence.startswith("2.csv misses the law by ")
+    odd.force[:] += 0.2 * odd.pull.peak_force * np.sin(odd.elongation / 0.0015)
+    with pytest.raises(FitError, match=r"2\.csv: its curve misses the law by"):
+        calibrate_curves(curves, KAPTON)
 
 
 def test_implausible_numbers() -> None:

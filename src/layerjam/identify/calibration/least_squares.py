@@ -4,7 +4,8 @@ Every curve has its own friction, stiffness, enclosure and slack, scattered abou
 The sum of squared residuals plus the squared scatter over a working variance is made least: first
 each curve's own parameters with the shared ones held (Levenberg and Marquardt), then the shared
 ones, until neither moves. With little noise every curve counts alike; one that tells a parameter
-badly counts less in it.
+badly counts less in it. How much a curve misses the law is found from the curve alone: were it
+found while the others draw on it, a curve unlike them would count as noise and weigh nothing.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ FREE = ("pressure_exponent", "speed", "force_offset")
 """What `--free` can name."""
 WORKING = np.array([0.05, 0.05, 0.15])
 """Scatter between repeats of ln a, ln k and the enclosure's factor that the weights assume."""
+LOOSE = 20.0
+"""How many times wider than `WORKING` a curve may differ while its own noise is found."""
 MISFIT = 0.01
 """Part of the peak by which a stretch is taken to miss the law before that is known."""
 QUIETEST = 2e-4
@@ -56,11 +59,15 @@ class OwnFit:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointFit:
-    """The shared parameters by name, and all that intervals and checks need."""
+    """The shared parameters by name, and all that intervals and checks need.
+
+    `own` is each curve drawn towards what all share, `alone` each curve by itself.
+    """
 
     names: tuple[str, ...]
     population: Population
     own: OwnFit
+    alone: OwnFit
     reduced: Reduced
     design: np.ndarray
     held: np.ndarray
@@ -94,12 +101,14 @@ def fit_jointly(
     shared = np.linalg.lstsq(
         design.reshape(-1, design.shape[2]), (start[:, :3] - held).reshape(-1), rcond=None
     )[0]
-    own, noise = start, MISFIT * reduced.height
+    offset = "force_offset" in free
+    alone = _alone(start, reduced, brake, offset)
+    own, noise = alone.own, alone.noise
     settled, rounds = False, 0
     for rounds in range(1, ROUNDS + 1):
         expected = np.einsum("gij,j->gi", design, shared) + held
-        fitted = fit_own(own, expected, reduced, noise, brake, "force_offset" in free)
-        own, noise = fitted.own, fitted.noise if rounds < 4 else noise
+        fitted = fit_own(own, expected, reduced, noise, brake, offset)
+        own = fitted.own
         away = own[:, :3] - expected
         root = _roots(fitted.information)
         seen = root @ design
@@ -110,7 +119,7 @@ def fit_jointly(
         score = np.einsum("gki,gk->gi", seen, rest)
         step = _step(whole, score.sum(axis=0), names)
         tell("least squares over all curves", min(rounds / 6, 0.99))
-        settled = rounds > 4 and bool(np.abs(step).max() < SETTLED)
+        settled = bool(np.abs(step).max() < SETTLED)
         if settled:
             break
         shared = shared + step
@@ -120,6 +129,7 @@ def fit_jointly(
         names=names,
         population=Population(estimate=shared, design=seen, residual=rest),
         own=fitted,
+        alone=alone,
         reduced=reduced,
         design=design,
         held=held,
@@ -203,7 +213,8 @@ def _with_column(design: np.ndarray, of_friction: np.ndarray) -> np.ndarray:
 def _start(curves: Sequence[Curve], brake: Brake, held: np.ndarray) -> np.ndarray:
     """First guess of every curve's own parameters, from its features."""
     straight = [c.pull.stiffness for c in curves if c.pull.straight]
-    spring = float(np.median(straight)) if straight else float(working_stiffness(brake))
+    typical_spring = float(np.median(straight)) if straight else float(working_stiffness(brake))
+    spring = [c.pull.stiffness if c.pull.straight else typical_spring for c in curves]
     bare = plain(brake)
     peaks = np.array([c.pull.peak_force for c in curves])
     vacuums = np.array([c.vacuum for c in curves])
@@ -218,6 +229,15 @@ def _start(curves: Sequence[Curve], brake: Brake, held: np.ndarray) -> np.ndarra
     return start
 
 
+def _alone(start: np.ndarray, reduced: Reduced, brake: Brake, offset: bool) -> OwnFit:
+    """Every curve by itself, from its own features, with the noise that the law leaves in it."""
+    own, noise = start, MISFIT * reduced.height
+    for _ in range(3):
+        found = fit_own(own, start[:, :3], reduced, noise, brake, offset, LOOSE)
+        own, noise = found.own, found.noise
+    return found
+
+
 def fit_own(
     start: np.ndarray,
     expected: np.ndarray,
@@ -225,13 +245,18 @@ def fit_own(
     noise: np.ndarray,
     brake: Brake,
     offset: bool,
+    loose: float = 1.0,
 ) -> OwnFit:
-    """Every curve's own parameters, drawn towards `expected` (curves, 3) as `WORKING` says."""
+    """Every curve's own parameters, drawn towards `expected` (curves, 3) as `WORKING` says.
+
+    By how much less than that, `loose` says.
+    """
     count = len(reduced)
     padded = max(4, 1 << (count - 1).bit_length())  # few shapes, so that few are compiled
     fill = np.r_[np.arange(count), np.zeros(padded - count, dtype=int)]
     curves = jax.tree.map(lambda a: jnp.asarray(a[fill]), (start, expected, reduced, noise))
-    found = _solver()(*curves, 1.0 if offset else 1e-9, plain(brake))
+    widths = np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9]
+    found = _solver()(*curves, widths, plain(brake))
     own, information, residual = (np.asarray(a)[:count] for a in found)
     weight = reduced.weight
     stretches = (weight > 0).sum(axis=1)
@@ -259,11 +284,10 @@ def _correlation(residual: np.ndarray) -> float:
 def _solver() -> Any:
     """Levenberg and Marquardt for one curve, over all of them, compiled once a shape."""
 
-    def one(start: Any, expected: Any, of: Reduced, noise: Any, looseness: Any, brake: Any) -> Any:
+    def one(start: Any, expected: Any, of: Reduced, noise: Any, widths: Any, brake: Any) -> Any:
         root = jnp.sqrt(of.weight) / noise
         centre = jnp.concatenate([expected, jnp.zeros(2)])
-        pull = jnp.concatenate([1 / WORKING**2, jnp.array([1e-6, 1.0])])
-        pull = pull.at[4].set(1 / looseness**2)
+        pull = 1 / widths**2
 
         def residual(own: Any) -> Any:
             law = pull_force(own, of.elongation, of.vacuum, of.height, of.onset, brake)

@@ -15,8 +15,9 @@ from scipy import stats
 
 from layerjam.device.brake import Brake
 from layerjam.device.load import catalogue, load
+from layerjam.errors import FitError
 from layerjam.identify.calibration.forward import LEAST_ENCLOSURE
-from layerjam.identify.calibration.influence import Influence
+from layerjam.identify.calibration.influence import Influence, distinct
 from layerjam.identify.calibration.intervals import Interval, quantile
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.checks import (
@@ -29,6 +30,7 @@ from layerjam.identify.checks import (
     stiffness_possible,
     within,
 )
+from layerjam.identify.curves import Curve
 from layerjam.identify.straight import straight_line
 from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.units import show, spec_of
@@ -54,6 +56,12 @@ SECTIONS = 6
 MATTERS = 0.015
 """Part of the peak that a consistent residual may reach before it counts."""
 SURE = 0.99
+REFUSED = 0.1
+"""Part of its peak by which a curve may miss the law and still be fitted."""
+MISSES = 0.03
+"""Part of its peak by which a curve may miss the law at its own best numbers."""
+UNLIKE = 1.5
+"""How many times the others' a curve's own scale factor or stiffness may be, or they its."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,6 +175,56 @@ def repeats_agree(fit: JointFit) -> Check:
     return repeats(spread, float(np.median(noise)), f"{sum(map(len, groups))} {told}")
 
 
+def misses(fit: JointFit) -> np.ndarray:
+    """By which part of its peak each curve, by itself, misses the law; shape (curves,).
+
+    The mean product of neighbouring residuals: white noise, which tells nothing, leaves it zero.
+    """
+    out = []
+    for residual, weight in zip(fit.alone.residual, fit.reduced.weight, strict=True):
+        rest = residual[weight > 0]
+        out.append(max(float((rest[1:] * rest[:-1]).mean()), 0.0) ** 0.5)
+    return np.array(out) / fit.reduced.height
+
+
+def follow_law(fit: JointFit, names: Sequence[str]) -> None:
+    """Raise FitError for a curve that no numbers of the law describe: nothing in it can count."""
+    missed = misses(fit)
+    worst = int(missed.argmax())
+    if missed[worst] > REFUSED:
+        raise FitError.of(
+            names[worst],
+            f"its curve misses the law by {missed[worst]:.0%} of its peak, whatever scale factor, "
+            f"stiffness and enclosure it is given; at most {REFUSED:.0%} can be fitted. Check the "
+            "units of force and elongation and the sheets' overlap, or leave the file out",
+        )
+
+
+def single_curves(fit: JointFit, names: Sequence[str]) -> Check:
+    """Each curve follows the law, with numbers that are not grossly unlike the others'."""
+    missed = misses(fit)
+    worst = int(missed.argmax())
+    expected = fit.design @ fit.population.estimate + fit.held
+    away = (fit.own.own - np.pad(expected, ((0, 0), (0, 2))))[:, :2]
+    away = away - np.median(away, axis=0)
+    odd, which = np.unravel_index(int(np.abs(away).argmax()), away.shape)
+    farthest = float(away[odd, which])
+    word = WORDS[fit.names[int(which)]]
+    advice = "check its units of force and elongation and its vacuum, or leave the file out"
+    follows = bool(missed[worst] <= MISSES)
+    alike = abs(farthest) <= np.log(UNLIKE)
+    if not follows:
+        sentence = f"{names[worst]} misses the law by {missed[worst]:.1%} of its peak"
+    elif not alike:
+        sentence = f"the {word} of {names[int(odd)]} is {np.exp(farthest):.3g} times the others'"
+    else:
+        sentence = (
+            f"every curve follows the law to {missed[worst]:.1%} of its peak, and none has a scale "
+            f"factor or stiffness more than {abs(farthest):.1%} off the others'"
+        )
+    return check("single curves", follows and alike, sentence, f": {advice}")
+
+
 def slip_residuals(fit: JointFit) -> Check:
     """No stretch of slip where the law lies off all curves the same way."""
     means = section_means(fit)
@@ -256,9 +314,10 @@ def one_file(
 
 
 def curve_checks(
-    fit: JointFit, brake: Brake, values: Mapping[str, float], speeds: Sequence[float | None]
+    fit: JointFit, brake: Brake, values: Mapping[str, float], curves: Sequence[Curve]
 ) -> tuple[Check, ...]:
     """Everything but what needs intervals."""
+    names, speeds = distinct([c.name for c in curves]), [c.speed for c in curves]
     own, vacuum = fit.own.own, fit.reduced.vacuum
     expected = fit.design @ fit.population.estimate + fit.held
     with_exponent = int("pressure_exponent" in fit.free)
@@ -273,6 +332,7 @@ def curve_checks(
         stiffness_possible(values["stiffness"], float(stiffness_before_slip(brake))),
         sleeve_plausible(values["enclosure_factor"]),
         repeats_agree(fit),
+        single_curves(fit, names),
         slip_residuals(fit),
         drift(own[:, 0] - expected[:, 0], vacuum, "scale factor", "vacuum", "Pa", with_exponent),
         drift(own[:, 2] / expected[:, 2] - 1, vacuum, "enclosure's factor", "vacuum", "Pa"),

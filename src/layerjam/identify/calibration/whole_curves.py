@@ -12,7 +12,12 @@ from layerjam.identify.calibration.influence import estimates
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
 from layerjam.identify.calibration.peaks import at_peaks, fits_of
 from layerjam.identify.calibration.record import Calibration, calibrated, shape_sources
-from layerjam.identify.calibration.verdict import curve_checks, identifiability, one_file
+from layerjam.identify.calibration.verdict import (
+    curve_checks,
+    follow_law,
+    identifiability,
+    one_file,
+)
 from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import LINEAR
 from layerjam.identify.shape import SHAPE
@@ -36,16 +41,17 @@ def calibrate_curves(
     """Least squares over all `curves` at once.
 
     `free` names what else is fitted: "pressure_exponent", "speed", "force_offset" (of each curve).
-    Raises FitError where the curves cannot tell what is asked for.
+    Raises FitError where the curves cannot tell what is asked for, or one does not follow the law.
     """
     unknown = [name for name in free if name not in FREE]
     if unknown:
         raise FitError(f"free: '{unknown[0]}' is not known; there are {', '.join(FREE)}")
     fit = fit_jointly(curves, brake, free, progress)
+    follow_law(fit, [c.path or c.name for c in curves])
     contrasts, method = _contrasts(fit, brake), "t, sandwich over curves (CR2)"
     method += ", degrees of freedom by Satterthwaite"
     told = estimates(fit.population, contrasts, curves, fit.groups, method, LOGARITHMIC)
-    checks = curve_checks(fit, brake, told["values"], [c.speed for c in curves])
+    checks = curve_checks(fit, brake, told["values"], curves)
     single = one_file(told["leave_one_out"], told["intervals"])
     reference = None
     if "pressure_exponent" in fit.names:
