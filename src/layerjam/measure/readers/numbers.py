@@ -32,6 +32,8 @@ def _pattern(decimal: str, thousands: str) -> str:
 
 
 _CELL = {style: re.compile(_pattern(*style), re.ASCII) for style in _STYLES}
+_CELLS = {style: re.compile(rf"(?:{_pattern(*style)}\n)*", re.ASCII) for style in _STYLES}
+"""The same for many cells, a line each."""
 
 
 def read_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> list[Array]:
@@ -76,10 +78,8 @@ def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Sty
     """The styles to try, the likeliest first."""
 
     def fit(styles: Iterable[Style], cells: Iterable[str]) -> list[Style]:
-        left = list(styles)
-        for cell in filter(None, cells):
-            left = [s for s in left if _CELL[s].fullmatch(cell)]
-        return left
+        column = "".join(f"{cell}\n" for cell in cells if cell)
+        return [s for s in styles if _CELLS[s].fullmatch(column)]
 
     known = [s for s in _STYLES if decimal in (None, s[0])]
     # numbers without quotes between commas have no other decimal sign
