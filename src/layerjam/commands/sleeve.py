@@ -151,13 +151,8 @@ def sleeve(
     from layerjam.identify.rubber.hyperelastic import choose
     from layerjam.identify.rubber.specimens import data_sheets, fits, material_of, pooled, row_of
 
-    if (brake is None) != (out is None):
-        raise QuantityError("brake and out: give both to write a brake, or neither")
-    if start >= end:
-        raise QuantityError(f"from: {start:.3g} is not below to, {end:.3g}")
     sheets = data_sheets()
-    if material is not None and material not in sheets:
-        raise UnknownNameError("silicone", material, sheets)
+    _check(start, end, brake, out, material, sheets)
 
     def read(path: str | Path) -> Read:
         specimen = rubber.read_rubber(path, area=area, gauge_length=gauge_length, options=options)
@@ -178,8 +173,6 @@ def sleeve(
         warnings.append(Notice(mixed, "several-materials"))
     written = None
     if brake is not None:
-        if values.get("modulus_100") is None:
-            raise FitError("out: no brake is written without one 100 % modulus of all the files")
         changed = _with_modulus(values, done)
         written, said = write_brake(
             out, lambda stem: updated_text(brake, stem, changed), force, bool(refused), partial
@@ -195,6 +188,23 @@ def sleeve(
         warnings=warnings,
         record=done,
     )
+
+
+def _check(
+    start: float,
+    end: float,
+    brake: BrakeFile | None,
+    out: str | Path | None,
+    material: str | None,
+    sheets: Mapping[str, Any],
+) -> None:
+    """That what is given goes together."""
+    if (brake is None) != (out is None):
+        raise QuantityError("brake and out: give both to write a brake, or neither")
+    if start >= end:
+        raise QuantityError(f"from: {start:.3g} is not below to, {end:.3g}")
+    if material is not None and material not in sheets:
+        raise UnknownNameError("silicone", material, sheets)
 
 
 def _old_factor(brake: BrakeFile) -> list[Notice]:
@@ -213,9 +223,11 @@ def _old_factor(brake: BrakeFile) -> list[Notice]:
 def _with_modulus(
     values: Mapping[str, Any], done: Mapping[str, Any]
 ) -> dict[str, tuple[float, Source]]:
-    """The mean 100 % modulus as a brake's file takes it."""
+    """The mean 100 % modulus as a brake's file takes it; FitError where there is none."""
     from layerjam.identify.provenance import sha256
 
+    if values.get("modulus_100") is None:
+        raise FitError("out: no brake is written without one 100 % modulus of all the files")
     names = ", ".join(f"{Path(p).name} (SHA-256 {sha256(p)[:12]})" for p in done)
     sd = values.get("modulus_100_sd")
     source = Source(

@@ -188,6 +188,14 @@ def bounds_at(at: Slide) -> Bounds:
 
 
 @in_double_precision
+def _check_hold(hold: float, step: float) -> None:
+    if not hold / step <= 0.9 * SAMPLES:
+        raise QuantityError(
+            f"step: {step:g} s makes too many steps ({hold / step:.0f}) of the hold of {hold:g} s; "
+            "longer steps give the same result"
+        )
+
+
 def stick_slip(
     file: BrakeFile,
     *,
@@ -214,11 +222,7 @@ def stick_slip(
     given = {"speed": speed, "mass": mass, "mount_stiffness": mount_stiffness, "travel": travel}
     bounded = {"damping": damping, "hold": hold, "step": None if step == np.inf else step}
     check_given({**given, **bounded}, LIMITS)
-    if not hold / step <= 0.9 * SAMPLES:
-        raise QuantityError(
-            f"step: {step:g} s makes too many steps ({hold / step:.0f}) of the hold of {hold:g} s; "
-            "longer steps give the same result"
-        )
+    _check_hold(hold, step)
     pulled: dict[str, Any] = {
         "vacuum": vacuum,
         "speed": speed,
