@@ -177,8 +177,11 @@ def test_no_format_says_what_was_tried(tmp_path: Path) -> None:
 def test_no_file_at_all(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="does not exist"):
         read_trace(tmp_path / "none.csv")
-    with pytest.raises(FileError, match="is a folder"):
-        read_trace(tmp_path)
+    for folder in (tmp_path, ".", "..", "/"):
+        with pytest.raises(FileError, match="is a folder"):
+            read_trace(folder)
+    with pytest.raises(FileError, match="is an empty name; give the name of a file"):
+        read_trace("")
     for odd in ("a\0b", "x" * 5000):
         with pytest.raises(FileError):
             read_trace(odd)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import time
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,7 +15,7 @@ import pytest
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.read import open_traces, read_trace, read_traces
-from layerjam.measure.readers.workbook import _binary_cells, _open_document_cells
+from layerjam.measure.readers.workbook import _binary_cells, _open_document_cells, _xml_cells
 from measure.layouts import curve, rows
 
 TIME, TRAVEL, FORCE = (np.array(c) for c in curve())
@@ -375,6 +376,46 @@ def test_a_small_workbook_with_a_far_cell_is_refused_before_it_is_opened(tmp_pat
     path.write_bytes(_with_a_last_cell(path.read_bytes(), "sheets/", b"</sheetData>", cell))
     with pytest.raises(FileError, match=r"has a sheet of 1.72e\+10 cells"):
         read_trace(path)
+
+
+FAR = b'<row r="1048576"><c r="XFD1048576"><v>1</v></c></row></sheetData>'
+DISGUISES = {
+    "small letters": (b"XFD", b"xfd", ""),
+    "blanks": (b'r="', b'r = "', ""),
+    "behind another attribute": (b'<c r="', b'<c x=" > " r="', ""),
+    "a prefix": (b"<c r", b"<x:c r", ""),
+    "no places in it": (b' r="1048576"><c r="XFD1048576"', b"><c" + b"/><c" * 10**6, ""),
+    "no sheet's name": (b"", b"", "xl/data/one.xml"),
+    "capitals in its name": (b"", b"", "xl/Worksheets/Sheet1.XML"),
+}
+
+
+@pytest.mark.parametrize("case", DISGUISES)
+def test_a_far_cell_is_found_however_it_is_written(case: str, tmp_path: Path) -> None:
+    """Each is as the workbook reader takes it: without the bound some GB are asked for."""
+    pytest.importorskip("python_calamine")
+    old, new, part = DISGUISES[case]
+    data = xlsx(tmp_path / "x.xlsx", {"Raw": RAW}).read_bytes()
+    data = _with_a_last_cell(data, "sheets/", b"</sheetData>", FAR.replace(old, new))
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as book, zipfile.ZipFile(out, "w") as made:
+        for name in book.namelist():
+            text = book.read(name)
+            if part:
+                text = text.replace(b"worksheets/sheet1.xml", part.removeprefix("xl/").encode())
+            place = name.replace("xl/worksheets/sheet1.xml", part) if part else name
+            made.writestr(place, text)
+    path = tmp_path / "far.xlsx"
+    path.write_bytes(out.getvalue())
+    with pytest.raises(FileError, match=r"has a sheet of .* cells from its first to its last"):
+        read_trace(path)
+
+
+def test_a_part_that_is_no_sheet_is_looked_through_in_no_time() -> None:
+    begin = time.process_time()
+    for text in (b"<c ", b'<c a="', b"<c '", b"<table:table ", b'<table:table-cell x="'):
+        assert _xml_cells(text * 300_000) >= 0 and sum(_open_document_cells(text * 300_000)) >= 0
+    assert time.process_time() - begin < 5  # a search that begins anew at each tag takes hours
 
 
 def test_the_extent_of_other_workbooks_is_counted_too() -> None:

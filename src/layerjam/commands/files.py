@@ -108,7 +108,7 @@ def taken(
 
 
 def _name(source: Measured, number: int) -> str:
-    return (source.path or f"trace {number}") if isinstance(source, Trace) else str(source)
+    return (source.path or f"trace {number}") if isinstance(source, Trace) else str(source) or "''"
 
 
 def _digest(source: Measured) -> str:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from layerjam.errors import QuantityError
-from layerjam.measure.readers.unit_words import ROLES, convert
+from layerjam.measure.readers.unit_words import ROLES, convert, weight_unit
 from layerjam.measure.sidecar import READ, sidecar_path, text_beside
 from layerjam.records.reader import Reader
 from layerjam.records.toml import parse_toml
@@ -116,7 +116,9 @@ def _entry(text: str, index: int | None, roles: Mapping[str, str]) -> ColumnEntr
     si = roles[role]
     if convert(unit, si) is None and (unit or (index is not None and si != "1")):
         what = f"'{unit[:20]}' is no unit of {role}" if unit else f"{role} has no unit"
-        raise QuantityError(f"columns: {what}; give one such as {role}:{si}")
+        weight = weight_unit(unit) if si == "N" else None
+        what += ", a unit of mass" if weight else ""
+        raise QuantityError(f"columns: {what}; give one such as {role}:{weight or si}")
     return ColumnEntry(role, unit, name.strip() if index is None else None, index)
 
 

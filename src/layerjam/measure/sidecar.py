@@ -39,7 +39,7 @@ _FIELDS = dict(entries(Facts))
 def sidecar_path(path: str | Path) -> Path:
     """Where the facts of a data file stand: the same name with .toml behind it."""
     path = Path(path)
-    return path.with_name(path.name + SIDECAR_ENDING)
+    return path.parent / (path.name + SIDECAR_ENDING)  # a name may be empty: '', '.', '/'
 
 
 def read_facts(path: str | Path) -> Facts:

@@ -16,7 +16,13 @@ from fractions import Fraction
 from layerjam.errors import FileError
 from layerjam.measure.options import SKIP, ColumnEntry
 from layerjam.measure.readers import words
-from layerjam.measure.readers.unit_words import MASS, common_unit, convert, unit_role
+from layerjam.measure.readers.unit_words import (
+    common_unit,
+    convert,
+    gainsays,
+    unit_role,
+    weight_unit,
+)
 from layerjam.measure.readers.words import plain
 from layerjam.measure.trace import Array
 
@@ -221,6 +227,11 @@ def assign(
                 f"(--columns {want.role}=NAME)"
             )
         taken[want.role] = column = first[0]
+        if column.given and (why := _gainsaid(header, column, want.si)):
+            raise header.fail(
+                f"{why}; give the unit that the file states, or, if the file is wrong, list its "
+                f"columns in order (--columns {want.role}:{column.unit},{SKIP},...)"
+            )
         others = [c for _, c in candidates if c is not column]
         by_unit = isinstance(want, MachineWant) and not want.named(column.name)
         sentences.append(column.sentence(others, by_unit))
@@ -244,6 +255,9 @@ def _missing(header: Header, want: Want, said: ColumnEntry | None) -> str:
             return _wrong_unit(want, name, unit)
         if said is None and want.named(name):
             return _wrong_unit(want, name, unit)
+    weighed = [(n, u) for n, u in header.columns if u and weight_unit(u)]
+    if said is None and want.si == "N" and len(weighed) == 1:
+        return _wrong_unit(want, *weighed[0])
     if said is not None:
         name = cut(said.name or "")
         return f"has no column '{name}' with a unit of {want.role}; {header.listed()}"
@@ -263,18 +277,40 @@ def _not_read(header: Header, want: Want) -> list[str]:
     return []
 
 
+def _gainsaid(header: Header, column: Column, si: str) -> str | None:
+    """That the file states another unit for a column than the user does, in words."""
+    written = header.units[column.index]
+    if not written or not column.unit or not gainsays(written, column.unit, si):
+        return None
+    name = cut(header.names[column.index])
+    weight = weight_unit(written) if si == "N" else None
+    means = f", which as a force is {weight}" if weight else ""
+    return f"column '{name}' is in '{cut(written)}'{means}, not in '{column.unit}' as given"
+
+
+def gainsaid(header: Header, taken: Mapping[str, Column], wants: Sequence[Want]) -> list[str]:
+    """That the file states other units than the user, who lists its columns in order and counts."""
+    found = [_gainsaid(header, taken[w.role], w.si) for w in wants if w.role in taken]
+    return [f"{why}; what is given counts" for why in found if why]
+
+
 def _wrong_unit(want: Want, name: str, unit: str | None) -> str:
-    example, role = want.units[0], want.role
-    mass = unit is not None and unit.strip(" .").lower() in MASS and role == "force"
-    if unit and mass:
-        example = "lbf" if unit.lower().startswith("lb") else "kgf"
-    say = f"(say which: --columns {role}:{example}='{cut(name)}')"
+    role, called = want.role, cut(name)
     if not unit:
-        return f"column '{cut(name)}' has no unit; {role} needs one such as {want.due} {say}"
-    kind = ", a unit of mass" if mass else ""
+        say = f"(say which: --columns {role}:{want.units[0]}='{called}')"
+        return f"column '{called}' has no unit; {role} needs one such as {want.due} {say}"
+    text = f"column '{called}' is in '{cut(unit)}', which is no unit of {role}"
+    weight = weight_unit(unit) if want.si == "N" else None
+    if weight:
+        return (
+            f"{text}, a unit of mass; if its weight is meant, that is {weight} "
+            f"(say so: --columns {role}:{weight}='{called}')"
+        )
+    if gainsays(unit, want.units[0], want.si):
+        return f"{text}; name another column (--columns {role}:{want.units[0]}=NAME)"
     return (
-        f"column '{cut(name)}' is in '{cut(unit)}', which is no unit of {role}{kind}; it needs one "
-        f"such as {want.due} {say}"
+        f"{text}; it needs one such as {want.due} (say which it is: "
+        f"--columns {role}:UNIT='{called}')"
     )
 
 
@@ -303,7 +339,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return match[1].strip(), match[2]
     for mark in ("/", " in "):
         name, slash, unit = text.rpartition(mark)
-        if slash and unit_role(unit):
+        if slash and (unit_role(unit) or (weight_unit(unit) and named_role(name) == "force")):
             return name.strip(), unit.strip()
     return _weakly_split(text)
 
@@ -318,6 +354,8 @@ def _weakly_split(text: str) -> tuple[str, str | None]:
         strong = re.search(r"[,:;_|]\s*$", text[: match.start(2)]) is not None
         if named == known[0] or (named is None and strong and match[1].strip()):
             return match[1].strip(), match[2]
+    if match and weight_unit(match[2]) and named_role(match[1]) == "force":
+        return match[1].strip(), match[2]  # Load, g: a unit that is asked for, not none
     match = _CAMEL.fullmatch(text)
     if match and (known := common_unit(match[2])) and named_role(match[1]) == known[0]:
         return match[1].strip(), match[2]

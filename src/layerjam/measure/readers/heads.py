@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from layerjam.measure.readers import words
 from layerjam.measure.readers.columns import Header, named_role, split_unit
 from layerjam.measure.readers.lines import looks_numeric, split
-from layerjam.measure.readers.unit_words import unit_role
+from layerjam.measure.readers.unit_words import unit_role, weight_unit
 from layerjam.measure.readers.words import plain
 
 MOST_COLUMNS = 300
@@ -179,7 +179,9 @@ def stated_units(texts: Sequence[str]) -> dict[str, str]:
         )
         if not match or not re.search(words.UNIT, plain(match[1])):
             continue
-        known = unit_role(match[2])
-        if known and named_role(match[1]) == known[0]:
+        known, named = unit_role(match[2]), named_role(match[1])
+        if known and named == known[0]:
             found[known[0]].add(match[2])
+        elif named == "force" and weight_unit(match[2]):
+            found["force"].add(match[2])
     return {role: units.pop() for role, units in found.items() if len(units) == 1}

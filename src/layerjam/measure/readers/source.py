@@ -35,6 +35,8 @@ def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
     Raises FileError where there is no such file or sheet, or nothing that is text.
     """
     name = str(path)
+    if not name:
+        raise FileError("''", "is an empty name; give the name of a file")
     data = _read(name, path)
     if not data or data.isspace():
         raise FileError(name, "is empty")

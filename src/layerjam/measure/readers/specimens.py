@@ -17,6 +17,7 @@ from layerjam.measure.readers.columns import (
     by_order,
     complete,
     cut,
+    gainsaid,
     named_role,
 )
 from layerjam.measure.readers.content import Source
@@ -52,6 +53,8 @@ class Specimen:
     label: str = ""
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    written: Header | None = None
+    """What the file says of its columns where the user lists them in order."""
 
     def read(self, options: ReadingOptions) -> Trace:
         """The trace; FileError where a column, a unit or a row is not as it must be."""
@@ -68,7 +71,7 @@ class Specimen:
                 values[role] = -values[role]
                 understood.append(f"the sign of the {role} was turned, as asked")
         facts = read_facts(source.path)
-        warnings: list[str] = []
+        warnings = gainsaid(self.written, taken, PULL) if self.written else []
         if facts.synthetic or _SYNTHETIC.search(source.data[: rows.table.first]):
             facts = replace(facts, synthetic=True)
             warnings.append(Notice("synthetic: written by a program, not measured", "synthetic"))
@@ -131,7 +134,10 @@ def _by_order(lines: Lines, blocks: list[Block], count: int) -> list[Specimen]:
         table = bare_table(lines, block)
         label = (block.title or str(k)) if len(used) > 1 else ""
         rows = Rows(lines.source, table)
-        found.append(Specimen(rows, table.header, "", label, warnings=warnings))
+        written = block.table.header if block.table else None
+        if written and len(written.names) != count:
+            written = None
+        found.append(Specimen(rows, table.header, "", label, warnings=warnings, written=written))
     return found
 
 

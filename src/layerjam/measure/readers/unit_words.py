@@ -5,6 +5,7 @@ What stands here goes before the table of all units, which would read `Min` as m
 
 from __future__ import annotations
 
+import math
 import re
 import unicodedata
 from fractions import Fraction
@@ -18,6 +19,7 @@ ROLES = {"time": "s", "elongation": "m", "force": "N"}
 _KNOWN = {
     word: (role, Fraction(size))
     for role, sizes in VOCABULARY["units"].items()
+    if role in ROLES
     for size, words in sizes.items()
     for word in words.split()
 }
@@ -29,8 +31,9 @@ _CASED = {
     "мН": ("force", Fraction(1, 1000)),
     "МН": ("force", Fraction(10**6)),
 }
-MASS = {"kg", "g", "lb", "lbs", "oz", "кг", "г", "pound", "pounds", "gram", "grams", "kilogram"}
-MASS |= {"kilograms", "千克", "公斤"}
+_WEIGHTS = {
+    word: unit for unit, words in VOCABULARY["units"]["mass"].items() for word in words.split()
+}
 _SANE = (Fraction(1, 10**12), Fraction(10**8))
 
 
@@ -49,7 +52,14 @@ def common_unit(unit: str) -> tuple[str, Fraction] | None:
     text = re.sub(r"^(?:in|en|em|w|в) (?=\S)", "", text).rstrip(".").strip()
     if text in ("M", "H", "М"):
         return None  # mega, henry, a mass: nobody can know
-    return _CASED.get(text) or _KNOWN.get(text.lower())
+    lower = text.lower()
+    return _CASED.get(text) or _KNOWN.get(lower) or _KNOWN.get(re.sub(r"[ _]", "-", lower))
+
+
+def weight_unit(unit: str) -> str | None:
+    """The unit of force that a unit of mass stands for on a load cell: gf for g, ozf for oz."""
+    text = unicodedata.normalize("NFKC", unit).strip().rstrip(".").strip()
+    return _WEIGHTS.get(text.lower()) if text not in ("G", "T") else None
 
 
 def _from_table(unit: str) -> tuple[str, Fraction] | None:
@@ -57,7 +67,7 @@ def _from_table(unit: str) -> tuple[str, Fraction] | None:
     text = unicodedata.normalize("NFKC", unit).strip()
     if not 0 < len(text) <= 20 or "/" in text or any(c.isdigit() for c in text):
         return None  # mm/min, mm2: no unit of ours, and not worth asking for
-    if text.lower() in MASS or len(text) == 1:
+    if weight_unit(text) or len(text) == 1:
         return None
     for role, si in ROLES.items():
         factor = unit_factor(text, si)
@@ -105,3 +115,18 @@ def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
         if factor is None and match["unit"].lower() in _PRESSURES:
             factor = unit_factor(_PRESSURES[match["unit"].lower()], si)
     return None if factor is None else (factor, 0.0)
+
+
+def gainsays(written: str, unit: str, si: str) -> bool:
+    """Whether a unit that is written in a file is known, and is not the unit that is given.
+
+    Of another size or another dimension; for a force g is gf. An unknown text gainsays nothing.
+    """
+    said, known = convert(unit, si), convert(written, si)
+    if known is None and si == "N" and (weight := weight_unit(written)):
+        known = convert(weight, si)
+    if known is None:
+        return any(convert(written, other) for other in (*ROLES.values(), "Pa") if other != si)
+    return said is not None and not (
+        math.isclose(known[0], said[0], rel_tol=1e-6) and abs(known[1] - said[1]) < 1e-6
+    )

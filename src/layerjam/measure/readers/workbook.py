@@ -10,6 +10,7 @@ import io
 import re
 import zipfile
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.measure.readers.content import Source
@@ -19,9 +20,13 @@ MAX_UNPACKED = 250_000_000
 MOST_CELLS = 10_000_000
 """Cells of a sheet from its first to its last row and column: the reader stores the empty ones."""
 _CLEAN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "''"})
-_PLACE = re.compile(rb"""\br=["']([A-Z]{0,4})(\d{1,9})["']""")
-_REPEATED = re.compile(rb"<table:((?:covered-)?table-cell|table-row|table)\b([^>]*?)(/?)>")
-_TIMES = re.compile(rb'number-(?:rows|columns)-repeated="(\d{1,12})"')
+_ATTRIBUTES = rb"""((?:[^>"']++|"[^"]*"|'[^']*')*+)"""
+_CELL = re.compile(rb'<(?:\w+:)?(row|c)(?=[\s/>])(?: r="([A-Z]{0,4})(\d{1,9})")?' + _ATTRIBUTES)
+_PLACE = re.compile(rb"""\sr\s*=\s*["']([A-Za-z]{0,4})(\d{1,9})["']""")
+_BEGIN_SHEET = b"\x81\x01"
+"""The record that an .xlsb sheet begins with."""
+_REPEATED = re.compile(rb"<table:((?:covered-)?table-cell|table-row|table)\b" + _ATTRIBUTES)
+_TIMES = re.compile(rb"""number-(?:rows|columns)-repeated\s*=\s*["'](\d{1,20})["']""")
 
 
 def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
@@ -64,8 +69,8 @@ def _check_size(path: str, data: bytes) -> None:
                 f"unpacks to {size / 1e6:.0f} MB, more than {MAX_UNPACKED / 1e6:.0f} MB is not "
                 "read; export it as CSV",
             )
-        for name in book.namelist():
-            cells = max(_cells_of(name, book), default=0)
+        for part in book.infolist():
+            cells = max(_cells_of(part.filename.lower(), book.read(part)), default=0)
             if cells > MOST_CELLS:
                 raise FileError(
                     path,
@@ -74,18 +79,40 @@ def _check_size(path: str, data: bytes) -> None:
                 )
 
 
-def _cells_of(name: str, book: zipfile.ZipFile) -> Iterator[int]:
-    """Rows times columns that a part of a workbook stretches over, as far as it says."""
-    if name.startswith("xl/") and name.endswith(".xml") and "sheets/" in name:
-        rows, columns = 0, b""
-        for column, row in _PLACE.findall(book.read(name)):
-            rows, columns = max(rows, int(row)), max(columns, column, key=lambda c: (len(c), c))
-        letters = [26**i * (c - 64) for i, c in enumerate(reversed(columns))]
-        yield rows * max(sum(letters), 1)
-    elif name.startswith("xl/") and name.endswith(".bin") and "sheets/" in name:
-        yield _binary_cells(book.read(name))
-    elif name == "content.xml":
-        yield from _open_document_cells(book.read(name))
+def _cells_of(name: str, data: bytes) -> Iterator[int]:
+    """Rows times columns that a part of a workbook stretches over.
+
+    Any part may be a sheet: a workbook names its sheets' parts as it likes.
+    """
+    if name == "content.xml":
+        yield from _open_document_cells(data)
+    elif data.startswith(_BEGIN_SHEET) or (name.endswith(".bin") and "sheets/" in name):
+        yield _binary_cells(data)
+    else:
+        yield _xml_cells(data)
+
+
+def _xml_cells(data: bytes) -> int:
+    """The same of an .xlsx sheet: a row or cell that states no place follows the one before."""
+    row = column = rows = columns = 0
+    for tag in _CELL.finditer(data):
+        kind, letters, number, attributes = tag.groups()
+        if kind == b"row":
+            row, column = row + 1, 0
+        else:
+            column += 1
+        if number:  # usually the first attribute
+            row, column = int(number), _column(letters) or column
+        for letters, number in _PLACE.findall(attributes) if b"r" in attributes else ():
+            row, column = int(number), _column(letters) or column
+        rows, columns = max(rows, row), max(columns, column)
+    return rows * max(columns, 1)
+
+
+@lru_cache(maxsize=20_000)
+def _column(letters: bytes) -> int:
+    """The number of a column, from 1: 28 for AB."""
+    return sum(26**i * (c - 64) for i, c in enumerate(reversed(letters.upper())))
 
 
 def _binary_cells(data: bytes) -> int:
@@ -115,7 +142,8 @@ def _varint(data: bytes, at: int) -> tuple[int, int]:
 def _open_document_cells(data: bytes) -> Iterator[int]:
     """The same of the sheets of an .ods: up to the last cell that is not empty."""
     row = last_row = column = widest = 0
-    for kind, attributes, empty in _REPEATED.findall(data):
+    for tag in _REPEATED.finditer(data):
+        kind, attributes = tag.groups()
         found = _TIMES.search(attributes)
         count = int(found[1]) if found else 1
         if kind == b"table":
@@ -125,7 +153,7 @@ def _open_document_cells(data: bytes) -> Iterator[int]:
             row, column = row + count, 0
         else:
             column += count
-            if not empty:
+            if not attributes.endswith(b"/"):
                 last_row, widest = row, max(widest, column)
     yield last_row * widest
 
