@@ -180,6 +180,33 @@ def test_stable_speed_is_where_the_slope_meets_the_damping(exponent: float, damp
         assert speed == pytest.approx(pace * np.log(drop / (damping * pace)), rel=1e-12)
 
 
+def test_stable_speed_of_any_exponent_is_that_of_a_search_in_its_logarithm() -> None:
+    rng = np.random.default_rng(7)
+    n = 400
+    drop, pace = 10 ** rng.uniform(-1, 2, n), 10 ** rng.uniform(-5, -1, n)
+    power = rng.uniform(0.4, 3.0, n)
+    slope = drop / pace * 10 ** rng.uniform(-6, 2, n)
+    drop[0], pace[0], power[0], slope[0] = 2.248, 0.03987, 0.9443, 1851.0
+    found = np.asarray(stable_speed(drop, pace, power, slope))
+    for i in range(n):
+
+        def excess(x: float, i: int = i) -> float:
+            """ln(-dF/dv over the damping) at v = v_s e^x."""
+            steep = np.log(drop[i] * power[i] / (pace[i] * slope[i]))
+            return float(steep + (power[i] - 1) * x - np.exp(power[i] * x))
+
+        # above its steepest point -dF/dv falls with the speed
+        top = np.log(1 - 1 / power[i]) / power[i] if power[i] > 1 else -2e4
+        if excess(top) <= 0:
+            assert found[i] == 0.0
+            continue
+        there = float(brentq(excess, top, 10.0, xtol=1e-14, rtol=1e-14))
+        if there < -690:  # below the least double
+            assert found[i] < 1e-300
+        else:
+            assert np.log(found[i] / pace[i]) == pytest.approx(there, rel=1e-9, abs=1e-9)
+
+
 def test_stable_speed_at_its_ends() -> None:
     assert float(stable_speed(58.5, 1.0, 1.0, 100.0)) == 0.0
     assert float(stable_speed(58.5, 1.0, 2.0, 100.0)) == 0.0

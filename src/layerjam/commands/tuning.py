@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import TYPE_CHECKING, Any
 
 from layerjam.commands.declare import command
@@ -19,12 +19,10 @@ from layerjam.commands.quantities import (
 )
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import QuantityError
-from layerjam.units import show
+from layerjam.units import exact_text, show
 
 if TYPE_CHECKING:
-    from layerjam.device.brake import Brake
-
-MOST_SHEETS, MOST_BRAKES = 500, 1000
+    from layerjam.simulate.tuned import Case
 
 
 @result
@@ -38,8 +36,8 @@ class TunedVacuum(Result):
     floor_g: float | None = number("1", "least peak in g of any stop within the travel")
     least_speed: float | None = number("m/s", "slowest arrival that can be stopped so")
     greatest_speed: float | None = number("m/s", "fastest arrival that can be stopped so")
-    travel_needed: float | None = number("m", "travel that would be enough", default=None)
-    sheets_needed: int | None = number("1", "sheets that would be enough", default=None)
+    travel_needed: float | None = number("m", "nearest travel that would do", default=None)
+    sheets_needed: int | None = number("1", "number of sheets that would do", default=None)
     brakes_needed: int | None = number("1", "brakes side by side that would do", default=None)
 
 
@@ -76,12 +74,13 @@ def tune(
     """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
     The mass arrives with `speed` or falls from `height`. Where there is no such vacuum, `reason`
-    says why and what would do: the speeds that can be stopped so, a longer travel, more sheets,
-    more brakes side by side.
+    says why and what would do: the speeds that can be stopped so, another travel, another number
+    of sheets, more brakes side by side, each by itself. Each was tuned before it is named.
     """
     from layerjam.mechanics.pull import peak
     from layerjam.mechanics.stop.tune import vacuum_eq10
     from layerjam.simulate.drop import spring_of
+    from layerjam.simulate.tuned import Case, speeds, tuned
 
     device, g = brake.brake, brake.brake.site.gravity
     arrives = arrival(speed, height, horizontal, g)
@@ -91,15 +90,22 @@ def tune(
             f"travel: {apart(travel, usable, 'm')} is beyond the usable travel of "
             f"{show(usable, 'm')}"
         )
-    along = 0.0 if horizontal else g
-    pressure = _tuned(device, mass, arrives, travel, rope_stiffness, along)
+    case = Case(
+        brake=device,
+        mass=mass,
+        speed=arrives,
+        travel=travel,
+        gravity=0.0 if horizontal else g,
+        rope=rope_stiffness,
+    )
+    pressure, reach = tuned(case), speeds(case)
     eq10 = float(vacuum_eq10(mass, arrives, travel, device))
     top = float(peak(pressure or device.site.atmosphere, usable, device).force)
     distance = travel + top / spring_of(device, rope_stiffness)
-    low, high = speed_range(device, mass, travel, rope_stiffness, along)
+    low, high = reach or (None, None)
     more: dict[str, Any] = {"least_speed": low, "greatest_speed": high}
     if pressure is None:
-        more |= _ways_out(device, mass, arrives, travel, rope_stiffness, along, low, high)
+        more |= _ways_out(case, reach)
     return TunedVacuum(
         vacuum=pressure,
         vacuum_eq10=eq10 if math.isfinite(eq10) else None,
@@ -110,136 +116,86 @@ def tune(
     )
 
 
-def _tuned(
-    brake: Brake, mass: float, speed: float, travel: float, rope: float | None, gravity: float
-) -> float | None:
-    from layerjam.mechanics.stop.exact import STOPPED, stop
-    from layerjam.mechanics.stop.tune import tuned_vacuum
-    from layerjam.simulate.drop import spring_of
+def _ways_out(case: Case, reach: tuple[float, float] | None) -> dict[str, Any]:
+    """Why no vacuum does it, and what would: all of it tried by the function that tunes."""
+    from layerjam.simulate import tuned
 
-    spring = spring_of(brake, rope)
-    vacuum = float(tuned_vacuum(mass, speed, travel, spring, gravity, brake))
-    if not math.isfinite(vacuum):
-        return None
-    # the balance holds at the end of the travel; on a soft rope the mass may stop or snap before it
-    result = stop(mass, speed, vacuum, spring, gravity, brake)
-    there = int(result.outcome) == STOPPED and abs(float(result.slip) - travel) <= 1e-6 * travel
-    return vacuum if there else None
-
-
-def speed_range(
-    brake: Brake, mass: float, travel: float, rope: float | None, gravity: float
-) -> tuple[float | None, float | None]:
-    """Speeds [m/s] that some vacuum of the site stops after exactly `travel` [m] of slip.
-
-    The slowest is stopped by the vacuum that just holds the weight there. (None, None) where not
-    even full vacuum holds it.
-    """
-    from layerjam.mechanics.energy import slip_work
-    from layerjam.mechanics.pull import brake_force, vacuum_for_force
-    from layerjam.simulate.drop import spring_of
-
-    full, spring = brake.site.atmosphere, spring_of(brake, rope)
-    weight = mass * gravity
-    if float(brake_force(travel, full, brake)) < weight:
-        return None, None
-    alone = float(brake_force(travel, 0.0, brake))
-    held = float(vacuum_for_force(max(weight, alone), travel, brake))
-
-    def speed(vacuum: float) -> float:
-        force = float(brake_force(travel, vacuum, brake))
-        taken = float(slip_work(travel, vacuum, brake)) + force**2 / (2 * spring)
-        return math.sqrt(max(taken - weight * (travel + force / spring), 0.0) * 2 / mass)
-
-    return speed(held), speed(full)
-
-
-def _ways_out(
-    brake: Brake, mass: float, speed: float, travel: float, rope: float | None, gravity: float,
-    low: float | None, high: float | None,
-) -> dict[str, object]:  # fmt: skip
-    """Why no vacuum does it, and what would."""
-    from layerjam.mechanics.pull import brake_force, least_stiffness
-    from layerjam.simulate.drop import spring_of
-
-    if low is not None and speed < low:
-        alone = float(brake_force(travel, 0.0, brake))
-        why = (
-            f"a vacuum low enough to let the mass run that far could not hold its weight there; "
-            f"from {show(low, 'm/s')} on there is one"
-        )
-        if alone >= mass * gravity:
-            # the enclosure pulls harder than the weight: no vacuum at all stops it sooner already
-            why = (
-                f"the enclosure alone, without vacuum, stops the mass before that; from "
-                f"{show(low, 'm/s')} on it runs that far"
-            )
-        reason = f"{apart(speed, low, 'm/s')} is too slow for {show(travel, 'm')}: {why}"
-        return {"reason": f"{reason}, or choose a shorter travel"}
-    if high is not None and low is not None and low <= speed <= high:
-        least = float(least_stiffness(brake.site.atmosphere, brake))
-        reason = (
-            f"rope and brake together give {show(spring_of(brake, rope), 'N/m')}: on a spring so "
-            f"soft the mass stops or the brake snaps before {show(travel, 'm')}; above "
-            f"{show(least, 'N/m')} it cannot snap"
-        )
-        # the two speeds count on a mass that gets there
-        return {"reason": reason, "least_speed": None, "greatest_speed": None}
-    if high is not None and low is not None and high < low:
-        # what full vacuum leaves over the weight cannot even take the drop into the rope
-        return {"reason": _no_speed(mass, travel, gravity), "least_speed": None,
-                "greatest_speed": None}  # fmt: skip
-    head = (
-        f"the brake cannot hold {show(mass * gravity, 'N')} at {show(travel, 'm')} of slip"
-        if high is None
-        else f"{apart(speed, high, 'm/s')} is too fast for {show(travel, 'm')}: full vacuum stops "
-        f"up to {show(high, 'm/s')}"
-    )
-    out = _enough(brake, mass, speed, travel, rope, gravity)
+    out: dict[str, Any] = {
+        "travel_needed": tuned.other_travel(case),
+        "sheets_needed": tuned.other_sheets(case),
+        "brakes_needed": tuned.more_brakes(case),
+    }
     said = {
-        "travel_needed": f"{show(out['travel_needed'], 'm')} of travel",
+        "travel_needed": f"{show(out['travel_needed'], 'm', tuned.DIGITS)} of travel",
         "sheets_needed": f"{out['sheets_needed']} sheets",
         "brakes_needed": f"{out['brakes_needed']} brakes side by side",
     }
     ways = [text for key, text in said.items() if out[key] is not None]
     none = (
-        f"neither more travel nor up to {MOST_SHEETS - 1} sheets or {MOST_BRAKES - 1} brakes side "
-        "by side"
+        f"none of {tuned.TRAVELS} other travels, no 2 to {tuned.MOST_SHEETS} sheets and no 2 to "
+        f"{tuned.MOST_BRAKES} brakes side by side"
     )
-    return {**out, "reason": f"{head}; {' or '.join(ways) or none} would do"}
+    return {**out, "reason": f"{_why(case, reach)}; {' or '.join(ways) or none} would do"}
 
 
-def _enough(
-    brake: Brake, mass: float, speed: float, travel: float, rope: float | None, gravity: float
-) -> dict[str, float | None]:
-    """The least travel, number of sheets and number of brakes that stop the mass; None for none."""
-    import numpy as np
+def _why(case: Case, reach: tuple[float, float] | None) -> str:
+    """Why no vacuum stops it after just the travel, and which speeds some vacuum stops so."""
+    from layerjam.mechanics.pull import least_stiffness
+    from layerjam.simulate.drop import spring_of
+    from layerjam.simulate.tuned import balanced_speeds
 
-    def stops(other: Brake, share: int) -> bool:
-        part = None if rope is None else rope / share
-        _, fastest = speed_range(other, mass / share, travel, part, gravity)
-        return fastest is not None and fastest >= speed
+    weight, there = show(case.mass * case.gravity, "N"), show(case.travel, "m")
+    low, high = balanced_speeds(case)
+    if math.isnan(high):
+        return f"the brake cannot hold {weight} at {there} of slip"
+    if high < low:
+        # what full vacuum leaves over the weight cannot even take the drop into the rope
+        return (
+            f"no vacuum stops {show(case.mass, 'kg')} after just {there} at any speed: what holds "
+            f"its weight of {weight} there stops it sooner"
+        )
+    least, most = ("", "") if reach is None else _inside(case, *reach)
+    between = f"from {least} to {most} there is one" if reach else "no speed was found that has one"
+    if case.speed > high:
+        held = f"full vacuum stops up to {most}" if reach else between
+        return f"{apart(case.speed, high, 'm/s')} is too fast for {there}: {held}"
+    if case.speed >= low:
+        stiff = float(least_stiffness(case.brake.site.atmosphere, case.brake))
+        stiff = _rounded(stiff, 4, ROUND_CEILING)
+        return (
+            f"rope and brake together give {show(spring_of(case.brake, case.rope), 'N/m')}: on a "
+            f"spring so soft the mass stops or the brake snaps before {there} at "
+            f"{show(case.speed, 'm/s')}; {between}; above {show(stiff, 'N/m')} it cannot snap"
+        )
+    return f"{apart(case.speed, low, 'm/s')} is too slow for {there}: {_slow(case)}; {between}"
 
-    def thicker(count: int) -> Brake:
-        return replace(brake, sheets=replace(brake.sheets, count=count))
 
-    travels = np.linspace(travel, brake.sheets.usable_travel, 200)[1:].tolist()
-    fine = (x for x in travels if _tuned(brake, mass, speed, x, rope, gravity) is not None)
-    sheets = (n for n in range(brake.sheets.count + 1, MOST_SHEETS) if stops(thicker(n), 1))
-    brakes = (n for n in range(2, MOST_BRAKES) if stops(brake, n))
-    return {
-        "travel_needed": next(fine, None),
-        "sheets_needed": next(sheets, None),
-        "brakes_needed": next(brakes, None),
-    }
+def _slow(case: Case) -> str:
+    """What stops a slow mass sooner."""
+    from layerjam.mechanics.pull import brake_force
+
+    if float(brake_force(case.travel, 0.0, case.brake)) >= case.mass * case.gravity:
+        # the enclosure pulls harder than the weight: no vacuum at all stops it sooner already
+        return "the enclosure alone, without vacuum, stops the mass before that"
+    return "a vacuum low enough to let the mass run that far could not hold its weight there"
 
 
-def _no_speed(mass: float, travel: float, gravity: float) -> str:
-    return (
-        f"no vacuum stops {show(mass, 'kg')} after just {show(travel, 'm')} at any speed: what "
-        f"holds its weight of {show(mass * gravity, 'N')} there stops it sooner; choose a "
-        "shorter travel"
-    )
+def _inside(case: Case, low: float, high: float) -> tuple[str, str]:
+    """The ends of a range of speeds [m/s] as text that, typed again, still lies in it.
+
+    Rounded inwards, with as many digits as it takes.
+    """
+    from layerjam.simulate.tuned import tuned
+
+    for digits in range(4, 17):
+        ends = [_rounded(low, digits, ROUND_CEILING), _rounded(high, digits, ROUND_FLOOR)]
+        if ends[0] <= ends[1] and all(tuned(case.but(speed=v)) is not None for v in ends):
+            return show(ends[0], "m/s", digits), show(ends[1], "m/s", digits)
+    return exact_text(low, "m/s"), exact_text(high, "m/s")
+
+
+def _rounded(value: float, digits: int, how: str) -> float:
+    return float(Context(prec=digits, rounding=how).create_decimal_from_float(value))
 
 
 def apart(value: float, bound: float, unit: str) -> str:

@@ -227,15 +227,19 @@ def stable_speed(drop: Any, stribeck_speed: Any, exponent: Any, damping: Any) ->
     steepest = jnp.where(turn > 0, jnp.where(turn > 0, turn, 1.0) ** turn * jnp.exp(-turn), 1.0)
     weakens = (drop > 0) & (stribeck_speed > 0) & ((share < steepest) | (power < 0))
 
-    def rest(w: Any) -> Any:
-        return w - power * jnp.log(w) + jnp.log(some)
+    # solved for ln w: below d = 1 the root may be 1e-30, and w <= 1 bounds it from below
+    def rest(u: Any) -> Any:
+        return jnp.exp(u) - power * u + jnp.log(some)
 
-    low = jnp.maximum(turn, 1e-300) * jnp.ones_like(some)
-    high = 2 * (turn + 2 + jnp.abs(jnp.log(some)))
-    w = rising_zero(rest, low, high + jnp.zeros_like(low))
-    slope = 1 - power / w
-    w = w - rest(w) / jnp.where(slope > 0, slope, 1.0)
-    speed = stribeck_speed * jnp.where(weakens & (w > 0), w, 1.0) ** (1 / exponent)
+    slack = -jnp.log(some) - 1
+    deep = jnp.minimum(slack / jnp.where(power < 0, -power, 1.0), 0.0) - 1
+    low = jnp.where(turn > 0, jnp.log(jnp.where(turn > 0, turn, 1.0)), -750.0)
+    low = jnp.where(power < 0, deep, low) + jnp.zeros_like(some)
+    high = jnp.log(2 * (turn + 2 + jnp.abs(jnp.log(some)))) + jnp.zeros_like(low)
+    u = rising_zero(rest, low, high)
+    slope = jnp.exp(u) - power
+    u = u - rest(u) / jnp.where(slope > 0, slope, 1.0)
+    speed = stribeck_speed * jnp.exp(jnp.where(weakens, u, 0.0) / exponent)
     speed = jnp.where(weakens, jnp.where(share > 0, speed, jnp.inf), 0.0)
     fine = (drop >= 0) & (stribeck_speed >= 0) & (exponent > 0) & (damping >= 0)
     return within(fine, speed)

@@ -9,8 +9,13 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.energy import slip_work
-from layerjam.mechanics.law import law, rising_zero, within
+from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.pull import brake_force, vacuum_for_force
+from layerjam.mechanics.stop.exact import STOPPED, stop
+from layerjam.mechanics.stop.motion import series_of
+
+NEAR = 1e-6
+"""Greatest distance of a stop from the wanted slip, over that slip."""
 
 
 def _excess(
@@ -45,6 +50,42 @@ def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
     value, slope = jax.jvp(excess, (guess,), (jnp.ones_like(guess),))
     slope = jax.lax.stop_gradient(jnp.where(slope > 0, slope, 1.0))
     return within(feasible, jnp.clip(guess - value / slope, low, top))
+
+
+@law
+def tuned_stop(mass: Any, speed: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> Any:
+    """The `tuned_vacuum` [Pa] where the stop at it ends STOPPED after `slip` [m], else NaN.
+
+    The balance holds at the end of the slip; on a soft `rope` [N/m] (None: none) the mass may stop
+    or the brake snap before it. All broadcast, the brake's numbers with them.
+    """
+    spring = series_of(rope, brake)
+    arrays = (mass, speed, slip, spring, gravity, brake.sheets.count)
+    mass, speed, slip, spring, gravity, _ = jnp.broadcast_arrays(*arrays)
+    vacuum = tuned_vacuum(mass, speed, slip, spring, gravity, brake)
+    made = stop(mass, speed, jnp.where(jnp.isnan(vacuum), 0.0, vacuum), spring, gravity, brake)
+    there = (made.outcome == STOPPED) & (jnp.abs(made.slip - slip) <= NEAR * slip)
+    return within(there, vacuum)
+
+
+@law
+def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> tuple[Any, Any]:
+    """Speeds [m/s] between which a `tuned_vacuum` solves its balance at a slip [m].
+
+    The slowest belongs to the vacuum that just holds the weight there, the fastest to the site's
+    full vacuum. NaN where not even that holds it; a slowest above the fastest means no speed.
+    """
+    spring, full = series_of(rope, brake), brake.site.atmosphere
+    weight = mass * gravity
+    alone = brake_force(slip, 0.0, brake)
+    held = vacuum_for_force(jnp.maximum(weight, alone), slip, brake)
+
+    def speed(vacuum: Any) -> Any:
+        force = brake_force(slip, vacuum, brake)
+        taken = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
+        return safe_sqrt(jnp.maximum(taken - weight * (slip + force / spring), 0.0) * 2 / mass)
+
+    return speed(held), within(~jnp.isnan(held), speed(full))
 
 
 @law
