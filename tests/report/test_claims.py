@@ -6,7 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from layerjam.studies.choi2018.claims import Printed, Verdict, claim, judged, paper
+from layerjam.studies.choi2018.claims import (
+    VERDICTS,
+    Against,
+    Claim,
+    Printed,
+    Verdict,
+    claim,
+    judged,
+    paper,
+    tally,
+)
 
 numbers = st.floats(-1e6, 1e6, allow_nan=False)
 
@@ -15,6 +25,8 @@ def number(paper: float, tolerance: float) -> Printed:
     return Printed(
         claim="c",
         section="II",
+        against="other numbers",
+        because="because",
         paper=paper,
         unit="N",
         tolerance=tolerance,
@@ -30,7 +42,8 @@ def test_number(paper: float, ours: float, tolerance: float) -> None:
     assert found.verdict == (Verdict.REPRODUCED if same else Verdict.DIFFERS)
     assert ("otherwise" in found.why) is not same and "why this" in found.why
     row = {"claim": "c", "section": "II", "paper": paper, "ours": ours, "unit": "N"}
-    assert found.row() == row | {"verdict": str(found.verdict), "why": found.why}
+    words = {"verdict": str(found.verdict), "because": "because", "why": found.why, "again": ""}
+    assert found.row() == row | words
 
 
 def test_the_difference_is_said() -> None:
@@ -39,21 +52,63 @@ def test_the_difference_is_said() -> None:
     assert judged(number(17.5, 0.05 + 1e-12), 17.55, x="").verdict is Verdict.REPRODUCED
 
 
-@pytest.mark.parametrize(("holds", "verdict"), [(True, "reproduced"), (False, "differs")])
-def test_statement(holds: bool, verdict: str) -> None:
-    row = Printed(claim="c", section="II", ours="{y:.1f} N", why="why")
-    found = judged(row, holds=holds, y=2.0)
+def statement(against: str, **more: str) -> Printed:
+    return Printed(
+        claim="c", section="II", against=against, because="b", ours="{y:.1f} N", why="why", **more
+    )
+
+
+@pytest.mark.parametrize(
+    ("against", "holds", "verdict"),
+    [
+        ("other numbers", True, "reproduced"),
+        ("other numbers", False, "differs"),
+        ("own words", True, "consistent"),
+        ("own words", False, "differs"),
+        ("itself", True, "by construction"),
+        ("itself", False, "ours to explain"),
+        ("our assumptions", True, "consistent"),
+        ("our assumptions", False, "ours to explain"),
+    ],
+)
+def test_statement(against: str, holds: bool, verdict: str) -> None:
+    found = judged(statement(against), holds=holds, y=2.0)
     assert str(found.verdict) == verdict and found.paper == "as stated" and found.ours == "2.0 N"
 
 
-def test_the_other_two() -> None:
-    row = Printed(claim="c", section="II", paper=32.0, unit="%", why="why")
+def test_nothing_to_compare_is_said_and_nothing_else_is() -> None:
+    row = Printed(
+        claim="c", section="II", against="nothing", because="b", paper=32.0, unit="%", why="why"
+    )
     assert str(judged(row).verdict) == str(judged(row, 3.0).verdict) == "not reproducible"
-    assert [str(v) for v in Verdict] == ["reproduced", "differs", "not reproducible", "not yet"]
+    with pytest.raises(ValueError, match="c: cannot be judged against nothing"):
+        judged(row, holds=True)
+    with pytest.raises(ValueError, match="c: cannot be judged against itself"):
+        judged(statement("itself"), y=2.0)
+    with pytest.raises(ValueError, match="hearsay"):
+        judged(statement("hearsay"), holds=True, y=2.0)
+
+
+def test_only_other_numbers_reproduce() -> None:
+    agrees = {against: pair[0] for against, pair in VERDICTS.items()}
+    assert set(agrees) == set(Against)
+    assert [a for a, v in agrees.items() if v is Verdict.REPRODUCED] == [Against.OTHER_NUMBERS]
+    assert {v for pair in VERDICTS.values() for v in pair} == set(Verdict)
+
+
+def test_a_claim_looked_at_again_is_not_counted() -> None:
+    rows: list[Claim] = [judged(statement("own words"), holds=False, y=1.0)] * 2
+    rows.append(judged(statement("own words", again="full"), holds=False, y=1.0))
+    assert rows[2].again == "Fig. 11: full vacuum gives about 20 % of 50 g"
+    counts = tally(rows)
+    assert list(counts) == list(Verdict) and counts.pop(Verdict.DIFFERS) == 2
+    assert not any(counts.values())
 
 
 def test_every_claim_of_the_file_is_one() -> None:
     for key, row in paper()["claim"].items():
-        assert Printed(**row).section.startswith("I"), key
+        printed = Printed(**row)
+        assert printed.section.startswith("I") and len(printed.because) > 10, key
+        assert Against(printed.against) and (not printed.again or printed.again in paper()["claim"])
     with pytest.raises(KeyError):
         claim("no such claim")

@@ -7,8 +7,7 @@ menisci pull the sheets together without any vacuum (adhesion), and the film is 
     tau(v, P) = a mu(v) P + tau_0 + b v.
 
 All three must be fitted from data of wet sheets; see `layerjam.identify.friction.stribeck`. Dry
-sheets are
-the same law with a flat curve and neither of the other two.
+sheets are the same law with a flat curve and neither of the other two.
 """
 
 from __future__ import annotations

@@ -35,6 +35,8 @@ CONTACT_AREA = 0.025 * 0.025
 TABLE_SD = {"choi2018-kapton": (0.0818, 0.0277), "choi2018-ptfe": (0.0871, 0.0317)}
 CALIBRATED_ON = Pulls(vacuums=(FULL,), speeds=(13e-3,), repeats=1, travel=TESTED)
 VALIDATED_ON = Pulls(vacuums=tuple(FIG7), speeds=(7e-3, 19e-3), repeats=2, travel=TESTED)
+PRINTED, SPREAD = 0.32, 0.11
+"""The paper's error before calibration and its standard deviation."""
 REPEATS = 3
 WHAT = "3 friction tests, 1 calibration pull, 12 validation pulls"
 """Of each film."""
@@ -163,8 +165,10 @@ def validation_claims() -> list[Claim]:
     before = [c.mape for run in runs().values() for c in run.uncalibrated.curves]
     after = [c.mape for run in runs().values() for c in run.calibrated.curves]
     alone = [abs(1 / run.file.brake.scale_factor - 1) for run in runs().values()]
+    explained = float(np.mean(alone))
+    rest = 1 - explained / PRINTED
     return [
         claim("mape-before", 100 * float(np.mean(before)), pulls=len(before)),
-        claim("explains", holds=float(np.mean(alone)) > 0.27, alone=alone),
+        claim("explains", holds=explained > PRINTED - SPREAD, alone=alone, rest=rest),
         claim("mape-after", 100 * float(np.mean(after)), pulls=len(before)),
     ]

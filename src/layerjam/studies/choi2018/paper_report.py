@@ -39,7 +39,7 @@ from layerjam.report.page import (
 from layerjam.studies.choi2018 import figures as paper_figures
 from layerjam.studies.choi2018 import impact, machines, model, sensor_figures, speed, speed_figures
 from layerjam.studies.choi2018 import lab as laboratory
-from layerjam.studies.choi2018.claims import Claim, Verdict, paper
+from layerjam.studies.choi2018.claims import Claim, Verdict, paper, tally
 
 TITLE = "A soft brake on paper, recomputed"
 LEAD = (
@@ -52,15 +52,22 @@ BANNER = (
     "synthetic and named so. No measured curve of the paper is published. What the paper prints is "
     "quoted as the paper's; 'ours' was computed in this run."
 )
-FOOTER = (
-    "Verdicts are computed: 'reproduced' means within half of the last digit printed, unless the "
-    "row says otherwise."
+MEANING = (
+    "What tests the paper is 'reproduced' (a printed number that comes out of others, within half "
+    "of its last digit unless the row says otherwise) and 'differs'. 'Consistent' is arithmetic on "
+    "the paper's own numbers, or a statement that they bear out. 'By construction' says nothing "
+    "about the paper: what is printed went in. 'Ours to explain' is a difference that our reading "
+    "or our assumptions may cause; 'not reproducible' rests on what nobody published. A row in "
+    "brackets looks once more at a claim that is counted already."
 )
+FOOTER = "Verdicts are computed from the numbers and from what ours rests on, never typed in."
 MARKS = {
     Verdict.REPRODUCED: "✓",
+    Verdict.CONSISTENT: "∼",
+    Verdict.BY_CONSTRUCTION: "=",
     Verdict.DIFFERS: "≠",
     Verdict.NOT_REPRODUCIBLE: "?",
-    Verdict.NOT_YET: "…",
+    Verdict.OURS: "!",
 }
 LAB_SHARE = 0.2
 """Share of the time that the procedures on synthetic files take."""
@@ -108,7 +115,7 @@ def write_report(
     extra: Sequence[Part] = (),
     numbers: Sequence[tuple[str, str]] = (),
 ) -> dict[Verdict, int]:
-    """Write report.html, results.json and figures/*.svg into `out`; how many have each verdict.
+    """Write report.html, results.json and figures/*.svg into `out`; returns the tally of verdicts.
 
     `extra` parts and `numbers` stand first on the page (the demo uses them). Raises FileError where
     the report exists and `force` is not set, or the folder cannot be made.
@@ -135,14 +142,14 @@ def write_report(
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
     rows = [claim for some in claims.values() for claim in some]
-    counts = {v: [claim.verdict for claim in rows].count(v) for v in Verdict}
+    counts = tally(rows)
     page = Page(
         title=TITLE,
         lead=LEAD,
         navigation=True,
         numbers=numbers,
         verdicts=[Word(f"{MARKS[v]} {count} {v}", _kind(v)) for v, count in counts.items()],
-        banner=[BANNER],
+        banner=[BANNER, MEANING],
         parts=[*extra, *(part_of(name, FIGURES, claims[name]) for name in parts)],
         footer=f"layerjam {__version__}, {datetime.now(UTC).date().isoformat()}. {FOOTER}",
     )
@@ -160,7 +167,7 @@ def part_of(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -
         Picture(name=p["name"], figure=draw[p["name"]], caption=p["caption"])
         for p in row["picture"]
     ]
-    head = ["claim", "section", "paper", "ours", "verdict", "why"]
+    head = ["claim", "section", "paper", "ours", "verdict", "because", "why"]
     table = Table(id=f"claims-{name}", head=head, rows=[_row(claim) for claim in claims])
     return Part(
         id=name,
@@ -172,13 +179,15 @@ def part_of(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -
 
 
 def _row(claim: Claim) -> list[Word]:
-    """A claim as a row of its part's table."""
+    """A claim as a row of its part's table; in brackets the verdict of one that is not counted."""
+    verdict = f"{MARKS[claim.verdict]} {claim.verdict}"
     return [
         Word(claim.claim, "claim"),
         Word(claim.section),
         _value(claim.paper, claim.unit),
         _value(claim.ours, claim.unit),
-        Word(f"{MARKS[claim.verdict]} {claim.verdict}", f"verdict {_kind(claim.verdict)}"),
+        Word(f"({verdict})" if claim.again else verdict, f"verdict {_kind(claim.verdict)}"),
+        Word(claim.because, "because"),
         Word(claim.why, "why"),
     ]
 

@@ -16,12 +16,18 @@ class Reproduction(Result):
 
     report: str = fact("path of the page")
     results: str = fact("path of the list of claims")
-    reproduced: int = fact("claims that agree to half of the last digit printed")
-    differs: int = fact("claims that do not")
+    reproduced: int = fact("printed numbers that come out of other numbers of the paper")
+    consistent: int = fact("claims that agree with the paper's other words and numbers")
+    by_construction: int = fact(
+        "claims that agree because what is printed went in", key="by construction"
+    )
+    differs: int = fact("claims that other words and numbers of the paper contradict")
     not_reproducible: int = fact(
         "claims that rest on data nobody published", key="not reproducible"
     )
-    not_yet: int = fact("claims that are not computed yet", key="not yet")
+    ours_to_explain: int = fact(
+        "differences that our reading or our assumptions may cause", key="ours to explain"
+    )
 
 
 @command("share", place=30, examples=("layerjam reproduce --out report",))
@@ -45,7 +51,9 @@ def reproduce(
         report=str(folder / "report.html"),
         results=str(folder / "results.json"),
         reproduced=counts[Verdict.REPRODUCED],
+        consistent=counts[Verdict.CONSISTENT],
+        by_construction=counts[Verdict.BY_CONSTRUCTION],
         differs=counts[Verdict.DIFFERS],
         not_reproducible=counts[Verdict.NOT_REPRODUCIBLE],
-        not_yet=counts[Verdict.NOT_YET],
+        ours_to_explain=counts[Verdict.OURS],
     )
