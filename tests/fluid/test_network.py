@@ -118,6 +118,37 @@ def test_stretching_at_constant_gas_is_boyles_law():
     assert end[CHAMBER] == pytest.approx(2e4 * ratio**1.4, rel=1e-9)
 
 
+@pytest.mark.parametrize("n", [1.0, 1.2, 1.4])
+@pytest.mark.parametrize("tube", [None, Tube(length=1.2, bore=4e-3)])
+def test_books_of_a_chamber_that_is_emptied_are_those_of_a_blowdown(n, tube):
+    """p over N^n stays: at n = 1.4 the books once kept 28.6 % of the gas in an empty chamber."""
+    line = replace(PAPER, polytropic=n, tube=tube, pump=replace(PAPER.pump, ultimate=0.0))
+    start = at_pressure(line)
+    made = respond(line, 30.0)
+    end = made.states[-1]
+    assert end[CHAMBER] < 2e-2 * ATMOSPHERE
+    assert end[3] / start[3] == pytest.approx((end[CHAMBER] / start[CHAMBER]) ** (1 / n), rel=1e-6)
+    assert made.imbalance < 1e-10
+
+
+@pytest.mark.parametrize("n", [1.2, 1.4])
+def test_books_of_a_chamber_that_is_filled_are_those_of_the_first_law(n):
+    """Gas from outside mixes in: its energy n q heats, N grows by q and p V by n q."""
+    line = replace(PAPER, polytropic=n, leak=Leak(laminar=5e-8))
+    start = at_pressure(line, 2e4)
+    made = respond(line, 2.0, Drive(pump=0.0), start)
+    risen = (made.states[-1, CHAMBER] - 2e4) * line.chamber.volume
+    assert risen > 5e-3
+    assert made.states[-1, 3] - start[3] == pytest.approx(risen / n, rel=1e-8)
+
+
+def test_gas_that_is_pressed_together_and_let_go_keeps_its_books():
+    line = replace(PAPER, polytropic=1.4, chamber=Chamber(volume=7.5e-6, volume_per_slip=3e-5))
+    start = at_pressure(line, 2e4)
+    end = advance(start, Drive(pump=0.0, pace=0.04), line, 1.0, 200)
+    assert end[3] == start[3] and end[CHAMBER] < 0.85 * 2e4
+
+
 def test_a_reservoir_and_the_chamber_come_to_one_pressure():
     line = replace(PAPER, reservoir=Reservoir(volume=1e-4, conductance=1e-9))
     start = at_pressure(line, ATMOSPHERE, 5e3)

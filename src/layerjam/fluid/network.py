@@ -1,10 +1,12 @@
 """A line in time: chamber, pump's side of the tube, reservoir, with the gas accounted for.
 
 Nodes are the chamber, the pump's side (tube and what sits there) and the reservoir; their gas is
-kept as N = p V [Pa m^3] at one temperature. Flows only move N from node to node or in and out, so
-that what is in the line and what passed its borders add up at every step. With an exponent n above
-1 pressures follow V p' = n (q - p V'), and N is counted beside them. A tube in cells adds the
-pressures along it and the flows between them to the state.
+kept as N [Pa m^3], what p V would be at the atmosphere's temperature. Flows only move N from node
+to node or in and out, so that what is in the line and what passed its borders add up at every step.
+Pressures follow V p' = n (q - p V') with q the throughput at the temperature of the node it leaves.
+With n = 1 that is the atmosphere's and N = p V; above 1 gas that expands cools and is denser, so
+that a throughput q takes q N/(p V) along. A tube in cells adds the pressures along it and the flows
+between them to the state; their gas is counted together.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from layerjam.errors import QuantityError
 from layerjam.fluid.flow import leaking, through_tube, through_valve
 from layerjam.fluid.line import Line
 from layerjam.fluid.pump import intake
-from layerjam.fluid.tube import area, in_cells, share_at_chamber
+from layerjam.fluid.tube import area, cell_volumes, in_cells, share_at_chamber
 
 Array = npt.NDArray[np.float64]
 CHAMBER, SIDE, RESERVOIR = range(3)
@@ -92,6 +94,25 @@ def gas_volume(line: Line, p: float, slip: float = 0.0) -> float:
     return own + nearby(line)
 
 
+def denseness(state: Array, volume: float, line: Line) -> tuple[float, float, float]:
+    """N/(p V) of chamber, pump's side and reservoir: 1 at the atmosphere's temperature.
+
+    `volume` is the chamber's [m^3]. 1 for a node without volume or pressure.
+    """
+    if line.polytropic == 1:
+        return 1.0, 1.0, 1.0
+    filled = [float(state[CHAMBER]) * volume, float(state[SIDE]) * side_volume(line), 0.0]
+    if line.tube is not None and line.tube.cells:
+        count = line.tube.cells
+        filled[SIDE] = float(state[SIZE : SIZE + count] @ cell_volumes(line.tube))
+    if line.reservoir is not None:
+        filled[RESERVOIR] = float(state[RESERVOIR]) * line.reservoir.volume
+    here, side, stored = (
+        float(n) / pv if pv > 0 else 1.0 for n, pv in zip(state[3:6], filled, strict=True)
+    )
+    return here, side, stored
+
+
 def rates(state: Array, drive: Drive, line: Line) -> Array:
     """Time derivative of the state."""
     a, chamber, n = line.site.atmosphere, line.chamber, line.polytropic
@@ -119,9 +140,12 @@ def rates(state: Array, drive: Drive, line: Line) -> Array:
     moved = p * chamber.volume_per_slip * drive.pace
     dp = n * (into - moved) / (volume + n * p * chamber.shrink)
     made = np.zeros(SIZE + 2 * count)
-    made[CHAMBER], made[3] = dp, into
+    here, beside, kept = denseness(state, volume, line)
+    gone = out * ((here if joined else beside) if out > 0 else 1.0)
+    stowed, piped = pull * (here if pull > 0 else kept), along * (here if along > 0 else beside)
+    made[CHAMBER], made[3] = dp, leak - stowed + (vent - gone if joined else -piped)
     if not joined:
-        made[SIDE], made[4] = n * (along + vent - out) / side_volume(line), along + vent - out
+        made[SIDE], made[4] = n * (along + vent - out) / side_volume(line), piped + vent - gone
         if count and line.tube is not None:
             nodes, flows = state[SIZE : SIZE + count], state[SIZE + count :]
             pressed, made[SIZE + count :] = in_cells(p, nodes, flows, out - vent, line.tube, n)
@@ -130,8 +154,8 @@ def rates(state: Array, drive: Drive, line: Line) -> Array:
     else:
         made[SIDE] = dp
     if line.reservoir is not None:
-        made[RESERVOIR], made[5] = n * pull / line.reservoir.volume, pull
-    made[PUMPED], made[LEAKED], made[VENTED] = out, leak, vent
+        made[RESERVOIR], made[5] = n * pull / line.reservoir.volume, stowed
+    made[PUMPED], made[LEAKED], made[VENTED] = gone, leak, vent
     return made
 
 

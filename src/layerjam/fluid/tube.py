@@ -61,6 +61,13 @@ def share_at_chamber(tube: Tube) -> float:
     return area(tube) * tube.length / tube.cells / 2 if tube.cells else 0.0
 
 
+def cell_volumes(tube: Tube) -> Array:
+    """Gas at the cells' far ends [m^3], shape (N,): at the pump half a cell."""
+    volumes = np.full(tube.cells, area(tube) * (tube.length / tube.cells))
+    volumes[-1] /= 2
+    return volumes
+
+
 def in_cells(
     p: float, nodes: Array, flows: Array, taken: float, tube: Tube, polytropic: float
 ) -> tuple[Array, Array]:
@@ -75,6 +82,4 @@ def in_cells(
     # a wild trial step of the integrator may pass through zero, where no gas flows
     drag = 32 * VISCOSITY * flows / (np.maximum(mean, 1e-3) * tube.bore**2)
     pace = SPECIFIC_GAS * TEMPERATURE * (-area(tube) * np.diff(ends) / step - drag)
-    volumes = np.full(tube.cells, area(tube) * step)
-    volumes[-1] /= 2
-    return polytropic * (flows - np.append(flows[1:], taken)) / volumes, pace
+    return polytropic * (flows - np.append(flows[1:], taken)) / cell_volumes(tube), pace
