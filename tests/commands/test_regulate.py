@@ -7,6 +7,7 @@ import pytest
 
 from layerjam.commands.follow import follow
 from layerjam.commands.regulate import regulate
+from layerjam.commands.vacuum_line import rise
 from layerjam.control.faults import PROVOKED
 from layerjam.control.settings import KINDS, SAFE_STATES
 from layerjam.errors import FileError, FitError, QuantityError, UnknownNameError
@@ -145,3 +146,57 @@ def test_a_step_that_is_none_is_refused(tmp_path):
         regulate("choi2018", target="60 kPa", step=tmp_path / "none.csv", **SEEN)
     faster = regulate("choi2018", target="60 kPa", step=recorded(path, rate=1.5), **SEEN)
     assert any("times that of the line's file" in said for said in faster.warnings)
+
+
+TUBED = """name = "tubed"
+title = "a line with a tube"
+[chamber]
+volume = "7.5 mL"
+compliance = "0.07 mL/kPa"
+[tube]
+length = "5 m"
+bore = "0.8 mm"
+[pump]
+flow = "3.33 mL/s"
+ultimate = "0 kPa"
+[valve]
+conductance = "1e-9 m^3/(s Pa)"
+"""
+STORE = """[reservoir]
+volume = "0.5 L"
+conductance = "1e-9 m^3/(s Pa)"
+"""
+
+
+def test_a_tube_counts_in_regulate_and_follow_as_it_does_in_rise(tmp_path):
+    """The issue's line: 2.97 s was the answer without its tube."""
+    path = tmp_path / "tubed.toml"
+    path.write_text(TUBED)
+    told = rise(path, target="85 kPa").rise_time
+    assert told == pytest.approx(6.40, abs=0.01)
+    answer = regulate(path, target="85 kPa", kind="bang-bang", **SEEN)
+    assert answer.outcome == "HEALTHY"
+    assert answer.rise_time == pytest.approx(told, rel=2e-3)
+    assert answer.detection["WEAK_PUMP"] is None
+    bare = tmp_path / "bare.toml"
+    bare.write_text(TUBED.replace('[tube]\nlength = "5 m"\nbore = "0.8 mm"\n', ""))
+    shares = [follow(p, "choi2018-kapton", profile="sine", **SHAPE, **SEEN) for p in (path, bare)]
+    assert [f.outcome for f in shares] == ["HEALTHY", "HEALTHY"]
+    assert shares[0].rms_error > 1.2 * shares[1].rms_error
+
+
+def test_what_the_loop_leaves_out_of_a_line_is_said(tmp_path):
+    path = tmp_path / "tubed.toml"
+    path.write_text(TUBED.replace('"0.8 mm"', '"0.8 mm"\ncells = 8') + STORE)
+    keys = {getattr(w, "key", "") for w in regulate(path, target="60 kPa", **SEEN).warnings}
+    assert {"tube-waves", "reservoir-closed"} <= keys
+    wet = regulate(path, target="60 kPa", fluid="water", **SEEN)
+    assert "water-simplified" in {getattr(w, "key", "") for w in wet.warnings}
+
+
+def test_a_recorded_step_is_refused_behind_a_tube_that_counts(tmp_path):
+    path, step = tmp_path / "tubed.toml", tmp_path / "step.csv"
+    path.write_text(TUBED)
+    step.write_text("time [s],vacuum [kPa]\n0,0\n1,20\n")
+    with pytest.raises(QuantityError, match=r"step: the line's tube adds a lag of .* s at 60 kPa"):
+        regulate(path, target="60 kPa", step=step, **SEEN)

@@ -144,7 +144,7 @@ def regulate(
         notices += more
     elif recorded != RecordedStep():
         raise QuantityError("reading, from, to: they go only with --step")
-    constant = 1 / (made.plant.rate + made.plant.leak)
+    constant = made.plant.time_constant(target)
     length = 12 * constant if duration is None else duration
     injected, broken = _injected(fault, fault_at, made, target, length, line)
     loop = simulate(made, [(float(length), float(target))], injected=injected, seed=seed)

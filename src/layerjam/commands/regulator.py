@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from layerjam.commands.declare import Help, options
-from layerjam.commands.lines import Fluid
+from layerjam.commands.lines import ONLY_COMPLIANCE, Fluid
 from layerjam.commands.quantities import LOG_TIME
 from layerjam.control.plant import Plant, plant_of
 from layerjam.control.settings import Regulator
@@ -17,6 +17,7 @@ from layerjam.control.tuning import Identified, identify_air, identify_water
 from layerjam.errors import FitError, Notice, QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Sensor
+from layerjam.fluid.tube import wave_delay
 from layerjam.units import show, spec_of
 
 SAMPLE_TIME = replace(spec_of(Regulator, "sample_time"), example="20ms")
@@ -25,6 +26,8 @@ NOISE = replace(spec_of(Sensor, "noise"), example="50Pa")
 LEAST_RUN = replace(spec_of(Regulator, "minimum_on"), example="0.2s")
 FAR_OFF = 1.2
 """Ratio of the rates found and expected beyond which the difference is said."""
+FELT = 1.05
+"""Ratio of the time constants with and without tube from which on a step is no exponential."""
 FEWEST = 20
 """Samples that a step needs."""
 
@@ -91,6 +94,7 @@ def regulator_of(file: LineFile, at: float, how: RegulatorSettings) -> tuple[Reg
                 "no-valve",
             )
         )
+    notices += _left_out(file, plant)
     made = Regulator(
         plant=plant,
         sensor=replace(sensor, **_given(range=how.sensor_range, noise=how.noise)),
@@ -104,8 +108,46 @@ def regulator_of(file: LineFile, at: float, how: RegulatorSettings) -> tuple[Reg
     return made, notices
 
 
+def _left_out(file: LineFile, plant: Plant) -> list[Notice]:
+    """What the loop leaves out of a line's tube and reservoir."""
+    line, said = file.line, []
+    if plant.water and line.tube is not None:
+        said.append(ONLY_COMPLIANCE)
+    if plant.passage is not None and line.tube is not None and line.tube.cells:
+        delay = wave_delay(line.tube, line.polytropic)
+        said.append(
+            Notice(
+                "tube: its resistance and gas are counted, its cells are not; a pressure wave "
+                f"takes {show(delay, 's')}",
+                "tube-waves",
+            )
+        )
+    if line.reservoir is not None:
+        said.append(
+            Notice(
+                "reservoir: its valve stays closed, as the regulator commands pump and vent alone",
+                "reservoir-closed",
+            )
+        )
+    return said
+
+
 def _given(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
+
+
+def _check_step(plant: Plant) -> None:
+    """Raise QuantityError where a tube keeps a step from being one exponential."""
+    tube = plant.passage
+    if tube is None or plant.time_constant(tube.vacuum) < FELT / (plant.rate + plant.leak):
+        return
+    raise QuantityError.of(
+        "step",
+        f"the line's tube adds a lag of {show(tube.filling(tube.vacuum), 's')} at "
+        f"{show(tube.vacuum, 'Pa')} and {tube.volume:.3g} of the chamber's gas, so that no one "
+        "exponential fits a step and none tells pump from tube; leave --step out, or record the "
+        "step with the pump at the brake and give a line without [tube]",
+    )
 
 
 def tuned_by(
@@ -116,6 +158,7 @@ def tuned_by(
     The scatter of the readings about the fit becomes the sensor's noise unless `keep_noise`. Raises
     FileError for a log that cannot be read, FitError where it holds no step.
     """
+    _check_step(regulator.plant)
     from layerjam.commands.pressure_log import read_pressure, window
     from layerjam.measure.options import ReadingOptions
 

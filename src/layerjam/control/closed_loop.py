@@ -1,8 +1,8 @@
 """The law and its plant in closed loop: one run with its history, or thousands over the cores.
 
 Between samples the plant and the sensor's lag are exact (`plant.py`; the lag to 1e-11 of a sample's
-rise). Noise is that of `noise.py`: a run's result depends on its seed and number alone, not on how
-many others run beside it or on which core.
+rise); behind a tube they are integrated (`through_tube.py`). Noise is that of `noise.py`: a run's
+result depends on its seed and number alone, not on how many others run beside it or on which core.
 """
 
 from __future__ import annotations
@@ -50,6 +50,7 @@ class FaultInjection:
 
     def on(self, plant: Plant) -> Rates:
         """The broken plant for the loop."""
+        tube = plant.passage
         return Rates(
             rate=plant.rate * self.pump / self.volume,
             top=plant.top,
@@ -57,6 +58,9 @@ class FaultInjection:
             leak=(plant.leak + self.leak) / self.volume,
             vent=plant.vent * self.vent / self.volume,
             backwards=plant.backwards * self.pump / self.volume,
+            side=0.0 if tube is None else tube.volume / self.volume,
+            passes=0.0 if tube is None else tube.passes / self.volume,
+            atmosphere=0.0 if tube is None else tube.atmosphere,
         )
 
 

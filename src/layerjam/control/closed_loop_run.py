@@ -2,7 +2,7 @@
 
 The regulator is the law's own text, compiled. Between samples plant and sensor are exact: with
 the slope a - b v of the vacuum a sample of length T adds slope (1 - exp(-b T))/b, and a sensor of
-first order shows the part of it that its lag lets through.
+first order shows the part of it that its lag lets through. A plant with a tube is integrated.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 
 from layerjam.control import law
 from layerjam.control.noise import key_of, normal
+from layerjam.control.through_tube import advanced
 from layerjam.mechanics.compiled import stamp_of
 from layerjam.mechanics.threads import once
 
@@ -34,6 +35,10 @@ class Rates(NamedTuple):
     leak: float
     vent: float
     backwards: float
+    side: float = 0.0
+    """Gas of the tube over the chamber's; 0 without a tube."""
+    passes: float = 0.0
+    atmosphere: float = 0.0
 
 
 class Chain(NamedTuple):
@@ -119,7 +124,8 @@ def _reading(shown, noise, chain):  # type: ignore[no-untyped-def]  # pragma: no
 def loop() -> Any:
     """The compiled loop: some seconds when its files or the law have changed, else from cache."""
     here = Path(__file__).parent
-    stamp = stamp_of(here / name for name in ("law.py", "noise.py", "closed_loop_run.py"))
+    names = ("law.py", "noise.py", "closed_loop_run.py", "through_tube.py")
+    stamp = stamp_of(here / name for name in names)
 
     @numba.njit(cache=True, nogil=True, error_model="numpy")
     def run(  # type: ignore[no-untyped-def]
@@ -129,7 +135,7 @@ def loop() -> Any:
         key = key_of(key[0], key[1])
         dt, lag, state = course.dt, course.lag, fresh
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
-        vacuum = shown = reading = total = on = 0.0
+        vacuum = side = shown = reading = total = on = 0.0
         least, most, over, when = math.inf, -math.inf, -math.inf, math.nan
         low, high = math.nan, math.nan
         phase, stage, target = 0, 0, course.levels[0]
@@ -154,9 +160,13 @@ def loop() -> Any:
                 total += vacuum - target
                 least, most = min(least, vacuum), max(most, vacuum)
             a, b, gain, sensed = factors(plants[broken], pump, float(vent), dt, lag, left)
-            slope = a - b * vacuum
-            after = min(vacuum + slope * gain, plants[0].top)
-            shown = shown + left * (vacuum - shown) + slope * sensed if lag > 0.0 else after
+            if plants[0].side > 0.0:
+                b -= plants[broken].leak  # that is in the chamber
+                after, side, shown = advanced(vacuum, side, shown, a, b, plants[broken], dt, lag)
+            else:
+                slope = a - b * vacuum
+                after = min(vacuum + slope * gain, plants[0].top)
+                shown = shown + left * (vacuum - shown) + slope * sensed if lag > 0.0 else after
             if n < course.ends[0]:
                 if low != low and after >= 0.1 * target:
                     low = n + (0.1 * target - vacuum) / (after - vacuum)

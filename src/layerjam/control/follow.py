@@ -10,7 +10,7 @@ brake's range, and vacuums that change faster than pump and vent can.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -96,8 +96,7 @@ def slew(targets: Array, dt: float, plant: Plant) -> tuple[Mask, list[str]]:
     """Where pump and vent can change the vacuum as fast as the targets do, and why not."""
     here = (targets[1:] + targets[:-1]) / 2
     rate = np.diff(targets) / dt
-    up = plant.rate * (plant.top - plant.weight * here) - plant.leak * here
-    down = (plant.vent + plant.leak) * here
+    up, down = plant.rise(here), plant.fall(here)
     fine = np.append((rate <= up) & (-rate <= down), True)
     reasons = []
     for fast, limit, what in ((rate > up, up, "pump"), (-rate > down, down, "vent")):
@@ -149,6 +148,7 @@ def follow(
     clean, held, reasons = targets_for(wanted, slip, model, most)
     fine, slow = slew(clean, dt, regulator.plant)
     targets, _, _ = targets_for(wanted, seen, model, most)
+    regulator = replace(regulator, plant=regulator.plant.up_to(float(targets.max())))
     loop = simulate(regulator, [(dt, float(level)) for level in targets], plant=plant, seed=seed)
     force = np.asarray(brake_force(slip, loop.vacuum, brake or model))
     return Following(loop, wanted, force, slip, held & fine, (*reasons, *slow))
@@ -197,7 +197,7 @@ def bode(
     made = []
     dt = regulator.sample_time
     for frequency in frequencies:
-        settle = 4 / (regulator.plant.rate + regulator.plant.leak)
+        settle = 4 * regulator.plant.time_constant(0.5 * regulator.plant.top)
         count = round((settle + CYCLES / frequency) / dt)
         time = np.arange(count) * dt
         turn = 2 * np.pi * frequency * time

@@ -2,19 +2,23 @@
 
     dv/dt = u k (top - w v) - (leak + vent) v,    w = 1 for air, 0 for water,
 
-with v the vacuum and u the pump command, held between samples. Air, isothermal, constant volume V:
-k = Q/V, top = atmosphere - ultimate pressure (mechanics, section 5; leak and vent laminar, their
+with v the vacuum and u the pump command, held between samples. Air, constant volume V, exponent n:
+k = n Q/V, top = atmosphere - ultimate pressure (mechanics, section 5; leak and vent laminar, their
 throughput in proportion to v). Water with compliance C: k top = Q/C, and the vacuum ends at top.
+A tube between pump and chamber makes two volumes of it (`passage.py`), in air alone.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
+from layerjam.control.passage import Passage, reached
 from layerjam.errors import QuantityError
-from layerjam.fluid.flow import NORMAL, VAPOUR, leaking
+from layerjam.fluid.flow import NORMAL, VAPOUR, leaking, tube_conductance
 from layerjam.fluid.line import Line, water_compliance
 from layerjam.fluid.pump import check_water, displacement_at, lowest_pressure
+from layerjam.fluid.tube import area
 from layerjam.units import check, quantity, show
 
 
@@ -32,6 +36,8 @@ class Plant:
     )
     water: bool = False
     """Filled with water: the pump's rate does not fall with vacuum."""
+    passage: Passage | None = None
+    """The tube between pump and vent on one side and the chamber on the other."""
 
     @property
     def weight(self) -> float:
@@ -41,9 +47,55 @@ class Plant:
     @property
     def reach(self) -> float:
         """Vacuum at which full pump and leak balance [Pa]."""
+        if self.passage is not None:
+            return reached(self.passage, self.rate, self.top, self.leak)
         if not self.water:
             return self.top * self.rate / (self.rate + self.leak)
         return min(self.top, self.top * self.rate / self.leak) if self.leak else self.top
+
+    @property
+    def joined(self) -> Plant:
+        """The plant with the tube's gas in the chamber: what it does slowly."""
+        if self.passage is None:
+            return self
+        more = 1 + self.passage.volume
+        return replace(
+            self,
+            rate=self.rate / more,
+            leak=self.leak / more,
+            vent=self.vent / more,
+            backwards=self.backwards / more,
+            passage=None,
+        )
+
+    def up_to(self, vacuum: float) -> Plant:
+        """The plant with its detectors tuned to `vacuum` [Pa] at the most, where a tube counts."""
+        if self.passage is None:
+            return self
+        return replace(self, passage=replace(self.passage, vacuum=vacuum))
+
+    def rise(self, vacuum: Any) -> Any:
+        """Rise of the vacuum [Pa/s] at full pump, leak and all, once the pump runs."""
+        gross = (
+            self.rate * (self.top - self.weight * vacuum)
+            if self.passage is None
+            else self.passage.rise(vacuum, self.rate, self.top)
+        )
+        return gross - self.leak * vacuum
+
+    def fall(self, vacuum: Any) -> Any:
+        """Fall of the vacuum [Pa/s] with the vent open, once that acts."""
+        if self.passage is None:
+            return (self.vent + self.leak) * vacuum
+        # an open vent draws on the tube as a pump would that only reaches the atmosphere
+        return self.leak * vacuum - self.passage.rise(vacuum, self.vent, 0.0)
+
+    def time_constant(self, vacuum: float) -> float:
+        """Of the line at a vacuum [Pa], with what its tube adds [s]."""
+        if self.passage is None:
+            return 1 / (self.rate + self.leak)
+        slow = self.joined
+        return 1 / (slow.rate + slow.leak) + self.passage.filling(vacuum)
 
 
 def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
@@ -52,10 +104,13 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
     So is a pump by its flow curve. Exact for a pump by its displacement, without leak. A valve's
     choked flow stands for its whole curve, so that late in a release the plant is the faster one.
     Without valve the vent's command stands for the pump run backwards, which a driver must then do:
-    a fault of the pump leaves such a line without release. Tube, reservoir, slip and shrinking are
-    left out; a water line is taken as tight. Raises QuantityError without any way to vent.
+    a fault of the pump leaves such a line without release. A tube is in it, in air, without the
+    waves of its cells, and a regulator's detectors are tuned on it up to `vacuum`. The reservoir's
+    valve stays closed; slip and shrinking are left out; a water line is taken as tight. Raises
+    QuantityError without any way to vent.
     """
     pump, chamber, atmosphere = line.pump, line.chamber, line.site.atmosphere
+    passage, n = None, line.polytropic
     volume = chamber.volume
     flow = displacement_at(atmosphere - vacuum, pump, atmosphere) * pump.count
     back = pump.backwards * pump.count
@@ -66,17 +121,32 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
         )
     if not water:
         leak = leaking(atmosphere - vacuum, atmosphere, line.leak.laminar, line.leak.orifice)
-        leak, rate = leak / (volume * vacuum), flow / volume
+        leak, rate = n * (leak / (volume * vacuum)), n * (flow / volume)
         top = atmosphere - lowest_pressure(pump, atmosphere)
-        vent = vent or back * atmosphere / (volume * vacuum)
-        backwards = back * atmosphere / volume
+        vent = n * (vent or back * atmosphere / (volume * vacuum))
+        backwards = n * (back * atmosphere / volume)
+        if line.tube is not None:
+            passage = Passage(
+                volume=area(line.tube) * line.tube.length / volume,
+                passes=n * tube_conductance(line.tube.length, line.tube.bore) / volume,
+                atmosphere=atmosphere,
+                vacuum=vacuum,
+            )
     else:
         compliance = water_compliance(line)
         check_water(pump)
         top, leak = atmosphere - max(pump.ultimate, VAPOUR), 0.0
         rate, backwards = flow / compliance / top, back / compliance
         vent = (vent * volume or back) / (compliance * top)
-    made = Plant(rate=rate, top=top, leak=leak, vent=vent, backwards=backwards, water=water)
+    made = Plant(
+        rate=rate,
+        top=top,
+        leak=leak,
+        vent=vent,
+        backwards=backwards,
+        water=water,
+        passage=passage,
+    )
     check(made, "plant.")
     return made
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from layerjam.control import law
+from layerjam.control.passage import Straight, straight
 from layerjam.control.plant import Plant, check_target
 from layerjam.control.tuning import Gains, simc
 from layerjam.errors import QuantityError
@@ -33,6 +34,12 @@ SLOWEST = 0.1
 """A sample lasts at most this share of the line's time constant."""
 CLEAR_OF_NOISE = 24.0
 """Standard deviations of a reading that a detector's decision step has at least."""
+AT_START = 2.5
+"""A decision step over what a tube brings late, at least."""
+SAFELY = 1.3
+"""A blocked line rises at least this many times faster than any healthy one."""
+TOLD = 0.8
+"""A fault behind a tube is promised where what it leaves differs by a fifth from the limit."""
 _FAR = 1e15
 
 Packed = tuple[tuple[float, ...], tuple[float, ...]]
@@ -133,14 +140,58 @@ class Regulator:
     def vents_above(self) -> float:
         """Excess over the target at which the vent opens [Pa]."""
         least = 2 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
+        plant, tube = self.plant, self.plant.passage
+        if tube is not None:  # what the emptied tube still draws is no excess to let out
+            least += max(tube.still(tube.vacuum, plant.rate, plant.top), 0.0)
         return max(0.01 * self.plant.top, least) if self.vent_band is None else self.vent_band
 
     @property
     def decision(self) -> float:
         """Rise the pump owes before it is judged [Pa]."""
         least = CLEAR_OF_NOISE * self.sensor.noise + 2 * self.sensor.resolution
-        wide = max(0.02 * self.plant.top, least)
+        wide, tube = max(0.02 * self.plant.top, least), self.plant.passage
+        if tube is not None:
+            wide = max(wide, AT_START * tube.missing(self.plant.rate, self.owed))
         return wide if self.decision_step is None else self.decision_step
+
+    @property
+    def tube_lag(self) -> float:
+        """Time constant after which a full pump draws on the chamber, at no vacuum [s]."""
+        tube = self.plant.passage
+        return 0.0 if tube is None else float(tube.lag(self.plant.rate, tube.atmosphere))
+
+    @property
+    def lag(self) -> float:
+        """Of sensor and tube together [s]."""
+        return self.sensor.lag + self.tube_lag
+
+    @property
+    def evens_in(self) -> float:
+        """Time constant in which chamber and tube come to one pressure [s]."""
+        tube = self.plant.passage
+        return 0.0 if tube is None else tube.exchange(tube.vacuum)
+
+    @property
+    def lost_for(self) -> float:
+        """For how long a vacuum must be lost [s]: what the filled tube lets in is pumped out."""
+        plant, tube = self.plant, self.plant.passage
+        if tube is None:
+            return self.lost_time
+        let_in, rise = -tube.still(tube.vacuum, plant.vent, 0.0), float(plant.rise(tube.vacuum))
+        return self.lost_time + 8 * self.evens_in + (let_in / rise if rise > 0 else 0.0)
+
+    @property
+    def owed(self) -> Straight:
+        """The rise that a healthy full pump owes, straight in the vacuum."""
+        plant, tube = self.plant, self.plant.passage
+        if tube is None:
+            return Straight(plant.rate, plant.top, 1.0)
+        return straight(tube, plant.rate, plant.top)
+
+    @property
+    def fast(self) -> float:
+        """Multiple of the rise owed that only a blocked line gives."""
+        return max(self.blocked_ratio, SAFELY * self.owed.ratio)
 
     @property
     def lost_below(self) -> float:
@@ -160,9 +211,12 @@ class Regulator:
         """Time after which an open vent leaves less than half of `largest_zero` [s]."""
         if self.settle_time is not None:
             return self.settle_time
-        decay = self.plant.vent + self.plant.leak
-        lasting = max(math.log(2 * self.plant.top / self.largest_zero), 0.0)
-        return lasting / decay + 8 * self.sensor.lag + self.sample_time
+        plant = self.plant.joined
+        decay, tube = plant.vent + plant.leak, self.plant.passage
+        lasting = max(math.log(2 * plant.top / self.largest_zero), 0.0)
+        # through a tube it ends as an exponential of twice the vacuum
+        through = 0.0 if tube is None else (lasting + math.log(2)) * tube.filling(0.0)
+        return lasting / decay + through + 8 * self.sensor.lag + self.sample_time
 
     @property
     def noisy(self) -> bool:
@@ -178,7 +232,9 @@ class Regulator:
         """The rule's gains: at no vacuum for `scheduled`, at `tuned_at` (default half) for `pi`."""
         half = 0.5 * self.plant.top if self.tuned_at is None else self.tuned_at
         at = half if self.kind == "pi" else 0.0
-        return simc(self.plant, sample_time=self.sample_time, lag=self.sensor.lag, vacuum=at)
+        tube = self.plant.passage
+        lag = self.sensor.lag + (0.0 if tube is None else tube.exchange(max(at, tube.vacuum)))
+        return simc(self.plant.joined, sample_time=self.sample_time, lag=lag, vacuum=at)
 
     def samples(self, time: float) -> float:
         """Whole samples that last at least `time` [s]."""
@@ -186,11 +242,12 @@ class Regulator:
 
     def packed(self) -> Packed:
         """The tuples `law.step` takes as settings."""
-        plant, made, dt = self.plant, self.gains(), self.sample_time
+        plant, made, dt = self.plant.joined, self.gains(), self.sample_time
+        owed = self.owed
         gain = made.gain if self.gain is None else self.gain
         lasting = made.integral_time if self.integral_time is None else self.integral_time
         ahead = 1.0 if self.feed_forward and self.kind != "bang-bang" else 0.0
-        lag = self.sensor.lag
+        lag = self.lag
         regulator = (
             float(list(KINDS).index(self.kind)), gain, gain * dt / lasting, self.half_band,
             self.vents_above, -1.0 if self.reversible else 0.0,
@@ -201,12 +258,13 @@ class Regulator:
             1.0 if self.safe_state == "release" else 0.0,
         )  # fmt: skip
         watch = (
-            plant.rate * dt, plant.top, plant.weight, plant.leak * dt,
+            owed.rate * dt, owed.top, plant.weight, self.plant.leak * dt,
             -math.expm1(-dt / lag) if lag else 1.0, self.lowest_reading, self.sensor.range,
             float(self.confirm), self.decision, self.no_vacuum_ratio, self.weak_ratio,
-            self.blocked_ratio, self.lost_below, self.samples(self.lost_time),
+            self.fast, self.lost_below, self.samples(self.lost_for),
             max(self.samples(self.stuck_time), 50.0) if self.noisy else _FAR,
-            self.samples(self.settles_in), self.largest_zero, self.samples(8 * lag),
+            self.samples(self.settles_in), self.largest_zero,
+            self.samples(8 * (self.sensor.lag + self.evens_in)),
         )  # fmt: skip
         return regulator, watch
 
@@ -216,6 +274,12 @@ def validate(regulator: Regulator, target: float) -> None:
     check(regulator)
     plant, sensor, dt = regulator.plant, regulator.sensor, regulator.sample_time
     check_target(plant, target)
+    if plant.passage is not None and target > plant.passage.vacuum * (1 + 1e-9):
+        raise QuantityError(
+            f"target: {show(target, 'Pa')} is not allowed; behind the tube the detectors are tuned "
+            f"up to {show(plant.passage.vacuum, 'Pa')}; make the plant for the greatest target, "
+            "plant_of(line, vacuum=...)"
+        )
     line = 1.0 / (plant.rate + plant.leak)
     if dt > SLOWEST * line:
         raise QuantityError(
@@ -275,19 +339,31 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
     always; of one without noise, of full pumping. inf: not seen at this vacuum.
     """
     dt, lag, plant = regulator.sample_time, regulator.sensor.lag, regulator.plant
-    slack = 2 * dt + 8 * lag
-    gross = plant.rate * (plant.top - plant.weight * vacuum)
+    slack = 2 * dt + 8 * regulator.lag
+    owed, tube = regulator.owed, plant.passage
+    gross = owed.rate * (owed.top - plant.weight * vacuum)
     net = gross - plant.leak * vacuum
     seen = gross > 2 * plant.leak * vacuum
     block = regulator.decision / net if seen else math.inf
+    none = weak = 2 * block + slack
+    blocked = block + slack
+    if tube is not None:
+        # a tube evens out what pump and volume make of the rise
+        share = regulator.weak_ratio / 2
+        slow = tube.rise(vacuum, share * plant.rate, plant.top)
+        weak = weak if slow < TOLD * regulator.weak_ratio * gross else math.inf
+        part = 2 * regulator.fast
+        small = replace(tube, volume=part * tube.volume, passes=part * tube.passes)
+        quick = small.rise(vacuum, part * plant.rate, plant.top)
+        blocked = none if TOLD * quick > regulator.fast * gross else math.inf
     stuck = max(regulator.samples(regulator.stuck_time), 50) * dt
     return {
         "NOT_A_NUMBER": dt,
         "SENSOR_OUT_OF_RANGE": (regulator.confirm + 1) * dt,
         "SENSOR_STUCK": stuck + dt if regulator.noisy else 2 * block + slack,
         "SENSOR_OFFSET": regulator.settles_in + (regulator.confirm + 2) * dt + 8 * lag,
-        "NO_VACUUM": 2 * block + slack,
-        "WEAK_PUMP": 2 * block + slack,
-        "LINE_BLOCKED": block + slack,
-        "VACUUM_LOST": regulator.samples(regulator.lost_time) * dt + slack,
+        "NO_VACUUM": none,
+        "WEAK_PUMP": weak,
+        "LINE_BLOCKED": blocked,
+        "VACUUM_LOST": regulator.samples(regulator.lost_for) * dt + slack,
     }
