@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
 from typing import Any
@@ -125,11 +126,16 @@ def test_every_advice_of_120_random_cases_does():
     assert min(met[k] for k in ("tuned", "refused", "travel", "sheets", "brakes", "speed")) > 10
 
 
+CASES = int(os.environ.get("LAYERJAM_ADVICE", "500"))
+"""Random cases of the slow test; 10,000 were run once and take some ten minutes."""
+
+
 @pytest.mark.slow
-def test_every_advice_of_10000_random_cases_does():
-    wrong, met = false_advice(10_000, seed=15)
+def test_every_advice_of_many_random_cases_does():
+    wrong, met = false_advice(CASES, seed=15)
     assert wrong == []
-    assert min(met[k] for k in ("tuned", "refused", "travel", "sheets", "brakes", "speed")) > 1000
+    least = CASES // 10
+    assert min(met[k] for k in ("tuned", "refused", "travel", "sheets", "brakes", "speed")) > least
 
 
 def test_what_would_be_too_slow_is_not_advised():
