@@ -90,6 +90,8 @@ def test_repeats_that_disagree_and_a_single_file_that_carries_the_result() -> No
 UNITS = {
     "force in kgf": (1 / 9.80665, 1.0),
     "force in lbf": (1 / 4.4482216152605, 1.0),
+    "a header of mN over newtons": (1e-3, 1.0),
+    "a header of kN over newtons": (1e3, 1.0),
     "elongation in inches": (1.0, 1 / 25.4),
     "elongation in cm": (1.0, 0.1),
     "elongation in m": (1.0, 10.0),

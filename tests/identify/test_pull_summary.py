@@ -239,3 +239,44 @@ def test_a_thinned_record_has_the_same_features_and_means():
     assert (thin.peak_force, thin.stiffness) == (whole.peak_force, whole.stiffness)
     law = np.asarray(force_at_elongation(thin.elongation, FULL, KAPTON))
     assert np.abs(thin.force - law)[10:].max() < 2e-3 * whole.peak_force
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_peak_is_nowhere_above_what_was_measured(seed: int) -> None:
+    """Static friction that breaks: the force falls as no law of the brake does."""
+    rng = np.random.default_rng(seed)
+    u = np.arange(0, 0.03, rng.uniform(2e-5, 2e-4))
+    length, share = rng.uniform(1e-4, 3e-3), rng.uniform(0.1, 0.6)
+    onset = 150 / 1e5
+    sliding = 150 * (1 - share + share * np.exp(-np.maximum(u - onset, 0) / length)) - 500 * u
+    force = np.minimum(1e5 * u, sliding) + rng.normal(0, 0.05, len(u))
+    found = pull_features(Trace(force, u, None, "x.csv", "made"))
+    assert found.peak_force <= 1.01 * force.max()
+
+
+def test_the_force_at_the_first_sample_is_one_that_was_measured() -> None:
+    """A toe: the rise is soft at first, so that its line, carried back, is far below zero."""
+    u = np.arange(0, 0.02, 1e-5)
+    force = np.minimum(1e5 * np.maximum(u - 3e-5, 0) + 2000 * u + 5, 150 - 500 * u)
+    found = pull_summary(Trace(force, u + 0.1, None, "x.csv", "made"))
+    if not found.start.seen:
+        assert found.preload == pytest.approx(force[0], abs=0.5)
+    for u0 in (0.0, 1e-4, 3e-4):
+        kept = u >= u0
+        found = pull_summary(Trace(force[kept], u[kept], None, "x.csv", "made"))
+        near = force[kept][:5]
+        assert near.min() - 0.5 <= found.preload <= near.max() + 0.5
+
+
+def test_what_follows_the_greatest_travel_is_said() -> None:
+    out = np.linspace(0, 0.02, 1001)
+    force = np.minimum(1e5 * out, 150 - 500 * out)
+    for back, text in (
+        (np.full(40, 0.0199), "40 samples after its greatest elongation, 20 mm, are not used"),
+        (np.r_[out[::-1][1:800], out[201:900]], "699 samples after the first return"),
+    ):
+        u = np.r_[out, back]
+        whole = np.r_[force, np.interp(back, out, force) * 0.1]
+        notes = pull_summary(Trace(whole, u, None, "x.csv", "made")).notes
+        assert any(text in note for note in notes), notes
+    assert not any("not used" in n for n in pull_summary(Trace(force, out, None, "x", "")).notes)

@@ -235,6 +235,14 @@ def test_wrong_answers_are_refused(tmp_path: Path) -> None:
     assert len(read(tmp_path, encoded("own"), column=["force=force"])) == 60
 
 
+@pytest.mark.parametrize("first", ["", '"Shimadzu Autograph"\n'])
+def test_a_quoted_row_of_units_alone_is_no_brands(first: str, tmp_path: Path) -> None:
+    """Shimadzu writes it too."""
+    head = first + '"Time","Stroke","Force"\n"sec","mm","N"\n'
+    trace = read(tmp_path, head + "\n".join(rows()) + "\n")
+    assert trace.format == ("Shimadzu Trapezium" if first else "table of columns")
+
+
 def test_small_parts() -> None:
     assert unit_role("kN") == ("force", Fraction(1000))
     assert unit_role("N·m") is None and unit_role("mm/min") is None and unit_role("%") is None

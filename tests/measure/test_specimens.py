@@ -133,6 +133,18 @@ def test_a_gap_in_the_middle_is_damage_even_side_by_side(tmp_path: Path) -> None
     assert err.value.line == 22
 
 
+@pytest.mark.parametrize("width", [2, 3, 5])
+def test_the_hint_for_bare_numbers_is_one_that_is_taken(width: int, tmp_path: Path) -> None:
+    columns = [TRAVEL, FORCE] if width == 2 else [TIME, TRAVEL, FORCE, FORCE, FORCE][:width]
+    body = [",".join(f"{v:.5f}" for v in row) for row in zip(*columns, strict=True)]
+    path = write(tmp_path, *body)
+    with pytest.raises(FileError) as err:
+        read_trace(path)
+    trace = read_trace(path, ReadingOptions(columns=str(err.value).rpartition("--columns ")[2]))
+    np.testing.assert_allclose(trace.force, FORCE, atol=1e-5)
+    np.testing.assert_allclose(trace.elongation, TRAVEL / 1e3, atol=1e-8)
+
+
 def test_columns_by_their_place(tmp_path: Path) -> None:
     body = [f"{t * 1e3:.1f}\t9\t{f:.4f}\t{x:.5f}" for t, x, f in zip(*curve(), strict=True)]
     path = write(tmp_path, *body)

@@ -102,9 +102,20 @@ def taken(
         if not refused:
             raise FitError("no file was given")
         path, why = next(iter(refused.items()))
-        more = f" ({len(refused) - 1} more files were refused too)" if len(refused) > 1 else ""
-        raise FileError(path, why + more)
+        raise FileError(path, why + _more(list(refused)[1:], names))
     return done, refused
+
+
+def _more(refused: Sequence[str], files: Sequence[str]) -> str:
+    """How many more files and specimens were refused, as the end of a sentence."""
+    whole = sum(name in files for name in refused)
+    parts = [
+        f"{count} more {one if count == 1 else one + 's'}"
+        for count, one in ((whole, "file"), (len(refused) - whole, "specimen"))
+        if count
+    ]
+    was = "was" if len(refused) == 1 else "were"
+    return f" ({' and '.join(parts)} {was} refused too)" if parts else ""
 
 
 def _name(source: Measured, number: int) -> str:

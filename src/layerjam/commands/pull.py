@@ -82,7 +82,7 @@ def pull(
     used, refused = each(files, use, options, progress)
     warnings = [w for trace, _ in used for w in trace.warnings]
     warnings += [
-        Notice(f"{trace.path}: {note}", "pull") for trace, found in used for note in found.notes
+        Notice(f"{_called(trace)}: {note}", "pull") for trace, found in used for note in found.notes
     ]
     return Pulls(
         pulls=[_row(trace, found) for trace, found in used],
@@ -94,6 +94,11 @@ def pull(
     )
 
 
+def _called(trace: Trace) -> str:
+    """The file, and the specimen where it holds several."""
+    return f"{trace.path}, specimen {trace.specimen}" if trace.specimen else trace.path
+
+
 def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
     """One pull, every key; None where the record does not show it."""
     features, start, steady = found.features, found.start, found.steady
@@ -101,6 +106,7 @@ def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
     teeth, back = found.teeth, found.unloading
     return {
         "file": trace.path,
+        "specimen": trace.specimen or None,
         "vacuum": trace.facts.vacuum,
         "speed": trace.facts.speed,
         "slack": start.slack,
@@ -145,7 +151,8 @@ def _paragraph(row: Mapping[str, Any]) -> Iterator[str]:
         value = show(row[key], unit)
         return value if error is None else f"{value} ± {show(error, unit, 2)}"
 
-    yield Path(row["file"]).name
+    of = f", specimen {row['specimen']}" if row["specimen"] else ""
+    yield Path(row["file"]).name + of
     yield f"  slack {text('slack')}, preload {text('preload')}, onset at {text('onset')}"
     yield (
         f"  stiffness {text('stiffness')}, peak {text('peak_force')} at {text('peak_elongation')}"

@@ -102,12 +102,14 @@ def fit_jointly(
         design.reshape(-1, design.shape[2]), (start[:, :3] - held).reshape(-1), rcond=None
     )[0]
     offset = "force_offset" in free
-    alone = _alone(start, reduced, brake, offset)
+    names_of = [c.name for c in curves]
+    alone = _alone(start, reduced, names_of, brake, offset)
     own, noise = alone.own, alone.noise
     settled, rounds = False, 0
     for rounds in range(1, ROUNDS + 1):
         expected = np.einsum("gij,j->gi", design, shared) + held
         fitted = fit_own(own, expected, reduced, noise, brake, offset)
+        _check_finite(fitted, reduced, names_of)
         own = fitted.own
         away = own[:, :3] - expected
         root = _roots(fitted.information)
@@ -229,13 +231,30 @@ def _start(curves: Sequence[Curve], brake: Brake, held: np.ndarray) -> np.ndarra
     return start
 
 
-def _alone(start: np.ndarray, reduced: Reduced, brake: Brake, offset: bool) -> OwnFit:
+def _alone(
+    start: np.ndarray, reduced: Reduced, names: Sequence[str], brake: Brake, offset: bool
+) -> OwnFit:
     """Every curve by itself, from its own features, with the noise that the law leaves in it."""
     own, noise = start, MISFIT * reduced.height
     for _ in range(3):
         found = fit_own(own, start[:, :3], reduced, noise, brake, offset, LOOSE)
+        _check_finite(found, reduced, names)
         own, noise = found.own, found.noise
     return found
+
+
+def _check_finite(found: OwnFit, reduced: Reduced, names: Sequence[str]) -> None:
+    """Raise FitError for a curve so far from the law that least squares has no numbers for it."""
+    known = np.isfinite(found.own).all(axis=1) & np.isfinite(found.information).all(axis=(1, 2))
+    if not known.all():
+        lost = int(np.argmin(known))
+        raise FitError.of(
+            names[lost],
+            f"its peak of {show(float(reduced.height[lost]), 'N')} at "
+            f"{show(float(reduced.vacuum[lost]), 'Pa')} is so far from the law of this brake that "
+            "no scale factor and stiffness can be found; check the units of force and elongation "
+            "and the vacuum, or leave the file out",
+        )
 
 
 def fit_own(

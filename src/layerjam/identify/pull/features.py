@@ -21,6 +21,8 @@ FEWEST = 10
 """Samples needed around the peak to calibrate on it."""
 FALL = 0.10
 """The peak is fitted from onset until the force has fallen by this part."""
+ABOVE = 0.01
+"""Part of the greatest sample by which the fitted peak may lie above it, between two samples."""
 ROUGH = 0.02
 """Noise of one sample above this part of the greatest force is smoothed before levels are read."""
 SLIP = 0.2
@@ -156,12 +158,13 @@ def _fit_peak(
     most = float(np.convolve(force, np.ones(few) / few, mode="valid").max())
     falls = float(force[-few:].mean()) < 0.995 * most - 5 * noise / np.sqrt(few)
     found = {"has_peak": falls, "peak_samples": len(index), "noise": noise}
+    raw = found | {
+        "peak_force": height,
+        "peak_force_se": noise,
+        "peak_elongation": float(u[top]),
+    }
     if not straight or len(index) < FEWEST or not falls:
-        return found | {
-            "peak_force": height,
-            "peak_force_se": noise,
-            "peak_elongation": float(u[top]),
-        }
+        return raw
     x = slip[index]
     scale = float(x.max())
     basis = np.column_stack([np.ones_like(x), -x / scale, np.sqrt(x / scale)])
@@ -172,6 +175,8 @@ def _fit_peak(
     at = min((root / (2 * fall)) ** 2 if fall > 0 and root > 0 else 0.0, 1.0)
     here = np.array([1.0, -at, np.sqrt(at)])
     peak = float(here @ weights)
+    if peak > (1 + ABOVE) * float(force[:end].max()):
+        return raw  # the law's shape does not fit here: its top lies where no sample was
     covariance = variance * np.linalg.pinv(basis.T @ basis)
     return found | {
         "peak_force": peak,

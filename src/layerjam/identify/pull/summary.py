@@ -112,7 +112,7 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
         unloading=unloading,
         noise=noise,
         tared=tared,
-        notes=tuple(_notes(features, start, teeth, tared)),
+        notes=(*_notes(features, start, teeth, tared), *_not_used(trace, unloading)),
     )
 
 
@@ -169,7 +169,8 @@ def _line_error(elongation: Array, force: Array, features: PullFeatures, at: flo
 def _no_slack(elongation: Array, force: Array, features: PullFeatures) -> Start:
     """A record that begins on its rise, or a few samples before it.
 
-    On the rise, what the line shows at the first samples is the preload.
+    On the rise, what the line shows at the first samples is the preload, unless the force there is
+    another: then it is the first sample's.
     """
     first, slope = float(elongation[0]), features.stiffness
     noise = noise_of(force)
@@ -191,12 +192,15 @@ def _no_slack(elongation: Array, force: Array, features: PullFeatures) -> Start:
                 seen=True,
             )
     begin = force[:FEWEST] - slope * (elongation[:FEWEST] - first)
+    baseline, error = float(begin.mean()), noise / len(begin) ** 0.5
+    if abs(baseline - float(force[0])) > 4 * noise + TELLS * features.peak_force:
+        baseline, error = float(force[0]), noise  # the line does not pass through these samples
     return Start(
         onset=first,
         onset_se=_line_error(elongation, force, features, first) if noisy else None,
         slack=0.0,
-        baseline=float(begin.mean()),
-        baseline_se=noise / len(begin) ** 0.5 if noisy else None,
+        baseline=baseline,
+        baseline_se=error if noisy else None,
         seen=False,
     )
 
@@ -293,3 +297,15 @@ def _notes(
             f"{show(teeth.spacing, 'm', 3)}; its peak is static friction at the first slip"
         )
     return out
+
+
+def _not_used(trace: Trace, unloading: Unloading | None) -> list[str]:
+    """That samples follow the greatest elongation, or the return from it, which tell nothing."""
+    turn = len(trace) - 1 - int(np.argmax(trace.elongation[::-1]))
+    used = turn + 1 if unloading is None else turn + int(np.argmin(trace.elongation[turn:])) + 1
+    rest = len(trace) - used
+    if rest < FEWEST:
+        return []
+    after = "its greatest elongation" if unloading is None else "the first return"
+    at = show(float(trace.elongation[used - 1]), "m")
+    return [f"{rest} samples after {after}, {at}, are not used"]

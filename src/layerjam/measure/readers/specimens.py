@@ -163,7 +163,8 @@ def _nothing(lines: Lines, blocks: list[Block], said: Mapping[str, ColumnEntry])
     best = max(tables, key=lambda t: (bool(t.header.style), t.rows), default=None)
     if best is None or (bare is not None and bare.table is None and best.rows * 10 < bare.rows):
         if bare is not None and bare.rows >= FEWEST_ROWS and bare.width >= 2:
-            entries = ",".join(["time:s", "elongation:mm", "force:N", *["skip"] * 99][: bare.width])
+            due = ["time:s", "elongation:mm", "force:N"][-bare.width :]  # both are needed
+            entries = ",".join([*due, *["skip"] * (bare.width - len(due))])
             return FileError(
                 path,
                 f"is in no known format: {bare.width} columns of numbers without names; say what "
@@ -308,12 +309,17 @@ def format_of(source: Source, table: Table) -> str:
     text = head.decode(source.encoding, errors="replace").lower()
     if source.sheet:
         return f"workbook, sheet '{source.sheet[:40]}'"
-    if re.search(r"trapezium|\d+ _ \d+", text):
+    if re.search(r"trapezium|shimadzu|\d+ _ \d+", text):
         return "Shimadzu Trapezium"
     if re.search(r"\bmts\b|mts793|testsuite|testworks", text):
         return "MTS TestSuite"
+    if re.search(r"testxpert|zwick", text):
+        return "Zwick testXpert"
+    if re.search(r"bluehill|instron", text):
+        return "Instron Bluehill"
     quoted = b'"' in head
-    if quoted and table.header.style == "plain row":
+    standard = any("standard" in plain(name) for name in table.header.names)
+    if quoted and standard and table.header.style == "plain row":  # others quote their units too
         return "Zwick testXpert"
     if quoted and table.header.style == "bracket row":
         return "Instron Bluehill"

@@ -1,0 +1,39 @@
+"""What `pull` says of a file that holds several specimens."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import layerjam as lj
+from layerjam.errors import FileError
+from measure.layouts import rows
+
+HEAD = "Time (s),Extension (mm),Load (N)"
+
+
+def test_each_specimen_is_called_by_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "x.csv"
+    body = rows(200)
+    path.write_text("\n".join(["Specimen A 1", HEAD, *body, "", "Specimen A 2", HEAD, *body, ""]))
+    found = lj.pull(path)
+    names = [row["specimen"] for row in found.pulls]
+    assert len(set(names)) == 2 and None not in names
+    printed = list(found.lines())
+    for name in names:
+        assert f"x.csv, specimen {name}" in printed
+
+
+def test_refused_specimens_are_counted_as_such(tmp_path: Path) -> None:
+    bad = [f"{i},{i},5.0" for i in range(50)]
+    path, none = tmp_path / "x.csv", tmp_path / "none.csv"
+    path.write_text("\n".join([HEAD, *bad, "", HEAD, *bad, "", HEAD, *bad, ""]))
+    with pytest.raises(FileError, match=r"\(2 more specimens were refused too\)"):
+        lj.pull(path)
+    with pytest.raises(FileError, match=r"\(1 more file and 2 more specimens were refused too\)"):
+        lj.pull([path, none])
+    with pytest.raises(FileError, match=r"\(1 more file was refused too\)"):
+        lj.pull([none, tmp_path / "other.csv"])
+    with pytest.raises(FileError, match="is an empty name"):
+        lj.pull("")
