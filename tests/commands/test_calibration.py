@@ -47,6 +47,24 @@ def test_exact_is_the_default_and_says_null_where_it_knows_nothing(files: list[P
     assert answer.posterior is answer.identifiability is None
 
 
+def test_a_rise_of_three_samples_is_lost_for_the_stiffness_only(
+    files: list[Path], tmp_path: Path
+) -> None:
+    slow = virtual.pull(KAPTON, 60e3, 0.013, 0.04, virtual.Machine(sampling_rate=40.0))
+    sparse = virtual.write_own(slow, tmp_path / "sparse.csv")
+    answer = layerjam.calibrate("choi2018-kapton", [*files, sparse])
+    assert not answer.refused
+    assert [str(w).startswith("sparse.csv: ") for w in answer.warnings if w.key == "no-slope"]
+    degrees = {n: i["degrees_of_freedom"] for n, i in answer.intervals.items()}
+    assert degrees == {"scale_factor": 6, "stiffness": 5}
+    assert "sparse.csv" not in answer.leave_one_out["stiffness"]["files"]
+    answer.plot()
+    [row] = layerjam.pull(sparse).pulls
+    assert row["stiffness"] is None and row["peak_force"] == pytest.approx(
+        slow.force.max(), rel=0.01
+    )
+
+
 def test_leaving_one_out_is_calibrating_without_it(files: list[Path]) -> None:
     for depth in ("exact", "curves"):
         whole = layerjam.calibrate("choi2018-kapton", files, depth=depth)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
@@ -16,7 +17,7 @@ from layerjam.commands.quantities import (
 from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.brake import Brake
-from layerjam.errors import FitError
+from layerjam.errors import FitError, Notice
 from layerjam.measure.trace import Trace
 from layerjam.report.folder import plain
 from layerjam.simulate.quantities import SEED
@@ -183,10 +184,22 @@ def calibrate(
         understood=understood(t for t, _, _ in used),
         refused=refused,
         file=written,
-        warnings=[*brake.warnings(without=fitted), *odd, *said],
+        warnings=[*brake.warnings(without=fitted), *odd, *_without_slope(found), *said],
         record=(brake, found),
         traces=[t for t, _, _ in used],
     )
+
+
+def _without_slope(found: Calibration) -> Iterator[Notice]:
+    """Which pulls tell the scale factor only."""
+    for one in found.fits if found.fit is None else ():
+        if one.stiffness is None:
+            yield Notice(
+                f"{Path(one.pull.path).name}: {one.pull.rise_samples} samples on its rise tell no "
+                "stiffness; it counts for the scale factor only (pull more slowly, or sample "
+                "faster)",
+                "no-slope",
+            )
 
 
 def _fit(

@@ -56,14 +56,14 @@ def plausible(factor: float) -> Check:
     return within("plausible", factor, PLAUSIBLE, "scale factor", advice)
 
 
-def stiffness_possible(stiffness: float, sheets_alone: float) -> Check:
-    """A rig in series cannot make the sheets stiffer."""
+def stiffness_possible(stiffness: float, sheets_alone: float, told_by: str = "") -> Check:
+    """A rig in series cannot make the sheets stiffer; `told_by` says which pulls tell it."""
     fine = stiffness <= sheets_alone
     return check(
         "stiffness",
         fine,
-        f"the measured stiffness {show(stiffness, 'N/m')} is {'below' if fine else 'above'} the "
-        f"sheets' own, {show(sheets_alone, 'N/m')}",
+        f"the measured stiffness {show(stiffness, 'N/m')}{told_by} is "
+        f"{'below' if fine else 'above'} the sheets' own, {show(sheets_alone, 'N/m')}",
         ": the film's modulus or the elongation's unit is wrong",
     )
 

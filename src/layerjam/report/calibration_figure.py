@@ -173,7 +173,8 @@ def _drawn(result: Calibration) -> Drawn:
 
 def _of_exact(result: Calibration) -> Drawn:
     count = len(result.fits)
-    own = np.log([[f.scale_factor, f.stiffness, 1.0] for f in result.fits])
+    # a pull that tells no stiffness scatters in the scale factor only
+    own = np.log([[f.scale_factor, f.stiffness or result.stiffness, 1.0] for f in result.fits])
     scatter = np.tile(np.atleast_2d(np.cov(own.T)), (count, 1, 1)) if count > 1 else None
     return Drawn(
         curves=result.curves,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -24,7 +24,7 @@ from layerjam.identify.checks import (
     stiffness_possible,
 )
 from layerjam.identify.curves import Curve, conditions, curve_of
-from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, PullFeatures
+from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, SLOPE, PullFeatures
 from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.pull import (
     force_at_elongation,
@@ -44,8 +44,8 @@ WINDOW = (
 def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     """Scale factor and stiffness of one pull at `vacuum` [Pa].
 
-    Raises FitError where the pull has no peak, one below the enclosure's own force, or no
-    straight rise before it.
+    Raises FitError where the pull has no peak, one below the enclosure's own force, or bends off
+    long before it. A pull that rises within a few samples tells the scale factor alone.
     """
     if vacuum <= 0:
         raise FitError.of(pull.path, f"at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
@@ -56,7 +56,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
             f"the force rises to the end, there is no peak to calibrate on (this "
             f"brake peaks above {least} of vacuum; was the travel long enough?)",
         )
-    if not pull.straight:
+    if not pull.straight and not pull.sparse:
         raise FitError.of(
             pull.path,
             "the force bends off long before its peak, so that no straight rise "
@@ -82,11 +82,11 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     return PullFit(
         scale_factor=factor,
         scale_factor_se=abs(slope) * pull.peak_force_se,
-        stiffness=pull.stiffness,
+        stiffness=pull.stiffness if pull.straight else None,
         scale_factor_eq8=float(
             scale_factor_eq8(pull.peak_force, pull.peak_elongation, vacuum, brake)
         ),
-        stiffness_eq9=pull.peak_force / pull.peak_elongation,
+        stiffness_eq9=pull.peak_force / pull.peak_elongation if pull.straight else None,
         vacuum=vacuum,
         pull=pull,
     )
@@ -106,15 +106,16 @@ def at_peaks(fits: Sequence[PullFit]) -> dict[str, Any]:
     vacuums = [f.vacuum for f in fits]
     alike = bool(fits) and np.ptp(vacuums) <= 0.01 * max(vacuums)
 
-    def mean(values: list[float], known: bool = alike) -> float | None:
-        return float(np.mean(values)) if known else None
+    def mean(values: Sequence[float | None], known: bool = alike) -> float | None:
+        told = [v for v in values if v is not None]
+        return float(np.mean(told)) if known and told else None
 
     return {
         "fits": tuple(fits),
         "scale_factor_eq8": mean([f.scale_factor_eq8 for f in fits], bool(fits)),
         "stiffness_eq9": mean([f.stiffness_eq9 for f in fits]),
         "peak_force": mean([f.pull.peak_force for f in fits]),
-        "peak_elongation": mean([f.pull.peak_elongation for f in fits]),
+        "peak_elongation": mean([f.pull.peak_elongation for f in fits if f.pull.straight]),
     }
 
 
@@ -122,35 +123,28 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
     """Calibrate on one or several pulls, each given with its vacuum [Pa].
 
     Standard errors come from the scatter between pulls, or (one pull) from the noise within it,
-    which says nothing about repeatability. Raises FitError for a pull that cannot be used.
+    which says nothing about repeatability. Raises FitError for a pull that cannot be used, and
+    where none tells the stiffness.
     """
     if not pulls:
         raise FitError("calibrate: no pull was given")
+    a, k = "scale_factor", "stiffness"
     fits = [fit_pull(pull, vacuum, brake) for pull, vacuum in pulls]
     curves = [curve_of(pull, vacuum) for pull, vacuum in pulls]
     count, one = len(fits), fits[0]
-    each = np.array([(f.scale_factor, f.stiffness) for f in fits])
-    # plain means are a least squares in which every pull counts alike
-    shared = Population(
-        estimate=each.mean(axis=0),
-        design=np.tile(np.eye(2), (count, 1, 1)),
-        residual=each - each.mean(axis=0),
-    )
-    contrasts = dict(zip(("scale_factor", "stiffness"), np.eye(2), strict=True))
-    groups = sorted(conditions(curves), key=lambda group: curves[group[0]].vacuum)
-    told = estimates(shared, contrasts, curves, groups, "t over pulls")
+    told = _means({a: [f.scale_factor for f in fits], k: [f.stiffness for f in fits]}, curves)
     rest = f"the scatter between {count} pulls"
     if count == 1:
         rest = "nothing: the record is free of noise"
         noise, error = one.pull.noise / one.pull.peak_force, one.pull.stiffness_se
-        if noise > 1e-9 and error > 1e-9 * one.stiffness:
+        if noise > 1e-9 and error > 1e-9 * one.pull.stiffness:
             told["standard_errors"] = {"scale_factor": one.scale_factor_se, "stiffness": error}
             rest = "the noise within one pull; says nothing about repeatability"
     files = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in fits)
     values, errors = told["values"], told["standard_errors"]
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
-    slope = f"slope before onset of {files}"
-    a, k = contrasts
+    rises = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in fits if f.stiffness is not None)
+    slope = f"slope before onset of {rises}"
     return Calibration(
         **told,
         **at_peaks(fits),
@@ -165,10 +159,37 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
     )
 
 
+def _means(each: Mapping[str, Sequence[float | None]], curves: Sequence[Curve]) -> dict[str, Any]:
+    """What `estimates` gives, of each quantity over the pulls that tell it."""
+    told: dict[str, Any] = {}
+    for name, values in each.items():
+        used = [c for c, v in zip(curves, values, strict=True) if v is not None]
+        known = np.array([v for v in values if v is not None])[:, None]
+        if not used:
+            raise FitError(
+                f"{name}: no pull tells it, each has fewer than {SLOPE} samples between "
+                f"{LINEAR[0]:.0%} and {LINEAR[1]:.0%} of its greatest force; add a pull at a lower "
+                "speed, or one that is sampled faster"
+            )
+        # plain means are a least squares in which every pull counts alike
+        shared = Population(
+            estimate=known.mean(axis=0),
+            design=np.ones((len(used), 1, 1)),
+            residual=known - known.mean(axis=0),
+        )
+        groups = sorted(conditions(used), key=lambda group: used[group[0]].vacuum)
+        of = estimates(shared, {name: np.ones(1)}, used, groups, "t over pulls")
+        for key, found in of.items():
+            told.setdefault(key, {}).update(found)
+    return told
+
+
 def calibration_checks(fits: Sequence[PullFit], brake: Brake) -> tuple[Check, ...]:
     """All checks of a calibration."""
     factors = [f.scale_factor for f in fits]
-    factor, stiffness = float(np.mean(factors)), float(np.mean([f.stiffness for f in fits]))
+    rises = [f.stiffness for f in fits if f.stiffness is not None]
+    factor, stiffness = float(np.mean(factors)), float(np.mean(rises))
+    few = "" if len(rises) == len(fits) else f" (told by {len(rises)} of {len(fits)} pulls)"
     calibrated = replace(brake, scale_factor=factor, stiffness_measured=stiffness)
     last = [(f, float(f.pull.elongation[-1])) for f in fits]
     ends = [float(force_at_elongation(u, f.vacuum, calibrated)) for f, u in last]
@@ -176,7 +197,7 @@ def calibration_checks(fits: Sequence[PullFit], brake: Brake) -> tuple[Check, ..
     checks = [
         identifiable(brake),
         plausible(factor),
-        stiffness_possible(stiffness, float(stiffness_before_slip(brake))),
+        stiffness_possible(stiffness, float(stiffness_before_slip(brake)), few),
         agreement(factors, [f.scale_factor_se for f in fits]),
         no_trend(factors, [f.vacuum for f in fits], "vacuum", "Pa"),
         end_of_curve(float(np.mean(ends)), float(np.mean(measured))),

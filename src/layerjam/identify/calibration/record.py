@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class PullFit:
-    """What one pull says."""
+    """What one pull says; no stiffness where its rise has too few samples to tell it."""
 
     scale_factor: float
     scale_factor_se: float
-    stiffness: float
+    stiffness: float | None
     scale_factor_eq8: float
-    stiffness_eq9: float
+    stiffness_eq9: float | None
     vacuum: float
     pull: PullFeatures
 

@@ -17,6 +17,8 @@ LINEAR = (0.2, 0.8)
 """Part of the greatest force over which the slope before onset is taken."""
 BENT = 0.1
 """Part of the greatest force by which the slope's line may miss the first sample."""
+SLOPE = 5
+"""Samples needed between these levels to find the slope."""
 FEWEST = 10
 """Samples needed around the peak to calibrate on it."""
 FALL = 0.10
@@ -35,8 +37,10 @@ class PullFeatures:
 
     `elongation` and `force` are the loading branch, with zero elongation where the straight line
     before onset meets zero force. Standard errors rest on the scatter about the two fits.
-    `straight` is False where the brake slides long before its greatest force (low vacuum): then
-    no slope tells the stiffness, and zero elongation is where the record begins.
+    `straight` is False where no slope tells the stiffness. Either the brake slides long before its
+    greatest force (low vacuum): then zero elongation is where the record begins. Or it rises within
+    fewer than `SLOPE` samples (`rise_samples`): then the peak is told as well as ever, and
+    `stiffness` is a rough one through the few, good enough to place it.
     """
 
     stiffness: float
@@ -47,11 +51,17 @@ class PullFeatures:
     has_peak: bool
     peak_samples: int
     straight: bool
+    rise_samples: int
     noise: float
     origin: float
     elongation: Array
     force: Array
     path: str
+
+    @property
+    def sparse(self) -> bool:
+        """Whether too few samples of the rise were recorded to find its slope."""
+        return self.rise_samples < SLOPE
 
     def thinned(self, most: int) -> PullFeatures:
         """The same features with a curve of at most `most` samples, means over neighbours."""
@@ -100,7 +110,8 @@ def pull_features(trace: Trace) -> PullFeatures:
     The slope before onset is a straight line through 20 to 80 % of the greatest force. The peak is
     the top of A - c x + e sqrt(x), the brake's own shape, fitted by least squares over the slip
     x = u - F/k from onset until the force has fallen by 10 %: the raw maximum of a noisy record
-    lies too high. Raises FileError where the record shows no rise to measure a slope on.
+    lies too high. Raises FileError where the record shows no rise, and where too little of one to
+    measure a slope on goes without a peak.
     """
     elongation, force = loading_branch(trace)
     smooth = _calm(force, 9)  # one spike of noise is no peak
@@ -110,13 +121,15 @@ def pull_features(trace: Trace) -> PullFeatures:
     steps = _calmed(force[: top + 1], height)
     below = [np.flatnonzero(steps <= part * height) for part in LINEAR]
     low, high = (int(b[-1]) if len(b) else 0 for b in below)
-    if high - low < 5:
+    sparse = high - low < SLOPE
+    if sparse and not (len(below[0]) and _falls(force, _noise(force, top))):
         raise FileError(
             trace.path,
             f"has {max(high - low, 0)} samples between {LINEAR[0]:.0%} and {LINEAR[1]:.0%} of its "
-            f"greatest force, {show(height, 'N')}; at least 5 are needed to find the stiffness",
+            f"greatest force, {show(height, 'N')}; at least {SLOPE} are needed to find the "
+            "stiffness, and it has no peak that would tell the scale factor without it",
         )
-    rise = slice(low, high + 1)
+    rise = slice(low, max(high, low + 1) + 1)
     line = straight_line(elongation[rise], force[rise])
     if line is None or not np.ptp(elongation[rise]) > 1e-9:
         raise FileError(trace.path, "the crosshead does not move while the force rises")
@@ -124,46 +137,57 @@ def pull_features(trace: Trace) -> PullFeatures:
         raise FileError(trace.path, "the force does not rise with elongation before the peak")
     origin = line.meets(0.0)
     # the line would have started far above what the record shows there: it is no first rise
-    straight = line.at(float(elongation[0])) - float(force[0]) <= BENT * height
-    if not straight:
+    bent = line.at(float(elongation[0])) - float(force[0]) > BENT * height
+    if bent:
         origin = float(elongation[0])
     u = elongation - origin
     return PullFeatures(
         stiffness=line.slope,
         stiffness_se=line.slope_se,
-        straight=straight,
+        straight=not bent and not sparse,
+        rise_samples=max(high - low, 0),
         origin=origin,
         elongation=u,
         force=force,
         path=trace.path,
-        **_fit_peak(u, force, line.slope, top, height, straight),
+        **_fit_peak(u, force, line.slope, top, height, not bent),
     )
 
 
+def _noise(force: Array, top: int) -> float:
+    """Noise of one sample around the peak [N], standard deviation."""
+    return float(np.std(np.diff(force[max(0, top - 20) : top + 20]))) / np.sqrt(2)
+
+
+def _falls(force: Array, noise: float) -> bool:
+    """Whether the force falls again after its greatest value."""
+    # means over equal stretches; the greatest of many lies a few of its own errors too high
+    few = max(3, len(force) // 100)
+    most = float(np.convolve(force, np.ones(few) / few, mode="valid").max())
+    return bool(force[-few:].mean() < 0.995 * most - 5 * noise / np.sqrt(few))
+
+
 def _fit_peak(
-    u: Array, force: Array, stiffness: float, top: int, height: float, straight: bool
+    u: Array, force: Array, stiffness: float, top: int, height: float, rises: bool
 ) -> dict[str, Any]:
-    """The fields of PullFeatures that say what the peak is."""
+    """The fields of PullFeatures that say what the peak is; `rises` along `stiffness` [N/m]."""
     slip = u - force / stiffness
     smooth = _calm(force, 51)
     fallen = np.flatnonzero(smooth[top:] < (1 - FALL) * height)
     end = top + int(fallen[0]) if len(fallen) else len(force)
     before = np.flatnonzero(smooth[: top + 1] <= 0.97 * height)
     onset = int(before[-1]) if len(before) else 0
-    noise = float(np.std(np.diff(force[max(0, top - 20) : top + 20]))) / np.sqrt(2)
+    noise = _noise(force, top)
     index = np.arange(onset, end)
     index = index[slip[index] > 3 * noise / stiffness + 1e-9]
-    # means over equal stretches; the greatest of many lies a few of its own errors too high
-    few = max(3, len(force) // 100)
-    most = float(np.convolve(force, np.ones(few) / few, mode="valid").max())
-    falls = float(force[-few:].mean()) < 0.995 * most - 5 * noise / np.sqrt(few)
+    falls = _falls(force, noise)
     found = {"has_peak": falls, "peak_samples": len(index), "noise": noise}
     raw = found | {
         "peak_force": height,
         "peak_force_se": noise,
         "peak_elongation": float(u[top]),
     }
-    if not straight or len(index) < FEWEST or not falls:
+    if not rises or len(index) < FEWEST or not falls:
         return raw
     x = slip[index]
     scale = float(x.max())

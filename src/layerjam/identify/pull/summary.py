@@ -287,7 +287,12 @@ def _notes(
         what = "before the load rises" if start.seen else "at the first sample already"
         ask = "; a preload, or the load cell's zero (--tare subtracts it)" if start.seen else ""
         out.append(f"the force is {show(start.baseline, 'N')} {what}{ask}")
-    if not features.straight:
+    if features.sparse:
+        out.append(
+            f"{features.rise_samples} samples between {LINEAR[0]:.0%} and {LINEAR[1]:.0%} of the "
+            "greatest force tell no stiffness: pull more slowly, or sample faster"
+        )
+    elif not features.straight:
         out.append("the force bends off long before its greatest value: no straight rise")
     if not features.has_peak:
         out.append("the force rises to the end: there is no peak and no part after it")
