@@ -17,6 +17,9 @@ PLAUSIBLE = (0.5, 2.0)
 SMALL = 0.05
 """Relative change, or difference, below which a trend is let pass whatever its interval."""
 
+SHARPEST = 0.005
+"""Relative difference of a scale factor after the peak that is let pass however sure it is."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
@@ -144,3 +147,30 @@ def end_of_curve(predicted: float, measured: float) -> Check:
     off = (predicted - measured) / measured if measured > 0 else np.inf
     sentence = f"at the end of the pulls the calibrated law is {off:+.1%} off the measured force"
     return check("shape", abs(off) <= 0.15, sentence)
+
+
+def shape(end: Check, off: Sequence[float], half_width: float | None) -> Check:
+    """The curve after the peak says the same scale factor, as sharply as its interval is narrow.
+
+    `end` is the check at the end of the curves, `off` by which part the scale factor of each pull's
+    sliding part lies off its peak's, `half_width` the relative one of the factor's 95 % interval.
+    """
+    from scipy.special import stdtrit
+
+    values = np.asarray(off)
+    count = len(values)
+    if not count:
+        why = "; too little was recorded after the peaks to tell a scale factor there: pull further"
+        return check("shape", False, end.sentence, why)
+    mean = float(values.mean())
+    reach = 0.0
+    if count > 1:
+        reach = float(stdtrit(count - 1, 0.975)) * float(values.std(ddof=1)) / count**0.5
+    limit = max(SMALL if half_width is None else half_width, SHARPEST)
+    fine = abs(mean) <= max(limit, reach)
+    sentence = (
+        f"{end.sentence}; after the peak the curves have a scale factor {percent(mean)} off the "
+        f"peaks' (up to ±{max(limit, reach):.1%} passes)"
+    )
+    why = ": the peaks are not the law's, as with static friction or stick-slip" * (not fine)
+    return check("shape", fine and end.passed, sentence, why)

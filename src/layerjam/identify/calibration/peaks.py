@@ -12,21 +12,25 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.calibration.influence import estimates
-from layerjam.identify.calibration.intervals import Population
+from layerjam.identify.calibration.intervals import Interval, Population
 from layerjam.identify.calibration.record import Calibration, PullFit, calibrated
 from layerjam.identify.checks import (
+    SMALL,
     Check,
     agreement,
     end_of_curve,
     identifiable,
     no_trend,
     plausible,
+    shape,
     stiffness_possible,
 )
 from layerjam.identify.curves import Curve, conditions, curve_of
 from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, SLOPE, PullFeatures
+from layerjam.identify.shape import with_shape
 from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.pull import (
+    brake_force,
     force_at_elongation,
     peak_vacuum,
     scale_factor_eq8,
@@ -35,6 +39,8 @@ from layerjam.mechanics.pull import (
 from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.units import show
 
+AFTER = 0.1
+"""Part of the way from the peak to the end before the sliding part is compared with the peak."""
 WINDOW = (
     f"peak fitted from onset until the force has fallen by {FALL:.0%}; slope over "
     f"{LINEAR[0]:.0%} to {LINEAR[1]:.0%} of the greatest force"
@@ -149,7 +155,7 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
         **told,
         **at_peaks(fits),
         errors_rest_on=rest,
-        checks=calibration_checks(fits, brake),
+        checks=calibration_checks(fits, brake, told["intervals"]["scale_factor"]),
         curves=tuple(curves),
         sources={
             "scale_factor": calibrated(values[a], peak, errors[a], "1"),
@@ -184,8 +190,35 @@ def _means(each: Mapping[str, Sequence[float | None]], curves: Sequence[Curve]) 
     return told
 
 
-def calibration_checks(fits: Sequence[PullFit], brake: Brake) -> tuple[Check, ...]:
-    """All checks of a calibration."""
+def after_peak(fit: PullFit, stiffness: float, brake: Brake) -> float | None:
+    """By which part the scale factor of the sliding part lies off the peak's; None if it is short.
+
+    The force there is linear in the sheets' share and the enclosure's, both free, so that what the
+    enclosure's numbers are off does not count. The first tenth of the way is left out: static
+    friction fades in it.
+    """
+    u, force, factor = fit.pull.elongation, fit.pull.force, fit.scale_factor
+    begin = fit.pull.peak_elongation
+    slides = u >= begin + AFTER * (float(u[-1]) - begin)
+    if slides.sum() < FEWEST:
+        return None
+    slip = np.maximum(u[slides] - force[slides] / stiffness, 0.0)
+    loose, whole = (with_shape(brake, a, stiffness, 1.0) for a in (0.0, factor))
+    enclosure = np.asarray(brake_force(slip, fit.vacuum, loose))
+    sheets = np.asarray(brake_force(slip, fit.vacuum, whole)) - enclosure
+    basis = np.column_stack([sheets, enclosure])
+    if np.linalg.matrix_rank(basis, 1e-3 * float(np.linalg.norm(basis))) < 2:
+        return None
+    share, *_ = np.linalg.lstsq(basis, force[slides], rcond=None)
+    rest = force[slides] - basis @ share
+    error = np.sqrt(rest @ rest / (len(rest) - 2) * np.linalg.inv(basis.T @ basis)[0, 0])
+    return float(share[0]) - 1 if error < SMALL / 2 else None
+
+
+def calibration_checks(
+    fits: Sequence[PullFit], brake: Brake, interval: Interval | None
+) -> tuple[Check, ...]:
+    """All checks of a calibration; `interval` is that of the scale factor."""
     factors = [f.scale_factor for f in fits]
     rises = [f.stiffness for f in fits if f.stiffness is not None]
     factor, stiffness = float(np.mean(factors)), float(np.mean(rises))
@@ -194,12 +227,15 @@ def calibration_checks(fits: Sequence[PullFit], brake: Brake) -> tuple[Check, ..
     last = [(f, float(f.pull.elongation[-1])) for f in fits]
     ends = [float(force_at_elongation(u, f.vacuum, calibrated)) for f, u in last]
     measured = [float(f.pull.force[-max(3, len(f.pull.force) // 200) :].mean()) for f in fits]
+    off = [after_peak(f, f.stiffness or stiffness, brake) for f in fits]
+    half = None if interval is None else (interval.high - interval.low) / 2 / factor
+    end = end_of_curve(float(np.mean(ends)), float(np.mean(measured)))
     checks = [
         identifiable(brake),
         plausible(factor),
         stiffness_possible(stiffness, float(stiffness_before_slip(brake)), few),
         agreement(factors, [f.scale_factor_se for f in fits]),
         no_trend(factors, [f.vacuum for f in fits], "vacuum", "Pa"),
-        end_of_curve(float(np.mean(ends)), float(np.mean(measured))),
+        shape(end, [o for o in off if o is not None], half),
     ]
     return tuple(c for c in checks if c is not None)

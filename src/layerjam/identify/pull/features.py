@@ -39,7 +39,7 @@ class PullFeatures:
     before onset meets zero force. Standard errors rest on the scatter about the two fits.
     `straight` is False where no slope tells the stiffness. Either the brake slides long before its
     greatest force (low vacuum): then zero elongation is where the record begins. Or it rises within
-    fewer than `SLOPE` samples (`rise_samples`): then the peak is told as well as ever, and
+    fewer than `SLOPE` samples (`rise_samples`): then the peak is found as well as ever, and
     `stiffness` is a rough one through the few, good enough to place it.
     """
 
