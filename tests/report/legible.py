@@ -45,6 +45,8 @@ def faults(figure: Any) -> list[str]:
         if first.overlaps(second):
             out.append(f"overlap: {one!r} and {other!r}")
     for axes in (a for a in figure.axes if a.get_visible()):
+        if axes.axison and axes.name == "rectilinear" and axes.spines["top"].get_visible():
+            out.append(f"not in our style: {axes.get_title(loc='left')!r}")
         for axis in (axes.xaxis, axes.yaxis):
             ticks = [label for tick in axis._update_ticks() for label in (tick.label1, tick.label2)]
             said = [label.get_text() for label in ticks if label.get_visible()]

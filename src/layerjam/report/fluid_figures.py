@@ -49,6 +49,7 @@ def _levels(axes: style.Axes, target: float) -> None:
     axes.set(xlabel="time [s]", ylabel="vacuum [kPa]")
 
 
+@style.styled
 def rise_figure(
     file: LineFile, target: float, made: Response | forms.Filling, rise: float | None
 ) -> style.Figure:
