@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 BIN = Path(sys.executable).parent
 LARGEST = 450
+SCREEN = 70
 SCRIPT = """
 import layerjam as lj
 
@@ -65,6 +67,17 @@ def test_no_file_is_too_long() -> None:
     assert len(names) > 60
     long = {str(p): n for p in names if (n := len(p.read_text("utf-8").splitlines())) > LARGEST}
     assert long == {}
+
+
+def test_every_function_fits_a_screen() -> None:
+    long = [
+        f"{path.relative_to(ROOT)}: {node.name} has {lines}"
+        for path in sorted((ROOT / "src").rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        and (lines := node.end_lineno - node.lineno + 1) > SCREEN  # type: ignore[operator]
+    ]
+    assert not long, long
 
 
 def test_no_registry_host_and_no_path_of_one_machine() -> None:

@@ -20,12 +20,14 @@ from layerjam.units import QuantitySpec, show
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from layerjam.identify.rubber.specimens import Read
-
 GAUGE_LENGTH = QuantitySpec(
     "m", "length of the specimen that stretches", lo=1e-4, hi=10, example="33mm"
 )
 STRAIN = QuantitySpec("1", "engineering strain", hi=30)
+SEVERAL_MATERIALS = Notice(
+    "the files are of several materials, so there is no mean; each stands in 'files'",
+    "several-materials",
+)
 
 
 def _signed(part: float) -> str:
@@ -147,20 +149,13 @@ def sleeve(
     silicone of the catalogue to compare with, where the files do not. With `brake` and `out` the
     mean 100 % modulus is written into a copy of the brake.
     """
-    from layerjam.identify.rubber import tensile as rubber
-    from layerjam.identify.rubber.hyperelastic import choose
-    from layerjam.identify.rubber.specimens import data_sheets, fits, material_of, pooled, row_of
+    from layerjam.identify.rubber.specimens import data_sheets, material_of, pooled, read, row_of
 
     sheets = data_sheets()
     _check(start, end, brake, out, material, sheets)
-
-    def read(path: str | Path) -> Read:
-        specimen = rubber.read_rubber(path, area=area, gauge_length=gauge_length, options=options)
-        found = rubber.moduli(specimen, (start, end))
-        fitted = fits(specimen.strain, specimen.stress, fit_to)
-        return specimen, found, fitted, choose(fitted)[0]
-
-    specimens, refused = taken(several(files), lambda path: [("", bound(read, path))])
+    asked: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "most": fit_to}
+    one = bound(read, window=(start, end), options=options, **asked)
+    specimens, refused = taken(several(files), lambda path: [("", bound(one, path))])
     done = {made[0].path: made for made in specimens}
     names = {p: material_of(s, material, sheets) for p, (s, *_) in done.items()}
     warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
@@ -169,15 +164,12 @@ def sleeve(
     if len({n and n[0] for n in names.values()}) == 1:
         values = pooled(specimens, list(rows.values()), fit_to)
     else:
-        mixed = "the files are of several materials, so there is no mean; each stands in 'files'"
-        warnings.append(Notice(mixed, "several-materials"))
+        warnings.append(SEVERAL_MATERIALS)
     written = None
     if brake is not None:
         changed = _with_modulus(values, done)
-        written, said = write_brake(
-            out, lambda stem: updated_text(brake, stem, changed), force, bool(refused), partial
-        )
-        warnings += [*said, *_old_factor(brake)] if written else said
+        written, said = _write(brake, out, changed, force, bool(refused), partial)
+        warnings += said
     return SiliconeFit.of(
         values,
         window=[float(start), float(end)],
@@ -207,17 +199,26 @@ def _check(
         raise UnknownNameError("silicone", material, sheets)
 
 
-def _old_factor(brake: BrakeFile) -> list[Notice]:
+def _write(
+    brake: BrakeFile,
+    out: str | Path | None,
+    changed: Mapping[str, tuple[float, Source]],
+    force: bool,
+    refused: bool,
+    partial: bool,
+) -> tuple[str | None, list[Notice]]:
+    """Write the changed brake; its path, and that its scale factor belongs to the old enclosure."""
+    written, said = write_brake(
+        out, lambda stem: updated_text(brake, stem, changed), force, refused, partial
+    )
     factor = brake.brake.scale_factor
-    if factor == 1.0:
-        return []
-    return [
-        Notice(
+    if written and factor != 1.0:
+        old = (
             f"the scale factor {factor:g} was found with the old enclosure; run 'layerjam "
-            "calibrate' again",
-            "old-scale-factor",
+            "calibrate' again"
         )
-    ]
+        said = [*said, Notice(old, "old-scale-factor")]
+    return written, said
 
 
 def _with_modulus(

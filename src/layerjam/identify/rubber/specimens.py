@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from layerjam.errors import FitError
 from layerjam.identify.provenance import sha256
 from layerjam.identify.rubber import hyperelastic
 from layerjam.identify.rubber import tensile as rubber
+from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Array
 from layerjam.records.toml import parse_toml
 from layerjam.units import parse
@@ -32,6 +34,25 @@ def data_sheets() -> dict[str, tuple[str, float]]:
         value = entry["value"] if isinstance(entry, dict) else entry
         out[key] = (str(tables.get("name", key)), parse(value, "Pa", f"{key} modulus"))
     return out
+
+
+def read(
+    path: str | Path,
+    *,
+    area: float | None,
+    gauge_length: float | None,
+    window: tuple[float, float],
+    most: float | None,
+    options: ReadingOptions,
+) -> Read:
+    """A file's specimen, its moduli over the strains of `window`, and models up to `most`.
+
+    Raises what `read_rubber` and `moduli` raise, and FitError where too few samples are fitted.
+    """
+    specimen = rubber.read_rubber(path, area=area, gauge_length=gauge_length, options=options)
+    found = rubber.moduli(specimen, window)
+    fitted = fits(specimen.strain, specimen.stress, most)
+    return specimen, found, fitted, hyperelastic.choose(fitted)[0]
 
 
 def fits(strain: Array, stress: Array, most: float | None) -> dict[str, hyperelastic.Fit]:
