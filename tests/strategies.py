@@ -28,11 +28,13 @@ def _spread(rng: np.random.Generator, n: int, lo: float, hi: float) -> np.ndarra
     return np.exp(rng.uniform(np.log(lo), np.log(hi), n))
 
 
-def random_brakes(seed: int, n: int, *, exponent: bool = False, measured: bool = True) -> Brake:
+def random_brakes(
+    seed: int, n: int, *, exponent: bool = False, measured: bool = True, spacers: bool = False
+) -> Brake:
     """`n` brakes in one record whose every leaf has shape (n,); all of them pass `validate`.
 
     A measured stiffness lies 1.2 to 50 times above the friction's slope c at full vacuum, so that
-    none of them snaps.
+    none of them snaps. `spacers`: half of them have some, half say that they have none.
     """
     rng = np.random.default_rng(seed)
     overlap = _spread(rng, n, 0.01, 0.2)
@@ -69,7 +71,11 @@ def random_brakes(seed: int, n: int, *, exponent: bool = False, measured: bool =
             modulus=_spread(rng, n, 2e4, 1e6),
             density=_spread(rng, n, 900, 1300),
         ),
-        mount=Mount(clamped_length=np.full(n, 0.006), screw_hole=width / 4),
+        mount=Mount(
+            clamped_length=np.full(n, 0.006),
+            screw_hole=width / 4,
+            spacers=np.arange(n) % 2 == 0 if spacers else None,
+        ),
         fittings_mass=np.full(n, 0.012),
         scale_factor=scale,
         stiffness_measured=stiffness if measured else None,

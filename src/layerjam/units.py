@@ -192,6 +192,8 @@ def show(value: float | None, si: str, digits: int = 4, like: float | None = Non
     """
     if value is None:
         return "not known"
+    if isinstance(value, bool):
+        return str(value).lower()
     if not math.isfinite(value):
         return str(value)
     if si == "1":
@@ -302,6 +304,45 @@ class QuantitySpec:
         return int(value) if self.whole else float(value)
 
 
+@dataclass(frozen=True, kw_only=True)
+class FlagSpec(QuantitySpec):
+    """True or false; in arrays, and where a law is swept over it, 1 and 0."""
+
+    unit: str = "1"
+    text: str
+    hi: float = 1.0
+
+    def allowed(self) -> str:
+        """Both words."""
+        return "true or false"
+
+    def check(self, value: Any, name: str) -> bool:
+        """`value` as a switch; raises QuantityError for a number other than 1 and 0."""
+        if value not in (0, 1):
+            raise QuantityError.of(name, f"{_short(value)} is not allowed; write true or false")
+        return bool(value)
+
+    def read(self, text: object, name: str) -> bool:
+        """The switch of a file."""
+        if not isinstance(text, bool):
+            raise QuantityError.of(name, "must be true or false")
+        return text
+
+    def si(self, value: str | float, name: str) -> bool:
+        """The switch of what was typed, or of a bool; a number is none."""
+        words = {"true": True, "false": False}
+        return self.read(words.get(value.strip(), value) if isinstance(value, str) else value, name)
+
+    def written(self, value: Any) -> bool:
+        """The switch itself."""
+        return bool(value)
+
+
+def flag(text: str, *, default: Any = MISSING) -> Any:
+    """A dataclass field that is true, false or (None) unknown, and counts among the quantities."""
+    return field(default=default, metadata={"quantity": FlagSpec(text=text)})
+
+
 def quantity(
     unit: str,
     text: str,
@@ -328,7 +369,7 @@ RECORDS: list[type] = []
 
 
 @dataclass_transform(
-    kw_only_default=True, frozen_default=True, field_specifiers=(quantity, like, field)
+    kw_only_default=True, frozen_default=True, field_specifiers=(quantity, flag, like, field)
 )
 def record(cls: type[T]) -> type[T]:
     """A frozen, keyword-only dataclass of quantities (SI floats) and nested records."""

@@ -153,3 +153,23 @@ def test_errors_keep_their_fields_between_processes():
     assert (str(error), error.quantity) == ("sheets.width: too wide", "sheets.width")
     kinds = {e.key for e in (QuantityError, FileError, UnknownNameError)}
     assert kinds == {"quantity", "file", "unknown-name"}
+
+
+def test_spacers_are_true_false_or_unstated_however_they_are_said():
+    assert KAPTON.brake.mount.spacers is None
+    for said in (False, "false"):
+        without = KAPTON.with_(spacers=said)
+        assert without.brake.mount.spacers is False
+        assert KAPTON.brake.with_(spacers=said) == without.brake
+        assert BrakeFile.read(without.rendered("x"), "x").brake == without.brake
+    assert "spacers = {" not in KAPTON.text and "spacers = {value = true" in (
+        KAPTON.with_(spacers=True).text
+    )
+    assert without.with_(spacers=None).brake == KAPTON.brake
+    for wrong in (1.0, "yes", 0):
+        with pytest.raises(QuantityError, match="mount.spacers: must be true or false"):
+            KAPTON.brake.with_(spacers=wrong)
+    with pytest.raises(FileError, match="mount.spacers: must be true or false"):
+        BrakeFile.read(KAPTON.text.replace("[mount]", '[mount]\nspacers = "true"'), "x")
+    with pytest.raises(QuantityError, match="2.0 is not allowed; write true or false"):
+        brake_of(replace(KAPTON.brake, mount=replace(KAPTON.brake.mount, spacers=2.0)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from layerjam.units import quantity, record
+from layerjam.units import flag, quantity, record
 
 
 @record
@@ -11,6 +11,9 @@ class Mount:
 
     clamped_length: float = quantity("m", "length of a sheet inside the cap", lo=0, hi=1)
     screw_hole: float = quantity("m", "diameter of the screw's hole through the sheets", hi=0.1)
+    spacers: bool | None = flag(
+        "whether spacers of the film's thickness lie between the sheets in both caps", default=None
+    )
 
 
 @record

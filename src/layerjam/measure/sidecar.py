@@ -8,10 +8,10 @@ from pathlib import Path
 from layerjam.device.load import write_whole
 from layerjam.records.reader import Reader
 from layerjam.records.toml import parse_toml, read_text
-from layerjam.records.values import FlagSpec, TextSpec, entries, value
+from layerjam.records.values import TextSpec, entries, value
 from layerjam.records.writer import plain
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, NORMAL_FORCE, SEED, VACUUM
-from layerjam.units import like, quantity
+from layerjam.units import FlagSpec, like, quantity
 
 SIDECAR_ENDING = ".toml"
 READ = "read"

@@ -1,4 +1,4 @@
-"""What else than a quantity a file may hold: texts, switches, lists; each reads and writes itself.
+"""What else than a quantity a file may hold: texts and lists; each reads and writes itself.
 
 `QuantitySpec` answers the same questions, so that a reader need not know which one it has.
 """
@@ -78,23 +78,6 @@ class TextSpec(AsItIs):
     def written(self, value: Any) -> object:
         """The text, or the name of the record that stands in its place."""
         return value if isinstance(value, str) else value.name
-
-
-@dataclass(frozen=True, kw_only=True)
-class FlagSpec(AsItIs):
-    """True or false."""
-
-    text: str
-
-    def allowed(self) -> str:
-        """Both words."""
-        return "true or false"
-
-    def read(self, text: object, name: str) -> bool:
-        """The switch."""
-        if not isinstance(text, bool):
-            raise QuantityError.of(name, "must be true or false")
-        return text
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from layerjam.errors import FileError, LayerjamError
 from layerjam.fluid.parts import FAMILIES
 from layerjam.records.source import KINDS
 from layerjam.records.toml import MAX_BYTES
-from layerjam.units import QuantitySpec, exact_text, get, usual_unit
+from layerjam.units import QuantitySpec, exact_text, get, show, usual_unit
 from layerjam.workbench.controls import Choice, menu, number_field, on_typed, with_unit, word
 from layerjam.workbench.desk import SHELVES, Desk
 from layerjam.workbench.widgets import Alert, button, dressed, field, fold, one_line, select
@@ -279,6 +279,8 @@ class FieldRow:
         value = self.editor.value(self.path)
         if value is None:
             return ""
+        if isinstance(value, bool):
+            return show(value, "1")
         return f"{value:g}" if self.spec.unit == "1" else exact_text(value, self.spec.unit)
 
     def fill(self) -> None:
