@@ -23,6 +23,7 @@ APART = {
     "Enclosure.density": "rubber, not film, which may hold glass",
     "Enclosure.modulus": "rubber, not film",
     "Chamber.volume": "what the pump empties, not a tank",
+    "Build.wall": "of what is printed, not of the enclosure",
     "Sensor.lag": "a pressure sensor, not the lag of a load cell's fault",
     "Rope.stiffness": "a rope, not the brake in a rig",
     # friction coefficients: of a film, of a fitted curve that may reach zero, or their scatter

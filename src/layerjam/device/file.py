@@ -14,14 +14,16 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from layerjam.device.brake import Brake, validate
+from layerjam.device.workshop import Making, agree
 from layerjam.errors import UnknownNameError
-from layerjam.records.changes import RecordFile, paths_of
+from layerjam.records.changes import RecordFile, paths_of, values_of
 from layerjam.records.reader import DESCRIBING, Reader
 from layerjam.records.shipped import shipped
 from layerjam.records.source import Source
 from layerjam.records.toml import parse_toml
 from layerjam.records.values import Entry, entries
 from layerjam.records.writer import updated
+from layerjam.units import check
 
 _USE = {"film": "films", "enclosure": "silicones"}
 _MATTERS = {
@@ -36,18 +38,28 @@ _MATTERS = {
 """Numbers whose kind of source every result mentions."""
 
 
+def _fields() -> Mapping[str, Entry]:
+    """All that a brake's file may set; what belongs to one table stands together."""
+    known = dict(entries(Brake)) | dict(entries(Making))
+    tables = list(dict.fromkeys(path.rpartition(".")[0] for path in known))
+    rows = sorted(known.items(), key=lambda row: tables.index(row[0].rpartition(".")[0]))
+    return MappingProxyType(dict(rows))
+
+
 @dataclass(frozen=True, kw_only=True)
 class BrakeFile(RecordFile[Brake]):
     """A brake with its name and where each of its numbers comes from.
 
-    `brake` holds the numbers, `sources` a Source for every dotted path that was given, `notes`
-    further tables of the file that describe but do not count (``[made_by]``), `text` the file.
+    `brake` holds the numbers, `making` what is said of building it (``[build]``), `sources` a
+    Source for every dotted path that was given, `notes` further tables of the file that describe
+    but do not count (``[made_by]``), `text` the file.
     """
 
     brake: Brake
+    making: Making = Making()
     notes: Mapping[str, Any] = field(default_factory=dict)
 
-    fields: ClassVar[Mapping[str, Entry]] = MappingProxyType(dict(entries(Brake)))
+    fields: ClassVar[Mapping[str, Entry]] = _fields()
     holds: ClassVar[str] = "brake"
     heading: ClassVar[str] = "A layer-jamming brake."
     kind: ClassVar[type] = Brake
@@ -71,7 +83,19 @@ class BrakeFile(RecordFile[Brake]):
             if isinstance(inner, dict) and "use" in inner:
                 _take_material(reader, table, inner.pop("use"), materials()[folder])
         reader.take(tables)
-        return cls.taken(reader, notes=reader.notes)
+        with reader.located():
+            making = reader.record(Making)
+            check(making)
+        file = cls.taken(reader, notes=reader.notes, making=making)
+        if any(path.startswith("build.") for path in reader.sources):
+            with reader.located():
+                agree(file.brake, making.build)
+        return file
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """{dotted path: value in SI} of all that is known."""
+        return values_of(self.brake) | values_of(self.making)
 
     def warnings(self, without: Collection[str] = ()) -> list[str]:
         """What every result made with this brake has to say about its numbers.

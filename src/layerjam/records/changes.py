@@ -130,6 +130,11 @@ class RecordFile(ABC, Generic[R]):
         made: R = getattr(self, self.holds)
         return made
 
+    @property
+    def given(self) -> dict[str, Any]:
+        """{dotted path: value in SI} of all that is known."""
+        return values_of(self.record)
+
     def with_(self, **changes: Change) -> Self:
         """The file with other numbers by name, such as width="14 mm" or film_modulus="2.5 GPa".
 
@@ -154,7 +159,7 @@ class RecordFile(ABC, Generic[R]):
         """
         text = self.text if self._in_step() else self.rendered(self.name)
         # what is not known already need not be taken out
-        wanted = {p: c for p, c in changes.items() if c or get(self.record, p) is not None}
+        wanted = {p: c for p, c in changes.items() if c or p in self.given}
         made = updated(text, self.fields, wanted, name=name, tables=tables)
         return self.read(made, f"{self.holds} {(name or self.name)[:80]}")
 
@@ -177,7 +182,7 @@ class RecordFile(ABC, Generic[R]):
         if self.title:
             lines.append(f"title = {quoted(self.title)}")
         rows = sorted(self.fields.items(), key=lambda row: "." in row[0])
-        lines += commented(rows, values_of(self.record), self.sources)
+        lines += commented(rows, self.given, self.sources)
         return "\n".join(lines) + "\n"
 
 

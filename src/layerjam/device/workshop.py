@@ -1,0 +1,245 @@
+"""What a brake's file may say about making it: the [build] table, and notes on film and silicone.
+
+Nothing here changes what a brake does; these records stand beside Brake and are never traced.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from layerjam.device.brake import Brake
+from layerjam.errors import QuantityError
+from layerjam.records.values import AsItIs, TextSpec, value
+from layerjam.units import QuantitySpec, exact_text, nested, quantity, record, show
+
+CUTTERS = ("service", "laser", "knife")
+LASER = ("never", "with care", "yes")
+TUBE = QuantitySpec("m", "outer diameter of the tube", lo=1e-3, hi=0.02)
+SIDE = QuantitySpec("m", "side", lo=1e-3, hi=100)
+M5 = "M5"
+LEAST_SCREW_HOLE = 2e-3
+"""The smallest screw that is drawn is M2."""
+
+
+@dataclass(frozen=True)
+class PortSpec(AsItIs):
+    """The air port: the thread M5, or the outer diameter of a tube that is glued in."""
+
+    text: str = "air port: 'M5', or the outer diameter of a tube that is glued in"
+
+    def allowed(self) -> str:
+        """Both ways."""
+        return f"M5, or a tube's diameter {TUBE.allowed()}"
+
+    def read(self, text: object, name: str) -> str | float:
+        """The word M5, or a diameter [m]."""
+        if isinstance(text, str) and text.strip().upper() == M5:
+            return M5
+        try:
+            return float(TUBE.read(text, name))
+        except QuantityError:
+            said = f"'{text}'" if isinstance(text, str) else f"{text}"
+            raise QuantityError.of(
+                name, f"{said[:60]} is not known; give M5 or a tube's diameter such as '4 mm'"
+            ) from None
+
+    def check(self, value: Any, name: str) -> Any:
+        """`value`, if it is the word or an allowed diameter."""
+        return value if value == M5 else TUBE.check(value, name)
+
+    def written(self, value: Any) -> object:
+        """The word, or text with a unit."""
+        return value if isinstance(value, str) else exact_text(float(value), "m")
+
+
+@dataclass(frozen=True)
+class SizeSpec(AsItIs):
+    """Two or three sides, such as "600 mm x 400 mm" or "145x145x175mm"."""
+
+    text: str
+    sides: int
+
+    def allowed(self) -> str:
+        """How many sides, and how they are written."""
+        return f"{self.sides} lengths such as '{self.example}', each {SIDE.allowed()}"
+
+    @property
+    def example(self) -> str:
+        """Text that a user could type."""
+        return " x ".join(f"{side} mm" for side in (600, 400, 300)[: self.sides])
+
+    def read(self, text: object, name: str) -> tuple[float, ...]:
+        """The sides [m]; a unit behind the last one holds for all."""
+        if not isinstance(text, str):
+            raise QuantityError.of(name, f"must be a text such as '{self.example}'")
+        parts = [part.strip() for part in text.lower().replace("×", "x").split("x")]
+        if len(parts) != self.sides or not all(parts):
+            raise QuantityError.of(
+                name, f"'{text[:60]}' is not {self.sides} lengths; write '{self.example}'"
+            )
+        unit = parts[-1].lstrip("+-0123456789.e ")
+        texts = [p if p[-1].isalpha() or p[-1] == '"' else f"{p} {unit}".strip() for p in parts]
+        return tuple(float(SIDE.read(part, name)) for part in texts)
+
+    def check(self, value: Any, name: str) -> Any:
+        """`value`, if it has the right number of allowed sides."""
+        if len(value) != self.sides:
+            raise QuantityError.of(name, f"needs {self.sides} lengths, such as '{self.example}'")
+        for side in value:
+            SIDE.check(side, name)
+        return value
+
+    def written(self, value: Any) -> object:
+        """Text with units."""
+        return " x ".join(exact_text(float(side), "m") for side in value)
+
+
+def _length(text: str, default: float | None, lo: float = 0.0, hi: float = 0.1) -> Any:
+    return quantity("m", text, lo=lo, hi=hi, default=default)
+
+
+@record
+class Build:
+    """[build]: choices of who makes the brake; what is not given is the default (fabrication)."""
+
+    cutter: str = value(TextSpec(text="who cuts the film", choices=CUTTERS), "service")
+    kerf: float = _length("full width of the cut", 0.0, hi=1e-3)
+    stock_length: float | None = _length("length of the film that is cut from", None, 1e-3, 100)
+    stock_width: float | None = _length("width of the film that is cut from", None, 1e-3, 100)
+    margin: float = _length("film kept free along the stock's edges", 5e-3)
+    gap: float = _length("distance between two parts on the film", 3e-3)
+    tip_radius: float = _length("radius of a sheet's corners at its free end", 1e-3)
+    clamp_radius: float = _length("radius of a sheet's corners at its clamped end", 0.5e-3)
+    screws: int | None = quantity("1", "screws in each cap", lo=1, hi=20, whole=True, default=None)
+    floor: float = _length("least printed floor under a nut or a head", 1.2e-3, 0.4e-3, 0.01)
+    wall: float = _length("least printed wall", 1.2e-3, 0.4e-3, 0.01)
+    cheek: float = _length("thickness of the tray's sides", 1.6e-3, 0.4e-3, 0.02)
+    side: float = _length("gap between a sheet and the tray's side", 0.3e-3, 0.0, 5e-3)
+    fit: float = _length("clearance of nut and clamp plate", 0.2e-3, 0.0, 2e-3)
+    head_room: float = _length("depth by which screw heads and ends stay inside", 0.2e-3, hi=5e-3)
+    plenum: float = _length("air space behind the sheets", 1e-3, 0.1e-3, 0.05)
+    back: float = _length("back wall of the tray", 3e-3, 0.4e-3, 0.05)
+    air_bore: float = _length("diameter of the air bore", 2e-3, 0.3e-3, 0.02)
+    neck_length: float = _length("length of the round neck that the tie closes", 8e-3, 1e-3)
+    neck_stretch: float = quantity(
+        "1", "stretch of the enclosure around the neck", open_lo=True, hi=9.0, default=0.25
+    )
+    tie_width: float = _length("width of the cable tie", 2.5e-3, 1e-3, 0.02)
+    tie_slot: float = _length("width of the groove for the tie", 3.5e-3, 1e-3, 0.03)
+    tie_depth: float = _length("depth of the groove for the tie", 0.6e-3, 0.0, 0.01)
+    tie_strength: float = quantity(
+        "N", "force that the cable tie bears", lo=1.0, hi=1e4, default=80.0
+    )
+    tie_tension: float = quantity(
+        "N", "force to which the cable tie is pulled", open_lo=True, hi=1e4, default=20.0
+    )
+    port: str | float = value(PortSpec(), M5)
+    pin: float = _length("diameter of the dowel pin", 6e-3, 1e-3, 0.05)
+    pin_clearance: float = _length("clearance of the dowel pin, in the diameter", 0.1e-3, hi=2e-3)
+    pin_wall: float = _length("wall around the dowel pin", 3e-3, 0.4e-3, 0.05)
+    edge: float = _length("radius of the cap's long edges", 1e-3, hi=0.02)
+    sleeve_clearance: float = _length("gap between stack and enclosure", 0.0, hi=2e-3)
+    shrinkage: float = quantity("1", "shrinkage of the silicone", hi=0.02, default=0.0)
+    trim: float = _length("length that is cut off at either end of the casting", 5e-3)
+    mould_wall: float = _length("wall of the mould", 5e-3, 0.4e-3)
+    core_print: float = _length("length by which the mould holds the core", 10e-3, 1e-3)
+    core_clearance: float = _length("gap around the core where it is held", 0.1e-3, hi=2e-3)
+    mould_bolt: float = _length("hole for the mould's bolts, 4.5 mm for M4", 4.5e-3, 1e-3, 0.02)
+    sprue: float = _length("diameter of the sprue", 4e-3, 0.5e-3, 0.02)
+    vent: float = _length("diameter of a vent", 1.5e-3, 0.3e-3, 0.02)
+    key: float = _length("diameter and height of the mould's keys", 4e-3, 1e-3, 0.02)
+    key_clearance: float = _length("clearance of the keys, in the diameter", 0.3e-3, hi=2e-3)
+    waste: float = quantity(
+        "1", "silicone lost in cup and nozzle, over that in the mould", hi=5.0, default=0.3
+    )
+    print_density: float = quantity(
+        "kg/m^3", "density of the printed plastic", lo=100, hi=25000, default=1150.0
+    )
+    print_modulus: float = quantity(
+        "Pa", "modulus of the printed plastic", lo=1e6, hi=1e12, default=2.5e9
+    )
+    print_strength: float | None = quantity(
+        "Pa", "stress that the printed plastic bears", lo=1e5, hi=1e11, default=None
+    )
+    nut_factor: float = quantity(
+        "1", "torque over preload and screw diameter", lo=0.1, hi=0.4, default=0.2
+    )
+    laser_bed: tuple[float, float] | None = value(SizeSpec("bed of the laser", 2), None)
+    print_bed: tuple[float, float, float] | None = value(SizeSpec("room of the printer", 3), None)
+
+
+@record
+class FilmCutting:
+    """What is known of cutting a film; beside the numbers of [film]."""
+
+    laser: str | None = value(
+        TextSpec(text="whether the film may be cut by a CO2 laser", choices=LASER), None
+    )
+
+
+@record
+class Casting:
+    """What is known of casting a silicone; beside the numbers of [enclosure]."""
+
+    mix: str | None = value(TextSpec(text="parts to mix, such as '1A:1B'"), None)
+    viscosity: float | None = quantity(
+        "Pa s", "viscosity of the mixed silicone", lo=1e-3, hi=1e5, default=None
+    )
+    pot_life: float | None = quantity(
+        "s", "time in which the mixed silicone flows", lo=1, hi=1e6, default=None
+    )
+    cure_time: float | None = quantity("s", "time until it is cured", lo=1, hi=1e7, default=None)
+    elongation_at_break: float | None = quantity(
+        "1", "stretch at which the silicone breaks", lo=0.01, hi=50, default=None
+    )
+
+
+@record
+class Making:
+    """All that a brake's file may say about making it."""
+
+    build: Build = nested(Build, default=Build())
+    film: FilmCutting = nested(FilmCutting, default=FilmCutting())
+    enclosure: Casting = nested(Casting, default=Casting())
+
+
+def agree(brake: Brake, build: Build) -> None:
+    """Raise QuantityError for choices that contradict each other or the brake."""
+    hole, width = brake.mount.screw_hole, brake.sheets.width
+
+    def refuse(key: str, what: str) -> None:
+        raise QuantityError.of(f"build.{key}", f"{show(getattr(build, key), 'm')} {what}")
+
+    if build.kerf and build.cutter == "knife":
+        refuse("kerf", "is given for a knife; the plotter's own offset counts, leave it at 0")
+    if build.kerf and build.kerf >= hole:
+        refuse("kerf", f"is not less than the screw's hole of {show(hole, 'm')}")
+    if build.kerf and build.kerf >= build.gap:
+        refuse("kerf", f"is not less than build.gap, {show(build.gap, 'm')}")
+    if build.margin < build.kerf:
+        refuse("margin", f"is less than build.kerf, {show(build.kerf, 'm')}")
+    for radius in ("tip_radius", "clamp_radius"):
+        if getattr(build, radius) >= width / 2:
+            refuse(radius, f"is not less than half the sheets' width, {show(width / 2, 'm')}")
+    if build.cutter == "knife":
+        for radius in ("tip_radius", "clamp_radius"):
+            if getattr(build, radius) < 0.5e-3:
+                refuse(radius, "is too sharp for a knife; give at least 0.5 mm")
+    if build.edge >= build.cheek:
+        refuse("edge", f"is not less than build.cheek, {show(build.cheek, 'm')}")
+    if build.trim < build.sprue / 2:
+        refuse("trim", f"is less than half of build.sprue, {show(build.sprue, 'm')}")
+    if build.tie_slot < build.tie_width:
+        refuse("tie_slot", f"is less than build.tie_width, {show(build.tie_width, 'm')}")
+    if build.tie_slot >= build.neck_length:
+        refuse("tie_slot", f"is not less than build.neck_length, {show(build.neck_length, 'm')}")
+    if build.tie_tension > build.tie_strength:
+        raise QuantityError.of(
+            "build.tie_tension",
+            f"{show(build.tie_tension, 'N')} is more than build.tie_strength, "
+            f"{show(build.tie_strength, 'N')}",
+        )
+    for one, other in (("stock_length", "stock_width"), ("stock_width", "stock_length")):
+        if getattr(build, one) is not None and getattr(build, other) is None:
+            refuse(one, f"is given without build.{other}; give both or neither")

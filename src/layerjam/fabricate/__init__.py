@@ -1,0 +1,1 @@
+"""What to make: film patterns, printed parts, a mould, a parts list, and whether it can be made."""

@@ -1,0 +1,75 @@
+"""The choices behind a build: the [build] table of a brake or a workshop, with their sources."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+from layerjam.device.file import BrakeFile
+from layerjam.device.workshop import Build, Making, agree
+from layerjam.errors import FileError
+from layerjam.records.reader import Reader
+from layerjam.records.source import Source
+from layerjam.records.toml import read_text
+from layerjam.records.values import entries
+from layerjam.units import check
+
+TYPED = Source(kind="unstated", text="given with the command")
+_FIELDS = dict(entries(Making))
+_BUILD = {path: entry for path, entry in _FIELDS.items() if path.startswith("build.")}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choices:
+    """The choices of one build, with a Source for every key of [build] that somebody gave."""
+
+    build: Build = Build()
+    sources: Mapping[str, Source] = field(default_factory=dict)
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """Keys of [build] that nobody gave and whose default therefore counts."""
+        known = (f.name for f in fields(self.build))
+        return tuple(name for name in known if f"build.{name}" not in self.sources)
+
+
+def choices(
+    file: BrakeFile, workshop: str | Path | None = None, given: Mapping[str, Any] | None = None
+) -> Choices:
+    """What was chosen: what the command gives counts most, then the brake's file, then a workshop.
+
+    `workshop` is the path of a TOML file with a table [build]; `given` maps keys of [build] to SI
+    values. Raises FileError or QuantityError for what is not allowed or contradicts itself.
+    """
+    values: dict[str, Any] = {}
+    sources: dict[str, Source] = {}
+    if workshop is not None:
+        reader = _workshop(Path(workshop))
+        values, sources = dict(reader.values), dict(reader.sources)
+    for path, source in file.sources.items():
+        if path in _BUILD:
+            values[path] = getattr(file.making.build, path.removeprefix("build."))
+            sources[path] = source
+    for name, value in (given or {}).items():
+        if value is not None:
+            values[f"build.{name}"] = value
+            sources[f"build.{name}"] = TYPED
+    made = replace(Build(), **{p.removeprefix("build."): v for p, v in values.items()})
+    check(made, "build.")
+    agree(file.brake, made)
+    return Choices(build=made, sources=sources)
+
+
+def _workshop(path: Path) -> Reader:
+    """The [build] table of a workshop's file."""
+    text = read_text(path)
+    reader = Reader(text, path, _BUILD)
+    reader.take()
+    if not reader.values:
+        raise FileError(path, "has no table [build]; it says what a workshop cuts and prints")
+    return reader
+
+
+__all__ = ["TYPED", "Build", "Choices", "choices"]

@@ -1,0 +1,293 @@
+"""The lengths that follow from a brake and the choices of its maker; all in mm.
+
+Inside this folder geometry is in mm, as makers' files are; records and JSON stay in SI. x points
+along the pull, y across the sheets, z through the stack, whose middle is z = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from layerjam.device.brake import Brake
+from layerjam.device.workshop import LEAST_SCREW_HOLE, M5, Build
+from layerjam.errors import LayerjamError, QuantityError
+from layerjam.fabricate.screws import LENGTHS, Thread, length_for, thread_for
+from layerjam.units import show
+
+M5_BORE = 4.2
+"""Hole into which M5 is cut [mm]; the thread's minor diameter is 4.134 mm."""
+GLUED = 0.1
+"""By how much the bore is wider than a tube that is glued in [mm]."""
+PORT_WALL = 2.0
+ROUND_BELOW, FLATTEST = 1.25, 3.0
+"""Aspect below which the neck is round, and at most [1]."""
+BOLT_SPACING = 45.0
+FLANGE = 6.0
+"""Plastic around the hole of a mould's bolt [mm]."""
+
+
+def mm(value: float) -> float:
+    """A length in mm from one in m, without the dust of the conversion."""
+    return float(f"{value * 1e3:.14g}")
+
+
+class CannotBuildError(LayerjamError):
+    """No such brake can be drawn: an answer, not bad input. `key` says why, for programs."""
+
+    key: ClassVar[str] = "cannot-build"
+
+    def __init__(
+        self, reason: str, text: str, value: float | None = None, limit: float | None = None
+    ) -> None:
+        super().__init__(text)
+        self.reason, self.value, self.limit = reason, value, limit
+        """What kind of reason, and value and limit in SI where there are any."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Side:
+    """What lies at one end of the brake."""
+
+    name: str
+    """left or right."""
+    sheets: int
+    """Sheets that are clamped here."""
+    spacers: int
+    """Spacers between them: one for every sheet of the other side."""
+    clamped: float
+    """c_i: length of a sheet and of a spacer in the cap."""
+    tray: float
+    """T: clamped length and air space."""
+    reach: float
+    """Length of the cap inside the sleeve: tray, back wall and neck."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mould:
+    """The sleeve's mould, parted at z = 0, and what is cast in it."""
+
+    inner_width: float
+    inner_height: float
+    outer_width: float
+    outer_height: float
+    """Sections of core and cavity, shrinkage included."""
+    casting: float
+    """Length of the cavity."""
+    core: float
+    """Length of the core, held at both ends."""
+    length: float
+    width: float
+    half: float
+    """Height of one half."""
+    flange: float
+    bolts: int
+    """Positions of bolts in each flange; those in the middle are keys."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lengths:
+    """Section 2.1 of the specification and what follows from it [mm]."""
+
+    count: int
+    width: float
+    thickness: float
+    sheet_length: float
+    hole: float
+    screws: int
+    """Screws in each cap."""
+    stack: float
+    """H = n t."""
+    free: float
+    """D: from cap to cap."""
+    left: Side
+    right: Side
+    thread: Thread
+    screw_length: int
+    floor: float
+    """f: plastic under the head and under the nut."""
+    plate_height: float
+    shelf_height: float
+    cap_height: float
+    slot: float
+    tray_width: float
+    neck_a: float
+    """Half axis of the neck along y."""
+    neck_b: float
+    """Half axis of the neck along z."""
+    girth: float
+    """Inner girth of the sleeve at rest."""
+    head: float
+    """Width and length of the head that takes the pin."""
+    head_height: float
+    port: float
+    """Diameter of the port's bore."""
+    port_length: float
+    inner_width: float
+    inner_height: float
+    wall: float
+    """Wall of the sleeve."""
+    sleeve: float
+    """Length of the sleeve when trimmed."""
+    pin_to_pin: float
+    overall: float
+    strap: float
+    """Longest distance of the pins in use: pin to pin and the usable travel."""
+    mould: Mould
+
+    @property
+    def sides(self) -> tuple[Side, Side]:
+        """Left and right."""
+        return self.left, self.right
+
+    @property
+    def same_caps(self) -> bool:
+        """Whether one cap serves both ends."""
+        return math.isclose(self.left.clamped, self.right.clamped, rel_tol=1e-9)
+
+
+def lengths(brake: Brake, build: Build) -> Lengths:
+    """All lengths of a build [mm].
+
+    Raises QuantityError for a hole that takes no screw, or for parts that contradict each other,
+    CannotBuildError where no screw that is sold is long enough.
+    """
+    sheets = brake.sheets
+    thread, screw, floor, heights = _clamp(brake, build)
+    width, stack = mm(sheets.width), int(sheets.count) * mm(sheets.thickness)
+    clearance = mm(build.sleeve_clearance)
+    inner = width + 2 * clearance, stack + 2 * clearance
+    girth = 2 * (inner[0] + inner[1])
+    neck_a, neck_b = _neck(width / heights[2], (1 + build.neck_stretch) * girth)
+    bore = M5_BORE if build.port == M5 else mm(float(build.port)) + GLUED
+    port_length = bore + 2 * PORT_WALL
+    raised = max(0.0, mm(build.air_bore) / 2 + 0.1 - stack / 2)
+    head = mm(build.pin) + 2 * mm(build.pin_wall)
+    left, right = (_side(brake, build, name) for name in ("left", "right"))
+    free = sum(map(mm, (sheets.free_left, sheets.overlap, sheets.free_right)))
+    sleeve = free + left.reach + right.reach
+    pins = sleeve + 2 * (port_length + head / 2)
+    slot = width + 2 * mm(build.side)
+    return Lengths(
+        count=int(sheets.count),
+        width=width,
+        thickness=mm(sheets.thickness),
+        sheet_length=mm(sheets.length),
+        hole=mm(brake.mount.screw_hole),
+        screws=build.screws or max(1, round(width / 20)),
+        stack=stack,
+        free=free,
+        left=left,
+        right=right,
+        thread=thread,
+        screw_length=screw,
+        floor=floor,
+        plate_height=heights[0],
+        shelf_height=heights[1],
+        cap_height=heights[2],
+        slot=slot,
+        tray_width=slot + 2 * mm(build.cheek),
+        neck_a=neck_a,
+        neck_b=neck_b,
+        girth=girth,
+        head=head,
+        head_height=port_length + 2 * raised,
+        port=bore,
+        port_length=port_length,
+        inner_width=inner[0],
+        inner_height=inner[1],
+        wall=mm(brake.enclosure.wall),
+        sleeve=sleeve,
+        pin_to_pin=pins,
+        overall=pins + head,
+        strap=pins + mm(sheets.usable_travel),
+        mould=_mould(build, inner, mm(brake.enclosure.wall), sleeve),
+    )
+
+
+def _clamp(brake: Brake, build: Build) -> tuple[Thread, int, float, tuple[float, float, float]]:
+    """Thread, screw length, floors and heights of plate, shelf and cap."""
+    hole = mm(brake.mount.screw_hole)
+    thread = thread_for(hole)
+    if thread is None:
+        raise QuantityError.of(
+            "mount.screw_hole",
+            f"{show(brake.mount.screw_hole, 'm')} takes no screw; at least "
+            f"{show(LEAST_SCREW_HOLE, 'm')} is needed for M2",
+        )
+    stack = int(brake.sheets.count) * mm(brake.sheets.thickness)
+    least = stack + 2 * mm(build.floor) + thread.nut_height
+    screw = length_for(least)
+    if screw is None:
+        raise CannotBuildError(
+            "screw-length",
+            f"a stack {show(stack * 1e-3, 'm')} high needs a screw of {show(least * 1e-3, 'm')}; "
+            f"the longest that is drawn is {LENGTHS[-1]} mm: fewer or thinner sheets",
+            least * 1e-3,
+            LENGTHS[-1] * 1e-3,
+        )
+    floor = mm(build.floor) + (screw - least) / 2
+    room = mm(build.head_room)
+    plate, shelf = thread.head_height + room + floor, thread.nut_height + room + floor
+    return thread, screw, floor, (plate, shelf, plate + stack + shelf)
+
+
+def _side(brake: Brake, build: Build, name: str) -> Side:
+    """One end of the brake."""
+    sheets, left = brake.sheets, name == "left"
+    many, few = (int(sheets.count) + 1) // 2, int(sheets.count) // 2
+    free = mm(sheets.free_left if left else sheets.free_right)
+    clamped = float(f"{mm(sheets.length) - free - mm(sheets.overlap):.13g}")
+    tray = clamped + mm(build.plenum)
+    return Side(
+        name=name,
+        sheets=many if left else few,
+        spacers=few if left else many,
+        clamped=clamped,
+        tray=tray,
+        reach=tray + mm(build.back) + mm(build.neck_length),
+    )
+
+
+def _neck(aspect: float, girth: float) -> tuple[float, float]:
+    """Half axes of the ellipse of a given girth; a round one for a nearly square cap."""
+    flat = 1.0 if aspect < ROUND_BELOW else min(aspect, FLATTEST)
+    half = girth / ellipse_girth(1.0, 1 / flat)
+    return half, half / flat
+
+
+def ellipse_girth(a: float, b: float) -> float:
+    """Girth of an ellipse of half axes a and b, by the arithmetic-geometric mean."""
+    mean, other, rest, weight = a, b, (a * a + b * b) / 2, 0.5
+    while abs(mean - other) > 1e-15 * mean:
+        half = (mean - other) / 2
+        weight *= 2
+        rest -= weight * half * half
+        mean, other = (mean + other) / 2, math.sqrt(mean * other)
+    return 2 * math.pi * rest / mean
+
+
+def _mould(build: Build, inner: tuple[float, float], wall: float, sleeve: float) -> Mould:
+    """The mould of a sleeve; its cavity is larger by the shrinkage."""
+    grown = 1 + build.shrinkage
+    inner_width, inner_height = inner[0] * grown, inner[1] * grown
+    outer_width, outer_height = (inner[0] + 2 * wall) * grown, (inner[1] + 2 * wall) * grown
+    casting = (sleeve + 2 * mm(build.trim)) * grown
+    core = (sleeve + 2 * mm(build.trim) + 2 * mm(build.core_print)) * grown
+    length = core + 2 * mm(build.mould_wall)
+    flange = mm(build.mould_bolt) + FLANGE
+    spans = math.ceil((length - flange) / BOLT_SPACING - 1e-9)
+    return Mould(
+        inner_width=inner_width,
+        inner_height=inner_height,
+        outer_width=outer_width,
+        outer_height=outer_height,
+        casting=casting,
+        core=core,
+        length=length,
+        width=outer_width + 2 * flange,
+        half=outer_height / 2 + mm(build.mould_wall),
+        flange=flange,
+        bolts=max(3, spans + 1),
+    )
