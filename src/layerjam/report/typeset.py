@@ -1,4 +1,4 @@
-"""A page as PDF, set by typst from the same text as the HTML page."""
+"""Pages as PDF, set by typst: a report from the text of its HTML page, and other templates."""
 
 from __future__ import annotations
 
@@ -12,21 +12,39 @@ from typing import Any
 
 from layerjam.errors import MissingExtraError
 
+NO_DATE = datetime(1980, 1, 1, tzinfo=UTC)
+"""Of what carries no date, so that it is the same on any day."""
+
 
 def pdf(shown: Mapping[str, Any], pictures: Mapping[str, str]) -> bytes:
-    """The PDF's bytes; the same content on the same date gives the same bytes.
+    """A report's bytes; the same content on the same date gives the same bytes.
 
     `shown` is what Page.shown gives, with a `date` (ISO) and a `command`; `pictures` the figures'
-    SVG by name. Fonts are those inside typst, so that no machine's fonts change a page.
+    SVG by name.
     """
-    with MissingExtraError.without("the report as PDF (typst)", "pdf"):
-        import typst
     when = datetime.fromisoformat(str(shown["date"])).replace(tzinfo=UTC)
-    template = (files("layerjam.report") / "page.typ").read_text(encoding="utf-8")
+    return typeset("page", shown, {f"{name}.svg": svg for name, svg in pictures.items()}, when)
+
+
+def typeset(
+    template: str,
+    data: Mapping[str, Any],
+    pictures: Mapping[str, str | bytes] | None = None,
+    when: datetime = NO_DATE,
+) -> bytes:
+    """The bytes of a PDF from a template beside this file, such as page.typ.
+
+    The template reads `data` from data.json; `pictures` lie beside it by their file names. Fonts
+    are those inside typst, so that no machine's fonts change a page.
+    """
+    with MissingExtraError.without("a page as PDF (typst)", "pdf"):
+        import typst
+    text = (files("layerjam.report") / f"{template}.typ").read_text(encoding="utf-8")
+    beside: dict[str, str | bytes] = {**(pictures or {}), "main.typ": text}
     with tempfile.TemporaryDirectory() as folder:
-        inputs = {f"{name}.svg": svg for name, svg in pictures.items()}
-        for name, text in (inputs | {"main.typ": template, "data.json": json.dumps(shown)}).items():
-            (Path(folder) / name).write_text(text, encoding="utf-8")
+        for name, content in (beside | {"data.json": json.dumps(data)}).items():
+            made = content if isinstance(content, bytes) else content.encode()
+            (Path(folder) / name).write_bytes(made)
         main = str(Path(folder) / "main.typ")
         how: dict[str, Any] = {"root": folder, "ignore_system_fonts": True, "timestamp": when}
         return bytes(typst.compile(input=main, format="pdf", **how))

@@ -1,0 +1,82 @@
+"""Flat parts beside the sheets [mm]: the jig, an array's yokes and links, the coupons."""
+
+from __future__ import annotations
+
+from layerjam.fabricate.outline import Circle, Cut, Outline
+
+CORNER = 3.0
+"""Radius of a board's corners [mm]."""
+RIM = 10.0
+"""Least distance from a hole's centre to the board's edge [mm]."""
+EYE = 15.0
+"""Distance of a yoke's eye from the row of the pins [mm]."""
+SLATS, SLAT = 10, 10.0
+"""Slats of the comb, and the width of each [mm]."""
+_SLED = 25.0
+"""Side of the sled's face in the paper's friction test [mm]."""
+
+
+def rim(bore: float) -> float:
+    """Distance from a hole's centre to the board's edge [mm]."""
+    return max(RIM, bore / 2 + 5)
+
+
+def jig(pin_to_pin: float, bore: float) -> Outline:
+    """A board with two holes for the pins at the distance that the brake has at rest."""
+    edge = rim(bore) + 5
+    return Outline(
+        length=pin_to_pin + 2 * edge,
+        width=2 * edge,
+        start=CORNER,
+        end=CORNER,
+        holes=[Circle(edge + x, 0.0, bore) for x in (0.0, pin_to_pin)],
+    )
+
+
+def yoke(brakes: int, pitch: float, bore: float) -> Outline:
+    """A plate across `brakes` side by side; the load hangs on the eye in its middle.
+
+    The eye lies beside the row of the pins: with an odd number there is a pin in the middle.
+    """
+    edge = rim(bore)
+    row = [Circle(edge + i * pitch, -EYE / 2, bore) for i in range(brakes)]
+    middle = edge + (brakes - 1) * pitch / 2
+    return Outline(
+        length=(brakes - 1) * pitch + 2 * edge,
+        width=EYE + 2 * edge,
+        start=CORNER,
+        end=CORNER,
+        holes=[*row, Circle(middle, EYE / 2, bore)],
+    )
+
+
+def link(head: float, gap: float, bore: float) -> Outline:
+    """A plate between two brakes in a row; `head` is the length of a cap's head."""
+    edge = rim(bore)
+    return Outline(
+        length=head + gap + 2 * edge,
+        width=2 * edge,
+        start=edge,
+        end=edge,
+        holes=[Circle(edge + x, 0.0, bore) for x in (0.0, head + gap)],
+    )
+
+
+def coupon(hole: float, gap: float) -> list[Outline]:
+    """What is cut first from the same film, along its direction and without any kerf.
+
+    A comb of ten slats in a frame tells the kerf: pushed together they leave eleven kerfs. The
+    square with a hole tells it a second time. A strip and three patches go to `layerjam friction`.
+    """
+    comb = Outline(
+        length=SLATS * SLAT,
+        width=25.0,
+        cuts=[Cut((i * SLAT, -12.5), (i * SLAT, 12.5)) for i in range(1, SLATS)],
+    )
+    square = Outline(length=20.0, width=20.0, holes=[Circle(10.0, 0.0, hole)])
+    strip = Outline(length=170.0, width=40.0, start=2.0, end=2.0)
+    patch = Outline(length=_SLED + 20, width=_SLED, start=1.0, end=1.0)
+    above = 20.0 + gap + 12.5
+    top = above + 12.5 + gap + patch.width / 2
+    row = [patch.moved(i * (patch.length + gap), top) for i in range(3)]
+    return [strip, comb.moved(0.0, above), square.moved(SLATS * SLAT + gap + 1, above), *row]

@@ -1,0 +1,97 @@
+"""Flat parts as DXF: mm in the header, closed outlines with arcs, the same bytes every time."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from layerjam.errors import MissingExtraError
+from layerjam.fabricate.outline import Outline, around
+
+if TYPE_CHECKING:
+    from ezdxf.layouts import Modelspace
+
+CUT, INSIDE, INFO = "CUT", "CUT_INSIDE", "INFO"
+LAYERS = {CUT: 1, INSIDE: 5, INFO: 8}
+"""Layer: colour. Red is cut, blue is cut first, grey is not for the machine."""
+BAR = 100.0
+"""Length of the bar by which a reader sees the unit [mm]."""
+_LETTERS = 4.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """What the layer INFO of a piece of film says: its edge [mm] and a line of words."""
+
+    length: float
+    width: float
+    words: str
+
+
+def dxf(parts: Sequence[Outline], frame: Frame | None = None) -> bytes:
+    """The file's bytes; without a `frame` there is nothing in it but lines to cut.
+
+    R2000 is the oldest version that can state the unit and hold arcs in an outline. Raises
+    MissingExtraError without ezdxf.
+    """
+    with MissingExtraError.without("film patterns as DXF (ezdxf)", "build"):
+        import ezdxf
+    with _same_bytes():
+        document = ezdxf.new("R2000", units=4)
+        document.header["$MEASUREMENT"] = 1
+        for name, colour in LAYERS.items():
+            if frame is not None or name != INFO:
+                document.layers.add(name, color=colour, lineweight=0)
+        space = document.modelspace()
+        for part in parts:
+            _part(space, part)
+        if frame is not None:
+            _info(space, frame)
+        left, low, right, high = around(parts)
+        space.reset_extents((left, low, 0), (right, high, 0))
+        stream = io.StringIO()
+        document.write(stream)
+    return stream.getvalue().encode(document.output_encoding, errors="dxfreplace")
+
+
+@contextmanager
+def _same_bytes() -> Iterator[None]:
+    """Without the time and the random identity that ezdxf writes into a file."""
+    import ezdxf
+
+    before = ezdxf.options.write_fixed_meta_data_for_testing
+    ezdxf.options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        ezdxf.options.write_fixed_meta_data_for_testing = before
+
+
+def _closed(space: Modelspace, points: Sequence[tuple[float, ...]], layer: str) -> None:
+    how: dict[str, Any] = {"close": True, "dxfattribs": {"layer": layer}}
+    space.add_lwpolyline(points, format="xyb", **how)
+
+
+def _part(space: Modelspace, part: Outline) -> None:
+    for hole in part.holes:
+        space.add_circle((hole.x, hole.y), hole.diameter / 2, dxfattribs={"layer": INSIDE})
+    for cut in part.cuts:
+        space.add_line(cut.start, cut.end, dxfattribs={"layer": INSIDE})
+    _closed(space, part.path(), CUT)
+
+
+def _info(space: Modelspace, frame: Frame) -> None:
+    """The film's edge, and below it the bar and the words, clear of what is cut."""
+    at = {"layer": INFO}
+    corners = [(0, 0, 0), (frame.length, 0, 0), (frame.length, frame.width, 0), (0, frame.width, 0)]
+    _closed(space, corners, INFO)
+    low = -3 * _LETTERS
+    space.add_line((0, low), (BAR, low), dxfattribs=at)
+    for x in (0, BAR):
+        space.add_line((x, low - 2), (x, low + 2), dxfattribs=at)
+    for words, y in ((f"{BAR:g} mm", low + 2), (frame.words, low - 2 * _LETTERS)):
+        text = space.add_text(words, height=_LETTERS, dxfattribs=at)
+        text.set_placement((2, y))
