@@ -41,6 +41,15 @@ def test_the_polygon_lies_within_its_chord_and_is_valid(part: Outline) -> None:
     assert coarse.hausdorff_distance(shapely.Polygon(part.points(1e-3)).exterior) < 0.501
 
 
+@given(sheets())
+def test_the_rim_is_the_least_material_beside_a_hole(part: Outline) -> None:
+    shape = polygon(part, 1e-3)
+    middles = [shapely.Point(h.x, h.y) for h in part.holes]
+    least = [shape.exterior.distance(middle) - part.holes[0].diameter / 2 for middle in middles]
+    least += [a.distance(b) - part.holes[0].diameter for a, b in pairwise(middles)]
+    assert part.rim() == pytest.approx(min(least), abs=2e-3)
+
+
 @settings(max_examples=12)
 @given(sheets(), st.floats(0.01, 0.9))
 def test_the_kerf_is_an_exact_offset(part: Outline, kerf: float) -> None:

@@ -9,7 +9,7 @@ catalogue.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
@@ -26,6 +26,7 @@ from layerjam.records.writer import updated
 from layerjam.units import check
 
 _USE = {"film": "films", "enclosure": "silicones"}
+_LASER = "film.laser"
 _MATTERS = {
     "film.static",
     "film.kinetic",
@@ -82,7 +83,9 @@ class BrakeFile(RecordFile[Brake]):
             inner = tables.get(table)
             if isinstance(inner, dict) and "use" in inner:
                 _take_material(reader, table, inner.pop("use"), materials()[folder])
+        before = dict(reader.values), dict(reader.sources)
         reader.take(tables)
+        _remember(reader, *before)
         with reader.located():
             making = reader.record(Making)
             check(making)
@@ -131,6 +134,14 @@ def _take_material(reader: Reader, table: str, use: object, known: Mapping[str, 
     inner.take({k: v for k, v in material.items() if k not in DESCRIBING}, table)
     reader.values |= inner.values
     reader.sources |= inner.sources
+
+
+def _remember(reader: Reader, values: Mapping[str, Any], sources: Mapping[str, Source]) -> None:
+    """What the catalogue says against a laser is not forgotten where the file lifts it."""
+    now = reader.values.get(_LASER)
+    if values.get(_LASER) == "never" and now != "never" and not reader.sources[_LASER].was:
+        was = f"never: {sources[_LASER].text}"
+        reader.sources[_LASER] = replace(reader.sources[_LASER], was=was)
 
 
 def updated_text(

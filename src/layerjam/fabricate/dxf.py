@@ -31,11 +31,12 @@ class Frame:
     words: str
 
 
-def dxf(parts: Sequence[Outline], frame: Frame | None = None) -> bytes:
-    """The file's bytes; without a `frame` there is nothing in it but lines to cut.
+def dxf(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()) -> bytes:
+    """The file's bytes; without a `frame` nothing is drawn but lines to cut.
 
-    R2000 is the oldest version that can state the unit and hold arcs in an outline. Raises
-    MissingExtraError without ezdxf.
+    `notes` are sentences for whoever opens the file; a machine passes over them. R2000 is the
+    oldest version that can state the unit and hold arcs in an outline. Raises MissingExtraError
+    without ezdxf.
     """
     with MissingExtraError.without("film patterns as DXF (ezdxf)", "build"):
         import ezdxf
@@ -49,12 +50,13 @@ def dxf(parts: Sequence[Outline], frame: Frame | None = None) -> bytes:
         for part in parts:
             _part(space, part)
         if frame is not None:
-            _info(space, frame)
+            _info(space, frame, notes)
         left, low, right, high = around(parts)
         space.reset_extents((left, low, 0), (right, high, 0))
         stream = io.StringIO()
         document.write(stream)
-    return stream.getvalue().encode(document.output_encoding, errors="dxfreplace")
+    comments = "".join(f"999\n{note}\n" for note in notes)
+    return (comments + stream.getvalue()).encode(document.output_encoding, errors="dxfreplace")
 
 
 @contextmanager
@@ -83,7 +85,7 @@ def _part(space: Modelspace, part: Outline) -> None:
     _closed(space, part.path(), CUT)
 
 
-def _info(space: Modelspace, frame: Frame) -> None:
+def _info(space: Modelspace, frame: Frame, notes: Sequence[str]) -> None:
     """The film's edge, and below it the bar and the words, clear of what is cut."""
     at = {"layer": INFO}
     corners = [(0, 0, 0), (frame.length, 0, 0), (frame.length, frame.width, 0), (0, frame.width, 0)]
@@ -92,6 +94,7 @@ def _info(space: Modelspace, frame: Frame) -> None:
     space.add_line((0, low), (BAR, low), dxfattribs=at)
     for x in (0, BAR):
         space.add_line((x, low - 2), (x, low + 2), dxfattribs=at)
-    for words, y in ((f"{BAR:g} mm", low + 2), (frame.words, low - 2 * _LETTERS)):
+    below = [(words, low - 2 * _LETTERS * i) for i, words in enumerate((frame.words, *notes), 1)]
+    for words, y in ((f"{BAR:g} mm", low + 2), *below):
         text = space.add_text(words, height=_LETTERS, dxfattribs=at)
         text.set_placement((2, y))

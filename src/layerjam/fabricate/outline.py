@@ -114,6 +114,25 @@ class Outline:
         x, y = self.origin
         return x, y - self.width / 2, x + self.length, y + self.width / 2
 
+    def rim(self) -> float:
+        """Least material between a hole and the edge or another hole [mm]; below 0 they cut."""
+        least = [self._to_edge(hole) for hole in self.holes]
+        for i, one in enumerate(self.holes):
+            for other in self.holes[i + 1 :]:
+                apart = math.dist(one[:2], other[:2])
+                least.append(apart - (one.diameter + other.diameter) / 2)
+        return min(least, default=math.inf)
+
+    def _to_edge(self, hole: Circle) -> float:
+        left, low, right, high = self.box()
+        sides = hole.x - left, right - hole.x, hole.y - low, high - hole.y
+        least = min(sides)
+        for along, radius in ((sides[0], self.start), (sides[1], self.end)):
+            across = min(sides[2:])
+            if along < radius and across < radius:  # a rounded corner is nearer than both sides
+                least = min(least, radius - math.hypot(radius - along, radius - across))
+        return least - hole.diameter / 2
+
     def path(self) -> list[Vertex]:
         """The closed edge, anticlockwise from the first end's lower corner."""
         left, low, right, high = self.box()

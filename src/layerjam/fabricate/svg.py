@@ -13,8 +13,11 @@ _EDGE = 1.0
 """Room around the parts, so that no line is cut in half [mm]."""
 
 
-def svg(parts: Sequence[Outline], frame: Frame | None = None) -> bytes:
-    """The file's bytes; red is cut, blue is cut first, grey (with a `frame`) is not cut."""
+def svg(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()) -> bytes:
+    """The file's bytes; red is cut, blue is cut first, grey (with a `frame`) is not cut.
+
+    `notes` are sentences for whoever opens the file; they are not drawn.
+    """
     left, low, right, high = around(parts)
     if frame is not None:
         left, low = min(left, 0), min(low, -24.0)
@@ -25,6 +28,7 @@ def svg(parts: Sequence[Outline], frame: Frame | None = None) -> bytes:
         f'viewBox="{_n(left - _EDGE)} {_n(-high - _EDGE)} {_n(wide)} {_n(tall)}" '
         'fill="none" stroke-width="0.1">'
     ]
+    lines += [f"<desc>{escape(note)}</desc>" for note in notes]
     if frame is not None:
         lines += _info(frame)
     lines.append(f'<g id="cut-inside" stroke="{BLUE}">')

@@ -1,0 +1,66 @@
+"""Which film may go to which cutter: a laser that burns the wrong film poisons who stands by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from layerjam.device.file import BrakeFile
+from layerjam.errors import QuantityError
+from layerjam.fabricate.verdicts import Check
+from layerjam.records.source import Source
+
+PUNCHED_BELOW = 5.0
+"""Diameter below which a plotter's knife leaves no round hole: punch it [mm]."""
+OWN_KINDS = ("measured", "assumed", "unstated")
+"""Kinds of a source that nobody has published."""
+ADVICE = {
+    "never": "this film must never go into a laser; a blade, shears or a die cuts it",
+    "with care": "a laser cuts this film with care only: extract the fumes, clean the edge",
+    "yes": "a laser cuts this film; extract the fumes",
+}
+
+
+def laser_check(file: BrakeFile, cutter: str) -> Check:
+    """C15: whether the film may go to this cutter.
+
+    Raises QuantityError where a laser shall cut a film of which nothing is said, or of which
+    something is said without a source.
+    """
+    word, source = file.making.film.laser, file.sources.get("film.laser", Source())
+    if cutter != "laser":
+        said = ADVICE[word] if word else "nothing is said of this film and a laser"
+        who = "tell the service: " if cutter == "service" and word in (None, "never") else ""
+        return Check(code="C15", ok=None, text=who + said, key="film-and-laser")
+    if word is None:
+        raise QuantityError.of(
+            "film.laser",
+            "is not given, and some films poison who cuts them (PTFE: carbonyl fluoride, PVC and "
+            "vinyl: chlorine); find out what the film is and write laser = { value = "
+            '"never", "with care" or "yes", source = "..." } into [film], or use another cutter',
+        )
+    if word != "never" and not source.text:
+        raise QuantityError.of(
+            "film.laser",
+            f'\'{word}\' has no source; write laser = {{ value = "{word}", kind = "measured", '
+            'source = "..." } and say there what keeps the fumes away',
+        )
+    return Check(
+        code="C15",
+        ok=word != "never",
+        refuses=True,
+        text=f"{ADVICE[word]} ({source.sentence()})",
+        key="film-and-laser",
+    )
+
+
+def notes(file: BrakeFile, cutter: str) -> Sequence[str]:
+    """Sentences, each on one line, that every file to cut by carries."""
+    word, source = file.making.film.laser, file.sources.get("film.laser", Source())
+    text, was = " ".join(source.text.split()), " ".join(source.was.split())
+    if word == "never":
+        return ["Never cut this film with a laser."]
+    if cutter == "laser" and was.startswith("never"):
+        return [f"WARNING: the catalogue says {was}", f"Lifted by: {text}"]
+    if cutter == "laser" and source.kind in OWN_KINDS:
+        return [f"A laser may cut this film as its owner says: {text}"]
+    return []

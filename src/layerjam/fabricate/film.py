@@ -1,0 +1,268 @@
+"""Everything that is cut from film: parts, pieces of stock, files and verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from layerjam.device.file import BrakeFile
+from layerjam.device.workshop import Build
+from layerjam.errors import QuantityError
+from layerjam.fabricate import boards, cutting
+from layerjam.fabricate.dxf import Frame, dxf
+from layerjam.fabricate.lengths import Lengths, Side, mm
+from layerjam.fabricate.nest import SLACK, Piece, Wanted, nest, nest_least, too_large
+from layerjam.fabricate.outline import Outline, sheet, spacer
+from layerjam.fabricate.svg import svg
+from layerjam.fabricate.verdicts import Check
+from layerjam.units import show
+
+LARGEST = (1169.0, 777.0)
+"""Length and width of the pieces where no stock is given: what A0 holds with a ruler [mm]."""
+LEAST_HOLE, HOLE_BY_THICKNESS, LEAST_RIM = 1.0, 1.5, 1.0
+"""What a service cuts: least hole [mm] and [sheet thicknesses], least material beside it [mm]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Film:
+    """The film of a build; numbers in SI, outlines in mm."""
+
+    parts: Sequence[Wanted]
+    """Sheets and spacers at their nominal size; one name each for equal ones."""
+    pieces: Sequence[Piece]
+    """The same on pieces of stock, the kerf included."""
+    checks: Sequence[Check]
+    notes: Sequence[str]
+    """Sentences that every file carries."""
+    used: float
+    """Share of the stock that becomes parts."""
+
+    @property
+    def area(self) -> float:
+        """Area of all parts [m²]."""
+        return 1e-6 * sum(part.outline.area() * part.count for part in self.parts)
+
+    @property
+    def cut_length(self) -> float:
+        """Length of all cuts, at nominal size [m]."""
+        return 1e-3 * sum(part.outline.cut_length() * part.count for part in self.parts)
+
+    def files(self) -> dict[str, bytes]:
+        """{path: bytes} of one part each for a service, and of whole pieces for one's own cutter.
+
+        Raises MissingExtraError without ezdxf.
+        """
+        made = {}
+        for part in self.parts:
+            made[f"cut/{part.name}.dxf"] = dxf([part.outline], notes=self.notes)
+            made[f"cut/{part.name}.svg"] = svg([part.outline], notes=self.notes)
+        for piece in self.pieces:
+            counts = ", ".join(f"{count} {name}" for name, count in piece.counts)
+            size = f"{piece.length:.4g} x {piece.width:.4g} mm"
+            words = f"{piece.name}: {size}, {counts}; film runs along x"
+            frame = Frame(length=piece.length, width=piece.width, words=words)
+            made[f"cut/{piece.name}.dxf"] = dxf(piece.parts, frame, self.notes)
+            made[f"cut/{piece.name}.svg"] = svg(piece.parts, frame, self.notes)
+        return made
+
+
+def film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Film:
+    """The film of `copies` brakes, with the checks C1, C2 (of the laser's bed), C3 and C15.
+
+    Where a part is larger than the stock there are no pieces, and C1 says so. Raises QuantityError
+    for corners that meet, or for a laser and a film of which nothing is known.
+    """
+    parts = film_parts(build, lengths, copies)
+    cut = [Wanted(part.name, part.outline.grown(mm(build.kerf)), part.count) for part in parts]
+    stock = _stock(build)
+    bed = _along(cut, build.laser_bed) if build.laser_bed else None
+    margin, gap = mm(build.margin), mm(build.gap)
+    room = stock or bed
+    over = too_large(cut, room, margin) if room else None
+    pieces: list[Piece] = []
+    if over is None and stock:
+        pieces = nest(cut, stock=stock, margin=margin, gap=gap)
+    elif over is None:
+        pieces = nest_least(cut, margin=margin, gap=gap, most=bed or LARGEST)
+    checks = [_stock_check(pieces, over, stock), _bed_check(pieces, over, bed, stock)]
+    checks += [_hole_check(parts, lengths), cutting.laser_check(file, build.cutter)]
+    area = sum(piece.length * piece.width for piece in pieces)
+    filled = sum(part.outline.area() * part.count for part in parts)
+    return Film(
+        parts=parts,
+        pieces=pieces,
+        checks=checks,
+        notes=cutting.notes(file, build.cutter),
+        used=filled / area if area else 0.0,
+    )
+
+
+def film_parts(build: Build, lengths: Lengths, copies: int = 1) -> list[Wanted]:
+    """Sheets and spacers of `copies` brakes, nominal; left and right apart where they differ.
+
+    Raises QuantityError where a part is too short for the radii of its corners.
+    """
+    made = []
+    for kind, draw in (("sheet", _sheet), ("spacer", _spacer)):
+        counts = {side.name: getattr(side, f"{kind}s") for side in lengths.sides}
+        if lengths.same_caps:
+            outline = draw(build, lengths, lengths.left)
+            made.append(Wanted(kind, outline, copies * sum(counts.values())))
+            continue
+        for side in lengths.sides:
+            outline = draw(build, lengths, side)
+            made.append(Wanted(f"{kind}-{side.name}", outline, copies * counts[side.name]))
+    return made
+
+
+def _sheet(build: Build, lengths: Lengths, side: Side) -> Outline:
+    tip, clamp = mm(build.tip_radius), mm(build.clamp_radius)
+    if tip + clamp > lengths.sheet_length:
+        raise QuantityError.of(
+            "build.tip_radius",
+            f"{show(build.tip_radius, 'm')} and build.clamp_radius, "
+            f"{show(build.clamp_radius, 'm')}, leave nothing of sheets "
+            f"{show(lengths.sheet_length * 1e-3, 'm')} long",
+        )
+    return sheet(
+        lengths.sheet_length,
+        lengths.width,
+        clamped=side.clamped,
+        hole=lengths.hole,
+        screws=lengths.screws,
+        tip_radius=tip,
+        clamp_radius=clamp,
+    )
+
+
+def _spacer(build: Build, lengths: Lengths, side: Side) -> Outline:
+    if 2 * mm(build.clamp_radius) > side.clamped:
+        raise QuantityError.of(
+            "build.clamp_radius",
+            f"{show(build.clamp_radius, 'm')} is more than half of the spacers' length, "
+            f"{show(side.clamped * 1e-3, 'm')}",
+        )
+    return spacer(
+        side.clamped,
+        lengths.width,
+        hole=lengths.hole,
+        screws=lengths.screws,
+        clamp_radius=mm(build.clamp_radius),
+    )
+
+
+def _stock(build: Build) -> tuple[float, float] | None:
+    """Length and width of the stock [mm], where it was given."""
+    if build.stock_length is None or build.stock_width is None:
+        return None
+    return mm(build.stock_length), mm(build.stock_width)
+
+
+def _along(parts: Sequence[Wanted], bed: Sequence[float]) -> tuple[float, float]:
+    """The laser's bed [mm], its longer side along the film unless only the other holds a part."""
+    short, long = sorted(map(mm, bed))
+    widest = max(part.outline.width for part in parts)
+    longest = max(part.outline.length for part in parts)
+    return (short, long) if widest > short and longest <= short else (long, short)
+
+
+Excess = tuple[str, str, float]
+"""What is too large, along which axis, and by how much [mm]."""
+
+
+def _stock_check(
+    pieces: Sequence[Piece], over: Excess | None, stock: tuple[float, float] | None
+) -> Check:
+    if over is not None and stock is not None:
+        what, axis, by = over
+        return _too_large("C1", "stock", f"{what} with its margins", axis, by, "--stock")
+    if over is not None:
+        return Check(code="C1", ok=None, text="the laser's bed holds no part", key="stock")
+    sizes = [f"{show(p.length * 1e-3, 'm')} × {show(p.width * 1e-3, 'm')}" for p in pieces]
+    many = "1 piece" if len(pieces) == 1 else f"{len(pieces)} pieces"
+    said = f"all film parts lie on {many} of {' and '.join(dict.fromkeys(sizes))}"
+    return Check(code="C1", ok=True, refuses=True, text=said, key="stock")
+
+
+def _bed_check(
+    pieces: Sequence[Piece],
+    over: Excess | None,
+    bed: tuple[float, float] | None,
+    stock: tuple[float, float] | None,
+) -> Check:
+    """C2 of the film: a piece may be turned on the bed, with all its parts."""
+    if bed is None:
+        return Check(code="C2", ok=None, text="laser bed not given, not checked", key="laser-bed")
+    if over is not None and stock is None:
+        what, axis, by = over
+        return _too_large("C2", "laser-bed", f"{what} with its margins", axis, by, "--laser-bed")
+    for piece in pieces:
+        for axis, side, room in zip(
+            ("shorter side", "longer side"),
+            sorted((piece.length, piece.width)),
+            sorted(bed),
+            strict=True,
+        ):
+            if side > room + SLACK:
+                what = f"the film {piece.name}"
+                return _too_large("C2", "laser-bed", what, axis, side - room, "--stock")
+    return Check(
+        code="C2", ok=True, refuses=True, text="every piece lies on the laser bed", key="laser-bed"
+    )
+
+
+def _too_large(code: str, key: str, what: str, axis: str, by: float, option: str) -> Check:
+    room = {"stock": "stock", "laser-bed": "laser bed"}[key]
+    return Check(
+        code=code,
+        ok=False,
+        refuses=True,
+        value=by * 1e-3,
+        limit=0.0,
+        unit="m",
+        text=f"{what} is {show(by * 1e-3, 'm')} larger than the {room} along its {axis}; "
+        f"another {option} or a smaller brake is needed",
+        key=key,
+    )
+
+
+def _hole_check(parts: Sequence[Wanted], lengths: Lengths) -> Check:
+    """C3: what a service can cut."""
+    least = max(LEAST_HOLE, HOLE_BY_THICKNESS * lengths.thickness)
+    rim = min(part.outline.rim() for part in parts)
+    hole, beside = show(lengths.hole * 1e-3, "m"), show(max(rim, 0.0) * 1e-3, "m")
+    said = f"holes of {hole} (at least {show(least * 1e-3, 'm')}), {beside} beside them "
+    said += f"(at least {show(LEAST_RIM * 1e-3, 'm')})"
+    right = lengths.hole >= least - SLACK and rim >= LEAST_RIM - SLACK
+    if not right:
+        said += ": a smaller screw hole, fewer screws or a longer clamp is needed"
+    return Check(
+        code="C3",
+        ok=right,
+        refuses=True,
+        value=rim * 1e-3,
+        limit=LEAST_RIM * 1e-3,
+        unit="m",
+        text=said,
+        key="holes",
+    )
+
+
+def more_files(
+    build: Build, lengths: Lengths, parallel: int, series: int, coupons: bool
+) -> dict[str, bytes]:
+    """{path: bytes} of what is no part of a brake: jig, yoke, link, coupons; all nominal."""
+    bore = mm(build.pin) + mm(build.pin_clearance)
+    made = {"cut/jig.dxf": dxf([boards.jig(lengths.pin_to_pin, bore)])}
+    if parallel > 1:
+        made["cut/yoke.dxf"] = dxf([boards.yoke(parallel, pitch(build, lengths), bore)])
+    if series > 1:
+        made["cut/link.dxf"] = dxf([boards.link(lengths.head, mm(build.gap), bore)])
+    if coupons:
+        made["cut/coupon.dxf"] = dxf(boards.coupon(lengths.hole, mm(build.gap)))
+    return made
+
+
+def pitch(build: Build, lengths: Lengths) -> float:
+    """Distance of two brakes side by side [mm]: of their enclosures or of their heads."""
+    return max(lengths.tray_width + 2 * lengths.wall, lengths.head) + mm(build.gap)
