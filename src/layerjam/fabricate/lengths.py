@@ -24,6 +24,8 @@ PORT_WALL = 2.0
 ROUND_BELOW, FLATTEST = 1.25, 3.0
 """Aspect below which the neck is round, and at most [1]."""
 BOLT_SPACING = 45.0
+KEY_HEIGHT, KEY_DEPTH = 4.0, 5.0
+"""Height of the mould's keys and depth of their holes [mm]."""
 FLANGE = 6.0
 """Plastic around the hole of a mould's bolt [mm]."""
 

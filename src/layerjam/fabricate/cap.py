@@ -1,0 +1,110 @@
+"""The cap and its clamp plate (section 2.3 of the specification) [mm].
+
+x = 0 at the cap's face, the sheets towards +x; z = 0 in the middle of the stack, the plate above.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from layerjam.device.workshop import Build
+from layerjam.fabricate.lengths import Lengths, Side, mm
+from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
+
+SPARE = 0.1
+"""By how much the air bore stays above the tray's floor [mm]."""
+
+
+def screw_places(lengths: Lengths) -> list[float]:
+    """y of every screw."""
+    count = lengths.screws
+    return [lengths.width * ((i + 0.5) / count - 0.5) for i in range(count)]
+
+
+def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
+    """The cap of one side: tray, neck with its groove, head with port and pin."""
+    back, neck = side.tray + mm(build.back), mm(build.neck_length)
+    end = back + neck
+    port = end + lengths.port_length / 2
+    prisms = [*_tray(lengths, build, side), *_neck(lengths, build, back), *_head(lengths, build, end)]
+    raised = air_height(lengths, build)
+    bore, half = mm(build.air_bore), lengths.head / 2
+    prisms += [
+        cut("x", -port, -side.tray, Ellipse.circle((0, raised), bore)),
+        cut("y", 0, half, Ellipse.circle((raised, -port), lengths.port)),
+    ]
+    return solid(name, prisms, crossing(bore / 2, lengths.port / 2, port - side.tray))
+
+
+def air_height(lengths: Lengths, build: Build) -> float:
+    """z of the air bore's axis: in a thin stack it lies higher, above the tray's floor."""
+    return max(0.0, mm(build.air_bore) / 2 + SPARE - lengths.stack / 2)
+
+
+def _tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
+    """The tray that takes sheets and plate, with its nuts and screw holes."""
+    top, bottom = lengths.stack / 2 + lengths.plate_height, -lengths.stack / 2 - lengths.shelf_height
+    width, slot = lengths.tray_width / 2, lengths.slot / 2
+    block = Box((-width, bottom), (width, top), mm(build.edge))
+    yield add("x", -side.tray - mm(build.back), 0, block)
+    yield cut("x", -side.tray, 0, Box((-slot, -lengths.stack / 2), (slot, top)))
+    nut = lengths.thread.nut + mm(build.fit)
+    ceiling = bottom + lengths.thread.nut_height + mm(build.head_room)
+    for y in screw_places(lengths):
+        pocket = Box((y - nut / 2, bottom), (y + nut / 2, ceiling))
+        yield cut("x", -side.clamped / 2 - nut / math.sqrt(3), 0, pocket)
+        hole = Ellipse.circle((-side.clamped / 2, y), lengths.thread.clearance)
+        yield cut("z", ceiling, -lengths.stack / 2, hole)
+
+
+def _neck(lengths: Lengths, build: Build, back: float) -> Iterator[Prism]:
+    """The round neck that the cable tie closes: two collars and the groove between them."""
+    length, slot, depth = mm(build.neck_length), mm(build.tie_slot), mm(build.tie_depth)
+    a, b = lengths.neck_a, lengths.neck_b
+    first, last = -back - (length + slot) / 2, -back - (length - slot) / 2
+    yield add("x", -back - length, first, Ellipse((0, 0), a, b))
+    yield add("x", first, last, Ellipse((0, 0), a - depth, b - depth))
+    yield add("x", last, -back, Ellipse((0, 0), a, b))
+
+
+def _head(lengths: Lengths, build: Build, end: float) -> Iterator[Prism]:
+    """The head that takes the dowel pin."""
+    length, side, height = lengths.port_length + lengths.head, lengths.head, lengths.head_height
+    yield add("x", -end - length, -end, Box.about((0, 0), side, height, mm(build.edge)))
+    pin = Ellipse.circle((-end - lengths.port_length - side / 2, 0), pin_hole(build))
+    yield cut("z", -height / 2, height / 2, pin)
+
+
+def pin_hole(build: Build) -> float:
+    """Diameter of the hole for the dowel pin."""
+    return mm(build.pin) + mm(build.pin_clearance)
+
+
+def crossing(bore: float, port: float, length: float) -> float:
+    """Volume that the air bore and half the port have in common, by radii and the bore's length.
+
+    The integral of u·min(v, length) over the bore's height, u and v being the half widths of bore
+    and port there; by Gauss and Chebyshev, exact but for rounding where the bore is the smaller.
+    """
+    count = 256
+    total = 0.0
+    for k in range(1, count + 1):
+        angle = k * math.pi / (count + 1)
+        wide = math.sqrt(port**2 - (bore * math.cos(angle)) ** 2)
+        total += math.sin(angle) ** 2 * min(wide, length)
+    return bore**2 * math.pi / (count + 1) * total
+
+
+def plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
+    """The clamp plate of one side, open at front and back above its screws."""
+    fit, thread = mm(build.fit), lengths.thread
+    low, high = lengths.stack / 2, lengths.stack / 2 + lengths.plate_height
+    half, back = lengths.slot / 2 - fit, -(side.tray - fit)
+    prisms = [add("x", back, 0, Box((-half, low), (half, high)))]
+    head, floor = thread.head + fit, low + lengths.floor
+    for y in screw_places(lengths):
+        prisms.append(cut("x", back, 0, Box((y - head / 2, floor), (y + head / 2, high))))
+        hole = Ellipse.circle((-side.clamped / 2, y), thread.clearance)
+        prisms.append(cut("z", low, floor, hole))
+    return solid(name, prisms)

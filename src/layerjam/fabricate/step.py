@@ -1,0 +1,206 @@
+"""A part as a STEP file, by Open CASCADE without its viewer (extra `step`) [mm].
+
+AP214, product named as the part. A file is the same for the same part and version of the library,
+which its header names.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from layerjam.errors import MissingExtraError
+from layerjam.fabricate.solid import PLANE, Axis, Box, Ellipse, Prism, Solid
+
+STAMP = "2000-01-01T00:00:00"
+"""Written in place of the time, so that equal parts make equal files."""
+DIRECTIONS: dict[Axis, tuple[float, float, float]] = {
+    "x": (1, 0, 0),
+    "y": (0, 1, 0),
+    "z": (0, 0, 1),
+}
+
+
+def available() -> bool:
+    """Whether the extra is installed."""
+    from importlib.util import find_spec
+
+    return find_spec("OCP") is not None
+
+
+def step(part: Solid, version: str = "") -> bytes:
+    """The part's STEP file; `version` names this program in its header.
+
+    Raises MissingExtraError without the extra `step`, and RuntimeError where the library fails,
+    which would be an error of this program.
+    """
+    with MissingExtraError.without("a STEP file (Open CASCADE)", "step"):
+        import OCP.STEPCAFControl  # noqa: F401
+    _quiet()
+    shape = shape_of(part)
+    with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
+        path = Path(folder) / f"{part.name}.step"
+        _write(shape, part.name, path, version)
+        return path.read_bytes()
+
+
+def shape_of(part: Solid) -> Any:
+    """The part as one solid of Open CASCADE."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+    from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
+    from OCP.TopAbs import TopAbs_SOLID
+    from OCP.TopExp import TopExp_Explorer
+
+    added = [_swept(p) for p in part.prisms if not p.cut]
+    cuts = [_swept(p) for p in part.prisms if p.cut]
+    whole = added[0]
+    if added[1:]:
+        whole = _combined(BRepAlgoAPI_Fuse(), added[:1], added[1:])
+    if cuts:
+        whole = _combined(BRepAlgoAPI_Cut(), [whole], cuts)
+    unified = ShapeUpgrade_UnifySameDomain(whole, True, True, False)
+    unified.Build()
+    explorer = TopExp_Explorer(unified.Shape(), TopAbs_SOLID)
+    solids = []
+    while explorer.More():
+        solids.append(explorer.Current())
+        explorer.Next()
+    if len(solids) != 1:
+        raise RuntimeError(f"{part.name} came out as {len(solids)} solids")
+    return solids[0]
+
+
+def _combined(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
+    """Shapes fused with, or cut by, others."""
+    for put, shapes in ((operation.SetArguments, arguments), (operation.SetTools, tools)):
+        listed = _list()
+        for shape in shapes:
+            listed.Append(shape)
+        put(listed)
+    operation.SetRunParallel(False)
+    operation.Build()
+    if not operation.IsDone():
+        raise RuntimeError("Open CASCADE could not combine two solids")
+    return operation.Shape()
+
+
+def _list() -> Any:
+    """An empty list of shapes, which version 8 of the library keeps elsewhere than version 7."""
+    try:
+        from OCP.collections import List_TopoDS_Shape
+    except ImportError:
+        from OCP.TopTools import TopTools_ListOfShape
+
+        return TopTools_ListOfShape()
+    return List_TopoDS_Shape()
+
+
+def _swept(prism: Prism) -> Any:
+    """One prism as a solid."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+    from OCP.gp import gp_Vec
+
+    wire = _rectangle(prism) if isinstance(prism.section, Box) else _ellipse(prism)
+    face = BRepBuilderAPI_MakeFace(wire, True).Face()
+    direction = gp_Vec(*DIRECTIONS[prism.axis]).Multiplied(prism.end - prism.start)
+    return BRepPrimAPI_MakePrism(face, direction).Shape()
+
+
+def _point(prism: Prism, u: float, v: float) -> Any:
+    """A point of the section at the prism's start."""
+    from OCP.gp import gp_Pnt
+
+    first, second = PLANE[prism.axis]
+    known = {first: u, second: v, prism.axis: prism.start}
+    return gp_Pnt(known["x"], known["y"], known["z"])
+
+
+def _rectangle(prism: Prism) -> Any:
+    """The wire of a rectangle, its corners rounded by arcs."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
+
+    section = prism.section
+    assert isinstance(section, Box)
+    (a, b), (c, d), r = section.low, section.high, section.radius
+    made = BRepBuilderAPI_MakeWire()
+    if not r:
+        corners = [_point(prism, *at) for at in ((a, b), (c, b), (c, d), (a, d))]
+        for here, there in zip(corners, [*corners[1:], corners[0]], strict=True):
+            made.Add(BRepBuilderAPI_MakeEdge(here, there).Edge())
+        return made.Wire()
+    # straight pieces from (start) to (end), then the arc about (centre) to the next piece
+    pieces = [
+        ((a + r, b), (c - r, b), (c - r, b + r)),
+        ((c, b + r), (c, d - r), (c - r, d - r)),
+        ((c - r, d), (a + r, d), (a + r, d - r)),
+        ((a, d - r), (a, b + r), (a + r, b + r)),
+    ]
+    for (start, end, centre), (after, _, _) in zip(pieces, [*pieces[1:], pieces[0]], strict=True):
+        here, there = _point(prism, *end), _point(prism, *after)
+        made.Add(BRepBuilderAPI_MakeEdge(_point(prism, *start), here).Edge())
+        made.Add(BRepBuilderAPI_MakeEdge(_round(prism, centre, r, r), here, there).Edge())
+    return made.Wire()
+
+
+def _ellipse(prism: Prism) -> Any:
+    """The wire of an ellipse or a circle."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
+
+    section = prism.section
+    assert isinstance(section, Ellipse)
+    curve = _round(prism, section.centre, section.first, section.second)
+    return BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve).Edge()).Wire()
+
+
+def _round(prism: Prism, centre: tuple[float, float], first: float, second: float) -> Any:
+    """A circle or an ellipse in the section's plane; the longer half axis comes first."""
+    from OCP.gp import gp_Ax2, gp_Circ, gp_Dir, gp_Elips
+
+    towards = PLANE[prism.axis][0 if first >= second else 1]
+    frame = gp_Ax2(
+        _point(prism, *centre), gp_Dir(*DIRECTIONS[prism.axis]), gp_Dir(*DIRECTIONS[towards])
+    )
+    if first == second:
+        return gp_Circ(frame, first)
+    return gp_Elips(frame, max(first, second), min(first, second))
+
+
+@cache
+def _quiet() -> None:
+    """Keep Open CASCADE from printing on standard output what it transfers."""
+    from OCP.Message import Message, Message_Gravity
+
+    for printer in Message.DefaultMessenger_s().Printers():
+        printer.SetTraceLevel(Message_Gravity.Message_Fail)
+
+
+def _write(shape: Any, name: str, path: Path, version: str) -> None:
+    """One named solid as a file; a document of its own, so that products are not numbered."""
+    from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+    from OCP.IFSelect import IFSelect_RetDone
+    from OCP.Interface import Interface_Static
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.STEPControl import STEPControl_AsIs
+    from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
+    from OCP.TDataStd import TDataStd_Name
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
+    document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
+    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    label = tool.AddShape(shape, False)
+    TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
+    writer = STEPCAFControl_Writer()
+    Interface_Static.SetCVal_s("write.step.schema", "AP214IS")
+    Interface_Static.SetCVal_s("write.step.unit", "MM")
+    if not writer.Transfer(document, STEPControl_AsIs):
+        raise RuntimeError(f"{name} could not be turned into STEP")
+    header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
+    header.SetName(TCollection_HAsciiString(name))
+    header.SetTimeStamp(TCollection_HAsciiString(STAMP))
+    header.SetOriginatingSystem(TCollection_HAsciiString(f"layerjam {version}".strip()))
+    if writer.Write(str(path)) != IFSelect_RetDone:
+        raise RuntimeError(f"{path} could not be written")
