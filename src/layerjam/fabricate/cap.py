@@ -10,16 +10,17 @@ from collections.abc import Iterator
 
 from layerjam.device.workshop import Build
 from layerjam.fabricate.lengths import Lengths, Side, mm
+from layerjam.fabricate.outline import clamp_holes
 from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
 
 SPARE = 0.1
 """By how much the air bore stays above the tray's floor [mm]."""
 
 
-def screw_places(lengths: Lengths) -> list[float]:
-    """y of every screw."""
-    count = lengths.screws
-    return [lengths.width * ((i + 0.5) / count - 0.5) for i in range(count)]
+def screw_places(lengths: Lengths, side: Side) -> list[float]:
+    """y of every screw, as the sheets have their holes."""
+    row = clamp_holes(side.clamped, lengths.width, lengths.screws, lengths.hole)
+    return [hole.y for hole in row]
 
 
 def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
@@ -27,7 +28,11 @@ def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
     back, neck = side.tray + mm(build.back), mm(build.neck_length)
     end = back + neck
     port = end + lengths.port_length / 2
-    prisms = [*_tray(lengths, build, side), *_neck(lengths, build, back), *_head(lengths, build, end)]
+    prisms = [
+        *_tray(lengths, build, side),
+        *_neck(lengths, build, back),
+        *_head(lengths, build, end),
+    ]
     raised = air_height(lengths, build)
     bore, half = mm(build.air_bore), lengths.head / 2
     prisms += [
@@ -44,14 +49,17 @@ def air_height(lengths: Lengths, build: Build) -> float:
 
 def _tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
     """The tray that takes sheets and plate, with its nuts and screw holes."""
-    top, bottom = lengths.stack / 2 + lengths.plate_height, -lengths.stack / 2 - lengths.shelf_height
+    top, bottom = (
+        lengths.stack / 2 + lengths.plate_height,
+        -lengths.stack / 2 - lengths.shelf_height,
+    )
     width, slot = lengths.tray_width / 2, lengths.slot / 2
     block = Box((-width, bottom), (width, top), mm(build.edge))
     yield add("x", -side.tray - mm(build.back), 0, block)
     yield cut("x", -side.tray, 0, Box((-slot, -lengths.stack / 2), (slot, top)))
     nut = lengths.thread.nut + mm(build.fit)
     ceiling = bottom + lengths.thread.nut_height + mm(build.head_room)
-    for y in screw_places(lengths):
+    for y in screw_places(lengths, side):
         pocket = Box((y - nut / 2, bottom), (y + nut / 2, ceiling))
         yield cut("x", -side.clamped / 2 - nut / math.sqrt(3), 0, pocket)
         hole = Ellipse.circle((-side.clamped / 2, y), lengths.thread.clearance)
@@ -103,7 +111,7 @@ def plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
     half, back = lengths.slot / 2 - fit, -(side.tray - fit)
     prisms = [add("x", back, 0, Box((-half, low), (half, high)))]
     head, floor = thread.head + fit, low + lengths.floor
-    for y in screw_places(lengths):
+    for y in screw_places(lengths, side):
         prisms.append(cut("x", back, 0, Box((y - head / 2, floor), (y + head / 2, high))))
         hole = Ellipse.circle((-side.clamped / 2, y), thread.clearance)
         prisms.append(cut("z", low, floor, hole))

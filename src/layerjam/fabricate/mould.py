@@ -1,7 +1,7 @@
 """The sleeve, the mould it is cast in and the mould's core (section 2.4) [mm]; x = 0 in the middle.
 
 The mould parts at z = 0. Bolts stand in both flanges; keys take the place of the middle pair. The
-sprue is at one end and two vents are at the other, in what is cut off: it is filled standing on end.
+sprue is at one end and two vents are at the other, in what is cut off; it is filled on end.
 """
 
 from __future__ import annotations
@@ -54,9 +54,7 @@ def top(lengths: Lengths, build: Build) -> Solid:
     found = lengths.mould
     prisms = list(_half(lengths, build, 0, found.half))
     wide = mm(build.key) + mm(build.key_clearance)
-    prisms += [
-        cut("z", 0, KEY_DEPTH, Ellipse.circle(place, wide)) for place in _places(lengths)[1]
-    ]
+    prisms += [cut("z", 0, KEY_DEPTH, Ellipse.circle(place, wide)) for place in _places(lengths)[1]]
     roof = found.outer_height / 2
     for place, diameter in openings(lengths, build):
         prisms.append(cut("z", roof, found.half, Ellipse.circle(place, diameter)))
