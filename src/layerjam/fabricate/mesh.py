@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from layerjam.errors import MissingExtraError
 from layerjam.fabricate.solid import PLANE, Axis, Prism, Solid
-
-if TYPE_CHECKING:
-    from manifold3d import Manifold
 
 AXES: tuple[Axis, ...] = ("x", "y", "z")
 FINEST = 1e-4
@@ -51,7 +48,7 @@ def mesh(part: Solid) -> Mesh:
 
     added = [_swept(p) for p in part.prisms if not p.cut]
     cuts = [_swept(p) for p in part.prisms if p.cut]
-    whole: Manifold = Manifold.batch_boolean(added, OpType.Add)
+    whole = Manifold.batch_boolean(added, OpType.Add)
     if cuts:
         whole = whole - Manifold.batch_boolean(cuts, OpType.Add)
     whole = whole.simplify(FINEST)

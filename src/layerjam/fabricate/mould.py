@@ -97,7 +97,8 @@ def _places(lengths: Lengths) -> tuple[list[tuple[float, float]], list[tuple[flo
     aside = (found.outer_width + found.flange) / 2
     first = -(found.length - found.flange) / 2
     step = -2 * first / (found.bolts - 1)
-    bolts, keys = [], []
+    bolts: list[tuple[float, float]] = []
+    keys: list[tuple[float, float]] = []
     for index in range(found.bolts):
         pair = [(first + index * step, y) for y in (-aside, aside)]
         (keys if index == found.bolts // 2 else bolts).extend(pair)
