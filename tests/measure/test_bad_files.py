@@ -76,7 +76,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     ),
     "no elongation": (
         table(*rows(), head="Time (s),Strain (%),Load (N)"),
-        "has no column with a unit of elongation",
+        "holds force and time and no elongation",
         1,
     ),
     "no unit": (

@@ -15,6 +15,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, write_whole
 from layerjam.errors import FileError, FitError, LayerjamError, Notice
+from layerjam.measure.conditions import LIST
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
 from layerjam.units import show
@@ -148,13 +149,15 @@ def understood(traces: Iterable[Trace]) -> dict[str, list[str]]:
 
 
 def _measurements(files: Sequence[Measured]) -> list[Measured]:
-    """The files without the sidecars of others among them: `*` catches both."""
+    """The files without what only says how they were made: `*` catches sidecars and lists too."""
     given = {str(f) for f in files if not isinstance(f, Trace)}
-    return [
-        f
-        for f in files
-        if isinstance(f, Trace) or str(f).removesuffix(".toml") not in given - {str(f)}
-    ]
+    beside = {
+        name
+        for name in given
+        if name.removesuffix(".toml") in given - {name}
+        or (Path(name).name == LIST and len(given) > 1)
+    }
+    return [f for f in files if isinstance(f, Trace) or str(f) not in beside]
 
 
 def odd_facts(
@@ -202,7 +205,8 @@ def _vacuum(trace: Trace, given: float | None, brake: Brake) -> float:
     if given is None:
         raise FitError(
             f"nothing says at which vacuum it was pulled; give --vacuum, or write "
-            f'{Path(trace.path).name}.toml beside it with a line such as vacuum = "94.5 kPa"'
+            f'{Path(trace.path).name}.toml beside it with a line such as vacuum = "94.5 kPa", or '
+            f"one {LIST} for the folder, or say what its name states (--names '*_{{vacuum}}_*')"
         )
     return given
 

@@ -11,7 +11,7 @@ from layerjam.commands.declare import Help, options
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
-from layerjam.simulate.quantities import VACUUM
+from layerjam.simulate.quantities import CROSSHEAD_SPEED, VACUUM
 from layerjam.units import spec_of
 
 Measured = str | Path | Trace
@@ -81,6 +81,18 @@ class FileOptions(TableOptions):
         int | None, SPECIMEN, Help("Which specimen of files that hold several.")
     ] = None
     sheet: Annotated[str | None, Help("Which sheet of workbooks.", metavar="NAME")] = None
+    names: Annotated[
+        str | None,
+        Help(
+            "What the names of the files say, such as 'pull_{vacuum}_{speed:mm/s}_*'.",
+            metavar="PATTERN",
+        ),
+    ] = None
+    speed: Annotated[
+        float | None,
+        CROSSHEAD_SPEED,
+        Help("Speed of the crosshead, where nothing else states it."),
+    ] = None
 
 
 def several(files: Sequence[Measured] | Measured) -> list[Measured]:

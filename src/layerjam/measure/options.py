@@ -15,7 +15,8 @@ from layerjam.measure.sidecar import READ, sidecar_path, text_beside
 from layerjam.records.reader import Reader
 from layerjam.records.toml import parse_toml
 from layerjam.records.values import ListSpec, TextSpec, entries, value
-from layerjam.units import quantity
+from layerjam.simulate.quantities import CROSSHEAD_SPEED
+from layerjam.units import like, quantity
 
 SKIP = "skip"
 REFERENCES = ("absolute", "gauge", "vacuum")
@@ -39,8 +40,10 @@ class ReadingOptions:
     `negative`: of "force" and "elongation", those the machine counts the other way round. `columns`
     says what each column is, in order (``time:ms,skip,force:N``) or by name
     (``force:N=Load,time=Zeit``); an entry of `column` does so for one name. `decimal`: "." or ",".
-    `specimen`: which of several in a file, from 1. `sheet`: of a workbook, by name. `reading`: the
-    reference of a pressure, one of `REFERENCES`.
+    `specimen`: which of several in a file, from 1. `sheet`: of a workbook, by name. `names`: what
+    the names of the files say, such as "pull_{vacuum}_{speed:mm/s}_*". `speed` [m/s]: of the
+    crosshead, where nothing else states it; where a file holds no elongation, that is speed times
+    time. `reading`: the reference of a pressure, one of `REFERENCES`.
     """
 
     negative: Sequence[str] = value(ListSpec(each=TextSpec(choices=tuple(ROLES)), single=True), ())
@@ -49,6 +52,8 @@ class ReadingOptions:
     decimal: str | None = value(TextSpec(choices=(".", ",")), None)
     specimen: int | None = quantity("1", "number of the specimen", lo=1, whole=True, default=None)
     sheet: str | None = value(TextSpec(), None)
+    names: str | None = value(TextSpec(), None)
+    speed: float | None = like(CROSSHEAD_SPEED, default=None)
     reading: str | None = value(TextSpec(choices=REFERENCES), None)
 
     def __post_init__(self) -> None:

@@ -83,6 +83,8 @@ PULL = (
     MachineWant("force", "N", words.FORCE, ("N", "kN", "lbf")),
 )
 """What is wanted of a pull or friction test."""
+TIMED = tuple(replace(w, optional=w.role == "elongation") for w in PULL)
+"""The same of a test whose elongation is its speed times its time."""
 
 
 @dataclass(frozen=True)
@@ -238,9 +240,9 @@ def assign(
     return taken, sentences
 
 
-def complete(header: Header, said: Mapping[str, ColumnEntry]) -> bool:
-    """Whether there are columns for both force and elongation."""
-    return all(header.candidates(w, said.get(w.role)) for w in PULL if not w.optional)
+def complete(header: Header, said: Mapping[str, ColumnEntry], wants: Sequence[Want] = PULL) -> bool:
+    """Whether there is a column for all that is due."""
+    return all(header.candidates(w, said.get(w.role)) for w in wants if not w.optional)
 
 
 def how(wants: Sequence[Want]) -> str:
@@ -362,9 +364,14 @@ def _weakly_split(text: str) -> tuple[str, str | None]:
     return text, None
 
 
+def _without_origin(text: str) -> str:
+    """A name without the point it counts from: "extension from preload" is no load."""
+    return re.sub(r"\b(from|after|since|at|ab|bei) (pre-?load|vorkraft)\b", "", text)
+
+
 def named_role(name: str) -> str | None:
     """What a column's name alone says it is."""
-    text = plain(name)
+    text = _without_origin(plain(name))
     if re.search(words.ELSE, text):
         return None
     if re.search(words.TIME, text):
@@ -378,7 +385,7 @@ def named_role(name: str) -> str | None:
 
 def _rank(role: str, name: str) -> int | None:
     """How well a name suits a role, 0 best; None if it says that it is something else."""
-    text = plain(name)
+    text = _without_origin(plain(name))
     if role == "time":
         if re.fullmatch(r"(time|zeit|temps|tiempo|tempo|prufzeit|testzeit|temps d'essai)", text):
             return 0

@@ -17,7 +17,8 @@ class Source:
     """A text file, or one sheet of a workbook as text.
 
     `data` is in UTF-8 or a code page that extends ASCII, with Unix newlines and no byte-order
-    mark. `decimal` is the decimal sign where the kind of file settles it.
+    mark. `decimal` is the decimal sign where the kind of file settles it, `notes` what was made of
+    its layout.
     """
 
     path: str
@@ -25,6 +26,7 @@ class Source:
     encoding: str
     sheet: str = ""
     decimal: str | None = None
+    notes: tuple[str, ...] = ()
 
     def lines(self, offset: int = 0) -> Iterator[tuple[int, str]]:
         """(byte offset, text) of each line from a byte offset on."""

@@ -7,6 +7,7 @@ becomes a trace (`specimens`). Our own CSV is read by `own`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,10 +15,12 @@ from pathlib import Path
 
 from layerjam.errors import FileError
 from layerjam.measure.options import ReadingOptions, options_beside
+from layerjam.measure.readers import words
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.own import read_own
 from layerjam.measure.readers.source import load_sources
 from layerjam.measure.readers.specimens import Specimen, specimens
+from layerjam.measure.readers.words import plain
 from layerjam.measure.sidecar import READ
 from layerjam.measure.trace import Trace
 
@@ -85,9 +88,10 @@ def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list
 
 def _of_sheets(sources: list[Source], options: ReadingOptions) -> list[Specimen]:
     """The specimens of those sheets that hold any; FileError where their columns differ."""
+    curves = [s for s in sources if not re.search(words.RESULTS, plain(s.sheet))]
     found: dict[str, list[Specimen]] = {}
     reasons: list[FileError] = []
-    for source in sources:
+    for source in curves or sources:
         try:
             found[source.sheet] = specimens(source, options)
         except FileError as err:

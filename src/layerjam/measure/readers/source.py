@@ -7,6 +7,7 @@ from pathlib import Path
 from layerjam.errors import FileError
 from layerjam.measure.readers.content import IN_CELL, Source
 from layerjam.measure.readers.encoding import decoded
+from layerjam.measure.readers.layouts import plain_table
 from layerjam.measure.readers.workbook import sheets
 
 MAX_BYTES = 1_000_000_000
@@ -52,7 +53,8 @@ def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
         raise FileError(name, "is empty")
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return [Source(name, _cells_in_one_line(data), encoding)]
+    data, notes = plain_table(_cells_in_one_line(data))
+    return [Source(name, data, encoding, notes=notes)]
 
 
 def _read(name: str, path: str | Path) -> bytes:

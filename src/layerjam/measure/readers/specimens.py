@@ -9,10 +9,13 @@ from functools import partial
 from itertools import pairwise
 
 from layerjam.errors import FileError, Notice
+from layerjam.measure.conditions import conditions
 from layerjam.measure.options import ColumnEntry, ReadingOptions
 from layerjam.measure.readers.columns import (
     PULL,
+    TIMED,
     Header,
+    Want,
     assign,
     by_order,
     complete,
@@ -34,8 +37,8 @@ from layerjam.measure.readers.table import (
 )
 from layerjam.measure.readers.unit_words import ROLES, unit_role
 from layerjam.measure.readers.words import plain
-from layerjam.measure.sidecar import read_facts
 from layerjam.measure.trace import FEWEST_ROWS, Trace, checked
+from layerjam.units import show
 
 _SHARE = 0.2
 _SYNTHETIC = re.compile(rb"(?i)\bsynthetic\b")
@@ -55,23 +58,29 @@ class Specimen:
     warnings: tuple[str, ...] = ()
     written: Header | None = None
     """What the file says of its columns where the user lists them in order."""
+    wants: Sequence[Want] = PULL
 
     def read(self, options: ReadingOptions) -> Trace:
         """The trace; FileError where a column, a unit or a row is not as it must be."""
         rows, source = self.rows, self.rows.source
         decimal, said = options.decimal or source.decimal, options.entries(ROLES)
         if (order := options.by_order) is not None:
-            taken, sentences = by_order(self.header, PULL, said, len(order))
+            taken, sentences = by_order(self.header, self.wants, said, len(order))
         else:
-            taken, sentences = assign(self.header, PULL, said, partial(same, rows, decimal=decimal))
-        understood = [*sentences, *self.notes]
+            alike = partial(same, rows, decimal=decimal)
+            taken, sentences = assign(self.header, self.wants, said, alike)
+        understood = [*sentences, *source.notes, *self.notes]
         values = dict(zip(taken, read_columns(rows, list(taken.values()), decimal), strict=True))
+        facts = conditions(source.path, options)
+        if "elongation" not in values and facts.speed is not None:
+            values["elongation"] = facts.speed * (values["time"] - values["time"][0])
+            speed = show(facts.speed, "m/s")
+            understood.append(f"the elongation is the time times the crosshead's speed, {speed}")
         for role in ("force", "elongation"):
             if role in options.negative:
                 values[role] = -values[role]
                 understood.append(f"the sign of the {role} was turned, as asked")
-        facts = read_facts(source.path)
-        warnings = gainsaid(self.written, taken, PULL) if self.written else []
+        warnings = gainsaid(self.written, taken, self.wants) if self.written else []
         if facts.synthetic or _SYNTHETIC.search(source.data[: rows.table.first]):
             facts = replace(facts, synthetic=True)
             warnings.append(Notice("synthetic: written by a program, not measured", "synthetic"))
@@ -98,20 +107,43 @@ def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
     lines, said = read_lines(source), options.entries(ROLES)
     blocks = list(under_one_head(lines, blocks_of(lines)))
     if (order := options.by_order) is not None:
-        return _by_order(lines, blocks, len(order))
+        wants = PULL if "elongation" in said else _wanted(source, options)
+        return [replace(s, wants=wants) for s in _by_order(lines, blocks, len(order))]
     blocks = [_with_stated_units(lines, b) for b in blocks]
-    fit = [b for b in blocks if b.table and complete(b.table.header, said)]
+    wants = PULL
+    if not any(_fits(b, said, PULL) for b in blocks):
+        wants = _wanted(source, options)
+    fit = [b for b in blocks if _fits(b, said, wants)]
     if not fit:
         raise _nothing(lines, blocks, said)
     main = max(fit, key=lambda b: b.rows)
     used = [b for b in fit if _alike(b, main)]
     _check_orphans(lines, blocks, used, main)
-    found = [s for b in used for s in _side_by_side(source, b, said, len(used) > 1)]
+    found = [s for b in used for s in _side_by_side(source, b, said, wants, len(used) > 1)]
     labels = [s.label for s in found]
     if len(found) > 1 and len(set(labels)) < len(labels):
         found = [replace(s, label=f"{i} {s.label}".strip()) for i, s in enumerate(found, 1)]
     warnings = _not_read(lines, blocks, used)
-    return [replace(s, warnings=warnings) for s in found]
+    return [replace(s, warnings=warnings, wants=wants) for s in found]
+
+
+def _wanted(source: Source, options: ReadingOptions) -> Sequence[Want]:
+    """What is due of a file without elongation: time, where its speed is known."""
+    return PULL if conditions(source.path, options).speed is None else TIMED
+
+
+def _fits(block: Block, said: Mapping[str, ColumnEntry], wants: Sequence[Want]) -> bool:
+    """Whether a block has all columns that are due."""
+    if block.table is None:
+        return False
+    header = block.table.header
+    return complete(header, said, wants) and (wants is PULL or _over_time(header, said))
+
+
+def _over_time(header: Header, said: Mapping[str, ColumnEntry]) -> bool:
+    """Whether a header has force and time."""
+    due = [replace(w, optional=False) for w in TIMED if w.role != "elongation"]
+    return complete(header, said, due)
 
 
 def _alike(block: Block, main: Block) -> bool:
@@ -180,6 +212,11 @@ def _nothing(lines: Lines, blocks: list[Block], said: Mapping[str, ColumnEntry])
         )
     if best.rows == 0:
         return best.header.fail("holds column names and no rows of numbers")
+    if "elongation" not in said and _over_time(best.header, said):
+        return best.header.fail(
+            f"holds force and time and no elongation; {best.header.listed()}; give the crosshead's "
+            "speed (--speed 10mm/min), or say which column it is (--columns elongation:mm=NAME)"
+        )
     try:
         assign(best.header, PULL, said)
     except FileError as err:
@@ -219,7 +256,11 @@ def _not_read(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str
 
 
 def _side_by_side(
-    source: Source, block: Block, said: Mapping[str, ColumnEntry], several: bool
+    source: Source,
+    block: Block,
+    said: Mapping[str, ColumnEntry],
+    wants: Sequence[Want],
+    several: bool,
 ) -> list[Specimen]:
     """The specimens in one table."""
     table = block.table
@@ -227,7 +268,7 @@ def _side_by_side(
         return []
     head, form = table.header, format_of(source, table)
     groups = [head.only(group) for group in _groups(head)]
-    whole = len(groups) > 1 and all(complete(header, said) for header in groups)
+    whole = len(groups) > 1 and all(complete(header, said, wants) for header in groups)
     rows = Rows(source, table, shared=whole)
     if not whole:
         title = block.title if several else ""

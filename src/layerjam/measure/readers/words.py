@@ -50,6 +50,7 @@ OTHER_FORCE = r"\d|\b(peak|max|min|mean|filter|raw|true|error|command|demand|sol
 ELSE = _pattern("else")
 SPECIMEN = _pattern("specimen")
 STATISTIC = _pattern("statistic")
+RESULTS = _pattern("results")
 UNIT = _pattern("unit")
 ROLE = {"time": TIME, "elongation": f"{TRAVEL}|{CROSSHEAD}", "force": FORCE}
 _ANY = re.compile("|".join([*ROLE.values(), SENSOR, SPECIMEN, UNIT, ELSE]))

@@ -1,0 +1,168 @@
+"""The conditions of a test: from its sidecar, from one list for a whole folder, from its name."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from layerjam.errors import FileError, QuantityError, UnknownNameError
+from layerjam.measure.options import ReadingOptions
+from layerjam.measure.readers.columns import split_unit
+from layerjam.measure.readers.unit_words import convert
+from layerjam.measure.sidecar import Facts, read_facts
+from layerjam.records.toml import read_text
+from layerjam.records.values import FlagSpec, entries
+from layerjam.units import QuantitySpec, show
+
+LIST = "conditions.csv"
+"""A table in the folder of the files: one row for each, its name under `file`."""
+FILE = "file"
+_FIELDS = {name: entry for name, entry in entries(Facts) if not isinstance(entry.spec, FlagSpec)}
+_IN_NAMES = {
+    name: entry.spec for name, entry in _FIELDS.items() if isinstance(entry.spec, QuantitySpec)
+}
+_NUMBER = r"\d+(?:[.,p]\d+)?"
+
+
+def conditions(path: str | Path, options: ReadingOptions) -> Facts:
+    """What is stated of a test, by its sidecar, by the folder's list or by its name.
+
+    `options.names` is the pattern of the file's name, `options.speed` [m/s] the speed where nothing
+    states one. Raises FileError for a list or a name that cannot be read, or where two of them say
+    different things, and QuantityError for a pattern that is none.
+    """
+    facts = read_facts(path)
+    said = {"its sidecar": _stated(facts), LIST: _listed(Path(path))}
+    if options.names is not None:
+        said["its name"] = _named(Path(path), options.names)
+    made: dict[str, Any] = {}
+    by: dict[str, str] = {}
+    for where, values in said.items():
+        for name, value in values.items():
+            if name in made and made[name] != value:
+                one, other = (_text(name, v) for v in (made[name], value))
+                raise FileError(
+                    path, f"{by[name]} states {name} {one}, {where} {other}; correct one of them"
+                )
+            made[name], by[name] = value, where
+    found = replace(facts, **made)
+    return found if found.speed is not None else replace(found, speed=options.speed)
+
+
+def _stated(facts: Facts) -> dict[str, Any]:
+    return {name: v for name in _FIELDS if (v := getattr(facts, name)) not in (None, "")}
+
+
+def _text(name: str, value: Any) -> str:
+    spec = _FIELDS[name].spec
+    return show(value, spec.unit) if isinstance(spec, QuantitySpec) else f"'{value}'"
+
+
+def _listed(path: Path) -> Mapping[str, Any]:
+    """What the folder's list says of a file."""
+    at = path.parent / LIST
+    try:
+        known = at.stat()
+    except (OSError, ValueError):
+        return {}
+    return _list(at, known.st_mtime_ns, known.st_size).get(path.name, {})
+
+
+@lru_cache(maxsize=16)
+def _list(path: Path, _changed: int, _size: int) -> dict[str, dict[str, Any]]:
+    """{file's name: {fact: SI value}} of a list."""
+    text = read_text(path)
+    mark = max(",;\t", key=text.partition("\n")[0].count)
+    rows = [(n, row) for n, row in enumerate(csv.reader(io.StringIO(text), delimiter=mark), 1)]
+    rows = [(n, [cell.strip() for cell in row]) for n, row in rows if any(map(str.strip, row))]
+    if not rows:
+        raise FileError(path, "is empty")
+    heads = [split_unit(cell) for cell in rows[0][1]]
+    names = [name.strip().lower().replace(" ", "_") for name, _ in heads]
+    for name in names:
+        if name not in (FILE, *_FIELDS):
+            raise FileError(path, str(UnknownNameError("column", name, [FILE, *_FIELDS])), 1)
+    if FILE not in names or len(set(names)) < len(names):
+        raise FileError(path, f"needs one column '{FILE}' with the names of the files", 1)
+    out: dict[str, dict[str, Any]] = {}
+    for number, row in rows[1:]:
+        cells = dict(zip(names, zip(row, (u for _, u in heads), strict=False), strict=False))
+        file = cells.pop(FILE, ("", None))[0]
+        if not file or file in out:
+            why = f"lists '{file}' twice" if file else "has a row without a file's name"
+            raise FileError(path, why, number)
+        try:
+            out[file] = {
+                name: _value(name, cell.replace(",", ".") if mark != "," else cell, unit)
+                for name, (cell, unit) in cells.items()
+                if cell
+            }
+        except QuantityError as err:
+            raise FileError(path, str(err), number) from None
+    return out
+
+
+def _value(name: str, text: str, unit: str | None) -> Any:
+    """The SI value of a cell or of a part of a name, whose unit may stand elsewhere."""
+    of_number = name in _IN_NAMES and unit is not None
+    return _FIELDS[name].spec.read(f"{text} {unit}" if of_number else text, name)
+
+
+def _named(path: Path, names: str) -> dict[str, Any]:
+    """What a file's name says, after a pattern."""
+    pattern, units = _pattern(names)
+    match = pattern.fullmatch(path.name) or pattern.fullmatch(path.stem)
+    if match is None:
+        raise FileError(path, f"its name does not follow the pattern '{names}' (--names)")
+    try:
+        return {
+            name: _value(name, re.sub(r"(?<=\d)[,p](?=\d)", ".", text), units[name])
+            for name, text in match.groupdict().items()
+        }
+    except QuantityError as err:
+        raise FileError(path, f"its name after the pattern '{names}': {err}") from None
+
+
+@lru_cache(maxsize=64)
+def _pattern(names: str) -> tuple[re.Pattern[str], dict[str, str | None]]:
+    """The regular expression of a pattern, and the unit it gives to each quantity in it."""
+    units: dict[str, str | None] = {}
+    parts: list[str] = []
+    for part in re.split(r"(\{[^{}]*\}|\*)", names):
+        if part == "*":
+            parts.append(".*?")
+        elif part.startswith("{"):
+            name, _, unit = (word.strip() for word in part[1:-1].partition(":"))
+            parts.append(_group(name, unit, units))
+        else:
+            parts.append(re.escape(part))
+    if not units:
+        raise QuantityError(f"names: '{names[:60]}' holds no quantity; {_form()}")
+    return re.compile("".join(parts)), units
+
+
+def _group(name: str, unit: str, units: dict[str, str | None]) -> str:
+    """The expression of one quantity of a pattern."""
+    if name not in _IN_NAMES:
+        raise UnknownNameError("quantity of a file's name", name, _IN_NAMES)
+    if name in units:
+        raise QuantityError(f"names: {{{name}}} stands twice")
+    si = _IN_NAMES[name].unit
+    if unit and (si == "1" or convert(unit, si) is None):
+        raise QuantityError(f"names: '{unit[:20]}' is no unit of {name}; {_form()}")
+    units[name] = unit or None
+    written = "" if unit or si == "1" else r"\s?[A-Za-zµ]+(?:/[A-Za-z]+)?"
+    return rf"(?P<{name}>{_NUMBER}{written})"
+
+
+def _form(known: Sequence[str] = tuple(_IN_NAMES)) -> str:
+    return (
+        f"write such as 'pull_{{vacuum}}_{{speed:mm/s}}_*' with {', '.join(known)}; a unit within "
+        "the braces where the name holds none, * for anything"
+    )

@@ -1,0 +1,193 @@
+"""Layouts that only one kind of program writes, as the plain table they mean.
+
+Each takes a file's bytes and gives back as many lines, so that an error names the line of the
+user's file: a head that is no table's becomes blank, names and units get into one line.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+_HEAD = 20_000
+_STAMP = re.compile(rb"^[ \t]*\d{1,2}:\d{2}:\d{2}(?:[.,]\d{1,6})? -> ?")
+_FEW = 20
+_UNITS_ALONE = re.compile(rb"(millis|micros)\s*([,;\t])\s*(grams?|g)\s*\2\s*(mm|cm|um)\s*")
+_TEXTURE = {
+    tuple(sorted(names)): grams
+    for names, grams in (
+        ((b"time", b"distance", b"force"), b"g"),
+        ((b"time (sec)", b"distance (mm)", b"force (g)"), b"force (g)"),
+    )
+}
+_LVM = b"LabVIEW Measurement"
+_LVM_END = b"***End_of_Header***"
+_GRAMS = "the force is in grams, which as a force are gram-force (gf): 1 g weighs 9.80665 mN"
+
+Layout = tuple[bytes, tuple[str, ...]]
+"""A file's lines as a table's, and what is to be said of them."""
+
+
+def plain_table(data: bytes) -> Layout:
+    """The lines of a file without what its program wrote around them, and sentences saying so."""
+    notes: list[str] = []
+    for layout in _LAYOUTS:
+        data, said = layout(data)
+        notes += said
+    return data, tuple(notes)
+
+
+def _serial_monitor(data: bytes) -> Layout:
+    """Time stamps before each line (`12:34:05.678 -> 12,0.3`), comma and tab together."""
+    head = [line for line in data[:_HEAD].split(b"\n") if line.strip()][:_FEW]
+    notes = []
+    if head and 2 * sum(bool(_STAMP.match(line)) for line in head) > len(head):
+        lines = data.split(b"\n")
+        data = b"\n".join(_STAMP.sub(b"", line) for line in lines)
+        notes.append("the time stamps of the serial monitor before each line are not read")
+    if 2 * sum(b",\t" in line for line in head) > len(head):
+        data = data.replace(b",\t", b"\t")
+    return data, tuple(notes)
+
+
+def _microcontroller(data: bytes) -> Layout:
+    """`millis,grams,mm`: a sketch that calls its columns by their units."""
+    for number, line in enumerate(data[:_HEAD].split(b"\n")[:_FEW]):
+        match = _UNITS_ALONE.fullmatch(line.strip().lower())
+        if match:
+            mark, time = match[2], b"ms" if match[1] == b"millis" else b"us"
+            names = (b"time [" + time + b"]", b"force [gf]", b"position [" + match[4] + b"]")
+            return _with_line(data, number, mark.join(names)), (_GRAMS,)
+    return data, ()
+
+
+def _texture_analyser(data: bytes) -> Layout:
+    """Exponent's `Time,Distance,Force` over `sec,mm,g`, or `Force (g)` in one line."""
+    lines = data[:_HEAD].split(b"\n")[:_FEW]
+    for number, line in enumerate(lines):
+        for mark in (b"\t", b",", b";"):
+            names = _words(line, mark)
+            grams = _TEXTURE.get(tuple(sorted(names)))
+            if grams is None:
+                continue
+            if grams in names:
+                return _with_line(data, number, _replaced(line, b"(g)", b"(gf)")), (_GRAMS,)
+            units = _words(lines[number + 1], mark) if number + 1 < len(lines) else []
+            at = names.index(b"force")
+            if len(units) == len(names) and units[at] == grams and b"mm" in units:
+                units[at] = b"gf"
+                return _with_line(data, number + 1, mark.join(units)), (_GRAMS,)
+    return data, ()
+
+
+def _labview(data: bytes) -> Layout:
+    """A LabVIEW measurement (.lvm): units and steps of time stand above each block of rows."""
+    if not data[:99].lstrip().startswith(_LVM):
+        return data, ()
+    lines = data.split(b"\n")
+    ends = [n for n, line in enumerate(lines) if line.startswith(_LVM_END)]
+    mark = b"," if re.search(rb"(?m)^Separator[\t,]Comma", data[:_HEAD]) else b"\t"
+    first = 0
+    for end in ends[1:] or ends:
+        above = {f[0]: f[1:] for f in (line.split(mark) for line in lines[first:end]) if f[0]}
+        lines[first : end + 1] = [b""] * (end + 1 - first)
+        first = _rows_of_lvm(lines, end + 1, above, mark)
+    return b"\n".join(lines), ()
+
+
+def _rows_of_lvm(
+    lines: list[bytes], head: int, above: dict[bytes, list[bytes]], mark: bytes
+) -> int:
+    """Units into the names below one header, and times where none are written; the rows' end."""
+    units = iter(above.get(b"Y_Unit_Label", []))
+    names = []
+    for name in lines[head].rstrip(b"\r").split(mark) if head < len(lines) else []:
+        of_time = name.strip() == b"X_Value" and above.get(b"X_Dimension", [b""])[0] == b"Time"
+        unit = b"s" if of_time else b"" if name.strip() in (b"X_Value", b"Comment") else None
+        unit = next(units, b"").strip() if unit is None else unit
+        names.append((b"Time" if of_time else name) + (b" [" + unit + b"]" if unit else b""))
+    if names:
+        lines[head] = mark.join(names)
+    start, step = (_number(above.get(key, [])) for key in (b"X0", b"Delta_X"))
+    at, count = head + 1, 0
+    while at < len(lines) and not lines[at].startswith(b"Channels"):
+        if lines[at].startswith(mark) and step is not None:
+            lines[at] = repr((start or 0.0) + count * step).encode() + lines[at]
+        count += bool(lines[at].strip())
+        at += 1
+    return at
+
+
+def _mts(data: bytes) -> Layout:
+    """The blocks of one MTS 793 file, each with a title and the same names: one table.
+
+    Where the time starts anew, the blocks are tests of their own and stay apart.
+    """
+    if b"MTS793" not in data[:200]:
+        return data, ()
+    lines = data.split(b"\n")
+    heads = [n for n in range(len(lines) - 1) if _is_head(lines[n], lines[n + 1])]
+    same = [n for n in heads if lines[n : n + 2] == lines[heads[0] : heads[0] + 2]]
+    if len(same) < 2 or len(same) < len(heads):
+        return data, ()
+    names = _words(lines[heads[0]], b"\t")
+    times = [k for k, name in enumerate(names) if re.fullmatch(rb"(running )?time", name)]
+    rows = [_last_row(lines, n) for n in same[1:]]
+    for head, row in zip(same[1:], rows, strict=True):
+        before, after = (_field(lines, n, times) for n in (row, head + 2))
+        if before is not None and after is not None and after < before:
+            return data, ()
+    for head, row in zip(same[1:], rows, strict=True):
+        lines[row + 1 : head + 2] = [b""] * (head + 1 - row)
+    return b"\n".join(lines), (f"{len(same)} blocks of one test, read as one table",)
+
+
+def _is_head(names: bytes, units: bytes) -> bool:
+    """Whether two lines are names and units of the same number of columns."""
+    one, other = _words(names, b"\t"), _words(units, b"\t")
+    texts = [*one, *other]
+    return len(one) == len(other) >= 2 and all(t and _number([t]) is None for t in texts)
+
+
+def _last_row(lines: list[bytes], head: int) -> int:
+    """The last line of numbers above a head."""
+    return next(
+        (n for n in range(head - 1, -1, -1) if _number(lines[n].split(b"\t")) is not None), head - 1
+    )
+
+
+def _field(lines: list[bytes], row: int, columns: list[int]) -> float | None:
+    """The number in the first of `columns` of a row; None where there is none."""
+    fields = lines[row].split(b"\t") if 0 <= row < len(lines) else []
+    return _number(fields[columns[0] :]) if columns and columns[0] < len(fields) else None
+
+
+def _number(fields: list[bytes]) -> float | None:
+    """The number in the first of some fields."""
+    try:
+        return float(fields[0].replace(b",", b".")) if fields else None
+    except ValueError:
+        return None
+
+
+def _words(line: bytes, mark: bytes) -> list[bytes]:
+    return [word.strip(b' "\r\t').lower() for word in line.split(mark) if word.strip(b' "\r\t')]
+
+
+def _replaced(line: bytes, old: bytes, new: bytes) -> bytes:
+    return re.sub(re.escape(old), new, line, flags=re.IGNORECASE)
+
+
+def _with_line(data: bytes, number: int, line: bytes) -> bytes:
+    """The file with another line (from 0)."""
+    lines = data.split(b"\n", number + 1)
+    return b"\n".join([*lines[:number], line, *lines[number + 1 :]])
+
+
+_LAYOUTS: tuple[Callable[[bytes], Layout], ...] = (
+    _serial_monitor,
+    _microcontroller,
+    _texture_analyser,
+    _labview,
+    _mts,
+)
