@@ -17,8 +17,8 @@ from layerjam.measure.readers.columns import split_unit
 from layerjam.measure.readers.unit_words import convert
 from layerjam.measure.sidecar import Facts, read_facts
 from layerjam.records.toml import read_text
-from layerjam.records.values import FlagSpec, entries
-from layerjam.units import QuantitySpec, show
+from layerjam.records.values import entries
+from layerjam.units import FlagSpec, QuantitySpec, show
 
 LIST = "conditions.csv"
 """A table in the folder of the files: one row for each, its name under `file`."""
