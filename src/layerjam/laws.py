@@ -6,6 +6,20 @@ numbers they compute in double precision whatever the process has set; traced, t
 """
 
 from layerjam.device.brake import enclosure_mass, mass, sheet_mass
+from layerjam.mechanics.bending import (
+    bending_stiffness_free,
+    bending_stiffness_jammed,
+    buckling_moment,
+    cantilever_deflection,
+    cantilever_force,
+    enclosure_bending_stiffness,
+    shear_at_first_slip,
+    shear_at_full_slip,
+    slip_moment,
+    turning_moment,
+    turning_stiffness_free,
+    turning_stiffness_jammed,
+)
 from layerjam.mechanics.enclosure import enclosure_force, enclosure_stretch, saturation_slip
 from layerjam.mechanics.energy import energy_capacity, pull_work, slip_heat, slip_work
 from layerjam.mechanics.friction import holding_force, sheet_friction
@@ -16,6 +30,7 @@ from layerjam.mechanics.heat import (
     temperature_rise_of_sheets,
 )
 from layerjam.mechanics.hysteresis import brake_cycle
+from layerjam.mechanics.joint import capstan_ratio, joint_friction, joint_sheet_force
 from layerjam.mechanics.limits import (
     buckling_force,
     clamp_stress,
@@ -54,11 +69,18 @@ from layerjam.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
 __all__ = [
     "Stribeck",
     "WetFilm",
+    "bending_stiffness_free",
+    "bending_stiffness_jammed",
     "brake_cycle",
     "brake_force",
     "buckling_force",
+    "buckling_moment",
+    "cantilever_deflection",
+    "cantilever_force",
+    "capstan_ratio",
     "clamp_stress",
     "critical_speed",
+    "enclosure_bending_stiffness",
     "enclosure_cycle",
     "enclosure_force",
     "enclosure_mass",
@@ -67,6 +89,8 @@ __all__ = [
     "force_at_elongation",
     "force_limits",
     "holding_force",
+    "joint_friction",
+    "joint_sheet_force",
     "least_stiffness",
     "local_rise",
     "mass",
@@ -77,12 +101,15 @@ __all__ = [
     "saturation_slip",
     "scale_factor_of_peak",
     "self_closing_vacuum",
+    "shear_at_first_slip",
+    "shear_at_full_slip",
     "sheet_friction",
     "sheet_mass",
     "sheet_stress",
     "sliding_force",
     "slip_at_elongation",
     "slip_heat",
+    "slip_moment",
     "slip_work",
     "slow_saw",
     "speed_at_slip",
@@ -99,6 +126,9 @@ __all__ = [
     "time_at_slip",
     "travel_left",
     "tuned_vacuum",
+    "turning_moment",
+    "turning_stiffness_free",
+    "turning_stiffness_jammed",
     "undamped_saw",
     "vacuum_eq10",
     "vacuum_for_force",

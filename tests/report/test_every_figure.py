@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from lab import bench as virtual
+from layerjam.commands.bend import bend
 from layerjam.commands.vacuum_line import rise
 from layerjam.control.closed_loop import simulate
 from layerjam.control.follow import bode, follow, rehabilitation
@@ -260,6 +261,9 @@ OF_BRAKE: dict[str, Callable[[str], Any]] = {
     "plan": lambda n: plan_figures.planned(planned(n)),
     "pull": lambda n: pull_figures.pulls(found(n, 1)),
     "pulls": lambda n: pull_figures.pulls(found(n, 4)),
+    "bend": lambda n: bend(n, vacuum=FULL, angle=0.5).draw(),
+    "bend-over-a-joint": lambda n: bend(n, vacuum=PART, angle=1.5, radius=0.03).draw(),
+    "bend-without-vacuum": lambda n: bend(n, vacuum=0.0, angle=0.5, radius=0.1).draw(),
     "stick-slip": lambda n: stick_slip_figures.stick_slip(
         stick_slip(load(n), vacuum=FULL, speed=1e-3, travel=4e-3)
     ),

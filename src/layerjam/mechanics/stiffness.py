@@ -10,7 +10,8 @@ from layerjam.device.brake import Brake
 from layerjam.mechanics.law import law
 
 
-def _sides(brake: Brake) -> tuple[Any, Any]:
+def sides(brake: Brake) -> tuple[Any, Any]:
+    """Sheets on the left cap and on the right one, as floats."""
     count = jnp.asarray(brake.sheets.count, jnp.float64)
     return jnp.ceil(count / 2), jnp.floor(count / 2)
 
@@ -24,7 +25,7 @@ def sheet_section(brake: Brake) -> Any:
 def stiffness_before_slip(brake: Brake) -> Any:
     """Sheets alone, stuck [N/m]: three springs in series (eq. 1, 2), A1 = ceil(n/2) W t."""
     sheets, one = brake.sheets, brake.film.modulus * sheet_section(brake)
-    left, right = _sides(brake)
+    left, right = sides(brake)
     flexibility = sheets.free_left / left + sheets.overlap / sheets.count
     return one / (flexibility + sheets.free_right / right)
 
@@ -36,7 +37,7 @@ def stiffness_sliding(slip: Any, brake: Brake) -> Any:
     The paper takes the lengths at rest: slip = 0.
     """
     sheets, one = brake.sheets, brake.film.modulus * sheet_section(brake)
-    left, right = _sides(brake)
+    left, right = sides(brake)
     return one / ((sheets.free_left + slip) / left + (sheets.free_right + slip) / right)
 
 

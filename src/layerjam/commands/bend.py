@@ -1,0 +1,219 @@
+"""`bend`: how soft a brake is when off, how stiff when jammed, and its pull over a joint."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated
+
+from layerjam.commands.declare import Help, command
+from layerjam.commands.quantities import (
+    Atmosphere,
+    BrakeInput,
+    Slip,
+    Vacuum,
+    slip_within,
+    vacuum_within,
+)
+from layerjam.commands.results import Result, number, result
+from layerjam.device.brake import Brake
+from layerjam.errors import Notice, QuantityError
+from layerjam.units import QuantitySpec, show
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+ANGLE = QuantitySpec("rad", "angle between the caps", open_lo=True, hi=math.pi, example="90deg")
+RADIUS = QuantitySpec("m", "radius of the joint", lo=1e-3, hi=10, example="40mm")
+LIMB = QuantitySpec("1", "friction of the enclosure on the limb", lo=0, hi=5, example="0.5")
+
+
+@result
+class Bend(Result):
+    """A brake bent between its caps; `record` is (BrakeFile, vacuum, angle, slip, radius).
+
+    What a joint adds is None without a radius.
+    """
+
+    bending_stiffness_free: float = number("N m^2", "E I of the overlap without vacuum")
+    bending_stiffness_jammed: float = number("N m^2", "E I of the overlap before it slips")
+    stiffness_ratio: float = number("1", "the jammed over the free one")
+    turning_stiffness_free: float = number("N m/rad", "moment over angle without vacuum")
+    turning_stiffness_jammed: float = number("N m/rad", "moment over angle before it slips")
+    moment_free: float = number("N m", "moment at the angle without vacuum")
+    moment: float = number("N m", "moment at the angle and the vacuum")
+    slip_moment: float = number("N m", "what friction adds once every interface slips")
+    slip_angle: float = number(
+        "rad",
+        "where the first slope reaches the moment of full slip",
+        shown=lambda angle: f"{math.degrees(angle):.4g}°",
+    )
+    buckling_moment: float | None = number(
+        "N m", "moment at which a compressed sheet buckles; null where none is compressed"
+    )
+    shear_at_first_slip: float = number(
+        "N", "transverse force at which the innermost interfaces slip"
+    )
+    shear_at_full_slip: float = number("N", "transverse force from which all interfaces slip")
+    least_radius: float | None = number(
+        "m", "radius down to which one film bends without lasting curl"
+    )
+    straight_friction: float = number("N", "friction of the sheets in a straight pull")
+    joint_friction: float | None = number("N", "friction of the sheets in a pull over the joint")
+    joint_friction_off: float | None = number("N", "the same without vacuum")
+    amplification: float | None = number("1", "friction over the joint over the straight one")
+    sheet_stress: float | None = number("Pa", "greatest stress of a sheet over the joint")
+    end_force_ratio: float | None = number("1", "pull at one cap over that at the other")
+
+    def draw(self) -> Figure:
+        """Moment over the angle, and the pull over the angle of a joint."""
+        from layerjam.report import bend_figures
+
+        return bend_figures.bend(*self.record)
+
+
+@command(
+    "predict",
+    place=80,
+    examples=(
+        "layerjam bend choi2018-kapton --vacuum 94.5kPa --angle 30deg",
+        "layerjam bend choi2018-kapton --vacuum 94.5kPa --angle 90deg --radius 60mm",
+    ),
+)
+def bend(
+    brake: BrakeInput,
+    *,
+    vacuum: Vacuum,
+    angle: Annotated[float | str, ANGLE],
+    slip: Slip = "0 mm",
+    radius: Annotated[
+        float | str | None, RADIUS, Help("Radius of a joint that the brake is pulled over.")
+    ] = None,
+    limb_friction: Annotated[
+        float | str | None, LIMB, Help("Friction of the enclosure on what it lies on.")
+    ] = None,
+    atmosphere: Atmosphere = None,
+) -> Bend:
+    """Bend a brake between its caps: how soft it is when off, how stiff when jammed.
+
+    The caps turn against each other by `angle` and may approach. With the `radius` of a joint also
+    what the sheets' friction becomes where the pull presses them together, with the enclosure's
+    outer face at its tension of that slip; `limb_friction` tells how far the caps' pulls differ
+    when the brake slides on the limb.
+    """
+    from layerjam.mechanics.joint import capstan_ratio
+
+    device = brake.brake
+    vacuum_within(vacuum, device)
+    notices = [*brake.warnings(), *slip_within(slip, device)]
+    if slip >= device.sheets.overlap:
+        raise QuantityError(f"slip: {show(slip, 'm')} leaves no overlap to bend")
+    if limb_friction is not None and radius is None:
+        raise QuantityError("limb friction: it acts on a joint; give --radius too")
+    turned = _turned(device, vacuum, angle, slip)
+    notices += _buckling_notices(turned["moment"], turned["buckling_moment"])
+    over = {}
+    if radius is not None:
+        over = _over_joint(device, vacuum, angle, slip, radius)
+        notices += _joint_notices(device, angle, slip, radius, over)
+    if limb_friction is not None:
+        over["end_force_ratio"] = float(capstan_ratio(angle, limb_friction))
+    film = device.film
+    curl = None
+    if film.strength is not None:
+        curl = film.modulus * device.sheets.thickness / (2 * film.strength)
+    return Bend.of(
+        turned,
+        over,
+        least_radius=curl,
+        warnings=notices,
+        record=(brake, vacuum, angle, slip, radius),
+    )
+
+
+def _turned(device: Brake, vacuum: float, angle: float, slip: float) -> dict[str, float]:
+    """The stiffnesses, moments and forces of the brake without a joint."""
+    from layerjam.mechanics import bending
+    from layerjam.mechanics.friction import sheet_friction
+
+    free = float(bending.bending_stiffness_free(device))
+    jammed = float(bending.bending_stiffness_jammed(device))
+    soft = float(bending.turning_stiffness_free(slip, device))
+    stiff = float(bending.turning_stiffness_jammed(slip, device))
+    most = float(bending.slip_moment(slip, vacuum, device))
+    return {
+        "bending_stiffness_free": free,
+        "bending_stiffness_jammed": jammed,
+        "stiffness_ratio": jammed / free,
+        "turning_stiffness_free": soft,
+        "turning_stiffness_jammed": stiff,
+        "moment_free": soft * angle,
+        "moment": float(bending.turning_moment(angle, slip, vacuum, device)),
+        "slip_moment": most,
+        "slip_angle": most / (stiff - soft),
+        "buckling_moment": float(bending.buckling_moment(slip, device)),
+        "shear_at_first_slip": float(bending.shear_at_first_slip(vacuum, device)),
+        "shear_at_full_slip": float(bending.shear_at_full_slip(vacuum, device)),
+        "straight_friction": float(sheet_friction(slip, vacuum, device)),
+    }
+
+
+def _buckling_notices(moment: float, buckling: float) -> list[Notice]:
+    """Whether compressed sheets buckle before the moment is reached."""
+    if moment <= buckling:
+        return []
+    text = (
+        f"above {show(buckling, 'N m')} compressed sheets buckle in the free lengths, unless "
+        f"something holds them: the moment of {show(moment, 'N m')} is an upper bound"
+    )
+    return [Notice(text, "compressed-sheets-buckle")]
+
+
+def _over_joint(
+    device: Brake, vacuum: float, angle: float, slip: float, radius: float
+) -> dict[str, float]:
+    """What pulling over the joint does to friction and stress, with vacuum and without."""
+    from layerjam.mechanics.enclosure import enclosure_force
+    from layerjam.mechanics.friction import sheet_friction
+    from layerjam.mechanics.joint import joint_friction, joint_sheet_force
+    from layerjam.mechanics.stiffness import sheet_section
+
+    def outer(pressure: float) -> float:
+        return float(enclosure_force(slip, pressure, device)) / 2
+
+    at = (slip, vacuum, angle, radius, outer(vacuum), device)
+    force = float(joint_friction(*at))
+    straight = float(sheet_friction(slip, vacuum, device))
+    made = {
+        "joint_friction": force,
+        "joint_friction_off": float(joint_friction(slip, 0.0, angle, radius, outer(0.0), device)),
+        "sheet_stress": float(joint_sheet_force(*at)) / sheet_section(device),
+    }
+    return made | ({"amplification": force / straight} if straight else {})
+
+
+def _joint_notices(
+    device: Brake, angle: float, slip: float, radius: float, over: dict[str, float]
+) -> list[Notice]:
+    """Where the joint's numbers end."""
+    out, overlap = [], device.sheets.overlap - slip
+    if radius * angle > overlap:
+        out.append(
+            Notice(
+                f"the joint's arc of {show(radius * angle, 'm')} is longer than the overlap of "
+                f"{show(overlap, 'm')}: only the overlap is counted",
+                "arc-beyond-overlap",
+            )
+        )
+    strength = device.film.strength
+    if strength is not None:
+        curl = device.film.modulus * device.sheets.thickness / (2 * radius)
+        if over["sheet_stress"] + curl > strength:
+            out.append(
+                Notice(
+                    f"pulled over this joint one sheet bears {show(over['sheet_stress'], 'Pa')} "
+                    f"and {show(curl, 'Pa')} of bending, more than the film's "
+                    f"{show(strength, 'Pa')}",
+                    "joint-overloads-film",
+                )
+            )
+    return out
