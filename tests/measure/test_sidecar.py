@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from layerjam.errors import FileError
+from layerjam.measure.options import options_beside
 from layerjam.measure.sidecar import Facts, read_facts, sidecar_path, write_facts
 
 
@@ -65,3 +66,20 @@ def test_written_and_read_back(tmp_path: Path) -> None:
         write_facts(tmp_path / "pull.csv", facts)
     write_facts(tmp_path / "pull.csv", Facts(), force=True)
     assert read_facts(tmp_path / "pull.csv") == Facts()
+
+
+def test_what_holds_for_a_folder_stands_once(tmp_path: Path) -> None:
+    (tmp_path / "conditions.toml").write_text(
+        'vacuum = "90 kPa"\noperator = "A. Nurse"\nload_cell_limit = "0.5 %"\n'
+        '[read]\nnegative = ["force"]\n',
+        encoding="utf-8",
+    )
+    facts = facts_of(tmp_path, 'vacuum = "60 kPa"\ngauge_limit = "0.5 kPa"\n')
+    assert facts == Facts(
+        vacuum=60e3, operator="A. Nurse", load_cell_limit=0.005, gauge_limit=500.0
+    )
+    assert options_beside(tmp_path / "pull.csv").negative == ("force",)
+    (tmp_path / "conditions.toml").write_text("operater = 'me'\n", encoding="utf-8")
+    with pytest.raises(FileError, match="operator") as err:
+        read_facts(tmp_path / "pull.csv")
+    assert err.value.line == 1 and err.value.path == str(tmp_path / "conditions.toml")

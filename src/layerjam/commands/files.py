@@ -17,6 +17,7 @@ from layerjam.device.load import catalogue, write_whole
 from layerjam.errors import FileError, FitError, LayerjamError, Notice
 from layerjam.measure.conditions import LIST
 from layerjam.measure.options import ReadingOptions
+from layerjam.measure.sidecar import FOLDER
 from layerjam.measure.trace import Trace
 from layerjam.units import show
 
@@ -155,7 +156,7 @@ def _measurements(files: Sequence[Measured]) -> list[Measured]:
         name
         for name in given
         if name.removesuffix(".toml") in given - {name}
-        or (Path(name).name == LIST and len(given) > 1)
+        or (Path(name).name in (LIST, FOLDER) and len(given) > 1)
     }
     return [f for f in files if isinstance(f, Trace) or str(f) not in beside]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from layerjam.errors import QuantityError
 from layerjam.measure.readers.unit_words import ROLES, convert, weight_unit
-from layerjam.measure.sidecar import READ, sidecar_path, text_beside
+from layerjam.measure.sidecar import READ, places, text_of
 from layerjam.records.reader import Reader
 from layerjam.records.toml import parse_toml
 from layerjam.records.values import ListSpec, TextSpec, entries, value
@@ -137,13 +137,18 @@ _FIELDS = dict(entries(ReadingOptions, f"{READ}."))
 
 
 def options_beside(path: str | Path) -> ReadingOptions:
-    """What the `[read]` table of the file's sidecar says; nothing where there is none.
+    """What the `[read]` table of the file's sidecar says, or that of its folder's conditions.toml.
 
     Raises FileError, with file and line, for an unknown key or a value that is none.
     """
-    beside, text = sidecar_path(path), text_beside(path)
-    reader = Reader(text, beside, _FIELDS)
-    reader.take({k: v for k, v in parse_toml(text, beside).items() if k == READ})
+    of_all, own = (_read(place) for place in places(path))
+    return own.over(of_all)
+
+
+def _read(place: Path) -> ReadingOptions:
+    text = text_of(place)
+    reader = Reader(text, place, _FIELDS)
+    reader.take({k: v for k, v in parse_toml(text, place).items() if k == READ})
     options = reader.record(ReadingOptions, f"{READ}.")
     with reader.located(READ):
         options.entries(ROLES)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from layerjam.device.load import write_whole
 from layerjam.records.reader import Reader
@@ -11,16 +12,28 @@ from layerjam.records.toml import parse_toml, read_text
 from layerjam.records.values import TextSpec, entries, value
 from layerjam.records.writer import plain
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, NORMAL_FORCE, SEED, VACUUM
-from layerjam.units import FlagSpec, like, quantity
+from layerjam.units import FlagSpec, build, like, quantity
 
 SIDECAR_ENDING = ".toml"
+FOLDER = "conditions.toml"
+"""What holds for every file of its folder, in the same keys."""
 READ = "read"
 """Table of a sidecar that says how to read the file; `measure.options` takes it."""
 
 
+def _said(text: str) -> str:
+    """A text that a report shows, or "not stated"."""
+    described: str = value(TextSpec(text=text), default="")
+    return described
+
+
 @dataclass(frozen=True, kw_only=True)
 class Facts:
-    """The conditions of one test; None (or empty) where nobody stated them."""
+    """The conditions of one test; None (or empty) where nobody stated them.
+
+    From `number` on: what a report that one can sign states (ASTM D1894, section 12; ISO/IEC 17025,
+    section 7.8.2).
+    """
 
     vacuum: float | None = like(VACUUM, "vacuum in the brake during the test", default=None)
     speed: float | None = like(CROSSHEAD_SPEED, default=None)
@@ -31,6 +44,25 @@ class Facts:
     synthetic: bool = value(FlagSpec(text="whether the file is computed"), default=False)
     seed: int | None = like(SEED, "seed of a synthetic file", default=None)
     note: str = value(TextSpec(text="anything else"), default="")
+    number: str = _said("number of the test or of its report")
+    date: str = _said("day of the test")
+    operator: str = _said("who did it")
+    laboratory: str = _said("where, with its address")
+    machine: str = _said("test machine, with its serial number")
+    apparatus: str = _said("sled and table, or grips and fixture")
+    load_cell: str = _said("load cell, with its serial number and the day of its calibration")
+    load_cell_limit: float | None = quantity(
+        "1", "limit of error of the load cell, over its reading", hi=0.2, default=None
+    )
+    gauge: str = _said("vacuum gauge, with its serial number and the day of its calibration")
+    gauge_limit: float | None = quantity(
+        "Pa", "limit of error of the vacuum gauge", hi=5e4, default=None
+    )
+    film_maker: str = _said("maker and product of the film")
+    film_lot: str = _said("lot of the film")
+    film_direction: str = _said("direction of the film's roll in the test")
+    conditioning: str = _said("how long, and in which climate, the specimens lay before")
+    climate: str = _said("temperature and humidity during the test")
 
 
 _FIELDS = dict(entries(Facts))
@@ -45,23 +77,34 @@ def sidecar_path(path: str | Path) -> Path:
 def read_facts(path: str | Path) -> Facts:
     """The facts beside the data file `path`; all unknown where there is no such file.
 
-    Raises FileError, with file and line, for broken TOML, an unknown key or a bad value.
+    What holds for all files of a folder stands once in its conditions.toml; a file's own sidecar
+    outranks it. Raises FileError, with file and line, for broken TOML, an unknown key or a bad
+    value.
     """
-    text = text_beside(path)
-    beside = sidecar_path(path)
-    reader = Reader(text, beside, _FIELDS, words={})
-    reader.take({k: v for k, v in parse_toml(text, beside).items() if k != READ})
-    return reader.record(Facts)
+    of_all, own = (_read(place) for place in places(path))
+    return build(Facts, {**of_all, **own})
 
 
-def text_beside(path: str | Path) -> str:
-    """The text of a data file's sidecar; empty where there is none."""
-    beside = sidecar_path(path)
+def places(path: str | Path) -> tuple[Path, Path]:
+    """Where facts of a data file may stand: for its folder, and for itself, which outranks it."""
+    return Path(path).parent / FOLDER, sidecar_path(path)
+
+
+def _read(place: Path) -> dict[str, Any]:
+    """The values of a file of facts, SI."""
+    text = text_of(place)
+    reader = Reader(text, place, _FIELDS, words={})
+    reader.take({k: v for k, v in parse_toml(text, place).items() if k != READ})
+    return reader.values
+
+
+def text_of(place: Path) -> str:
+    """The text of a file of facts; empty where there is none."""
     try:
-        there = beside.exists()
+        there = place.exists()
     except (OSError, ValueError):  # a name too long or with a NUL is no sidecar either
         there = False
-    return read_text(beside) if there else ""
+    return read_text(place) if there else ""
 
 
 def facts_text(facts: Facts) -> str:
