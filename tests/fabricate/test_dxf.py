@@ -92,7 +92,11 @@ def test_the_same_bytes_in_another_zone_locale_and_process() -> None:
     assert before is False
     away = {"TZ": "Asia/Kathmandu", "LC_ALL": "C", "PYTHONHASHSEED": "7"}
     done = subprocess.run(
-        [sys.executable, "-c", CODE], capture_output=True, text=True, check=True,
-        env={**os.environ, **away}, timeout=60,
-    )  # fmt: skip
+        [sys.executable, "-c", CODE],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, **away},
+        timeout=60,
+    )
     assert done.stdout == hashlib.sha256(here).hexdigest()

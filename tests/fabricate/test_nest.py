@@ -64,9 +64,11 @@ def test_on_the_least_rectangle(parts: list[Wanted], margin: float, gap: float) 
         (whole,) = pieces
         # no single column of parts is a smaller piece of film
         column = nest(
-            parts, stock=(max(p.outline.length for p in parts) + 2 * margin, 1e5),
-            margin=margin, gap=gap,
-        )[0]  # fmt: skip
+            parts,
+            stock=(max(p.outline.length for p in parts) + 2 * margin, 1e5),
+            margin=margin,
+            gap=gap,
+        )[0]
         tall = column.used()[1] + margin
         assert whole.length * whole.width <= column.length * tall + 1e-6 or tall > 797
 

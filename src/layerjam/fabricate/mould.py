@@ -43,7 +43,7 @@ def bottom(lengths: Lengths, build: Build) -> Solid:
     found = lengths.mould
     pins = [
         add("z", 0, KEY_HEIGHT, Ellipse.circle(place, mm(build.key)))
-        for place in _places(lengths)[1]
+        for place in places(lengths)[1]
     ]
     body = list(_half(lengths, build, -found.half, 0))
     return solid("mould-bottom", [*body, *pins])
@@ -54,7 +54,7 @@ def top(lengths: Lengths, build: Build) -> Solid:
     found = lengths.mould
     prisms = list(_half(lengths, build, 0, found.half))
     wide = mm(build.key) + mm(build.key_clearance)
-    prisms += [cut("z", 0, KEY_DEPTH, Ellipse.circle(place, wide)) for place in _places(lengths)[1]]
+    prisms += [cut("z", 0, KEY_DEPTH, Ellipse.circle(place, wide)) for place in places(lengths)[1]]
     roof = found.outer_height / 2
     for place, diameter in openings(lengths, build):
         prisms.append(cut("z", roof, found.half, Ellipse.circle(place, diameter)))
@@ -87,11 +87,11 @@ def _half(lengths: Lengths, build: Build, low: float, high: float) -> Iterator[P
     seat, deep = found.inner_width / 2 + gap, found.inner_height / 2 + gap
     yield hollow(deep, (-far, -end), seat)
     yield hollow(deep, (end, far), seat)
-    for place in _places(lengths)[0]:
+    for place in places(lengths)[0]:
         yield cut("z", low, high, Ellipse.circle(place, mm(build.mould_bolt)))
 
 
-def _places(lengths: Lengths) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+def places(lengths: Lengths) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
     """Places of the bolts, and of the keys instead of the middle pair."""
     found = lengths.mould
     aside = (found.outer_width + found.flange) / 2

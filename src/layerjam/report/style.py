@@ -250,6 +250,13 @@ def band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2
     axes.fill_between(x, low, high, color=color, alpha=alpha, lw=0)
 
 
+def bare(axes: Axes) -> None:
+    """No frame and no axis: a drawing to scale, or a picture."""
+    axes.set_axis_off()
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_visible(False)
+
+
 def plain(axes: Axes, which: str = "x") -> None:
     """A logarithmic scale with plain numbers."""
     for name in which:

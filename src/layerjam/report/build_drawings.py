@@ -1,0 +1,330 @@
+"""Flat drawings of a build: the section of a cap with its dimensions, the layers, the film [mm]."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from layerjam.fabricate.cap import air_height
+from layerjam.fabricate.lengths import Lengths, mm
+from layerjam.fabricate.nest import Piece
+from layerjam.report import style
+from layerjam.report.build_scene import LEFT, PLATE, PRINTED, RIGHT, SILICONE, SPACER, STEEL, Scene
+from layerjam.report.style import GREY, INK
+
+if TYPE_CHECKING:
+    from layerjam.report.style import Axes
+
+SHOWN = 14
+"""Layers of the drawing; of more the middle ones are left out."""
+_LETTER = 0.066
+"""Width of a letter of a dimension [in]."""
+Part = tuple[str, float, float]
+
+
+def _box(
+    axes: Axes, x: tuple[float, float], z: tuple[float, float], color: str, **how: Any
+) -> None:
+    from matplotlib.patches import Rectangle
+
+    how = {"facecolor": color, "edgecolor": INK, "lw": 0.7, **how}
+    axes.add_patch(Rectangle((x[0], z[0]), x[1] - x[0], z[1] - z[0], **how))
+
+
+def _round(axes: Axes, at: tuple[float, float], size: float) -> None:
+    from matplotlib.patches import Circle
+
+    axes.add_patch(Circle(at, size / 2, facecolor="white", edgecolor=INK, lw=0.7))
+
+
+def _scaled(low: tuple[float, float], high: tuple[float, float], width: float) -> tuple[Any, Axes]:
+    """A figure at one scale for both axes, without frame; `width` in inches."""
+    from matplotlib.figure import Figure
+
+    wide, tall = high[0] - low[0], high[1] - low[1]
+    figure = Figure(figsize=(width, width * tall / wide))
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    style.bare(axes)
+    return figure, axes
+
+
+@style.styled
+def section(world: Scene) -> style.Figure:
+    """The left cap cut along the middle of a screw, to scale, with its dimensions in mm."""
+    lengths, build, side = world.lengths, world.build, world.lengths.left
+    neck, back = -side.reach, -side.tray - mm(build.back)
+    end = neck - lengths.port_length - lengths.head
+    free = world.lengths.free + lengths.right.clamped - lengths.sheet_length
+    far = free + 6
+    top = lengths.stack / 2 + lengths.plate_height
+    low = -lengths.stack / 2 - lengths.shelf_height
+    below = min(low, -lengths.head_height / 2, -lengths.neck_b) - lengths.wall
+    above = max(top, lengths.head_height / 2, lengths.neck_b) + lengths.wall
+    unit = (far - end) / 62
+    figure, axes = _scaled(
+        (end - 12 * unit, below - 12 * unit), (far + 14 * unit, above + 7 * unit), 8.2
+    )
+    _sleeve(axes, world, far)
+    _plastic(axes, world)
+    _layers(axes, lengths, far, free)
+    _screw(axes, lengths)
+    chain = [
+        ("head", end, neck - lengths.port_length),
+        ("port", neck - lengths.port_length, neck),
+        ("neck", neck, back),
+        ("back", back, -side.tray),
+        ("air", -side.tray, -side.clamped),
+        ("clamp", -side.clamped, 0.0),
+        ("free", 0.0, free),
+    ]
+    _chain(axes, chain, below - 2.5 * unit, unit)
+    stack = lengths.stack / 2
+    _upright(
+        axes,
+        far + 2 * unit,
+        [("plate", stack, top), ("stack", -stack, stack), ("shelf", low, -stack)],
+        unit,
+    )
+    half = lengths.head_height / 2
+    _upright(axes, end - 2 * unit, [("head", -half, half)], -unit)
+    _named(axes, world, above, unit, far)
+    return figure
+
+
+def _plastic(axes: Axes, world: Scene) -> None:
+    lengths, build, side = world.lengths, world.build, world.lengths.left
+    back, neck = -side.tray - mm(build.back), -side.reach
+    head = neck - lengths.port_length - lengths.head
+    stack, thread = lengths.stack / 2, lengths.thread
+    top, low = stack + lengths.plate_height, -stack - lengths.shelf_height
+    half, b = lengths.head_height / 2, lengths.neck_b
+    _box(axes, (head, neck), (-half, half), PRINTED)
+    pin = neck - lengths.port_length - lengths.head / 2
+    bore = (mm(build.pin) + mm(build.pin_clearance)) / 2
+    _box(axes, (pin - bore, pin + bore), (-half, half), "white")
+    _box(axes, (neck, back), (-b, b), PRINTED)
+    middle, slot, depth = (neck + back) / 2, mm(build.tie_slot) / 2, mm(build.tie_depth)
+    for sign in (-1, 1):
+        groove = sorted((sign * (b - depth), sign * b))
+        _box(axes, (middle - slot, middle + slot), (groove[0], groove[1]), "white")
+    _box(axes, (back, -side.tray), (low, top), PRINTED)
+    _box(axes, (-side.tray, 0), (low, -stack), PRINTED)
+    _box(axes, (-side.tray, 0), (-stack, top), "white")
+    pocket = -side.clamped / 2 - (thread.nut + mm(build.fit)) / 3**0.5
+    _box(axes, (pocket, 0), (low, low + thread.nut_height + mm(build.head_room)), "white")
+    _box(axes, (-side.tray + mm(build.fit), 0), (stack, top), "#d5dbe2")
+    _box(axes, (-side.tray + mm(build.fit), 0), (stack, stack + lengths.floor), PLATE)
+    air, port = air_height(lengths, build), neck - lengths.port_length / 2
+    half_air = mm(build.air_bore) / 2
+    _box(axes, (port, -side.tray), (air - half_air, air + half_air), "white")
+    _round(axes, (port, air), lengths.port)
+
+
+def _layers(axes: Axes, lengths: Lengths, far: float, free: float) -> None:
+    side = lengths.left
+    for index in range(lengths.count):
+        z = -lengths.stack / 2 + index * lengths.thickness
+        high = z + lengths.thickness
+        thin = {"lw": min(0.5, 1.2 * lengths.thickness)}
+        if index % 2 == 0:
+            _box(axes, (-side.clamped, far), (z, high), LEFT, **thin)
+        else:
+            _box(axes, (-side.clamped, 0), (z, high), SPACER, **thin)
+            _box(axes, (free, far), (z, high), RIGHT, **thin)
+
+
+def _screw(axes: Axes, lengths: Lengths) -> None:
+    thread, x = lengths.thread, -lengths.left.clamped / 2
+    under, over = -lengths.stack / 2 - lengths.floor, lengths.stack / 2 + lengths.floor
+    tip = over - lengths.screw_length
+    _box(axes, (x - thread.size / 2, x + thread.size / 2), (tip, over), STEEL)
+    head = thread.head / 2
+    _box(axes, (x - head, x + head), (over, over + thread.head_height), STEEL)
+    across = thread.nut / 3**0.5
+    _box(axes, (x - across, x + across), (under - thread.nut_height, under), "#7b818a")
+
+
+def _sleeve(axes: Axes, world: Scene, far: float) -> None:
+    from matplotlib.patches import Polygon
+
+    lengths, build, side = world.lengths, world.build, world.lengths.left
+    back, neck = -side.tray - mm(build.back), -side.reach
+    stack = lengths.inner_height / 2
+    slope = min(0.45 * lengths.free, (lengths.cap_height - lengths.inner_height) / 2 + 2, far - 1)
+    for sign, tray in (
+        (1, lengths.stack / 2 + lengths.plate_height),
+        (-1, lengths.stack / 2 + lengths.shelf_height),
+    ):
+        inner = [(neck, lengths.neck_b), (back - 0.8, lengths.neck_b), (back, tray), (0.0, tray)]
+        inner += [(slope, stack), (far, stack)]
+        thin = 0.75 * lengths.wall
+        walls = [thin, thin, thin, thin, lengths.wall, lengths.wall]
+        outer = [(x, z + w) for (x, z), w in zip(inner, walls, strict=True)]
+        points = [(x, sign * z) for x, z in [*inner, *outer[::-1]]]
+        axes.add_patch(Polygon(points, facecolor=SILICONE, edgecolor=INK, lw=0.7))
+
+
+def _chain(axes: Axes, parts: Sequence[Part], level: float, unit: float) -> None:
+    """Dimensions side by side below the drawing; words of narrow ones stand on a lower row."""
+    taken = [-1e9, -1e9, -1e9]
+    for words, start, stop in parts:
+        for x in (start, stop):
+            axes.plot((x, x), (level + 1.6 * unit, level - 0.6 * unit), color=GREY, lw=0.5)
+        axes.annotate(
+            "",
+            (start, level),
+            (stop, level),
+            arrowprops={
+                "arrowstyle": "<->",
+                "lw": 0.7,
+                "shrinkA": 0,
+                "shrinkB": 0,
+                "color": INK,
+                "mutation_scale": 6,
+            },
+        )
+        text = f"{words} {stop - start:.4g}"
+        wide = len(text) * 1.02 * unit * _LETTER / 0.097
+        middle = (start + stop) / 2
+        row = next((i for i, edge in enumerate(taken) if middle - wide / 2 > edge), len(taken) - 1)
+        taken[row] = middle + wide / 2
+        z = level - (1.4 + 2.2 * row) * unit
+        axes.text(middle, z, text, ha="center", va="top", fontsize=style.WORDS)
+
+
+def _upright(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
+    """Heights beside the drawing; a negative unit puts the words to the left."""
+    for words, low, high in parts:
+        for z in (low, high):
+            axes.plot((x - 1.2 * unit, x + 0.6 * unit), (z, z), color=GREY, lw=0.5)
+        axes.annotate(
+            "",
+            (x, low),
+            (x, high),
+            arrowprops={
+                "arrowstyle": "<->",
+                "lw": 0.7,
+                "shrinkA": 0,
+                "shrinkB": 0,
+                "color": INK,
+                "mutation_scale": 6,
+            },
+        )
+        text = f"{words} {high - low:.4g}"
+        ha = "left" if unit > 0 else "right"
+        axes.text(x + unit, (low + high) / 2, text, ha=ha, va="center", fontsize=style.WORDS)
+
+
+def _named(axes: Axes, world: Scene, above: float, unit: float, far: float) -> None:
+    """Names above the drawing, each with a line to its part."""
+    lengths, side = world.lengths, world.lengths.left
+    neck, stack = -side.reach, lengths.stack / 2
+    port = neck - lengths.port_length / 2
+    at = [
+        ("dowel", neck - lengths.port_length - lengths.head / 2, 0.0),
+        ("port", port, air_height(lengths, world.build)),
+        ("tie", neck + mm(world.build.neck_length) / 2, lengths.neck_b - 0.3),
+        ("air", -side.tray - mm(world.build.back) / 2, air_height(lengths, world.build)),
+        ("screw", -side.clamped / 2, stack + lengths.floor + lengths.thread.head_height / 2),
+        ("spacers", -0.2 * side.clamped, stack - 1.5 * lengths.thickness),
+        ("sleeve", 0.5 * far, stack + lengths.inner_height / 2 - stack + lengths.wall / 2),
+    ]
+    least = 5.6 * unit
+    last = -1e9
+    for words, x, z in sorted(at, key=lambda each: each[1]):
+        last = max(x, last + least)
+        axes.annotate(
+            words,
+            (x, z),
+            (last, above + 4 * unit),
+            ha="center",
+            va="bottom",
+            fontsize=style.WORDS,
+            arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.6, "shrinkB": 0},
+        )
+
+
+@style.styled
+def order(world: Scene) -> style.Figure:
+    """The layers from below, thickness not to scale, as they lie in both caps."""
+    from matplotlib.figure import Figure
+
+    lengths = world.lengths
+    shown: list[int | None] = list(range(lengths.count))
+    if lengths.count > SHOWN:
+        half = SHOWN // 2
+        shown = [*range(half), None, *range(lengths.count - half, lengths.count)]
+    figure = Figure(figsize=(8.2, 0.55 + 0.2 * len(shown)))
+    axes = figure.add_axes((0, 0, 1, 1))
+    style.bare(axes)
+    for row, index in enumerate(shown):
+        z = row + 0.15, row + 0.85
+        if index is None:
+            axes.text(
+                50,
+                row + 0.5,
+                f"… {lengths.count - SHOWN} more, in turn …",
+                ha="center",
+                va="center",
+                fontsize=style.WORDS,
+            )
+            continue
+        left = index % 2 == 0
+        _box(axes, (14, 78) if left else (22, 86), z, LEFT if left else RIGHT)
+        _box(axes, (80, 86) if left else (14, 20), z, SPACER)
+        words, ink = ("left sheet", INK) if left else ("right sheet", "white")
+        how: dict[str, Any] = {"va": "center", "fontsize": style.WORDS - 1}
+        axes.text(50, row + 0.5, words, ha="center", color=ink, **how)
+        for x, ha, here in ((12.5, "right", left), (87.5, "left", not left)):
+            said = f"{index + 1}  sheet" if here else f"{index + 1}  spacer"
+            axes.text(x, row + 0.5, said, ha=ha, **how)
+    high = len(shown) + 0.3
+    for x, words in ((17, "left cap"), (50, "from below, number 1 first"), (83, "right cap")):
+        axes.text(x, high, words, ha="center", va="bottom", fontsize=style.WORDS, weight="bold")
+    axes.set(xlim=(0, 100), ylim=(-0.2, len(shown) + 1.6))
+    return figure
+
+
+@style.styled
+def film(piece: Piece) -> style.Figure:
+    """A piece of film with its parts, as it is cut."""
+    from matplotlib.patches import Circle, Polygon
+
+    long, wide = piece.length, piece.width
+    unit = max(long, wide) / 60
+    figure, axes = _scaled(
+        (-5 * unit, -7 * unit),
+        (long + 3 * unit, wide + 2 * unit),
+        8.2 * min(1.0, 1.1 * long / wide),
+    )
+    _box(axes, (0, long), (0, wide), style.SHADE, edgecolor=GREY)
+    for part in piece.parts:
+        fill = SPACER if part.length < 0.5 * piece.parts[0].length else LEFT
+        axes.add_patch(Polygon(part.points(0.05), facecolor=fill, edgecolor=INK, lw=0.6))
+        for hole in part.holes:
+            axes.add_patch(
+                Circle(
+                    (hole.x, hole.y), hole.diameter / 2, facecolor="white", edgecolor=INK, lw=0.6
+                )
+            )
+    _chain(axes, [(f"{piece.name}, length", 0.0, long)], -2 * unit, unit)
+    axes.annotate(
+        "",
+        (long, -5.6 * unit),
+        (0.7 * long, -5.6 * unit),
+        arrowprops={"arrowstyle": "->", "lw": 1.0, "color": INK},
+    )
+    axes.text(
+        0.69 * long, -5.6 * unit, "the film runs", ha="right", va="center", fontsize=style.WORDS
+    )
+    axes.text(
+        -1 * unit,
+        wide / 2,
+        f"width {wide:.4g}",
+        rotation=90,
+        ha="right",
+        va="center",
+        fontsize=style.WORDS,
+    )
+    return figure

@@ -1,0 +1,279 @@
+"""The parts of a build as bodies in space, for its pictures [mm].
+
+x = 0 at the left cap's face, the sheets towards +x, z = 0 in the middle of the stack. The right
+side is the left one turned by half a turn about the upright axis, so that both plates lie on top.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from layerjam.device.workshop import Build
+from layerjam.fabricate import cap as caps
+from layerjam.fabricate import mould
+from layerjam.fabricate.film import film_parts
+from layerjam.fabricate.lengths import Lengths, Side, mm
+from layerjam.fabricate.mesh import mesh
+from layerjam.fabricate.outline import Outline
+from layerjam.fabricate.solid import Box, Ellipse, Solid, add, cut, solid
+from layerjam.report.shading import Body
+
+PRINTED, PLATE, STEEL, BRASS = "#8f9bab", "#aab4c0", "#565b63", "#c9a84c"
+LEFT, RIGHT, SPACER = "#e3a33b", "#c46a1f", "#f0dfbc"
+SILICONE, CORE, TIE = "#86b4d8", "#e3a33b", "#33373d"
+Ring = Sequence[tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What the pictures are made of."""
+
+    build: Build
+    lengths: Lengths
+    sheets: tuple[Outline, Outline]
+    spacers: tuple[Outline, Outline]
+    """Of the left and of the right side, nominal."""
+
+
+def scene(build: Build, lengths: Lengths) -> Scene:
+    """The scene of a build."""
+    found = {part.name: part.outline for part in film_parts(build, lengths)}
+
+    def both(kind: str) -> tuple[Outline, Outline]:
+        if kind in found:
+            return found[kind], found[kind]
+        return found[f"{kind}-left"], found[f"{kind}-right"]
+
+    return Scene(build, lengths, both("sheet"), both("spacer"))
+
+
+def body(part: Solid, colour: str) -> Body:
+    """A solid as a body."""
+    made = mesh(part)
+    return Body(made.corners, made.triangles, colour)
+
+
+def slab(outline: Outline, low: float, high: float, colour: str) -> Body:
+    """A flat part as a body, from z = `low` to `high`."""
+    rings = [outline.points(0.05)]
+    for hole in outline.holes:
+        turns = [2 * math.pi * k / 40 for k in range(40)]
+        r = hole.diameter / 2
+        rings.append([(hole.x + r * math.cos(a), hole.y - r * math.sin(a)) for a in turns])
+    return _swept(rings, low, high, colour)
+
+
+def _swept(rings: Sequence[Ring], low: float, high: float, colour: str) -> Body:
+    """Rings, holes clockwise, swept upright."""
+    from manifold3d import CrossSection, Manifold
+
+    section = CrossSection([np.array(ring) for ring in rings])
+    found = Manifold.extrude(section, high - low).to_mesh64()
+    corners = np.asarray(found.vert_properties, dtype=float)[:, :3]
+    triangles = np.asarray(found.tri_verts, dtype=np.int64)
+    return Body(corners + np.array([0, 0, low]), triangles, colour)
+
+
+def cap(world: Scene, side: Side) -> Body:
+    """A cap where it belongs."""
+    made = body(caps.cap(world.lengths, world.build, side, "cap"), PRINTED)
+    return _placed(world, side, made)
+
+
+def plate(world: Scene, side: Side) -> Body:
+    """A clamp plate where it belongs."""
+    return _placed(world, side, body(caps.plate(world.lengths, world.build, side, "plate"), PLATE))
+
+
+def screws(world: Scene, side: Side) -> list[Body]:
+    """The screws of one cap: head and shank."""
+    lengths, thread = world.lengths, world.lengths.thread
+    under = lengths.stack / 2 + lengths.floor
+    made = []
+    for y in caps.screw_places(lengths, side):
+        at = -side.clamped / 2, y
+        shank = add("z", under - lengths.screw_length, under, Ellipse.circle(at, thread.size))
+        head = add("z", under, under + thread.head_height, Ellipse.circle(at, thread.head))
+        key = cut(
+            "z",
+            under + 0.5 * thread.head_height,
+            under + thread.head_height,
+            Ellipse.circle(at, 0.9 * thread.size),
+        )
+        made.append(_placed(world, side, body(solid("screw", [shank, head, key]), STEEL)))
+    return made
+
+
+def nuts(world: Scene, side: Side) -> list[Body]:
+    """The nuts of one cap, each slid in from the front."""
+    lengths, thread = world.lengths, world.lengths.thread
+    top = -lengths.stack / 2 - lengths.floor
+    made = []
+    for y in caps.screw_places(lengths, side):
+        x, far = -side.clamped / 2, thread.nut / math.sqrt(3)
+        hexagon = [
+            (x + far * math.cos(k * math.pi / 3), y + far * math.sin(k * math.pi / 3))
+            for k in range(6)
+        ]
+        r = thread.size / 2
+        turns = [2 * math.pi * k / 24 for k in range(24)]
+        hole = [(x + r * math.cos(a), y - r * math.sin(a)) for a in turns]
+        made.append(
+            _placed(world, side, _swept([hexagon, hole], top - thread.nut_height, top, STEEL))
+        )
+    return made
+
+
+def layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body]:
+    """Sheet and spacer of a layer, counted from below from 0; `shift` raises both."""
+    lengths, left = world.lengths, index % 2 == 0
+    low = -lengths.stack / 2 + index * lengths.thickness + shift
+    high = low + lengths.thickness
+    own, other = (lengths.left, lengths.right)[:: 1 if left else -1]
+    at = 0 if left else 1
+    sheet = slab(world.sheets[at], low, high, LEFT if left else RIGHT).moved(-own.clamped)
+    spacer = slab(world.spacers[1 - at], low, high, SPACER).moved(-other.clamped)
+    return _placed(world, own, sheet), _placed(world, other, spacer)
+
+
+def dowel(world: Scene, side: Side) -> Body:
+    """The dowel pin of one cap, longer than the head is high."""
+    lengths, size = world.lengths, mm(world.build.pin)
+    end = side.reach + lengths.port_length + lengths.head / 2
+    half = lengths.head_height / 2 + 6
+    pin = solid("pin", [add("z", -half, half, Ellipse.circle((-end, 0), size))])
+    return _placed(world, side, body(pin, STEEL))
+
+
+def fitting(world: Scene, side: Side) -> Body:
+    """A fitting in the port, as a plain stub: which one is the maker's choice."""
+    lengths = world.lengths
+    x = -(side.reach + lengths.port_length / 2)
+    near, size = lengths.head / 2, lengths.port
+    rings = [
+        add("y", near - 4, near, Ellipse.circle((0, x), size)),
+        add("y", near, near + 3, Ellipse.circle((0, x), size + 2.5)),
+        add("y", near + 3, near + 9, Ellipse.circle((0, x), max(size - 1, 1.5))),
+    ]
+    return _placed(world, side, body(solid("fitting", rings), BRASS))
+
+
+def tie(world: Scene, side: Side, over: float = 0.0) -> Body:
+    """A cable tie around the neck, `over` mm above the groove's ground."""
+    lengths, build = world.lengths, world.build
+    depth, wide = mm(build.tie_depth), mm(build.tie_width)
+    a, b = lengths.neck_a - depth + over, lengths.neck_b - depth + over
+    middle = -(side.reach - mm(build.neck_length) / 2)
+    ends = middle - wide / 2, middle + wide / 2
+    rings = [
+        add("x", *ends, Ellipse((0, 0), a + 1.2, b + 1.2)),
+        cut("x", *ends, Ellipse((0, 0), a, b)),
+        add("x", *ends, Box((-2.4, b + 1.0), (2.4, b + 4.2))),
+    ]
+    return _placed(world, side, body(solid("tie", rings), TIE))
+
+
+def sleeve(world: Scene) -> Body:
+    """The sleeve as trimmed, where it lies when nothing stretches it."""
+    lengths = world.lengths
+    middle = (lengths.free + lengths.right.reach - lengths.left.reach) / 2
+    return body(mould.sleeve(lengths), SILICONE).moved(middle)
+
+
+def mounted_sleeve(world: Scene) -> Body:
+    """The sleeve as it is worn: over both trays and tied to both necks; thin where stretched."""
+    lengths, build = world.lengths, world.build
+    back, neck = mm(build.back), mm(build.neck_length)
+    low = -lengths.stack / 2 - lengths.shelf_height
+    high = lengths.stack / 2 + lengths.plate_height
+    wall, thin = lengths.wall, 0.7 * lengths.wall
+    tray = _box(lengths.tray_width / 2, low, high, thin)
+    flat = _box(lengths.inner_width / 2, -lengths.inner_height / 2, lengths.inner_height / 2, wall)
+    oval = _oval(lengths.neck_a, lengths.neck_b, thin)
+    slope = min(0.45 * lengths.free, (lengths.cap_height - lengths.inner_height) / 2 + 2)
+    ends = []
+    for side in lengths.sides:
+        behind = side.tray + back
+        steps = [(-behind - 2 * (1 - t), _between(oval, tray, t)) for t in np.linspace(0, 1, 9)]
+        ends.append([(-behind - neck, oval), *steps, (0.0, tray)])
+    stations = [*ends[0], (slope, flat), (lengths.free - slope, flat)]
+    stations += [(lengths.free - x, ring) for x, ring in ends[1][::-1]]
+    return _lofted(stations)
+
+
+AROUND = 96
+"""Points around the sleeve."""
+Rings = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+def _box(half: float, low: float, high: float, wall: float) -> Rings:
+    """Outer and inner points (y, z) around a rectangle."""
+    middle, up = (high + low) / 2, (high - low) / 2
+    around = np.array([_on_square(k) for k in range(AROUND)])
+    outer, inner = (around * (half + w, up + w) + (0, middle) for w in (wall, 0.0))
+    return outer, inner
+
+
+def _oval(a: float, b: float, wall: float) -> Rings:
+    """Outer and inner points around an ellipse, at the angles of a square's."""
+    around = np.array([_on_square(k) for k in range(AROUND)])
+    around /= np.linalg.norm(around, axis=1)[:, None]
+    outer, inner = (around * (a + w, b + w) for w in (wall, 0.0))
+    return outer, inner
+
+
+def _between(one: Rings, other: Rings, share: float) -> Rings:
+    """Rings between two others."""
+    outer, inner = (a + (b - a) * share for a, b in zip(one, other, strict=True))
+    return outer, inner
+
+
+def _on_square(k: int) -> tuple[float, float]:
+    quarter, part = divmod(k, AROUND // 4)
+    t = 2 * part / (AROUND // 4) - 1
+    return ((1.0, t), (-t, 1.0), (-1.0, -t), (t, -1.0))[quarter]
+
+
+def _lofted(stations: Sequence[tuple[float, Rings]]) -> Body:
+    """A tube through rings at their x, closed between outer and inner at both ends."""
+    count = len(stations)
+    corners = [
+        np.column_stack([np.full(AROUND, x), rings[layer]])
+        for layer in (0, 1)
+        for x, rings in stations
+    ]
+    this = np.arange(AROUND)
+    after = (this + 1) % AROUND
+    made = []
+
+    def strip(one: int, other: int) -> None:
+        a, b = AROUND * one, AROUND * other
+        made.append(np.column_stack([a + this, b + after, a + after]))
+        made.append(np.column_stack([a + this, b + this, b + after]))
+
+    for i in range(count - 1):
+        strip(i + 1, i)
+        strip(count + i, count + i + 1)
+    strip(0, count)
+    strip(2 * count - 1, count - 1)
+    return Body(np.concatenate(corners), np.concatenate(made).astype(np.int64), SILICONE)
+
+
+def tools(world: Scene) -> dict[str, Body]:
+    """Both halves of the mould, and the core, where they lie in the closed mould."""
+    build, lengths = world.build, world.lengths
+    return {
+        "top": body(mould.top(lengths, build), PRINTED),
+        "core": body(mould.core(lengths), CORE),
+        "bottom": body(mould.bottom(lengths, build), PRINTED),
+    }
+
+
+def _placed(world: Scene, side: Side, made: Body) -> Body:
+    """A body of one side, drawn as the left one's."""
+    return made if side.name == "left" else made.turned(world.lengths.free)

@@ -1,0 +1,219 @@
+"""Bodies of triangles as a picture: an orthographic view, a depth buffer, dark edges.
+
+No graphics card and no window is needed: a loop over triangles, compiled by numba and kept in its
+cache. Edges are found in the picture, where a body, a face or the depth changes.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+FINER = 2
+"""Samples along each side of a pixel."""
+CREASE = math.cos(math.radians(25))
+"""Faces of one body that turn by more than this show an edge."""
+STEP = 0.15
+"""A depth that jumps by more than this within a body shows an edge [mm]."""
+INK = 32.0
+"""Brightness of an edge."""
+LIGHT = (-0.25, -0.45, 0.86)
+PALE, DARK = 0.52, 0.5
+"""Brightness of a face that no light meets, and what light adds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A closed surface in one colour: corners (n, 3) in mm, triangles (m, 3), "#rrggbb"."""
+
+    corners: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    colour: str
+
+    def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Body:
+        """The body somewhere else."""
+        return Body(self.corners + np.array([x, y, z]), self.triangles, self.colour)
+
+    def turned(self, length: float) -> Body:
+        """Half a turn about the upright axis in the middle of 0 to `length`: the other side."""
+        return Body(
+            self.corners * (-1, -1, 1) + np.array([length, 0, 0]), self.triangles, self.colour
+        )
+
+
+@dataclass(frozen=True)
+class View:
+    """Where it is seen from [deg]: azimuth from +x, elevation above the table."""
+
+    azimuth: float = -62.0
+    elevation: float = 26.0
+
+    def axes(self) -> NDArray[np.float64]:
+        """Rows: to the right, up, and towards who looks."""
+        a, e = math.radians(self.azimuth), math.radians(self.elevation)
+        right = (-math.sin(a), math.cos(a), 0.0)
+        up = (-math.sin(e) * math.cos(a), -math.sin(e) * math.sin(a), math.cos(e))
+        toward = (math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e))
+        return np.array([right, up, toward])
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A picture: pixels (rows, columns, 3), and how a point in space gets there."""
+
+    pixels: NDArray[np.uint8]
+    axes: NDArray[np.float64]
+    corner: tuple[float, float]
+    """Right and up [mm] of the picture's lower left corner."""
+    scale: float
+    """Pixels in a mm."""
+
+    def place(self, point: Sequence[float]) -> tuple[float, float]:
+        """Column and row of a point in space [mm]."""
+        right, up, _ = self.axes @ np.asarray(point, dtype=float)
+        rows = self.pixels.shape[0]
+        return (right - self.corner[0]) * self.scale, rows - (up - self.corner[1]) * self.scale
+
+    def png(self) -> bytes:
+        """The picture as PNG; the same pixels give the same bytes."""
+        rows, columns, _ = self.pixels.shape
+        raw = np.zeros((rows, 1 + 3 * columns), dtype=np.uint8)
+        raw[:, 1:] = self.pixels.reshape(rows, -1)
+        head = struct.pack(">IIBBBBB", columns, rows, 8, 2, 0, 0, 0)
+        parts = ((b"IHDR", head), (b"IDAT", zlib.compress(raw.tobytes(), 6)), (b"IEND", b""))
+        return b"\x89PNG\r\n\x1a\n" + b"".join(
+            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+            for kind, data in parts
+        )
+
+
+def shoot(bodies: Sequence[Body], view: View = View(), width: int = 1400, border: int = 12) -> Shot:
+    """The bodies as large as `width` pixels allow, on white; at most as tall as wide."""
+    axes = view.axes()
+    seen = [body.corners @ axes.T for body in bodies]
+    low = np.min([points.min(axis=0) for points in seen], axis=0)
+    high = np.max([points.max(axis=0) for points in seen], axis=0)
+    wide, tall = high[0] - low[0], high[1] - low[1]
+    scale = float((width - 2 * border) / max(wide, tall))
+    columns = math.ceil(wide * scale) + 2 * border
+    rows = math.ceil(tall * scale) + 2 * border
+    corner = float(low[0] - border / scale), float(low[1] - border / scale)
+    fine = scale * FINER
+    depth = np.full((rows * FINER, columns * FINER), -np.inf, dtype=np.float32)
+    face = np.full(depth.shape, -1, dtype=np.int32)
+    normals, owners = [], []
+    first = 0
+    for number, (points, body) in enumerate(zip(seen, bodies, strict=True)):
+        at = np.ascontiguousarray((points - (*corner, 0.0)) * (fine, fine, 1.0))
+        _fill(at, body.triangles, first, depth, face)
+        a, b, c = (points[body.triangles[:, k]] for k in range(3))
+        across = np.cross(b - a, c - a)
+        normals.append(across / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None])
+        owners.append(np.full(len(body.triangles), number, dtype=np.int32))
+        first += len(body.triangles)
+    shades, owner = _shades(bodies, normals, axes), np.concatenate(owners)
+    pixels = np.empty((rows, columns, 3), dtype=np.uint8)
+    _develop(depth, face, np.concatenate(normals), owner, shades, fine, pixels)
+    return Shot(pixels, axes, corner, scale)
+
+
+def _shades(
+    bodies: Sequence[Body], normals: Sequence[NDArray[np.float64]], axes: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Red, green and blue of each face."""
+    light = axes @ (np.array(LIGHT) / np.linalg.norm(LIGHT))
+    made = []
+    for body, normal in zip(bodies, normals, strict=True):
+        paint = np.array([int(body.colour[i : i + 2], 16) for i in (1, 3, 5)], dtype=float)
+        bright = PALE + DARK * np.clip(normal @ light, 0.0, 1.0)
+        made.append(np.minimum(bright[:, None] * paint, 255.0))
+    return np.concatenate(made)
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _fill(at, triangles, first, depth, face):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Every triangle into the depth buffer; a row of the picture counts from the top."""
+    rows, columns = depth.shape
+    for i in range(len(triangles)):
+        a, b, c = at[triangles[i, 0]], at[triangles[i, 1]], at[triangles[i, 2]]
+        area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        if area <= 1e-12:  # seen from behind, or on edge
+            continue
+        low = max(math.floor(min(a[1], b[1], c[1]) - 0.5), 0)
+        high = min(math.ceil(max(a[1], b[1], c[1]) - 0.5), rows - 1)
+        for v in range(low, high + 1):
+            y = v + 0.5
+            # where this row of samples enters and leaves the triangle
+            start, stop = -0.5, columns - 0.5
+            for k in range(3):
+                e, f = at[triangles[i, k]], at[triangles[i, (k + 1) % 3]]
+                # inside an edge: (f - e) x (sample - e) >= 0, linear in x
+                slope = e[1] - f[1]
+                rest = (f[0] - e[0]) * (y - e[1]) - slope * e[0]
+                if slope > 0.0:
+                    start = max(start, -rest / slope)
+                elif slope < 0.0:
+                    stop = min(stop, -rest / slope)
+                elif rest < 0.0:
+                    stop = -1.0
+            row = rows - 1 - v
+            for u in range(
+                max(math.ceil(start - 0.5), 0), min(math.floor(stop - 0.5) + 1, columns)
+            ):
+                x = u + 0.5
+                q = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area
+                r = ((a[0] - x) * (b[1] - y) - (a[1] - y) * (b[0] - x)) / area
+                z = (1.0 - q - r) * a[2] + q * b[2] + r * c[2]
+                if z > depth[row, u]:
+                    depth[row, u] = z
+                    face[row, u] = first + i
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _edge(depth, face, normals, owner, v, u, w, t, fine):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Whether an edge runs between two neighbouring samples."""
+    one, other = face[v, u], face[w, t]
+    if one == other:
+        return False
+    if one < 0 or other < 0 or owner[one] != owner[other]:
+        return True
+    n, m = normals[one], normals[other]
+    if n[0] * m[0] + n[1] * m[1] + n[2] * m[2] < CREASE:
+        return True
+    # along a plane the depth changes by as much as its slope says
+    slope = -((n[0] * (t - u) - n[1] * (w - v)) / max(n[2], 0.05)) / fine
+    return abs(depth[w, t] - depth[v, u] - slope) > STEP + abs(slope)
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _develop(depth, face, normals, owner, shades, fine, pixels):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Shade and edges of every sample, averaged over each pixel."""
+    rows, columns = depth.shape
+    for v in range(pixels.shape[0]):
+        for u in range(pixels.shape[1]):
+            red = green = blue = 0.0
+            for i in range(FINER * FINER):
+                w, t = FINER * v + i // FINER, FINER * u + i % FINER
+                here = face[w, t]
+                right, below = min(t + 1, columns - 1), min(w + 1, rows - 1)
+                if (face[w, right] != here or face[below, t] != here) and (
+                    _edge(depth, face, normals, owner, w, t, w, right, fine)
+                    or _edge(depth, face, normals, owner, w, t, below, t, fine)
+                ):
+                    red, green, blue = red + INK, green + INK, blue + INK
+                elif here < 0:
+                    red, green, blue = red + 255.0, green + 255.0, blue + 255.0
+                else:
+                    red += shades[here, 0]
+                    green += shades[here, 1]
+                    blue += shades[here, 2]
+            pixels[v, u, 0] = np.uint8(red / (FINER * FINER) + 0.5)
+            pixels[v, u, 1] = np.uint8(green / (FINER * FINER) + 0.5)
+            pixels[v, u, 2] = np.uint8(blue / (FINER * FINER) + 0.5)

@@ -1,0 +1,117 @@
+"""The depth buffer against rays, and a picture's file against another reader."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+
+from layerjam.report.shading import Body, View, shoot
+
+COLOURS = ("#ff0000", "#00ff00", "#0000ff", "#ffff00", "#00ffff", "#ff00ff")
+FACES = (
+    (0, 2, 1),
+    (1, 2, 3),
+    (4, 5, 6),
+    (5, 7, 6),
+    (0, 1, 4),
+    (1, 5, 4),
+    (2, 6, 3),
+    (3, 6, 7),
+    (0, 4, 2),
+    (2, 4, 6),
+    (1, 3, 5),
+    (3, 7, 5),
+)
+
+
+def boxes(seed: int) -> list[Body]:
+    """Random boxes, some of them through one another."""
+    rng = np.random.default_rng(seed)
+    made = []
+    for colour in COLOURS:
+        low = rng.uniform(0, 30, 3)
+        high = low + rng.uniform(2, 15, 3)
+        corners = np.array([[(low, high)[k >> i & 1][i] for i in range(3)] for k in range(8)])
+        made.append(Body(corners, np.array(FACES), colour))
+    return made
+
+
+def seen_first(bodies: list[Body], start: np.ndarray, way: np.ndarray) -> int:
+    """Number of the body that a ray meets first, by slabs; -1 for none."""
+    best, found = np.inf, -1
+    for number, body in enumerate(bodies):
+        low, high = body.corners.min(axis=0), body.corners.max(axis=0)
+        ends = np.sort(np.stack([(low - start) / way, (high - start) / way]), axis=0)
+        into, out = ends[0].max(), ends[1].min()
+        if into < out and into < best:
+            best, found = into, number
+    return found
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_nearest_body_is_seen(seed: int) -> None:
+    bodies = boxes(seed)
+    shot = shoot(bodies, View(-62 + 40 * seed, 26 + 10 * seed), width=160)
+    right, up, toward = shot.axes
+    rng = np.random.default_rng(seed)
+    tried = 0
+    for _ in range(400):
+        row, column = rng.integers(0, shot.pixels.shape[0]), rng.integers(0, shot.pixels.shape[1])
+        rgb = shot.pixels[row, column].astype(int)
+        if rgb.min() > 0 and rgb.max() < 255:
+            continue  # an edge runs through this pixel
+        away = 1e3
+        middle = (column + 0.5) / shot.scale + shot.corner[0]
+        high = (shot.pixels.shape[0] - row - 0.5) / shot.scale + shot.corner[1]
+        start = middle * right + high * up + away * toward
+        number = seen_first(bodies, start, -toward)
+        if number < 0:
+            assert (rgb == 255).all()
+        else:
+            lit = rgb > 60
+            assert lit.any()
+            assert "".join("ff" if on else "00" for on in lit) == COLOURS[number][1:]
+        tried += 1
+    assert tried > 250
+
+
+def test_a_point_lands_where_it_is_drawn() -> None:
+    """A small box's middle is the middle of its pixels, in a picture with a large one behind."""
+    small = boxes(1)[0]
+    corners = (small.corners - small.corners.mean(axis=0)) * 0.1 + (5.0, -30.0, 12.0)
+    bodies = [Body(corners, small.triangles, "#ff0000"), boxes(2)[1]]
+    shot = shoot(bodies, width=600)
+    reds = (shot.pixels[:, :, 0] > 90) & (shot.pixels[:, :, 1] < 60) & (shot.pixels[:, :, 2] < 60)
+    rows, columns = np.nonzero(reds)
+    column, row = shot.place((5.0, -30.0, 12.0))
+    assert columns.mean() + 0.5 == pytest.approx(column, abs=1.5)
+    assert rows.mean() + 0.5 == pytest.approx(row, abs=1.5)
+
+
+def test_half_a_turn_keeps_the_outside_outside() -> None:
+    body = boxes(3)[0].turned(40.0)
+    a, b, c = (body.corners[body.triangles[:, k]] for k in range(3))
+    volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+    sides = np.ptp(body.corners, axis=0)
+    assert volume == pytest.approx(np.prod(sides))
+
+
+def test_the_file_holds_the_pixels() -> None:
+    import matplotlib.image
+
+    shot = shoot(boxes(5), width=120)
+    read = matplotlib.image.imread(io.BytesIO(shot.png()), format="png")
+    assert (np.rint(read[:, :, :3] * 255).astype(np.uint8) == shot.pixels).all()
+    assert shot.png() == shoot(boxes(5), width=120).png()
+
+
+def test_edges_between_bodies_are_dark_and_flat_faces_are_not() -> None:
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 10) for x in (0, 10)], dtype=float)
+    one = Body(corners, np.array(FACES), "#808080")
+    shot = shoot([one, one.moved(x=10.0)], View(-90, 89.9), width=300)
+    row = shot.pixels[shot.pixels.shape[0] // 2, :, 0]
+    middle = len(row) // 2
+    assert row[middle - 2 : middle + 2].min() < 90  # the joint of two bodies in one plane
+    assert np.ptp(row[20 : middle - 5].astype(int)) <= 1  # the diagonal of a face does not show
