@@ -28,8 +28,10 @@ from layerjam.mechanics.stop.algebra import (
     Stop,
     curved,
     end_of,
+    falling_balance,
     guess,
     polished,
+    quartic,
     search,
     setup,
     slope_of,
@@ -40,6 +42,9 @@ __all__ = ["BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED"]
 __all__ += ["Stop", "kinetic_energy", "speed_at_slip", "stop", "time_at_slip"]
 SETTLED = 1e-5
 """Last step of the root's search, over its bracket, below which the next one changes nothing."""
+
+NEAREST, FARTHEST = 1e-14, 1e6
+"""Distance of a complex root of the kinetic energy, over the piece, that the nodes answer to."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
@@ -130,27 +135,76 @@ def speed_at_slip(
     return safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
 
 
+def _sliding_time(low: Any, high: Any, part: Quartic, bend: Any, linear: Any, at: Setup) -> Any:
+    """Seconds from w = `low` to `high`, w = sqrt(slip), on one form of the kinetic energy.
+
+    dz = (bend w + linear) dw. Nodes crowd towards the end that lies nearer to the balance, where
+    the mass may all but stand or stands; w = end -+ (high - low) (sinh(a cos q)/sinh a)^2, with a
+    from the distance of the next complex root, takes out the square root at a standstill and the
+    peak where it is passed by a hair's breadth.
+    """
+    width = jnp.maximum(high - low, 0.0)
+    length = jnp.where(width > 0, width, 1.0)
+    # falling energy: the slow end is the far one
+    falls = slope_of(part, (low + high) / 2) < 0
+    end, way = jnp.where(falls, high, low), jnp.where(falls, -1.0, 1.0)
+    rest = jnp.maximum(value(part, end), 0.0)
+    first = way * slope_of(part, end)
+    second = 2 * part.a2 + end * (6 * part.a3 + end * 12 * part.a4)
+    third, fourth = way * (6 * part.a3 + 24 * part.a4 * end), part.a4
+    curve = jnp.where(second != 0, jnp.abs(second), 1.0)
+    near = jnp.maximum(jnp.sqrt(2 * rest / curve), jnp.abs(first) / curve) / length
+    near = jnp.where(second != 0, jnp.clip(near, NEAREST, FARTHEST), FARTHEST)
+    sharp = jax.lax.stop_gradient(jnp.arcsinh(1 / jnp.sqrt(near)))
+    q = ((jnp.asarray(_NODES) + 1) * (jnp.pi / 4)).reshape((-1,) + (1,) * jnp.ndim(width))
+    share = jnp.sinh(sharp * jnp.cos(q)) / jnp.sinh(sharp)
+    rate = 2 * share * sharp * jnp.sin(q) * jnp.cosh(sharp * jnp.cos(q)) / jnp.sinh(sharp)
+    far = width * share**2
+    energy = rest + far * (first + far * (second / 2 + far * (third / 6 + far * fourth)))
+    pace = safe_sqrt(2 * jnp.maximum(energy, 0.0) / at.mass)
+    steps = width * rate * (bend * (end + way * far) + linear)
+    weights = jnp.asarray(_WEIGHTS).reshape(q.shape) * (jnp.pi / 4)
+    return (weights * steps / jnp.where(pace > 0, pace, jnp.inf)).sum(axis=0)
+
+
 @law
 def time_at_slip(
     slip: Any, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Any:
     """Seconds from the taut rope until the brake has slipped by `slip` [m], up to its standstill.
 
-    The elastic part in closed form, the sliding part by 48-point Gauss quadrature of dz/v after
-    s = slip sin^4(q), which takes out the singular start and, at a standstill, the singular end.
+    The elastic part in closed form, the sliding part by Gauss quadrature of dz/v in pieces, cut
+    where the mass is slowest and where the enclosure is saturated.
     """
     arrays = jnp.broadcast_arrays(slip, mass, speed, vacuum, spring, gravity)
     slip, mass, speed, vacuum, spring, gravity = arrays
     at = _setup(mass, speed, vacuum, spring, gravity, brake)
+    at = Setup(*(x if isinstance(x, tuple) else x + jnp.zeros_like(at.kinetic) for x in at))
     slides = at.weight + jnp.sqrt(at.weight**2 + spring * mass * speed**2) > at.onset
-    q = ((jnp.asarray(_NODES) + 1) * (jnp.pi / 4)).reshape((-1,) + (1,) * jnp.ndim(slip))
-    part = slip * jnp.sin(q) ** 4
-    # ds/dq, and d sqrt(s)/dq for the enclosure, whose slope in s is infinite at the start
-    rate = 4 * jnp.sin(q) ** 3 * jnp.cos(q) * slip
-    spread = at.enclosure.root * 2 * jnp.sin(q) * jnp.cos(q) * safe_sqrt(slip)
-    linear = at.enclosure.stiffness / at.enclosure.reach * rate
-    stretch = jnp.where(part < at.enclosure.saturation, spread, linear)
-    pace = safe_sqrt(2 * jnp.maximum(kinetic_energy(part, at), 0.0) / mass)
-    steps = (rate + (stretch - at.c * rate) / spring) / jnp.where(pace > 0, pace, jnp.inf)
-    weights = jnp.asarray(_WEIGHTS).reshape(q.shape) * (jnp.pi / 4)
-    return _elastic_time(mass, speed, gravity, at, slides) + (weights * steps).sum(axis=0)
+    end, strip = safe_sqrt(slip), at.enclosure
+    balance = jax.lax.stop_gradient(safe_sqrt(falling_balance(at, jnp.inf)))
+    whole = safe_sqrt(strip.saturation + jnp.zeros_like(slip))
+    slope = strip.stiffness / strip.reach
+    forms = (
+        (quartic(at, False), 2 * (1 - at.c / spring), strip.root / spring),
+        (quartic(at, True), 2 * (1 - (at.c - slope) / spring), 0.0),
+    )
+
+    def pieces(form: tuple[Any, Any, Any], low: Any, high: Any) -> Any:
+        middle = jnp.clip(balance, low, high)
+        before = _sliding_time(low, middle, *form, at)
+        # most stops end before it: nothing is computed there
+        beyond = jax.lax.cond(
+            jnp.any(high > middle),
+            lambda: _sliding_time(middle, high, *form, at),
+            lambda: jnp.zeros_like(before),
+        )
+        return before + beyond
+
+    first = pieces(forms[0], jnp.zeros_like(end), jnp.minimum(end, whole))
+    second = jax.lax.cond(
+        jnp.any(end > whole),
+        lambda: pieces(forms[1], jnp.minimum(end, whole), end),
+        lambda: jnp.zeros_like(first),
+    )
+    return _elastic_time(mass, speed, gravity, at, slides) + first + second

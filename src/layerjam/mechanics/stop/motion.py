@@ -19,7 +19,7 @@ from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone_stored, enclosure_at
 from layerjam.mechanics.hysteresis import Setting, setting_of
 from layerjam.mechanics.law import law, within
-from layerjam.mechanics.memory import branch
+from layerjam.mechanics.memory import NEAR, branch
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.mechanics.stop.algebra import NOT_A_CASE
 from layerjam.mechanics.stop.motion_step import (
@@ -89,17 +89,25 @@ def _ready(
     """What a step of `dt` [s] starts from, what resists in it, and friction at its start [N/m].
 
     A vacuum that falls does so between steps, by what puts its mean right. One that rises does so
-    while the brake slides: at rest the force could not follow.
+    while the brake slides: at rest the force could not follow. Where it has fallen up to now, half
+    of the last step's fall is still to come: it comes first, or what slips then would be lost.
     """
     if motion.enclosure is None:
         return motion, setting_of(vacuum.pressure, load.spring, brake), None
     begin, end = vacuum.at(motion.time), vacuum.at(motion.time + dt)
     falls = end < begin
+    behind = begin < motion.vacuum * (1 - NEAR)
+    started = jnp.where(behind, begin, motion.vacuum)
     level = jnp.where(falls, (begin + end) / 2, end)
-    before = setting_of(motion.vacuum, load.spring, brake)
+
+    def on(stage: Any, now: Motion) -> Motion:
+        target = jnp.where((stage == 0) & ~falls, started, level)
+        before = setting_of(now.vacuum, load.spring, brake)
+        return _pumped(target != now.vacuum, now, target, before, load, brake)
+
+    pumped = jax.lax.fori_loop(0, 2, on, motion)
     at = setting_of(level, load.spring, brake)
-    pumped = _pumped(level != motion.vacuum, motion, level, before, load, brake)
-    return pumped, at, jnp.where(falls, at.c, before.c)
+    return pumped, at, jnp.where(falls, at.c, setting_of(started, load.spring, brake).c)
 
 
 def _pumped(
