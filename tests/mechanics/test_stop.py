@@ -137,8 +137,8 @@ def test_time_and_speed_agree_with_an_integration_in_time(mass, speed, vacuum):
 def by_panels(mass, speed, vacuum, spring, gravity, brake, slip):
     """Seconds to `slip` [m]: sum of dz/v over panels that shrink towards every awkward point.
 
-    Own force, own work; 12 000 panels of two Gauss points, graded to 1e-13 of the slip around start,
-    end, slowest point and saturation.
+    Own force, own work; 12,000 panels of two Gauss points, graded to 1e-13 of the slip around
+    start, end, slowest point and saturation.
     """
     sheets, skin, film = brake.sheets, brake.enclosure, brake.film
     c = brake.scale_factor * film.kinetic * (sheets.count - 1) * sheets.width * vacuum
