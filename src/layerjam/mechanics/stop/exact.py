@@ -179,7 +179,6 @@ def time_at_slip(
     arrays = jnp.broadcast_arrays(slip, mass, speed, vacuum, spring, gravity)
     slip, mass, speed, vacuum, spring, gravity = arrays
     at = _setup(mass, speed, vacuum, spring, gravity, brake)
-    at = Setup(*(x if isinstance(x, tuple) else x + jnp.zeros_like(at.kinetic) for x in at))
     slides = at.weight + jnp.sqrt(at.weight**2 + spring * mass * speed**2) > at.onset
     end, strip = safe_sqrt(slip), at.enclosure
     balance = jax.lax.stop_gradient(safe_sqrt(falling_balance(at, jnp.inf)))
