@@ -10,8 +10,9 @@ import pytest
 
 from control.loops import AIR, COARSE, IDEAL, NOISY, WATER, regulator
 from layerjam.control.closed_loop import FaultInjection, simulate, simulate_many
+from layerjam.control.detection import detection_times
 from layerjam.control.plant import Plant
-from layerjam.control.settings import KINDS, SAFE_STATES, Regulator, detection_times
+from layerjam.control.settings import KINDS, SAFE_STATES, Regulator
 from layerjam.fluid.line import Sensor
 
 PLANTS = {"air": AIR, "water": WATER}

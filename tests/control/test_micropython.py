@@ -36,7 +36,7 @@ with open(sys.argv[2], "rb") as f:
             state = law.fresh()
         state, pump, vent, fault = law.step((regulator, watch), state, y, target)
         out.write(struct.pack("<8d", *state[0]))
-        out.write(struct.pack("<13d", *state[1]))
+        out.write(struct.pack("<14d", *state[1]))
         out.write(struct.pack("<ddd", pump, vent, fault))
 out.close()
 """
@@ -75,5 +75,5 @@ def test_micropython_gives_the_same_bits(kind: str, plant: object, tmp_path: Pat
     wanted, state = bytearray(), law.fresh()
     for y, target, new in samples:
         state, pump, vent, fault = law.step(settings, law.fresh() if new else state, y, target)
-        wanted += struct.pack("<24d", *state[0], *state[1], pump, vent, fault)
+        wanted += struct.pack("<25d", *state[0], *state[1], pump, vent, fault)
     assert got.read_bytes() == bytes(wanted)

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from control.loops import AIR, IDEAL, NOISY, WATER, regulator
+from layerjam.control.detection import detection_times
 from layerjam.control.plant import Plant, plant_of
-from layerjam.control.settings import FAULTS, Regulator, detection_times, validate
+from layerjam.control.settings import FAULTS, Regulator, validate
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
 from layerjam.fluid.line import Chamber, Leak, Line, Pump, Sensor, Valve

@@ -12,7 +12,7 @@ from layerjam.commands.lines import LineInput
 from layerjam.commands.quantities import Atmosphere, Seed, Target, vacuum_within
 from layerjam.commands.regulator import RecordedStep, RegulatorSettings, regulator_of, tuned_by
 from layerjam.commands.results import Result, fact, number, result
-from layerjam.control.settings import Regulator, detection_times
+from layerjam.control.settings import Regulator
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.simulate.quantities import DURATION
@@ -127,6 +127,7 @@ def regulate(
     sensor from `fault_at` on; `said_after` is None where it said nothing, or spoke before.
     """
     from layerjam.control.closed_loop import simulate
+    from layerjam.control.detection import detection_times
 
     if (fault is None) != (fault_at is None):
         given, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")

@@ -73,18 +73,19 @@ class Course(NamedTuple):
     """Sample from which on steady error and ripple are taken."""
 
 
-def _law() -> Any:
-    """`law.step` compiled, with the functions it calls; no rounding is changed."""
+def _law() -> dict[str, Any]:
+    """The law's functions compiled, by name; no rounding is changed."""
     names: dict[str, Any] = {k: v for k, v in vars(law).items() if isinstance(v, int | float)}
-    helpers = ("moved", "switched", "safe", "command", "pump_fault", "vented", "held")
+    helpers = ("moved", "switched", "safe", "command", "excess", "pump_fault", "vented", "held")
     for name in (*helpers, "detect", "step"):
         plain = types.FunctionType(getattr(law, name).__code__, names, name)
         names[name] = numba.njit(error_model="numpy", forceinline=True)(plain)
-    return names["step"]
+    return names
 
 
-compiled_step = _law()
-"""The law's `step` for numba."""
+_LAW = _law()
+compiled_step, compiled_detect = _LAW["step"], _LAW["detect"]
+"""The law's `step` and `detect` for numba."""
 
 
 @numba.njit(error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator]
@@ -165,7 +166,9 @@ def loop() -> Any:
                 after, side, shown = advanced(vacuum, side, shown, a, b, plants[broken], dt, lag)
             else:
                 slope = a - b * vacuum
-                after = min(vacuum + slope * gain, plants[0].top)
+                after = vacuum + slope * gain
+                if after > plants[0].top:
+                    after, slope = plants[0].top, (plants[0].top - vacuum) / gain
                 shown = shown + left * (vacuum - shown) + slope * sensed if lag > 0.0 else after
             if n < course.ends[0]:
                 if low != low and after >= 0.1 * target:
@@ -183,6 +186,6 @@ def loop() -> Any:
         out[0], out[1] = (high - low) * dt, over
         out[2], out[3] = total / max(course.samples - course.steady, 1), most - least
         out[4], out[5], out[6] = on * dt, state[0][5], state[0][6]
-        out[7], out[8] = state[1][12], when
+        out[7], out[8] = state[1][13], when
 
     return run

@@ -18,7 +18,7 @@ def fresh() -> tuple[tuple[float, ...], tuple[float, ...]]:
     """The state at power-up: pump off, vent closed, nothing seen. It also clears a fault."""
     far = 1e9
     drive = (0.0, 0.0, 0.0, far, far, 0.0, 0.0, 0.0)
-    return drive, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return drive, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def step(
@@ -140,11 +140,12 @@ def detect(
     """(fault code, reading to go by, what was seen) from the last sample's drive and a reading."""
     (
         rise, top, fall, leak, lag, low, high, confirm, clear, none, weak, fast, lost_band,
-        lost_steps, same_steps, settle_steps, offset, fade_steps,
+        lost_steps, same_steps, settle_steps, offset, fade_steps, most, less, bend, sound,
+        jump,
     ) = watch  # fmt: skip
     (
-        reading, beyond, same, quiet, rate, owed, risen, reached, missing, settled, off, opened,
-        fault,
+        reading, beyond, same, quiet, rate, owed, risen, ahead, reached, missing, settled, off,
+        opened, fault,
     ) = seen  # fmt: skip
     if fault != 0.0:
         return fault, reading, seen
@@ -167,23 +168,28 @@ def detect(
             same = 0.0
         pump, vent = drive[1], drive[2]
 
-        # what the pump owes: its rise as the sensor shows it, less the greatest healthy leak; a
-        # vent closed just now still shows in a slow sensor
-        rate += lag * (rise * pump * (top - fall * measured) - rate)
+        # what the pump owes: its rise as the sensor shows it, at most what a tube lets through,
+        # less the greatest healthy leak; a vent closed just now still shows in a slow sensor
+        gives = rise * pump * (top - fall * measured)
+        through = most - (less - bend * measured) * measured
+        rate += lag * ((gives if gives < through else through) - rate)
         loss = leak * measured if measured > 0.0 else 0.0
-        if pump > 0.0 and vent == 0.0 and drive[4] > fade_steps and rate > 2.0 * loss:
+        pumping = pump > 0.0 and vent == 0.0 and drive[4] > fade_steps
+        if pumping:
+            ahead = excess(ahead + change, rate, loss, fast, sound)
+            if ahead > jump:
+                fault = 1.0 * BLOCKED
+        if pumping and rate > 2.0 * loss:
             owed += rate - loss
             risen += change
             quiet = quiet + rate if change == 0.0 else 0.0
-            if risen - fast * owed > clear:
-                fault = 1.0 * BLOCKED
-            elif owed >= clear:
+            if owed >= clear and fault == 0.0:
                 away = measured > offset or measured < -offset
                 found = pump_fault(owed, risen, quiet if away else 0.0, none, weak)
                 fault = found if found != 0.0 else fault
                 owed, risen = 0.0, 0.0
         else:
-            owed, risen, quiet = 0.0, 0.0, 0.0
+            owed, risen, quiet, ahead = 0.0, 0.0, 0.0, 0.0
 
         if vent != 0.0 and pump == 0.0:
             found, settled, off, opened = vented(
@@ -197,9 +203,21 @@ def detect(
         if missing > 0.0 and missing >= lost_steps:
             fault = 1.0 * LOST
     return fault, measured, (
-        measured, beyond, same, quiet, rate, owed, risen, reached, missing, settled, off, opened,
-        fault,
+        measured, beyond, same, quiet, rate, owed, risen, ahead, reached, missing, settled, off,
+        opened, fault,
     )  # fmt: skip
+
+
+def excess(ahead: float, rate: float, loss: float, fast: float, sound: float) -> float:
+    """Greatest rise since any earlier sample beyond what a sound line gives, 0 at least.
+
+    What came before a block does not hide it so. A sound line may have no leak at all.
+    """
+    allowed = fast * (rate - loss)
+    if allowed < sound * rate:
+        allowed = sound * rate
+    ahead -= allowed
+    return ahead if ahead > 0.0 else 0.0
 
 
 def pump_fault(owed: float, risen: float, quiet: float, none: float, weak: float) -> float:

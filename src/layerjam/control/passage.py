@@ -5,13 +5,13 @@ With p = atmosphere - v of chamber and side (the tube's gas, where pump and vent
     v' = passes (p^2 - s^2) - leak v,
     volume w' = -passes (p^2 - s^2) + u k (top - w) - vent w,    s = atmosphere - w,
 
-all rates over the chamber's volume. The law owes the chamber a rise that falls straight with the
-vacuum; behind a tube the rise is curved, so that it takes a straight line below it (`straight`).
+all rates over the chamber's volume. The rise that the law expects falls straight with the vacuum,
+in proportion to the pump's command; behind a tube it is at most a parabola (`owing`).
 """
 
 from __future__ import annotations
 
-import math
+import functools
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -23,13 +23,30 @@ DEEPEST = 0.05
 GRID = 400
 
 
-class Straight(NamedTuple):
-    """A rise that falls straight with the vacuum, nowhere above the true one."""
+UNBOUNDED = 1e15
+"""Rise [Pa/s] that no tube holds up."""
+
+
+class Owed(NamedTuple):
+    """The rise that a healthy pump owes, nowhere above the true one.
+
+    At a command u and a vacuum v the smaller of u rate (top - weight v) and most - less v + bend
+    v^2, a parabola that the full pump follows behind a tube.
+    """
 
     rate: float
     top: float
-    ratio: float
+    weight: float = 1.0
+    most: float = UNBOUNDED
+    less: float = 0.0
+    bend: float = 0.0
+    ratio: float = 1.0
     """The true rise over it at most, at any command of the pump."""
+
+    def at(self, vacuum: Any, command: Any = 1.0) -> Any:
+        """The rise [Pa/s], the leak not yet taken off; vacuum [Pa] and command broadcast."""
+        through = self.most - (self.less - self.bend * vacuum) * vacuum
+        return np.minimum(command * self.rate * (self.top - self.weight * vacuum), through)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,13 +62,13 @@ class Passage:
     vacuum: float
     """Greatest vacuum that the detectors are tuned to [Pa]."""
 
-    def side(self, p: Any, rate: float, lowest: float) -> Any:
+    def side(self, p: Any, rate: Any, lowest: float) -> Any:
         """Pressure at the pump [Pa] while it draws as much as the tube passes from p."""
         half = rate / (2 * self.passes)
         within = p * p + 2 * half * lowest + half * half
         return (p * p + 2 * half * lowest) / (np.sqrt(within) + half)
 
-    def rise(self, vacuum: Any, rate: float, top: float) -> Any:
+    def rise(self, vacuum: Any, rate: Any, top: float) -> Any:
         """Rise of the chamber's vacuum [Pa/s] under a pump of this rate, once it runs."""
         p, low = self.atmosphere - np.asarray(vacuum, float), self.atmosphere - top
         s = self.side(p, rate, low)
@@ -66,18 +83,17 @@ class Passage:
 
     def lag(self, rate: Any, p: Any) -> Any:
         """Time constant [s] after which a pump draws on the chamber at p [Pa absolute]."""
-        return self.volume / (rate + 2 * self.passes * p)
+        return self.volume / (rate + 2 * self.passes * p * (1 + self.volume))
 
-    def missing(self, rate: float, owed: Straight) -> float:
+    def missing(self, rate: float, owed: Owed, switched: bool = False) -> float:
         """Rise [Pa] of what is owed that comes late at most, beyond the lag at no vacuum.
 
         The thinner the gas and the slower the pump, the longer the tube takes.
         """
         a = self.atmosphere
-        p = np.linspace(a - min(self.vacuum, owed.top), a, GRID)
-        command = np.linspace(0.05, 1.0, 20)[:, None]
-        late = self.lag(command * rate, p) - self.lag(rate, a)
-        return float((command * owed.rate * (p - (a - owed.top)) * late).max())
+        vacuum, command = np.linspace(0.0, min(self.vacuum, owed.top), GRID), _commands(switched)
+        late = self.lag(command * rate, a - vacuum) - self.lag(rate, a)
+        return float((owed.at(vacuum, command) * late).max())
 
     def filling(self, vacuum: float) -> float:
         """Time constant [s] in which the chamber fills or empties through the tube."""
@@ -94,23 +110,36 @@ class Passage:
         return float(self.volume / (1 + self.volume) * (p - s))
 
 
-def straight(passage: Passage, rate: float, top: float) -> Straight:
-    """The line below the rise that stays closest to it in ratio, up to the passage's vacuum."""
-    a = passage.atmosphere
-    low = a - top
-    deepest = max(a - passage.vacuum, low + DEEPEST * top)
-    p = np.linspace(deepest, a, GRID)
-    full = passage.rise(a - p, rate, top)
-    best = Straight(0.0, top, math.inf)
-    for zero in np.linspace(low, deepest, 80, endpoint=False):
-        over = full / (p - zero)
-        found = Straight(float(over.min()), float(a - zero), 0.0)
-        # a slow pump is held up less than the full one, in proportion
-        gentle = rate * (p - low) / (1 + passage.volume)
-        ratio = float((np.maximum(full, gentle) / (found.rate * (p - zero))).max())
-        if ratio < best.ratio:
-            best = found._replace(ratio=ratio)
-    return best
+def _commands(switched: bool) -> Array:
+    """Commands of a running pump, shape (C, 1); only the full one where it is just switched."""
+    return np.ones((1, 1)) if switched else np.linspace(0.05, 1.0, 20)[:, None]
+
+
+@functools.lru_cache(maxsize=64)
+def owing(passage: Passage, rate: float, top: float, switched: bool = False) -> Owed:
+    """What a healthy pump owes behind a tube, up to the passage's vacuum.
+
+    The parabola is fitted to the full pump's rise in ratio; a gentle pump is not held up. Both are
+    then made smaller alike until no true rise is below the smaller of the two.
+    """
+    deepest = min(passage.vacuum, (1 - DEEPEST) * top)
+    vacuum = np.linspace(0.0, deepest, GRID)
+    full, unheld = passage.rise(vacuum, rate, top), rate / (1 + passage.volume)
+    bend, less, most = np.polyfit(vacuum / top, full, 2, w=1 / full)
+    found = Owed(unheld, top, 1.0, float(most), float(-less / top), float(bend / top**2))
+    commands = _commands(switched)
+    ratio = passage.rise(vacuum, commands * rate, top) / found.at(vacuum, commands)
+    low, high = float(ratio.min()), float(ratio.max())
+    if not switched:  # the gentlest pump's rise is the straight line's
+        high = max(high, 1.0)
+    return Owed(
+        rate=low * unheld,
+        top=top,
+        most=low * found.most,
+        less=low * found.less,
+        bend=low * found.bend,
+        ratio=high / low,
+    )
 
 
 def reached(passage: Passage, rate: float, top: float, leak: float) -> float:

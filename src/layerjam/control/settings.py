@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from layerjam.control import law
-from layerjam.control.passage import Straight, straight
+from layerjam.control.passage import Owed, owing
 from layerjam.control.plant import Plant, check_target
 from layerjam.control.tuning import Gains, simc
 from layerjam.errors import QuantityError
@@ -38,8 +40,6 @@ AT_START = 2.5
 """A decision step over what a tube brings late, at least."""
 SAFELY = 1.3
 """A blocked line rises at least this many times faster than any healthy one."""
-TOLD = 0.8
-"""A fault behind a tube is promised where what it leaves differs by a fifth from the limit."""
 _FAR = 1e15
 
 Packed = tuple[tuple[float, ...], tuple[float, ...]]
@@ -151,7 +151,8 @@ class Regulator:
         least = CLEAR_OF_NOISE * self.sensor.noise + 2 * self.sensor.resolution
         wide, tube = max(0.02 * self.plant.top, least), self.plant.passage
         if tube is not None:
-            wide = max(wide, AT_START * tube.missing(self.plant.rate, self.owed))
+            late = tube.missing(self.plant.rate, self.owed, self.kind == "bang-bang")
+            wide = max(wide, AT_START * late)
         return wide if self.decision_step is None else self.decision_step
 
     @property
@@ -181,17 +182,37 @@ class Regulator:
         return self.lost_time + 8 * self.evens_in + (let_in / rise if rise > 0 else 0.0)
 
     @property
-    def owed(self) -> Straight:
-        """The rise that a healthy full pump owes, straight in the vacuum."""
+    def owed(self) -> Owed:
+        """The rise that a healthy pump owes, before its leak."""
         plant, tube = self.plant, self.plant.passage
         if tube is None:
-            return Straight(plant.rate, plant.top, 1.0)
-        return straight(tube, plant.rate, plant.top)
+            return Owed(plant.rate, plant.top, plant.weight)
+        return owing(tube, plant.rate, plant.top, self.kind == "bang-bang")
 
     @property
     def fast(self) -> float:
-        """Multiple of the rise owed that only a blocked line gives."""
-        return max(self.blocked_ratio, SAFELY * self.owed.ratio)
+        """Multiple of the rise owed that only a blocked line gives.
+
+        Behind a tube, whose gas stays, half of what a block makes of a full pump's rise.
+        """
+        plant, tube = self.plant, self.plant.passage
+        if tube is None:
+            return self.blocked_ratio
+        smaller, vacuum = 2 * self.blocked_ratio, np.linspace(0.0, tube.vacuum, 50)
+        left = replace(tube, volume=smaller * tube.volume, passes=smaller * tube.passes)
+        blocked = left.rise(vacuum, smaller * plant.rate, plant.top) / self.owed.at(vacuum)
+        half = min(self.blocked_ratio, 0.5 * float(blocked.min()))
+        return max(SAFELY * self.owed.ratio, half)
+
+    @property
+    def jump(self) -> float:
+        """Excess over `fast` times the rise owed that a blocked line is named by [Pa]."""
+        least = 0.5 * CLEAR_OF_NOISE * self.sensor.noise + 2 * self.sensor.resolution
+        tube, wide = self.plant.passage, max(0.5 * self.decision, least)
+        if tube is None:
+            return wide
+        # what comes late through the tube, while the pump is slowed down, is no excess
+        return max(wide, 2 * tube.missing(self.plant.rate, self.owed, self.kind == "bang-bang"))
 
     @property
     def lost_below(self) -> float:
@@ -258,13 +279,14 @@ class Regulator:
             1.0 if self.safe_state == "release" else 0.0,
         )  # fmt: skip
         watch = (
-            owed.rate * dt, owed.top, plant.weight, self.plant.leak * dt,
+            owed.rate * dt, owed.top, owed.weight, self.plant.leak * dt,
             -math.expm1(-dt / lag) if lag else 1.0, self.lowest_reading, self.sensor.range,
             float(self.confirm), self.decision, self.no_vacuum_ratio, self.weak_ratio,
             self.fast, self.lost_below, self.samples(self.lost_for),
             max(self.samples(self.stuck_time), 50.0) if self.noisy else _FAR,
             self.samples(self.settles_in), self.largest_zero,
             self.samples(8 * (self.sensor.lag + self.evens_in)),
+            owed.most * dt, owed.less * dt, owed.bend * dt, SAFELY * owed.ratio, self.jump,
         )  # fmt: skip
         return regulator, watch
 
@@ -326,44 +348,3 @@ def _check_noise(regulator: Regulator) -> None:
                 f"{name}: {show(value, 'Pa')} is too little for a sensor with noise of "
                 f"{show(noise, 'Pa')}; it takes {show(least, 'Pa')}"
             )
-
-
-def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
-    """{fault: worst time [s] until the regulator answers it} at a vacuum [Pa].
-
-    For NO_VACUUM, WEAK_PUMP (half of `weak_ratio` of the flow or less) and LINE_BLOCKED (a volume
-    of 1/(2 blocked_ratio) of the line's or less, and room for two decision steps below the pump's
-    vacuum): of uninterrupted pumping at full command from the fault on. SENSOR_OFFSET, for twice
-    the limit or more: with the vent open, from its opening or from the fault. VACUUM_LOST: from
-    where the vacuum leaves the band below a target once reached. SENSOR_STUCK: of a noisy sensor
-    always; of one without noise, of full pumping. inf: not seen at this vacuum.
-    """
-    dt, lag, plant = regulator.sample_time, regulator.sensor.lag, regulator.plant
-    slack = 2 * dt + 8 * regulator.lag
-    owed, tube = regulator.owed, plant.passage
-    gross = owed.rate * (owed.top - plant.weight * vacuum)
-    net = gross - plant.leak * vacuum
-    seen = gross > 2 * plant.leak * vacuum
-    block = regulator.decision / net if seen else math.inf
-    none = weak = 2 * block + slack
-    blocked = block + slack
-    if tube is not None:
-        # a tube evens out what pump and volume make of the rise
-        share = regulator.weak_ratio / 2
-        slow = tube.rise(vacuum, share * plant.rate, plant.top)
-        weak = weak if slow < TOLD * regulator.weak_ratio * gross else math.inf
-        part = 2 * regulator.fast
-        small = replace(tube, volume=part * tube.volume, passes=part * tube.passes)
-        quick = small.rise(vacuum, part * plant.rate, plant.top)
-        blocked = none if TOLD * quick > regulator.fast * gross else math.inf
-    stuck = max(regulator.samples(regulator.stuck_time), 50) * dt
-    return {
-        "NOT_A_NUMBER": dt,
-        "SENSOR_OUT_OF_RANGE": (regulator.confirm + 1) * dt,
-        "SENSOR_STUCK": stuck + dt if regulator.noisy else 2 * block + slack,
-        "SENSOR_OFFSET": regulator.settles_in + (regulator.confirm + 2) * dt + 8 * lag,
-        "NO_VACUUM": none,
-        "WEAK_PUMP": weak,
-        "LINE_BLOCKED": blocked,
-        "VACUUM_LOST": regulator.samples(regulator.lost_for) * dt + slack,
-    }
