@@ -163,7 +163,8 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     lines = [
-        f"Healthy hours at 100 Hz, seed {given.seed} (`python tests/false_alarms.py --write`):",
+        f"Healthy hours at 100 Hz, seed {given.seed} (`python tests/false_alarms.py --hours "
+        f"{given.hours} --write`):",
         "",
         "| regulator | hours | false alarms | rate at most, 95 % [1/h] | pump switches an hour |",
         "|---|---|---|---|---|",

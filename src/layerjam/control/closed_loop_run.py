@@ -76,7 +76,17 @@ class Course(NamedTuple):
 def _law() -> dict[str, Any]:
     """The law's functions compiled, by name; no rounding is changed."""
     names: dict[str, Any] = {k: v for k, v in vars(law).items() if isinstance(v, int | float)}
-    helpers = ("moved", "switched", "safe", "command", "excess", "pump_fault", "vented", "held")
+    helpers = (
+        "moved",
+        "switched",
+        "safe",
+        "command",
+        "given",
+        "excess",
+        "pump_fault",
+        "vented",
+        "held",
+    )
     for name in (*helpers, "detect", "step"):
         plain = types.FunctionType(getattr(law, name).__code__, names, name)
         names[name] = numba.njit(error_model="numpy", forceinline=True)(plain)

@@ -167,26 +167,20 @@ def detect(
         else:
             same = 0.0
         pump, vent = drive[1], drive[2]
-
-        # what the pump owes: its rise as the sensor shows it, at most what a tube lets through,
-        # less the greatest healthy leak; a vent closed just now still shows in a slow sensor
-        gives = rise * pump * (top - fall * measured)
-        through = most - (less - bend * measured) * measured
-        rate += lag * ((gives if gives < through else through) - rate)
+        # owed is this less the healthy leak; a vent closed just now still shows in a slow sensor
+        rate += lag * (given(pump, measured, rise, top, fall, most, less, bend) - rate)
         loss = leak * measured if measured > 0.0 else 0.0
         pumping = pump > 0.0 and vent == 0.0 and drive[4] > fade_steps
-        if pumping:
-            ahead = excess(ahead + change, rate, loss, fast, sound)
-            if ahead > jump:
-                fault = 1.0 * BLOCKED
+        ahead = excess(ahead + change, rate, loss, fast, sound) if pumping else 0.0
+        if ahead > jump:
+            fault = 1.0 * BLOCKED
         if pumping and rate > 2.0 * loss:
             owed += rate - loss
             risen += change
             quiet = quiet + rate if change == 0.0 else 0.0
             if owed >= clear and fault == 0.0:
                 away = measured > offset or measured < -offset
-                found = pump_fault(owed, risen, quiet if away else 0.0, none, weak)
-                fault = found if found != 0.0 else fault
+                fault = pump_fault(owed, risen, quiet if away else 0.0, none, weak)
                 owed, risen = 0.0, 0.0
         else:
             owed, risen, quiet, ahead = 0.0, 0.0, 0.0, 0.0
@@ -206,6 +200,22 @@ def detect(
         measured, beyond, same, quiet, rate, owed, risen, ahead, reached, missing, settled, off,
         opened, fault,
     )  # fmt: skip
+
+
+def given(
+    pump: float,
+    vacuum: float,
+    rise: float,
+    top: float,
+    fall: float,
+    most: float,
+    less: float,
+    bend: float,
+) -> float:
+    """What a healthy pump raises the vacuum by in a sample: at most what a tube lets through."""
+    gives = rise * pump * (top - fall * vacuum)
+    through = most - (less - bend * vacuum) * vacuum
+    return gives if gives < through else through
 
 
 def excess(ahead: float, rate: float, loss: float, fast: float, sound: float) -> float:
