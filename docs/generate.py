@@ -106,19 +106,11 @@ def sidecar_fields() -> str:
         spec = place.metadata.get("quantity")
         if spec is None:
             kind = "true or false" if place.name == "synthetic" else "text"
-            rows.append(row(f"`{place.name}`", kind, _FACTS[place.name]))
+            rows.append(row(f"`{place.name}`", kind, place.metadata["value"].text))
         else:
             kind = "whole number" if spec.whole else f"quantity in {unit(spec)}"
             rows.append(row(f"`{place.name}`", kind, spec.text))
     return table(("key", "kind", "meaning"), rows)
-
-
-_FACTS = {
-    "brake": "name of the brake",
-    "procedure": "what was done, in the words of a procedure",
-    "synthetic": "the numbers were computed, not measured",
-    "note": "anything else",
-}
 
 
 PULLS_AND_STOPS = (

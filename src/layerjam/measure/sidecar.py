@@ -40,8 +40,10 @@ class Facts:
     repeat: int | None = quantity("1", "number of the repeat", whole=True, default=None)
     brake: str | None = value(TextSpec(text="name of the brake"), default=None)
     normal_force: float | None = like(NORMAL_FORCE, "normal force of a friction test", default=None)
-    procedure: str | None = value(TextSpec(text="what was done"), default=None)
-    synthetic: bool = value(FlagSpec(text="whether the file is computed"), default=False)
+    procedure: str | None = value(
+        TextSpec(text="what was done, in the words of a procedure"), default=None
+    )
+    synthetic: bool = value(FlagSpec(text="the numbers were computed, not measured"), default=False)
     seed: int | None = like(SEED, "seed of a synthetic file", default=None)
     note: str = value(TextSpec(text="anything else"), default="")
     number: str = _said("number of the test or of its report")
