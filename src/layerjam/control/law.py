@@ -149,7 +149,7 @@ def detect(
     ) = seen  # fmt: skip
     if fault != 0.0:
         return fault, reading, seen
-    if measured != measured or target != target:
+    if measured != measured or target - target != 0.0:
         fault = 1.0 * NOT_A_NUMBER
         measured = reading
     elif measured < low or measured >= high:
