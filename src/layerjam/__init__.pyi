@@ -4,6 +4,7 @@ from layerjam import laws as laws
 from layerjam._version import __version__ as __version__
 from layerjam.commands.array import array as array
 from layerjam.commands.bend import bend as bend
+from layerjam.commands.build import build as build
 from layerjam.commands.calibration import calibrate as calibrate
 from layerjam.commands.compare import compare as compare
 from layerjam.commands.crash import crash as crash

@@ -1,0 +1,267 @@
+"""`build`: from a brake's file to what a workshop needs to make it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from layerjam._version import __version__
+from layerjam.commands.array import PARALLEL, SERIES
+from layerjam.commands.declare import Help, Input, Progress, command
+from layerjam.commands.quantities import BrakeInput, Overwrite
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile
+from layerjam.device.workshop import CUTTERS, Build, SizeSpec
+from layerjam.errors import Notice, QuantityError
+from layerjam.units import show, spec_of
+
+if TYPE_CHECKING:
+    from layerjam.fabricate.drawing import Drawing
+
+MOST = 100
+"""Brakes of one build at most."""
+
+
+def _size(sides: int, name: str) -> Callable[[Any, Mapping[str, Any]], Any]:
+    """What reads lengths such as "600x400mm", or takes SI numbers."""
+    spec = SizeSpec("", sides)
+
+    def convert(value: Any, given: Mapping[str, Any]) -> Any:
+        return spec.read(value, name) if isinstance(value, str) else spec.check(value, name)
+
+    return convert
+
+
+Size = str | Sequence[float] | None
+
+
+def _amounts(found: Mapping[str, float] | None) -> str:
+    return "" if not found else ", ".join(f"{k} {show(v, 'kg')}" for k, v in found.items())
+
+
+@result
+class Built(Result):
+    """What was written, or why the brake cannot be built; `record` is the drawing behind it.
+
+    `checks` are rows of code, ok (null: not checked), value, limit, unit, text and key.
+    """
+
+    feasible: bool = fact("whether it can be built as drawn")
+    reason: str | None = fact("why not")
+    files: Sequence[str] = fact(
+        "files in the folder", shown=lambda found: f"{len(found)} in the folder" if found else ""
+    )
+    brakes: int = number("1", "brakes in all")
+    mass: float | None = number("kg", "mass as drawn, of what is known")
+    fittings_mass: float | None = number("kg", "of that, all but sheets and enclosure")
+    pin_to_pin: float | None = number("m", "distance of the pins at rest")
+    overall_length: float | None = number("m", "length over both heads at rest")
+    sleeve_length: float | None = number("m", "length of the sleeve, trimmed")
+    strap_length: float | None = number("m", "distance of the pins at the end of the travel")
+    film_pieces: int | None = number("1", "pieces of film")
+    film_area: float | None = number("m^2", "area of all film parts")
+    film_used: float | None = number("1", "share of the film that becomes parts")
+    cut_length: float | None = number("m", "length of all cuts")
+    silicone_volume: float | None = number("m^3", "silicone in the mould, all castings")
+    silicone_mass: float | None = number("kg", "silicone to mix, waste included")
+    silicone_parts: Mapping[str, float] | None = fact("of that A and B [kg]", shown=_amounts)
+    printed_volume: float | None = number("m^3", "plastic to print, mould and core included")
+    screw: str | None = fact("screw of the clamps")
+    preload: float | None = number("N", "force of each screw that holds the sheets by friction")
+    torque: float | None = number("N m", "torque that gives it")
+    yoke_moment: float | None = number("N m", "bending moment of each yoke")
+    mass_parts: Sequence[Mapping[str, Any]] | None = fact("mass of each part", listed=False)
+    mass_missing: Sequence[str] | None = fact("what has no mass until it is weighed")
+    checks: Sequence[Mapping[str, Any]] = fact("checks", listed=False)
+    assumptions: Sequence[str] = fact("what nobody has measured or given", listed=False)
+
+    @classmethod
+    def table_units(cls) -> Mapping[str, str]:
+        """{key: SI unit} inside the tables; a check says its own."""
+        return {"each": "kg", "silicone_parts": "kg"}
+
+    def lines(self) -> Iterator[str]:
+        """The checks, and how much is assumed."""
+        yield from ("", "checks")
+        words = {True: "ok  ", False: "LOOK", None: "--  "}
+        for check in self.checks:
+            yield f"  {words[check['ok']]}  {check['code']:<3}  {check['text']}"
+        if self.assumptions:
+            yield f"{len(self.assumptions)} assumptions, listed in build.json"
+
+
+@command(
+    "build",
+    place=10,
+    examples=(
+        "layerjam build choi2018-kapton --out my-brake",
+        "layerjam build my-brake.toml --out DIR --cutter laser --kerf 0.15mm --coupons",
+    ),
+)
+def build(
+    brake: BrakeInput,
+    *,
+    out: Annotated[str | Path, Help("Folder to make.", metavar="DIR")],
+    workshop: Annotated[
+        str | Path | None,
+        Help("A workshop's own [build] table; the brake's counts more.", metavar="FILE.toml"),
+    ] = None,
+    cutter: Annotated[
+        str | None, Help("Who cuts the film: service, laser or knife.", metavar="|".join(CUTTERS))
+    ] = None,
+    kerf: Annotated[float | str | None, spec_of(Build, "kerf")] = None,
+    stock: Annotated[
+        Size, Input("Film, length by width.", metavar="QxQ", convert=_size(2, "stock"))
+    ] = None,
+    laser_bed: Annotated[
+        Size, Input("Bed of the laser.", metavar="QxQ", convert=_size(2, "laser bed"))
+    ] = None,
+    print_bed: Annotated[
+        Size, Input("Room of the printer.", metavar="QxQxQ", convert=_size(3, "print bed"))
+    ] = None,
+    parallel: Annotated[int | str, PARALLEL] = 1,
+    series: Annotated[int | str, SERIES] = 1,
+    coupons: Annotated[bool, Help("A comb for the kerf and strips for the friction too.")] = False,
+    no_step: Annotated[bool, Help("No STEP files.")] = False,
+    force: Overwrite = False,
+    progress: Progress = lambda what, share: None,
+) -> Built:
+    """Write what a workshop needs to make a brake: patterns, printed parts, mould, parts list.
+
+    The folder appears whole or not at all, and the same brake gives the same bytes. `feasible` is
+    False where the brake cannot be built as drawn; `reason` says why, and nothing is written.
+    Nothing here was cut, printed or cast by us. Raises FileError, QuantityError, MissingExtraError.
+    """
+    from layerjam.fabricate import step
+    from layerjam.fabricate.choices import choices
+    from layerjam.fabricate.files import files, require
+    from layerjam.fabricate.folder import LIST, check_folder, write_folder
+    from layerjam.fabricate.lengths import CannotBuildError
+
+    rows, row = int(parallel), int(series)
+    if rows * row > MOST:
+        raise QuantityError(
+            f"build: {rows} by {row} are {rows * row} brakes; at most {MOST} are allowed"
+        )
+    given = {"cutter": cutter, "kerf": kerf, "laser_bed": laser_bed, "print_bed": print_bed}
+    if stock is not None:
+        given |= {"stock_length": stock[0], "stock_width": stock[1]}
+    chosen = choices(brake, workshop, given)
+    check_folder(out, force)
+    require()
+    with_step = not no_step and step.available()
+    progress("drawing", 0.1)
+    try:
+        made = _drawn(brake, chosen, rows, row)
+    except CannotBuildError as error:
+        return _cannot(error, brake, rows * row)
+    notices = [*brake.warnings(), *made.notices()]
+    if not (with_step or no_step):
+        notices.append(
+            Notice("no STEP files: pip install 'layerjam[step]' brings what they need", "no-step")
+        )
+    if not made.feasible:
+        return Built.of(_facts(made), files=[], warnings=notices, record=made)
+    progress("writing files", 0.3)
+    content = files(made, with_step=with_step, coupons=coupons)
+    names = sorted([*content, LIST])
+    done = Built.of(_facts(made), files=names, warnings=notices, record=made)
+    content[LIST] = _listed(done, brake)
+    write_folder(Path(out), content, force)
+    return done
+
+
+def _drawn(file: BrakeFile, chosen: Any, parallel: int, series: int) -> Drawing:
+    from layerjam.fabricate.drawing import drawing
+
+    return drawing(file, chosen, greatest_force(file.brake), parallel, series)
+
+
+def greatest_force(brake: Brake) -> float:
+    """The greatest force [N] at the site's full vacuum, static friction of all sheets included."""
+    from layerjam.mechanics import friction, pull
+
+    vacuum = brake.site.atmosphere
+    peak = pull.peak(vacuum, brake.sheets.usable_travel, brake).force
+    return max(float(peak), float(friction.holding_force(vacuum, brake)))
+
+
+def _cannot(error: Any, file: BrakeFile, brakes: int) -> Built:
+    """The result where there are no lengths to check."""
+    check = {
+        "code": "C4",
+        "ok": False,
+        "text": str(error),
+        "value": error.value,
+        "limit": error.limit,
+        "unit": "m",
+        "key": error.reason,
+    }
+    return Built.of(
+        feasible=False,
+        reason=f"C4: {error}",
+        files=[],
+        brakes=brakes,
+        checks=[check],
+        assumptions=[],
+        warnings=file.warnings(),
+    )
+
+
+def _facts(made: Drawing) -> dict[str, Any]:
+    """Values of the result's keys; masses, film and silicone are those of all brakes."""
+    from layerjam.fabricate.masses import UNWEIGHED, screw_name
+    from layerjam.fabricate.silicone import cavity
+
+    many, found, film = made.brakes, made.lengths, made.film
+    halves = made.silicone_parts
+    return {
+        "feasible": made.feasible,
+        "reason": made.reason,
+        "brakes": many,
+        "mass": many * sum(row.mass for row in made.masses),
+        "fittings_mass": many * sum(row.mass for row in made.masses if row.fitting),
+        "mass_parts": [
+            {"name": r.name, "count": many * r.count, "each": r.each, "basis": r.basis}
+            for r in made.masses
+        ],
+        "mass_missing": list(UNWEIGHED),
+        "pin_to_pin": found.pin_to_pin * 1e-3,
+        "overall_length": found.overall * 1e-3,
+        "sleeve_length": found.sleeve * 1e-3,
+        "strap_length": found.strap * 1e-3,
+        "film_pieces": len(film.pieces),
+        "film_area": film.area,
+        "film_used": film.used,
+        "cut_length": film.cut_length,
+        "silicone_volume": many * cavity(found),
+        "silicone_mass": made.silicone_mass,
+        "silicone_parts": None if halves is None else dict(zip("AB", halves, strict=True)),
+        "printed_volume": sum(
+            part.solid.volume * part.count * (many if part.stays else 1)
+            for part in made.parts
+            if part.printed
+        )
+        * 1e-9,
+        "screw": screw_name(found),
+        "preload": made.preload,
+        "torque": made.torque,
+        "yoke_moment": made.yoke_moment,
+        "checks": [check.row() for check in made.checks],
+        "assumptions": made.assumptions(),
+    }
+
+
+def _listed(done: Built, file: BrakeFile) -> str:
+    """The result as a file of the folder, with what it was made from."""
+    text = file.text or file.rendered(file.name)
+    about = {
+        "layerjam": __version__,
+        "brake": file.name,
+        "brake_sha256": hashlib.sha256(text.encode()).hexdigest(),
+    }
+    return json.dumps(about | json.loads(done.json()), indent=2) + "\n"

@@ -1,0 +1,197 @@
+"""One build: its lengths, parts, film, masses and checks, before any file is made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from layerjam.device.file import BrakeFile
+from layerjam.device.workshop import Build
+from layerjam.errors import Notice
+from layerjam.fabricate import checks as rules
+from layerjam.fabricate.basis import BASIS, DRAWN
+from layerjam.fabricate.choices import Choices
+from layerjam.fabricate.film import Film, film, pitch
+from layerjam.fabricate.lengths import Lengths, lengths
+from layerjam.fabricate.masses import MassRow, mass_rows
+from layerjam.fabricate.parts import Part, parts
+from layerjam.fabricate.silicone import halves, mixed, silicone_checks
+from layerjam.fabricate.strength import preload, strength_checks, torque
+from layerjam.fabricate.verdicts import Check, notices, refusals
+from layerjam.records.source import Source
+from layerjam.records.values import entries
+from layerjam.units import show
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """All that is known of a build; `parallel` times `series` equal brakes."""
+
+    file: BrakeFile
+    choices: Choices
+    lengths: Lengths
+    parts: Sequence[Part]
+    film: Film
+    masses: Sequence[MassRow]
+    checks: Sequence[Check]
+    force: float
+    """Greatest force on one brake [N]."""
+    parallel: int = 1
+    series: int = 1
+
+    @property
+    def brakes(self) -> int:
+        """Brakes in all."""
+        return self.parallel * self.series
+
+    @property
+    def build(self) -> Build:
+        """The choices' values."""
+        return self.choices.build
+
+    @property
+    def feasible(self) -> bool:
+        """Whether it can be built."""
+        return not refusals(self.checks)
+
+    @property
+    def reason(self) -> str | None:
+        """Why it cannot be built."""
+        found = refusals(self.checks)
+        return "; ".join(f"{check.code}: {check.text}" for check in found) or None
+
+    @property
+    def preload(self) -> float:
+        """Force of each clamp's screw [N]."""
+        return preload(self.force, self.file.brake, self.lengths)
+
+    @property
+    def torque(self) -> float:
+        """Torque of each clamp's screw [N m]."""
+        return torque(self.force, self.file.brake, self.build, self.lengths)
+
+    @property
+    def silicone_mass(self) -> float:
+        """Silicone to mix for all brakes, waste included [kg]."""
+        density = self.file.brake.enclosure.density
+        return self.brakes * mixed(self.lengths, self.build, density)
+
+    @property
+    def silicone_parts(self) -> list[float] | None:
+        """Masses of A and B [kg]; None where the mix is not known."""
+        return halves(self.file.making.enclosure.mix, self.silicone_mass)
+
+    @property
+    def yoke_moment(self) -> float | None:
+        """Greatest bending moment [N m] in each of a side's two yokes; None without a yoke."""
+        if self.parallel == 1:
+            return None
+        step, middle = pitch(self.build, self.lengths) * 1e-3, (self.parallel - 1) / 2
+        return self.force * sum(abs(i - middle) * step for i in range(self.parallel)) / 4
+
+    def assumptions(self) -> list[str]:
+        """What nobody has measured or given, each with the reason for its value."""
+        known = dict(entries(Build))
+        said = []
+        for name in self.choices.assumed:
+            value, spec = getattr(self.build, name), known[name].spec
+            if value is None:
+                continue
+            said.append(f"build.{name} = {spec.written(value)}: {BASIS[name]}")
+        return [*said, *DRAWN]
+
+    def notices(self) -> list[Notice]:
+        """What is to be warned of."""
+        return [*notices(self.checks), *_notices(self)]
+
+
+def drawing(
+    file: BrakeFile, chosen: Choices, force: float, parallel: int = 1, series: int = 1
+) -> Drawing:
+    """The build of a brake whose greatest force is `force` [N].
+
+    Raises QuantityError for choices that contradict each other, CannotBuildError where no lengths
+    can be found. Whether the rest can be built say `checks`.
+    """
+    brake, build, known = file.brake, chosen.build, file.making.enclosure
+    found = lengths(brake, build)
+    rules.agree_drawn(build, found)
+    drawn = parts(found, build)
+    rows = mass_rows(brake, build, found, drawn)
+    cut = film(file, build, found, parallel * series)
+    known_by = file.sources.get("film.kinetic", Source())
+    source = ": ".join(filter(None, (known_by.kind, known_by.text)))
+    made = [
+        *cut.checks,
+        *rules.print_checks(build, drawn),
+        *rules.clamp_checks(build, found),
+        *rules.sleeve_checks(brake, build, known, found),
+        *strength_checks(force, brake, build, found, source),
+        rules.wall_check(build, found),
+        rules.seal_check(brake, build, found),
+        *silicone_checks(build, known, found),
+        *rules.mass_checks(brake, rows),
+    ]
+    return Drawing(
+        file=file,
+        choices=chosen,
+        lengths=found,
+        parts=drawn,
+        film=cut,
+        masses=rows,
+        checks=sorted(made, key=lambda check: int(check.code[1:])),
+        force=force,
+        parallel=parallel,
+        series=series,
+    )
+
+
+def _notices(made: Drawing) -> list[Notice]:
+    """Warnings beside the checks."""
+    brake, found = made.file.brake, made.lengths
+    said = []
+    for side in found.sides:
+        surplus = side.clamped * 1e-3 - brake.mount.clamped_length
+        if surplus > 1e-6:
+            said.append(
+                Notice(
+                    f"the {side.name} sheets are {show(surplus, 'm')} longer than free length, "
+                    "overlap and clamped length together: the surplus goes into the clamp, and "
+                    "the cap grows",
+                    "surplus-length",
+                )
+            )
+    if found.count % 2 == 0:
+        said.append(
+            Notice(
+                f"{found.count} sheets: one outer face is a left sheet, the other a right one; "
+                "mark the faces",
+                "even-count",
+            )
+        )
+    source = made.file.sources.get("sheets.usable_travel", Source())
+    if source.kind != "measured":
+        travel = show(brake.sheets.usable_travel, "m")
+        said.append(
+            Notice(
+                f"usable travel of {travel} has not been tested on this brake", "untested-travel"
+            )
+        )
+    said.append(
+        Notice(
+            "uncured resin inhibits platinum silicone: seal a resin mould, and cure a dab on it "
+            "first",
+            "resin-mould",
+        )
+    )
+    if made.parallel > 1 and made.yoke_moment is not None:
+        said.append(
+            Notice(
+                f"each yoke bends with {show(made.yoke_moment, 'N m', 3)}: its section modulus is "
+                "at least that over the stress it may bear; brakes side by side share their "
+                "elongation only while the yoke does not tilt",
+                "yoke",
+            )
+        )
+    said.append(Notice("never cut, printed or cast by us", "never-built"))
+    return said

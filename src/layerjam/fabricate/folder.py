@@ -1,0 +1,116 @@
+"""A folder that appears whole or not at all, and is replaced in one step."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import secrets
+import shutil
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from layerjam.errors import FileError
+
+LIST = "build.json"
+"""The file that names all others of the folder."""
+HERE, EXCHANGE = -100, 2
+
+
+def check_folder(out: str | Path, force: bool) -> Path:
+    """The folder to make; raises FileError where it could not be, before anything is computed.
+
+    An existing folder is replaced with `force` only, and only if it holds nothing but what an
+    earlier build wrote.
+    """
+    path = Path(out)
+    try:
+        return _checked(path, force)
+    except (OSError, ValueError) as err:
+        reason = getattr(err, "strerror", None) or str(err)
+        raise FileError(str(out)[:200], f"cannot be made: {reason}") from None
+
+
+def _checked(path: Path, force: bool) -> Path:
+    if not path.name:
+        raise FileError(path, "is no folder that can be made; give it a name")
+    if os.path.lexists(path) and not path.is_dir():
+        raise FileError(path, "is a file, not a folder")
+    if path.is_symlink():
+        raise FileError(path, "is a link; give the folder itself")
+    if not path.parent.is_dir():
+        raise FileError(path, f"cannot be made: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK):
+        raise FileError(path, f"cannot be made: the folder {path.parent} is read-only")
+    if path.is_dir():
+        if not force:
+            raise FileError(path, "exists already; --force replaces it")
+        strange = sorted(_found(path) - _written(path))
+        if strange:
+            more = f" and {len(strange) - 1} more" if len(strange) > 1 else ""
+            raise FileError(
+                path,
+                f"holds {strange[0]}{more}, which no build wrote; move it or take another folder",
+            )
+    return path
+
+
+def _found(path: Path) -> set[str]:
+    """Files of a folder, by their path inside it."""
+    return {f.relative_to(path).as_posix() for f in path.rglob("*") if not f.is_dir()}
+
+
+def _written(path: Path) -> set[str]:
+    """Files that an earlier build says it wrote."""
+    try:
+        said = json.loads((path / LIST).read_text(encoding="utf-8"))["files"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
+    return {str(name) for name in said} if isinstance(said, list) else set()
+
+
+def write_folder(out: Path, content: Mapping[str, str | bytes], force: bool = False) -> None:
+    """Write {path inside `out`: content}: `out` appears with all of it, or not at all.
+
+    All is made in a hidden neighbour first. An existing folder changes places with it in one step
+    where the system can do that, and is taken away afterwards. Raises FileError.
+    """
+    path = check_folder(out, force)
+    made = path.with_name(f".{path.name[:40]}-{secrets.token_hex(8)}")
+    try:
+        for name, text in content.items():
+            target = made / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(text if isinstance(text, bytes) else text.encode())
+        if path.is_dir():
+            _swap(made, path)
+        else:
+            os.rename(made, path)
+    except OSError as err:
+        raise FileError(out, f"cannot be written: {err.strerror or err}") from None
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+
+
+def _swap(made: Path, path: Path) -> None:
+    """Let two folders change places; elsewhere than on Linux the old one goes away for a moment."""
+    if _exchanged(made, path):
+        return
+    aside = made.with_name(f"{made.name}-old")
+    os.rename(path, aside)
+    try:
+        os.rename(made, path)
+    except OSError:
+        os.rename(aside, path)
+        raise
+    os.rename(aside, made)
+
+
+def _exchanged(one: Path, other: Path) -> bool:
+    """Whether the system exchanged two paths in one step (renameat2 of Linux)."""
+    with suppress(OSError, AttributeError):
+        library = ctypes.CDLL(None, use_errno=True)
+        names = os.fsencode(one), os.fsencode(other)
+        return bool(library.renameat2(HERE, names[0], HERE, names[1], EXCHANGE) == 0)
+    return False

@@ -1,0 +1,91 @@
+"""What each part of a build weighs as drawn, and what nobody knows until it is on a balance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from layerjam.device.brake import Brake
+from layerjam.device.workshop import Build
+from layerjam.fabricate.film import film_parts
+from layerjam.fabricate.lengths import Lengths
+from layerjam.fabricate.parts import Part
+
+STEEL = 7850.0
+"""Density of screws and nuts [kg/m³]."""
+SOCKET_AND_THREAD = 0.1
+"""Share of a screw's cylinders that its socket and thread take away."""
+UNWEIGHED = ("cable ties", "tube fittings", "tube", "dowel pins")
+"""What is chosen by its maker, and weighs what it weighs."""
+
+
+@dataclass(frozen=True)
+class MassRow:
+    """Equal parts of the brake: how many, the mass of each [kg], and what it rests on."""
+
+    name: str
+    count: int
+    each: float
+    basis: str
+    fitting: bool = True
+    """Whether it counts as a fitting: all but sheets and the enclosure from cap to cap."""
+
+    @property
+    def mass(self) -> float:
+        """Mass of all of them [kg]."""
+        return self.count * self.each
+
+
+def mass_rows(brake: Brake, build: Build, lengths: Lengths, parts: Sequence[Part]) -> list[MassRow]:
+    """The parts of one brake that can be computed, in the order of the parts list."""
+    film = brake.film.density * lengths.thickness * 1e-9
+    rows = [
+        MassRow(
+            part.name,
+            part.count,
+            part.outline.area() * film,
+            "drawn",
+            not part.name.startswith("sheet"),
+        )
+        for part in film_parts(build, lengths)
+    ]
+    outer = lengths.inner_width + 2 * lengths.wall, lengths.inner_height + 2 * lengths.wall
+    section = outer[0] * outer[1] - lengths.inner_width * lengths.inner_height
+    silicone = section * brake.enclosure.density * 1e-9
+    over = lengths.left.reach + lengths.right.reach
+    rows += [
+        MassRow("sleeve, cap to cap", 1, silicone * lengths.free, "drawn", False),
+        MassRow("sleeve over the caps", 1, silicone * over, "drawn"),
+    ]
+    rows += [
+        MassRow(part.name, part.count, part.solid.volume * build.print_density * 1e-9, "drawn")
+        for part in parts
+        if part.printed and part.stays
+    ]
+    count = 2 * lengths.screws
+    return [
+        *rows,
+        MassRow(f"screw {screw_name(lengths)}", count, screw_mass(lengths), "nominal"),
+        MassRow(f"nut {lengths.thread.name}", count, nut_mass(lengths), "nominal"),
+    ]
+
+
+def screw_name(lengths: Lengths) -> str:
+    """The screw as a shop calls it."""
+    return f"{lengths.thread.name} × {lengths.screw_length}"
+
+
+def screw_mass(lengths: Lengths) -> float:
+    """A cylinder head on a cylinder of steel, less a tenth [kg]."""
+    thread = lengths.thread
+    head = math.pi / 4 * thread.head**2 * thread.head_height
+    shank = math.pi / 4 * thread.size**2 * lengths.screw_length
+    return (1 - SOCKET_AND_THREAD) * (head + shank) * STEEL * 1e-9
+
+
+def nut_mass(lengths: Lengths) -> float:
+    """A hexagon of steel with a hole [kg]."""
+    thread = lengths.thread
+    area = math.sqrt(3) / 2 * thread.nut**2 - math.pi / 4 * thread.size**2
+    return area * thread.nut_height * STEEL * 1e-9

@@ -1,0 +1,112 @@
+"""Casting the sleeve: how much silicone, how hard it is to fill and whether the core stands still.
+
+C12 and C13 of the specification.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+
+from layerjam.device.workshop import Build, Casting
+from layerjam.fabricate.lengths import Lengths
+from layerjam.fabricate.mould import casting
+from layerjam.fabricate.verdicts import Check
+from layerjam.units import show
+
+MOST_PRESSURE = 100e3
+"""Above this a syringe by hand does not fill it [Pa]."""
+BEND = 1e-4
+"""By how much the core may bend before the wall is uneven [m]."""
+LEAST_PUSH = 1.0
+"""Force that the core should bear without that [N]."""
+THIN = 0.3e-3
+"""A thinner wall is not filled without the viscosity being known [m]."""
+
+
+def cavity(lengths: Lengths) -> float:
+    """Volume of silicone in the mould [m³]."""
+    return casting(lengths).volume * 1e-9
+
+
+def mixed(lengths: Lengths, build: Build, density: float) -> float:
+    """Silicone to mix, waste included [kg]."""
+    return cavity(lengths) * density * (1 + build.waste)
+
+
+def halves(mix: str | None, mass: float) -> list[float] | None:
+    """Masses [kg] of A and B for a mix such as "1A:1B"; None where it is not known."""
+    found = re.fullmatch(r"\s*([\d.]+)\s*A\s*:\s*([\d.]+)\s*B.*", mix or "")
+    if found is None:
+        return None
+    a, b = float(found.group(1)), float(found.group(2))
+    return [mass * a / (a + b), mass * b / (a + b)] if a + b > 0 else None
+
+
+def filling_pressure(lengths: Lengths, viscosity: float, pot_life: float) -> float:
+    """Pressure [Pa] that fills the mould in half the pot life, the wall taken as a flat slot.
+
+    12 η (V / ½ pot life) ℓ / (girth w³), the girth in the middle of the wall.
+    """
+    found = lengths.mould
+    wall = (found.outer_width - found.inner_width) / 2
+    girth = 2 * (found.inner_width + found.inner_height) + math.pi * wall
+    flow = cavity(lengths) / (pot_life / 2)
+    return 12 * viscosity * flow * (found.casting / girth / wall**3) * 1e9
+
+
+def core_force(lengths: Lengths, modulus: float) -> float:
+    """Force [N] in the middle that bends the core, held at both ends, by 0.1 mm."""
+    found = lengths.mould
+    sides = sorted((found.inner_width, found.inner_height))
+    inertia = sides[1] * sides[0] ** 3 / 12
+    return 192 * modulus * inertia / found.casting**3 * BEND * 1e-3
+
+
+def silicone_checks(build: Build, known: Casting, lengths: Lengths) -> Iterator[Check]:
+    """C12 and C13."""
+    yield _fill(known, lengths)
+    force = core_force(lengths, build.print_modulus)
+    remedy = f": cut the core from metal or acrylic, {lengths.mould.inner_width:.4g} mm × "
+    remedy += f"{lengths.mould.inner_height:.4g} mm"
+    yield Check(
+        code="C13",
+        ok=force >= LEAST_PUSH,
+        text=f"the printed core bends by 0.1 mm under {show(force, 'N', 2)}"
+        + ("" if force >= LEAST_PUSH else remedy),
+        value=force,
+        limit=LEAST_PUSH,
+        unit="N",
+        key="core-bends",
+    )
+
+
+def _fill(known: Casting, lengths: Lengths) -> Check:
+    wall = lengths.wall * 1e-3
+    if known.viscosity is None or known.pot_life is None:
+        missing = [name for name in ("viscosity", "pot_life") if getattr(known, name) is None]
+        what = " and ".join(f"enclosure.{name}" for name in missing)
+        thin = wall < THIN
+        return Check(
+            code="C12",
+            ok=False if thin else None,
+            refuses=thin,
+            text=f"filling pressure not known: {what} "
+            f"{'is' if len(missing) == 1 else 'are'} not given"
+            + (f", and a wall of {show(wall, 'm')} is not filled by guess" if thin else ""),
+            value=wall if thin else None,
+            limit=THIN if thin else MOST_PRESSURE,
+            unit="m" if thin else "Pa",
+            key="fill",
+        )
+    pressure = filling_pressure(lengths, known.viscosity, known.pot_life)
+    return Check(
+        code="C12",
+        ok=pressure <= MOST_PRESSURE,
+        text=f"filling in half the pot life takes {show(pressure, 'Pa', 2)}",
+        value=pressure,
+        limit=MOST_PRESSURE,
+        unit="Pa",
+        key="fill",
+    )

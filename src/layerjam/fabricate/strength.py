@@ -1,0 +1,147 @@
+"""Whether sheets, clamp and cap bear the greatest force (C7 to C9); N and mm, so MPa."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from layerjam.device.brake import Brake
+from layerjam.device.workshop import Build
+from layerjam.fabricate.lengths import Lengths, mm
+from layerjam.fabricate.verdicts import Check
+from layerjam.units import show
+
+PROOF = 580e6
+"""Stress that a steel screw of class 8.8 bears without lasting stretch (ISO 898-1) [Pa]."""
+SHARE = 0.75
+"""Of that, to which a screw is usually tightened."""
+STRESSED = {2: 2.07, 2.5: 3.39, 3: 5.03, 4: 8.78, 5: 14.2, 6: 20.1}
+"""Area of a thread that bears stress (ISO 898-1) [mm²]."""
+
+
+def preload(force: float, brake: Brake, lengths: Lengths) -> float:
+    """Force [N] of each screw at which friction alone holds the sheets in the clamp."""
+    return force / (2 * brake.film.kinetic * lengths.screws)
+
+
+def torque(force: float, brake: Brake, build: Build, lengths: Lengths) -> float:
+    """Torque [N m] that gives this preload."""
+    return build.nut_factor * preload(force, brake, lengths) * lengths.thread.size * 1e-3
+
+
+def strength_checks(
+    force: float, brake: Brake, build: Build, lengths: Lengths, friction_source: str
+) -> Iterator[Check]:
+    """C7, C8 and C9 at a force [N] on the brake."""
+    clamp = _clamp(force, brake, build, lengths, friction_source)
+    yield from _sheets(force, brake, lengths, bool(clamp.ok))
+    yield clamp
+    yield from _cap(force, build, lengths)
+
+
+def _sheets(force: float, brake: Brake, lengths: Lengths, held: bool) -> Iterator[Check]:
+    """C7: the sheets of the side with fewer of them, at the screws' holes."""
+    few, many, hole = lengths.count // 2, lengths.screws, lengths.hole
+    net = lengths.width - many * hole
+    shorter = min(side.clamped for side in lengths.sides)
+    # a hole that reaches the sheet's end tears out at once
+    rest = max((shorter - hole) / 2, 0.0)
+    areas = {
+        "net section": few * net * lengths.thickness,
+        "bearing on the screw": few * many * hole * lengths.thickness,
+        "tearing out at the end": 2 * few * many * rest * lengths.thickness,
+    }
+    strength = brake.film.strength
+    for where, area in areas.items():
+        stress = force / area * 1e6 if area > 0 else math.inf
+        spared = where != "net section" and held
+        text = f"sheets, {where}: {_pascals(stress)}"
+        ok: bool | None = None
+        if strength is None:
+            text += "; the film's strength is not known (film.strength)"
+        else:
+            ok = stress <= strength
+            text += f" of {_pascals(strength)} that the film bears"
+            if spared:
+                text += ", if the clamp did not hold by friction"
+                ok = True
+        yield Check(
+            code="C7",
+            ok=ok,
+            text=text,
+            value=stress if math.isfinite(stress) else None,
+            limit=strength,
+            unit="Pa",
+            key=f"sheet-{where.split()[0]}",
+        )
+
+
+def _clamp(force: float, brake: Brake, build: Build, lengths: Lengths, source: str) -> Check:
+    """C8: the preload that holds by friction, and whether a screw of class 8.8 gives it."""
+    need = preload(force, brake, lengths)
+    most = SHARE * PROOF * STRESSED[lengths.thread.size] * 1e-6
+    turn = torque(force, brake, build, lengths)
+    return Check(
+        code="C8",
+        ok=need <= most,
+        text=f"tighten each {lengths.thread.name} to {show(turn, 'N m', 2)}: at least "
+        f"{show(need, 'N', 3)} of preload holds {show(force, 'N')} by friction (film on film, "
+        f"{brake.film.kinetic:.3g}, stands in for film on plastic; {source}); a screw of class "
+        f"8.8 gives {show(most, 'N', 3)}",
+        value=need,
+        limit=most,
+        unit="N",
+        key="clamp-preload",
+    )
+
+
+def _cap(force: float, build: Build, lengths: Lengths) -> Iterator[Check]:
+    """C9: stresses in the cap, judged only where the plastic's strength was given."""
+    depth, bore = mm(build.tie_depth), mm(build.air_bore)
+    neck = math.pi * ((lengths.neck_a - depth) * (lengths.neck_b - depth) - bore**2 / 4)
+    hole = mm(build.pin) + mm(build.pin_clearance)
+    stresses = {
+        "tray": force * tray_factor(build, lengths),
+        "neck": force / neck,
+        "pin, net section": force / ((lengths.head - hole) * lengths.head_height),
+        "pin, tearing out": force / (2 * mm(build.pin_wall) * lengths.head_height),
+    }
+    for where, stress in stresses.items():
+        limit = build.print_strength
+        said = f"cap, {where}: {_pascals(stress * 1e6)}"
+        said += "; build.print_strength is not given" if limit is None else f" of {_pascals(limit)}"
+        yield Check(
+            code="C9",
+            ok=None if limit is None else stress * 1e6 <= limit,
+            text=said,
+            value=stress * 1e6,
+            limit=limit,
+            unit="Pa",
+            key=f"cap-{where.replace(', ', '-').replace(' ', '-')}",
+        )
+
+
+def tray_factor(build: Build, lengths: Lengths) -> float:
+    """Greatest stress in the tray over the force [1/mm²], tension and bending together.
+
+    The force runs through the middle of the stack, the section is a U without its nut pockets; its
+    edges are taken as sharp, which changes it by 4 %.
+    """
+    low, high = -lengths.stack / 2 - lengths.shelf_height, lengths.stack / 2 + lengths.plate_height
+    floor = -lengths.stack / 2
+    pocket = low + lengths.shelf_height - lengths.floor
+    nuts = lengths.screws * (lengths.thread.nut + mm(build.fit))
+    pieces = [
+        (lengths.tray_width, low, high),
+        (-lengths.slot, floor, high),
+        (-nuts, low, pocket),
+    ]
+    area = sum(w * (b - a) for w, a, b in pieces)
+    middle = sum(w * (b * b - a * a) / 2 for w, a, b in pieces) / area
+    inertia = sum(w * ((b - middle) ** 3 - (a - middle) ** 3) / 3 for w, a, b in pieces)
+    ends = (high - middle, low - middle)
+    return 1 / area + max(-middle * end for end in ends) / inertia
+
+
+def _pascals(stress: float) -> str:
+    return show(stress, "Pa", 3) if math.isfinite(stress) else "without limit"
