@@ -86,6 +86,8 @@ APART = {
     "Brakes.vacuum": "brakes without vacuum do not resist",
     "array.parallel": "each member is computed; a scenario counts equal ones once",
     "array.series": "each member is computed; a scenario counts equal ones once",
+    "build.parallel": "as in array",
+    "build.series": "as in array",
 }
 """{owner.name: why it differs from the others of its name and unit}."""
 

@@ -136,24 +136,19 @@ def build(
     False where the brake cannot be built as drawn; `reason` says why, and nothing is written.
     Nothing here was cut, printed or cast by us. Raises FileError, QuantityError, MissingExtraError.
     """
-    from layerjam.fabricate import step
     from layerjam.fabricate.choices import choices
     from layerjam.fabricate.files import files, require
     from layerjam.fabricate.folder import LIST, check_folder, write_folder
     from layerjam.fabricate.lengths import CannotBuildError
 
-    rows, row = int(parallel), int(series)
-    if rows * row > MOST:
-        raise QuantityError(
-            f"build: {rows} by {row} are {rows * row} brakes; at most {MOST} are allowed"
-        )
+    rows, row = _counts(parallel, series)
     given = {"cutter": cutter, "kerf": kerf, "laser_bed": laser_bed, "print_bed": print_bed}
     if stock is not None:
         given |= {"stock_length": stock[0], "stock_width": stock[1]}
     chosen = choices(brake, workshop, given)
     check_folder(out, force)
     require()
-    with_step = not no_step and step.available()
+    with_step = not no_step and _can_write_step()
     progress("drawing", 0.1)
     try:
         made = _drawn(brake, chosen, rows, row)
@@ -173,6 +168,22 @@ def build(
     content[LIST] = _listed(done, brake)
     write_folder(Path(out), content, force)
     return done
+
+
+def _counts(parallel: int | str, series: int | str) -> tuple[int, int]:
+    """Chains side by side and brakes in each."""
+    rows, row = int(parallel), int(series)
+    if rows * row > MOST:
+        raise QuantityError(
+            f"build: {rows} by {row} are {rows * row} brakes; at most {MOST} are allowed"
+        )
+    return rows, row
+
+
+def _can_write_step() -> bool:
+    from layerjam.fabricate.step import available
+
+    return available()
 
 
 def _drawn(file: BrakeFile, chosen: Any, parallel: int, series: int) -> Drawing:
