@@ -43,6 +43,7 @@ def test_a_good_campaign_passes_everything() -> None:
         "identifiable", "told apart", "settled", "bounds", "plausible", "catalogue", "stiffness",
         "sleeve", "repeats", "single curves", "residuals over slip", "scale factor over vacuum",
         "enclosure's factor over vacuum", "scale factor over speed", "leave one out",
+        "pull by pull", "seating", "stiffness repeats", "stiffness's trend over vacuum",
     }  # fmt: skip
 
 
@@ -70,7 +71,7 @@ def test_friction_that_depends_on_pressure_shows_as_a_drift_until_it_is_fitted()
 
 def test_friction_that_depends_on_speed_shows_until_it_is_fitted() -> None:
     curves = campaign((FULL,), 4, spread=SPREAD, noise=0.1, slope=0.2, speeds=(0.003, 0.02))
-    assert verdict(curves) == {"scale factor over speed"}
+    assert verdict(curves) == {"scale factor over speed", "pull by pull"}
     assert verdict(curves, free=("speed",)) == set()
 
 

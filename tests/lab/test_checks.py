@@ -42,14 +42,15 @@ THREE = ((0.875, 40e3), (0.875, 60e3), (0.875, 90e3))
 def test_a_good_calibration_passes_everything() -> None:
     assert fitted(*THREE) == {
         "identifiable": True, "plausible": True, "stiffness": True, "repeats": True,
-        "trend over vacuum": True, "shape": True,
+        "trend over vacuum": True, "shape": True, "pull by pull": True, "seating": True,
+        "stiffness repeats": True, "stiffness's trend over vacuum": True,
     }  # fmt: skip
 
 
 def test_one_pull_says_nothing_about_repeats_and_has_no_trend() -> None:
     assert fitted((0.875, FULL)) == {
         "identifiable": True, "plausible": True, "stiffness": True, "repeats": False,
-        "shape": True,
+        "shape": True, "pull by pull": True, "seating": True,
     }  # fmt: skip
 
 
@@ -76,7 +77,10 @@ def test_pulls_that_disagree() -> None:
 
 def test_a_trend_over_vacuum() -> None:
     drift = [(0.84, 40e3), (0.875, 60e3), (0.91, 90e3)]
-    assert failed(fitted(*drift)) == {"trend over vacuum"}
+    # three pulls with one degree of freedom tell nothing: at 2.5 errors chance alone made a trend
+    # of every fourth
+    assert failed(fitted(*drift)) == set()
+    assert "trend over vacuum" in failed(fitted(*drift, *drift))
 
 
 def test_a_wrong_sleeve_shows_at_the_end_of_the_curve() -> None:
@@ -120,7 +124,9 @@ def test_static_friction_at_the_peak_is_seen(share: float, fades: float) -> None
         found = calibrate(pulls, KAPTON)
         interval = found.intervals["scale_factor"]
         assert interval is not None and interval.low > 0.87
-        assert failed(verdicts(found.checks)) == {"shape"}
+        odd = failed(verdicts(found.checks))
+        # 15 % show in every single pull too
+        assert odd == ({"shape", "pull by pull"} if share == 0.15 else {"shape"})
 
 
 def test_pulls_without_it_pass() -> None:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import check_lines, pulls, understood, write_brake
+from layerjam.commands.left_out import LeftOut, excluded_lines
+from layerjam.commands.pull_by_pull import UNITS, as_rows, one_of_all, pull_lines
 from layerjam.commands.quantities import (
     Atmosphere,
     BrakeInput,
@@ -81,11 +83,20 @@ class BrakeCalibration(Result):
         "condition of the fit", default=None, listed=False
     )
     posterior: Mapping[str, Any] | None = fact("what was sampled", default=None, listed=False)
+    pulls: Sequence[Mapping[str, Any]] = fact(
+        "each pull, and what of it is unlike the others", listed=False
+    )
     checks: Sequence[Mapping[str, Any]] = fact("the fit's verdict", listed=False)
+    excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
     understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
     file: str | None = fact("brake file that was written")
     traces: Sequence[Trace] = ()
+
+    @classmethod
+    def table_units(cls) -> Mapping[str, str]:
+        """Units of the keys of `pulls`."""
+        return UNITS
 
     def rows(self) -> list[tuple[str, str]]:
         """The fitted numbers with their intervals."""
@@ -114,7 +125,9 @@ class BrakeCalibration(Result):
         if most:
             by = found["files"][most]
             yield f"without {most} the scale factor would move by {by:+.2g}, the most"
+        yield from pull_lines(self.pulls)
         yield from check_lines(self.checks)
+        yield from excluded_lines(self.excluded)
 
     def draw(self) -> Figure:
         """The pulls, the fitted law and what is left between them."""
@@ -145,6 +158,7 @@ def calibrate(
     out: OutBrake | None = None,
     partial: Partial = False,
     atmosphere: Atmosphere = None,
+    left_out: LeftOut = LeftOut(),
     options: FileOptions = FileOptions(),
     sampling: Sampling = Sampling(),
     progress: Progress | None = None,
@@ -156,7 +170,8 @@ def calibrate(
     peak and slope; "curves" fits whole curves, all at once, and the enclosure's factor with them,
     and what `free` names: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same
     parameters (`draws` of each of `chains`, from `seed`). `vacuum` serves files without a sidecar
-    that states it. With `out` the calibrated brake is written.
+    that states it. With `out` the calibrated brake is written. `exclude` leaves files out, each
+    with its reason in `because` (in Python also {file: reason}); both stay with result and brake.
     """
     from layerjam.identify.calibration.peaks import fit_pull
     from layerjam.identify.curves import usable
@@ -167,11 +182,12 @@ def calibrate(
         raise FitError(f"free: {', '.join(free)} can be fitted at depth 'curves' only")
     exact = depth == "exact"
     test = fit_pull if exact else lambda pull, pressure, _brake: usable(pull, pressure)
+    files, excluded = left_out.apart(files)
     used, refused, odd = pulls(files, brake, vacuum, options, test, progress)
     found = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
 
     def text(name: str) -> str:
-        return calibrated_text(brake, found, depth, name)
+        return calibrated_text(brake, found, depth, name, excluded)
 
     written, said = write_brake(out, text, force, bool(refused), partial)
     fitted = SHEETS if exact else (*SHEETS, *ENCLOSURE)
@@ -181,10 +197,18 @@ def calibrate(
         **{name: plain(getattr(found, name)) for name in TABLES},
         depth=depth,
         standard_errors={**found.standard_errors, "rests_on": found.errors_rest_on},
+        pulls=as_rows(found.pulls),
         understood=understood(t for t, _, _ in used),
+        excluded=excluded,
         refused=refused,
         file=written,
-        warnings=[*brake.warnings(without=fitted), *odd, *_without_slope(found), *said],
+        warnings=[
+            *brake.warnings(without=fitted),
+            *odd,
+            *_without_slope(found),
+            *one_of_all(found.pulls),
+            *said,
+        ],
         record=(brake, found),
         traces=[t for t, _, _ in used],
     )
@@ -210,13 +234,13 @@ def _fit(
     sampling: Sampling,
     tell: Progress,
 ) -> Calibration:
-    from layerjam.identify.calibration.peaks import calibrate as fit
+    from layerjam.identify.calibration.peaks import calibrate_peaks
     from layerjam.identify.calibration.whole_curves import calibrate_curves
     from layerjam.identify.curves import curves_of
 
-    if depth == "exact":
-        return fit([(pull, pressure) for _, pull, pressure in used], brake)
     curves = curves_of(used)
+    if depth == "exact":
+        return calibrate_peaks(curves, brake)
     if depth == "curves":
         return calibrate_curves(curves, brake, free, tell)
     from layerjam.identify.bayes.fit import calibrate_bayesian

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,6 +15,7 @@ from layerjam.commands.calibration import calibrate as run_calibration
 from layerjam.commands.declare import Help, Progress, PythonOnly, command, options
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.friction import friction as run_friction
+from layerjam.commands.left_out import LeftOut, excluded_lines
 from layerjam.commands.quantities import (
     Atmosphere,
     BrakeInput,
@@ -106,7 +107,12 @@ class Report(Result):
     calibrated_on_the_same: Sequence[str] = fact(
         "files that were both calibrated and validated on", listed=False
     )
+    excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+
+    def lines(self) -> Iterator[str]:
+        """What was left out by hand."""
+        yield from excluded_lines(self.excluded)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,12 +130,14 @@ class _Work:
         from layerjam.report.brake_tables import file_used
 
         report = self.report
-        values = {k: v for k, v in found.values.items() if k not in ("file", "refused")}
+        values = {k: v for k, v in found.values.items() if k not in ("file", "refused", "excluded")}
         report.stages[stage] = {**plain(values), "units": dict(found.units)}
         said = (w for w in found.warnings if getattr(w, "key", "") not in ("synthetic", *left_out))
         report.warnings[stage] = list(dict.fromkeys(said))
         refused: Mapping[str, str] = found.values["refused"]
         report.refused += [(Path(p).name, stage, why) for p, why in refused.items()]
+        excluded: Sequence[Mapping[str, Any]] = found.values.get("excluded", ())
+        report.excluded += [(Path(e["file"]).name, stage, e["because"]) for e in excluded]
         report.files += [file_used(trace, stage) for trace in traces]
 
     def take_over(self, file: BrakeFile) -> None:
@@ -156,6 +164,7 @@ def report(
     ] = "exact",
     vacuum: FileVacuum = None,
     atmosphere: Atmosphere = None,
+    left_out: LeftOut = LeftOut(),
     options: FileOptions = FileOptions(),
     force: Overwrite = False,
     command: Annotated[
@@ -175,10 +184,10 @@ def report(
     `calibrate_on` names those to calibrate on, or `holdout` holds back a vacuum ("46.1 kPa"), a
     speed ("19 mm/s") or a repeat ("repeat 3"). Without any of these the brake is compared with the
     pulls it was calibrated on, and the page says so. `vacuum` serves files without a sidecar; the
-    options of friction tests and `depth` are as in `friction` and `calibrate`. `command` is what
-    the page says it was made with, `date` (ISO) is today unless given; `names` {file name: what the
-    report calls it} serves files that lie under other names than their own. Raises FileError where
-    a report exists and `force` is not set.
+    options of friction tests, `depth` and `exclude` are as in `friction` and `calibrate`. `command`
+    is what the page says it was made with, `date` (ISO) is today unless given; `names` {file name:
+    what the report calls it} serves files that lie under other names than their own. Raises
+    FileError where a report exists and `force` is not set.
     """
     from layerjam.report.brake_files import check_folder, write
     from layerjam.report.brake_report import BrakeReport
@@ -199,12 +208,13 @@ def report(
     tests = several(measurements.friction)
     if not (tests or fitted_on or tested_on):
         raise FitError("nothing was given to report: --friction, --pulls or --validate")
+    without = [*left_out.among(fitted_on, tested_on)]
     if tests:
         _friction(work, tests, test)
     if fitted_on:
-        _calibration(work, fitted_on, depth)
+        _calibration(work, fitted_on, depth, without[0])
     if tested_on:
-        _validation(work, tested_on)
+        _validation(work, tested_on, without[1])
     return _written(content, write(content, out, force, lambda what: tell(what, 0.9)))
 
 
@@ -225,6 +235,7 @@ def _written(content: BrakeReport, written: Written) -> Report:
         written,
         **stages,
         calibrated_on_the_same=list(content.seen),
+        excluded=[{"file": f, "stage": s, "because": why} for f, s, why in content.excluded],
         refused={name: why for name, _, why in content.refused},
         warnings=[*warnings, *written.warnings],
         record=content,
@@ -248,7 +259,9 @@ def _friction(work: _Work, files: Sequence[Measured], test: FrictionTest) -> Non
         work.take_over(BrakeFile.read(text, name))
 
 
-def _calibration(work: _Work, files: Sequence[Measured], depth: Literal["exact", "curves"]) -> None:
+def _calibration(
+    work: _Work, files: Sequence[Measured], depth: Literal["exact", "curves"], without: LeftOut
+) -> None:
     """The fit into the report; the brake takes it over."""
     work.tell(f"calibration: {len(files)} pulls", 0.3)
     with tempfile.TemporaryDirectory() as folder:
@@ -260,6 +273,7 @@ def _calibration(work: _Work, files: Sequence[Measured], depth: Literal["exact",
             vacuum=work.vacuum,
             out=place,
             partial=True,
+            left_out=without,
             options=work.options,
             progress=work.tell,
         )
@@ -268,12 +282,17 @@ def _calibration(work: _Work, files: Sequence[Measured], depth: Literal["exact",
     work.report.calibration = found.record[1]
 
 
-def _validation(work: _Work, files: Sequence[Measured]) -> None:
+def _validation(work: _Work, files: Sequence[Measured], without: LeftOut) -> None:
     """The validation into the report, also before calibration, and what was calibrated on."""
     work.tell(f"validation: {len(files)} pulls", 0.6)
     report = work.report
     found = run_validation(
-        report.file, files, vacuum=work.vacuum, options=work.options, progress=work.tell
+        report.file,
+        files,
+        vacuum=work.vacuum,
+        left_out=without,
+        options=work.options,
+        progress=work.tell,
     )
     work.keep("validation", found, found.traces, "calibrated-on")
     report.validation = found.record[1]

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from layerjam.commands.declare import Progress, command
 from layerjam.commands.files import check_lines, pulls
+from layerjam.commands.left_out import LeftOut, excluded_lines
+from layerjam.commands.pull_by_pull import UNITS, as_rows, one_of_all, pull_lines
 from layerjam.commands.quantities import Atmosphere, BrakeInput
 from layerjam.commands.reading import FileOptions, Files, FileVacuum
 from layerjam.commands.results import Result, fact, number, result
@@ -45,13 +47,22 @@ class ModelErrors(Result):
     uncalibrated: Mapping[str, Any] | None = fact(
         "the same of the brake with a scale factor of 1 and the sheets' own stiffness", listed=False
     )
+    pulls: Sequence[Mapping[str, Any]] = fact(
+        "each pull, and what of it is unlike the others", listed=False
+    )
     checks: Sequence[Mapping[str, Any]] = fact("what the residuals say", listed=False)
+    excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
     files: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
     before: Any = None
     calibrated_on: Sequence[str] = ()
     """Paths of those pulls that the brake was calibrated on."""
     traces: Sequence[Trace] = ()
+
+    @classmethod
+    def table_units(cls) -> Mapping[str, str]:
+        """Units of the keys of `pulls`."""
+        return {**UNITS, "stiffness": "N/m"}
 
     def lines(self) -> Iterator[str]:
         """Tables per file and per condition, and what the repeats explain."""
@@ -75,7 +86,9 @@ class ModelErrors(Result):
             yield from ("", f"before calibration: MAPE {before['mape']:.2%}")
         if self.scatter:
             yield _of_scatter(self.scatter)
+        yield from pull_lines(self.pulls)
         yield from check_lines(self.checks)
+        yield from excluded_lines(self.excluded)
 
     def draw(self) -> Figure:
         """Measured and predicted curves, and what is left between them."""
@@ -113,6 +126,7 @@ def validate(
     *,
     vacuum: FileVacuum = None,
     atmosphere: Atmosphere = None,
+    left_out: LeftOut = LeftOut(),
     options: FileOptions = FileOptions(),
     progress: Progress | None = None,
 ) -> ModelErrors:
@@ -120,17 +134,25 @@ def validate(
 
     `files` are paths or traces, several or one. identify.validation.metrics says over which window.
     `uncalibrated` holds the same errors of the brake with a scale factor of 1 and the sheets' own
-    stiffness. A warning says where the brake was calibrated on one of the files.
+    stiffness. A warning says where the brake was calibrated on one of the files. `exclude` leaves
+    files out, each with its reason in `because` (in Python also {file: reason}).
     """
     from layerjam.identify.curves import curves_of
     from layerjam.identify.provenance import calibrated_on
     from layerjam.identify.validation.metrics import compare, uncalibrated, validate_curves
-    from layerjam.identify.validation.table import FILE, row, summary, validation_checks
+    from layerjam.identify.validation.table import (
+        FILE,
+        row,
+        summary,
+        validation_checks,
+        with_pulls,
+    )
 
+    files, excluded = left_out.apart(files)
     used, refused, odd = pulls(files, brake, vacuum, options, compare, progress)
     curves = curves_of(used)
-    found, before = validate_curves(curves, brake.brake), None
-    warnings = [*brake.warnings(), *odd]
+    found, before = with_pulls(validate_curves(curves, brake.brake), curves, brake.brake), None
+    warnings = [*brake.warnings(), *odd, *one_of_all(found.pulls)]
     try:
         before = validate_curves(curves, uncalibrated(brake.brake))
     except FitError as error:
@@ -145,6 +167,8 @@ def validate(
         uncalibrated=before and summary(before),
         checks=[asdict(c) for c in validation_checks(found, len(same))],
         files=[row(c, FILE) for c in found.curves],
+        pulls=as_rows(found.pulls),
+        excluded=excluded,
         refused=refused,
         warnings=warnings,
         record=(brake, found),

@@ -17,6 +17,11 @@ PLAUSIBLE = (0.5, 2.0)
 SMALL = 0.05
 """Relative change, or difference, below which a trend is let pass whatever its interval."""
 
+REPEATABLE = 0.05
+"""Scatter between repeats' scale factors (SD, relative) up to which they agree."""
+DRIFTS = 0.995
+"""Quantile of Student's t that a drift of the calibrated numbers must pass, either way: 1 % in all.
+Five of a hundred false alarms are for all checks together."""
 SHARPEST = 0.005
 """Relative difference of a scale factor after the peak that is let pass however sure it is."""
 
@@ -76,10 +81,17 @@ def one_pull_only() -> Check:
     return check("repeats", False, "one pull only: nothing says how well it repeats")
 
 
-def repeats(spread: float, own_error: float, used: str) -> Check:
-    """Scale factors scatter by at most 5 % (SD, relative) or three of their own errors."""
-    fine = spread <= max(0.05, 3 * own_error)
-    return check("repeats", fine, f"scale factors of {used} scatter by {spread:.1%} (SD)")
+def repeats(
+    spread: float,
+    own_error: float,
+    used: str,
+    name: str = "repeats",
+    what: str = "scale factors",
+    most: float = REPEATABLE,
+) -> Check:
+    """Values scatter by at most `most` (SD, relative) or three of their own errors."""
+    fine = spread <= max(most, 3 * own_error)
+    return check(name, fine, f"{what} of {used} scatter by {spread:.1%} (SD)")
 
 
 def agreement(factors: Sequence[float], errors: Sequence[float]) -> Check:
@@ -105,13 +117,13 @@ def trend(
     unit: str,
     *,
     levels: int = 3,
-    errors: float | None = None,
+    quantile: float = 0.975,
 ) -> Check | None:
     """Whether relative values change over a quantity of the pulls; None where too few tell.
 
     `name` ends in that quantity, `word` says what the values are of, `levels` how many distinct
-    values of the quantity are needed. A change passes that is small, or within `errors` standard
-    errors of zero, or whose 95 % interval (Student's t) holds zero where `errors` is not given.
+    values of the quantity are needed. A change passes that is small, or whose interval (Student's t
+    at `quantile`, either way) holds zero.
     """
     from scipy.special import stdtrit
 
@@ -122,24 +134,28 @@ def trend(
         return None
     span = float(np.ptp(over))
     change = line.slope * span
-    reach = float(errors or stdtrit(line.freedom, 0.975)) * line.slope_se * span
+    reach = float(stdtrit(line.freedom, quantile)) * line.slope_se * span
     what = name.rpartition(" over ")[2]
     sentence = (
         f"over {what} from {show(float(over.min()), unit, 3)} to {show(float(over.max()), unit, 3)}"
         f" the {word} changes by {percent(change)}"
     )
-    if errors is None:
-        interval = f"{percent(change - reach)} to {percent(change + reach)}"
-        sentence += f" (95 % interval {interval})"
+    interval = f"{percent(change - reach)} to {percent(change + reach)}"
+    sentence += f" ({200 * quantile - 100:.0f} % interval {interval})"
     return check(name, abs(change) < SMALL or abs(change) <= reach, sentence)
 
 
-def no_trend(values: Sequence[float], over: Sequence[float], what: str, unit: str) -> Check | None:
-    """The scale factor does not drift; None with fewer than three distinct values of `what`."""
-    factors, x = np.asarray(values, float), np.asarray(over, float)
-    return trend(
-        f"trend over {what}", "scale factor", factors / factors.mean(), x, unit, errors=2.5
-    )
+def no_trend(
+    values: Sequence[float],
+    over: Sequence[float],
+    what: str,
+    unit: str,
+    word: str = "scale factor",
+) -> Check | None:
+    """A number of pulls does not drift; None with fewer than three distinct values of `what`."""
+    each, x = np.asarray(values, float), np.asarray(over, float)
+    name = f"trend over {what}" if word == "scale factor" else f"{word}'s trend over {what}"
+    return trend(name, word, each / each.mean(), x, unit, quantile=DRIFTS)
 
 
 def end_of_curve(predicted: float, measured: float) -> Check:
@@ -149,11 +165,11 @@ def end_of_curve(predicted: float, measured: float) -> Check:
     return check("shape", abs(off) <= 0.15, sentence)
 
 
-def shape(end: Check, off: Sequence[float], half_width: float | None) -> Check:
+def shape(off: Sequence[float], half_width: float | None, end: Check) -> Check:
     """The curve after the peak says the same scale factor, as sharply as its interval is narrow.
 
-    `end` is the check at the end of the curves, `off` by which part the scale factor of each pull's
-    sliding part lies off its peak's, `half_width` the relative one of the factor's 95 % interval.
+    `off` is by which part the scale factor of each pull's sliding part lies off its peak's,
+    `half_width` the relative one of the factor's 95 % interval, `end` the check at the curves' end.
     """
     from scipy.special import stdtrit
 

@@ -23,8 +23,9 @@ SHORTEST = 50
 class Curve:
     """The loading branch of one pull, SI units; its crosshead's zero is where the rise begins.
 
-    `speed` is None where neither the file nor its sidecar tells it. `repeat` numbers the pull among
-    those at the same vacuum and speed; `pull` holds the features it was reduced to.
+    `speed` is None where neither the file nor its sidecar tells it, `recorded_speed` where the file
+    has no time. `repeat` numbers the pull among those at the same vacuum and speed; `pull` holds
+    the features it was reduced to.
     """
 
     elongation: np.ndarray
@@ -35,6 +36,7 @@ class Curve:
     path: str
     pull: PullFeatures
     specimen: str = ""
+    recorded_speed: float | None = None
 
     @property
     def name(self) -> str:
@@ -44,12 +46,15 @@ class Curve:
 
 
 def speed_of(trace: Trace) -> float | None:
-    """Crosshead speed [m/s]: as stated, else from the time of the loading branch; None if unknown.
+    """Crosshead speed [m/s]: as stated, else as recorded; None if unknown."""
+    return recorded_speed(trace) if trace.facts.speed is None else trace.facts.speed
+
+
+def recorded_speed(trace: Trace) -> float | None:
+    """Crosshead speed [m/s] from the time of the loading branch; None where there is no time.
 
     The middle half of the branch counts, so that acceleration and a return do not.
     """
-    if trace.facts.speed is not None:
-        return trace.facts.speed
     if trace.time is None:
         return None
     end = int(np.argmax(trace.elongation)) + 1
@@ -73,6 +78,7 @@ def curve_of(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> C
         path=pull.path,
         pull=pull,
         specimen="" if trace is None else trace.specimen,
+        recorded_speed=None if trace is None else recorded_speed(trace),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -67,14 +67,21 @@ def _there(path: str) -> bool:
     return bool(path) and Path(path).is_file()
 
 
-def calibrated_text(file: BrakeFile, found: Calibration, depth: str, name: str) -> str:
+def calibrated_text(
+    file: BrakeFile,
+    found: Calibration,
+    depth: str,
+    name: str,
+    excluded: Sequence[Mapping[str, Any]] = (),
+) -> str:
     """The brake's file with what a calibration found, and a [made_by] table on it.
 
     The table holds program and version, date, depth, the window of the fit, the verdict (the
-    sentences of failed checks) and every file's name and SHA-256.
+    sentences of failed checks) and every file's name and SHA-256; of those that were left out by
+    hand (`file`, `because`, `sha256`) the reason too.
     """
     failed = [c.sentence for c in found.checks if not c.passed]
-    made_by = {
+    made_by: dict[str, Any] = {
         "program": f"layerjam {__version__} calibrate",
         "date": datetime.now(UTC).date().isoformat(),
         "depth": depth,
@@ -82,4 +89,10 @@ def calibrated_text(file: BrakeFile, found: Calibration, depth: str, name: str) 
         "verdict": "; ".join(failed) if failed else "all checks passed",
         "files": digests(dict.fromkeys(c.path for c in found.curves)),
     }
+    if excluded:
+        made_by["excluded"] = [
+            {"name": Path(one["file"]).name, "because": one["because"]}
+            | ({"sha256": one["sha256"]} if one["sha256"] else {})
+            for one in excluded
+        ]
     return updated_text(file, name, dict(found.sources), made_by)

@@ -195,6 +195,10 @@ def _truth_of_test(test: Trial, file: str) -> dict[str, Any]:
         "enclosure_factor": test.enclosure if pull else None,
         "warmer": f"{test.warmer:.4g} K",
         "practice_fault": test.practice or None,
+        "odd": test.odd or None,
+        "overshoot": test.overshoot or None,
+        "seating": exact_text(test.seating, "m") if test.seating else None,
+        "true_speed": exact_text(test.true_speed, "m/s") if pull and test.odd else None,
     }
 
 

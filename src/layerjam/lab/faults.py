@@ -27,6 +27,7 @@ STREAMS = {
     "repeated": 5,
     "texture": 6,
     "practice": 7,
+    "odd": 8,
 }
 
 
@@ -67,6 +68,16 @@ class Faults(LoadCell):
         "1", "part of the samples that carry the time of the one before", 0.5
     )
     stick_slip: float = fault("N", "stick-slip while sliding, from top to bottom", 1e4)
+    overshoot: float = fault(
+        "1", "friction of the sheets as they begin to slide, part above the kinetic", 1
+    )
+    overshoot_slip: float = quantity(
+        "m", "slip over which that falls to 1/e", lo=1e-5, hi=0.1, default=1e-3
+    )
+    seating: float = fault("m", "how far grips and caps give way under the first load", 0.01)
+    seating_force: float = quantity(
+        "N", "load at which they have given way to 1 - 1/e of that", lo=0.1, hi=1e4, default=50.0
+    )
     vacuum_error: float = fault("Pa", "vacuum in the brake less what the gauge shows", 2e4, lo=-2e4)
     vacuum_loss: float = fault("Pa/s", "fall of the vacuum while the brake is pulled", 1e5)
     warming: float = fault(

@@ -43,8 +43,10 @@ class Trial:
 
     `kind` is "pull" or "friction", `name` that of its file without the ending, `vacuum` what the
     gauge shows and `true_vacuum` what was so, both None in a friction test. `friction`, `static`,
-    `stiffness` and `enclosure` are factors on the brake's (or the film's) own. `warmer` is the
-    temperature above that of the first test [K], `practice` the fault of its file or empty.
+    `stiffness` and `enclosure` are factors on the brake's (or the film's) own, `overshoot` the part
+    by which the friction begins higher, `seating` [m] how far grips give way; `speed` is stated,
+    `true_speed` what was so. `warmer` is the temperature above that of the first test [K],
+    `practice` the fault of its file or empty, `odd` whether it is unlike the others.
     """
 
     number: int = 0
@@ -59,8 +61,12 @@ class Trial:
     static: float = 1.0
     stiffness: float = 1.0
     enclosure: float = 1.0
+    overshoot: float = 0.0
+    seating: float = 0.0
+    true_speed: float = 0.0
     warmer: float = 0.0
     practice: str = ""
+    odd: bool = False
 
 
 def planned(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
@@ -86,7 +92,7 @@ def planned(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
         _scattered(spec, replace(t, number=n, warmer=spec.machine.warming * n / last))
         for n, t in enumerate(plain)
     ]
-    return subjects, _with_practice(spec, tests)
+    return subjects, _with_odd(spec, _with_practice(spec, tests))
 
 
 def _subject(truth: Truth) -> Subject:
@@ -169,8 +175,11 @@ def _pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
             subject=subject,
             repeat=int(number),
             speed=speed,
+            true_speed=speed,
             vacuum=vacuum,
             true_vacuum=vacuum + spec.machine.vacuum_error,
+            overshoot=spec.machine.overshoot,
+            seating=spec.machine.seating,
         )
 
 
@@ -214,3 +223,39 @@ def _with_practice(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
             number = pulls[drawn.pop()]
             tests[number] = replace(tests[number], practice=what)
     return tuple(tests)
+
+
+def _with_odd(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
+    """The tests, some pulls among them, or all at some vacuums, unlike the others."""
+    own = spec.odd
+    places: dict[tuple[object, ...], list[int]] = {}
+    for test in tests:
+        if test.kind == "pull":
+            one = (test.subject.label, test.vacuum) if own.per == "vacuum" else (test.number,)
+            places.setdefault(one, []).append(test.number)
+    drawn = faults.generator(spec.seed, "odd", 0).permutation(len(places)).tolist()
+    members = [*places.values()]
+    chosen = {number for place in drawn[: own.how_many] for number in members[place]}
+    return tuple(_odd(spec, test) if test.number in chosen else test for test in tests)
+
+
+def _odd(spec: Spec, test: Trial) -> Trial:
+    own, atmosphere = spec.odd, test.subject.true.site.atmosphere
+    vacuum = (test.true_vacuum or 0.0) * (1 + own.vacuum_change)
+    if vacuum > atmosphere:
+        raise QuantityError.of(
+            "odd.vacuum_change",
+            f"{own.vacuum_change:g} makes {show(vacuum, 'Pa', 6)} of "
+            f"{show(test.vacuum or 0.0, 'Pa', 6)}; there is at most the atmosphere, "
+            f"{show(atmosphere, 'Pa', 6)}",
+        )
+    return replace(
+        test,
+        odd=True,
+        true_vacuum=vacuum,
+        true_speed=test.speed * (1 + own.speed_change),
+        friction=test.friction * (1 + own.friction_change),
+        stiffness=test.stiffness * (1 + own.stiffness_change),
+        overshoot=own.overshoot or test.overshoot,
+        seating=own.seating or test.seating,
+    )

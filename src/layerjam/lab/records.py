@@ -12,6 +12,7 @@ from layerjam.errors import QuantityError
 from layerjam.identify.shape import with_shape
 from layerjam.lab import faults
 from layerjam.lab.faults import Faults
+from layerjam.lab.grip import gripped
 from layerjam.lab.plan import Subject, Trial, samples, sled_machine
 from layerjam.lab.spec import Spec
 from layerjam.measure.sidecar import Facts
@@ -30,7 +31,7 @@ def pulls_at_once(tests: Sequence[Trial]) -> list[tuple[float, list[Trial]]]:
     groups: dict[tuple[str, float], list[Trial]] = defaultdict(list)
     for test in tests:
         if test.kind == "pull":
-            groups[test.subject.label, test.speed].append(test)
+            groups[test.subject.label, test.true_speed].append(test)
     return [(speed, some) for (_, speed), some in groups.items()]
 
 
@@ -44,7 +45,7 @@ def possible(spec: Spec, tests: Sequence[Trial]) -> None:
 
 def pull_traces(spec: Spec, tests: Sequence[Trial], count: int) -> list[Trace]:
     """Pulls of one brake at one speed, all at once."""
-    machine, speed = spec.machine, tests[0].speed
+    machine, speed = spec.machine, tests[0].true_speed
     numbers = np.array([t.number for t in tests])
     time = faults.moments(machine, spec.seed, numbers, count)
     far = machine.slack + spec.pulls.travel
@@ -59,9 +60,7 @@ def pull_traces(spec: Spec, tests: Sequence[Trial], count: int) -> list[Trace]:
 
 def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
     """True force [N] at moments [s], shape (M, N)."""
-    from layerjam.mechanics.pull import slip_at_elongation
-
-    machine, subject, speed = spec.machine, tests[0].subject, tests[0].speed
+    machine, subject, speed = spec.machine, tests[0].subject, tests[0].true_speed
     true = subject.true
     own = float(true.stiffness_measured or 0.0) * _column([t.stiffness for t in tests])
     spring = 1 / (1 / own + machine.compliance)
@@ -71,7 +70,7 @@ def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
     rising = np.minimum(time, turned)
     stretch = np.maximum(speed * rising - machine.slack, 0.0) + begun
     vacuum = _column([float(t.true_vacuum or 0.0) for t in tests]) - machine.vacuum_loss * rising
-    slip = np.asarray(slip_at_elongation(stretch, vacuum, stacked))
+    slip, loaded = _slid(spec, tests, stretch, vacuum, stacked, spring)
     if not np.isfinite(slip).all():
         raise QuantityError.of(
             "pulls.vacuums",
@@ -82,9 +81,33 @@ def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
     if spec.pulls.unload > 0:
         _returns(subject, slip, vacuum, stacked)
     # on the return the sheets stick, so that the spring alone relaxes; a brake cannot push
-    force = np.maximum(spring * (stretch - slip - back), 0.0)
+    force = np.maximum(loaded - spring * back, 0.0)
     jerks = faults.saw(np.where(back > 0, 0.0, slip), machine.stick_slip, spring)
     return np.maximum(force + jerks, 0.0)
+
+
+def _slid(
+    spec: Spec, tests: Sequence[Trial], stretch: Array, vacuum: Array, stacked: Brake, spring: Array
+) -> tuple[Array, Array]:
+    """Slip [m] and force [N] at an elongation of brake, mount and grips, shape (M, N)."""
+    from layerjam.mechanics.pull import slip_at_elongation
+
+    slip = np.array(slip_at_elongation(stretch, vacuum, stacked))
+    force = spring * (stretch - slip)
+    rows = [row for row, test in enumerate(tests) if test.overshoot or test.seating]
+    if rows:
+        some = [tests[row] for row in rows]
+        vacuum = np.broadcast_to(vacuum, stretch.shape)
+        slip[rows], force[rows] = gripped(
+            stretch[rows],
+            vacuum[rows],
+            _stacked(tests[0].subject.true, spring[rows], some),
+            spring[rows],
+            _column([t.overshoot for t in some]),
+            _column([t.seating for t in some]),
+            spec.machine,
+        )
+    return slip, force
 
 
 def _stacked(true: Brake, spring: Array, tests: Sequence[Trial]) -> Brake:

@@ -166,6 +166,31 @@ class Practice:
     no_sidecar: int = _faulty("without the sidecar that states the vacuum")
 
 
+def _unlike(what: str, lo: float = -0.9) -> Any:
+    """A field for what is other in the odd pulls."""
+    return quantity("1", f"{what}, part of what is stated", lo=lo, hi=1, default=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Odd:
+    """Pulls that are unlike the others, drawn by the seed; in every other way they are as all."""
+
+    how_many: int = quantity("1", "odd pulls, or odd vacuums", hi=1000, whole=True, default=0)
+    per: str = _word(
+        "what is odd: single pulls, or all pulls of a brake at one vacuum",
+        "pull",
+        ("pull", "vacuum"),
+    )
+    friction_change: float = _unlike("sheets' friction more than true")
+    stiffness_change: float = _unlike("stiffness more than true")
+    vacuum_change: float = _unlike("vacuum in the brake more than the gauge shows")
+    speed_change: float = _unlike("speed more than stated")
+    overshoot: float = fault(
+        "1", "friction of the sheets as they begin to slide, part above the kinetic", 1
+    )
+    seating: float = fault("m", "how far grips and caps give way under the first load", 0.01)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Spec:
     """A whole campaign; the same spec gives the same numbers, bit for bit."""
@@ -178,6 +203,7 @@ class Spec:
     machine: Faults = nested(Faults, default=Faults())
     files: Files = nested(Files, default=Files())
     practice: Practice = nested(Practice, default=Practice())
+    odd: Odd = nested(Odd, default=Odd())
 
 
 TABLES: Mapping[str, type] = MappingProxyType(
@@ -213,6 +239,11 @@ def checked(spec: Spec) -> Spec:
         )
     if tests > MOST_TESTS:
         raise QuantityError(f"the campaign has {tests} tests; at most {MOST_TESTS} are allowed")
+    places = len(spec.brakes) * len(spec.pulls.vacuums) if spec.odd.per == "vacuum" else pulls
+    if spec.odd.how_many > places:
+        raise QuantityError.of(
+            "odd.how_many", f"asks for {spec.odd.how_many}, but there are {places} to be odd"
+        )
     faulty = sum(vars(spec.practice).values())
     if faulty > pulls:
         raise QuantityError.of(

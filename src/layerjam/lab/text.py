@@ -21,6 +21,7 @@ _HEADINGS = {
     "machine": "The test machine and its faults; 0 for none.",
     "files": "What the files look like.",
     "practice": "How many of the pulls' files have a fault that should be found.",
+    "odd": "Pulls that are unlike the others, and in what.",
 }
 _FIELDS = dict(entries(Spec))
 

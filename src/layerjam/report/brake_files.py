@@ -49,6 +49,7 @@ def results(report: BrakeReport, numbers: Sequence[Number]) -> dict[str, Any]:
         "numbers": [n.row() for n in numbers],
         "files": [vars(f) for f in report.files],
         "refused": [{"file": f, "stage": s, "reason": why} for f, s, why in report.refused],
+        "excluded": [{"file": f, "stage": s, "because": why} for f, s, why in report.excluded],
         "warnings": report.warnings,
     }
 

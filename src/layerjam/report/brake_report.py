@@ -41,8 +41,8 @@ class BrakeReport:
 
     `names` {name of a file: what the pages call it} is for files that lie under other names.
     `stages` maps friction, calibration and validation to the keys of the commands' results, for the
-    stages there are; `refused` is (file, stage, why); `seen` names validation files that the brake
-    was calibrated on; `command` made the report, on `date` (ISO).
+    stages there are; `refused` and `excluded` (by hand) are (file, stage, why); `seen` names
+    validation files that the brake was calibrated on; `command` made the report, on `date` (ISO).
     """
 
     file: BrakeFile
@@ -53,6 +53,7 @@ class BrakeReport:
     stages: dict[str, dict[str, Any]] = field(default_factory=dict)
     files: list[FileUsed] = field(default_factory=list)
     refused: list[tuple[str, str, str]] = field(default_factory=list)
+    excluded: list[tuple[str, str, str]] = field(default_factory=list)
     warnings: dict[str, list[str]] = field(default_factory=dict)
     friction: tuple[Sequence[Trace], FrictionResult] | None = None
     calibration: Calibration | None = None
@@ -75,6 +76,10 @@ def page(report: BrakeReport) -> Page:
     """The page, its PDF and their numbers."""
     refused = [f"{name} ({stage}): {why}" for name, stage, why in report.refused]
     parts = _stages(report)
+    if report.excluded:
+        excluded = [f"{name} ({stage}): {why}" for name, stage, why in report.excluded]
+        title = "Left out by hand, and not part of any number here"
+        parts.insert(0, Part(id="excluded", title=title, notes=excluded))
     if refused:
         title = "Refused, and not part of any number here"
         parts.insert(0, Part(id="refused", title=title, notes=refused))
@@ -138,6 +143,8 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
         each = functools.partial(brake_figures.factors, result)
         caption = "The scale factor that each pull gives alone."
         pictures.append(Picture(name="scale-factors", figure=each, caption=caption))
+    if len(result.pulls) > 1:
+        tables.append(brake_tables.single_pulls_table(result.pulls, "calibration"))
     return Part(
         id="calibration",
         title="Calibration",
@@ -157,14 +164,17 @@ def _validation(report: BrakeReport, result: Validation) -> Part:
     model = functools.partial(brake_figures.overlay, report.brake, result, before is not None)
     dotted = "" if before is None else " and before it (dotted)"
     own = len(report.seen) == len(result.curves)
+    tables = [
+        brake_tables.validation_table(result, before),
+        brake_tables.curves_table(result, before),
+    ]
+    if len(result.pulls) > 1:
+        tables.append(brake_tables.single_pulls_table(result.pulls, "validation"))
     return Part(
         id="validation",
         title="Fit to the calibration's own pulls" if own else "Validation",
         text=_said_of_validation(report, result),
-        tables=[
-            brake_tables.validation_table(result, before),
-            brake_tables.curves_table(result, before),
-        ],
+        tables=tables,
         pictures=[
             Picture(
                 name="validation",

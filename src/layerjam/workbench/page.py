@@ -8,14 +8,17 @@ from typing import Any
 
 from nicegui import Client, background_tasks, ui
 
+from layerjam.commands.pull_by_pull import HEADS, TITLE, cells
 from layerjam.commands.results import in_words
 from layerjam.errors import LayerjamError
+from layerjam.workbench import live
 from layerjam.workbench.call import Call, Options, result_fields
 from layerjam.workbench.controls import Choice, Control, Slider, number, word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
 from layerjam.workbench.rest import WORK, elsewhere, settle_later
 from layerjam.workbench.runner import Runner
+from layerjam.workbench.tables import html
 from layerjam.workbench.widgets import QUIET, Alert, dressed, named, one_line
 
 
@@ -219,7 +222,11 @@ class Notes:
 
 
 def checks(result: Any) -> None:
-    """What the checks of a fit say, and which of them passed; nothing where it has none."""
+    """The table pull by pull, and what the checks say; nothing of what the result has not."""
+    pulls = result.values.get("pulls", ())
+    if len(pulls) > 1:
+        heads = [name.capitalize() for name in HEADS]
+        live.Table().set_content(html(heads, map(cells, pulls), range(6), TITLE, "pull-by-pull"))
     for check in result.values.get("checks", ()):
         with ui.row().classes("no-wrap gap-2 items-baseline"):
             tone, word = ("yes", "✓ ok") if check["passed"] else ("no", "✗ look")

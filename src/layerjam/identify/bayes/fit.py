@@ -18,11 +18,12 @@ from layerjam.identify.bayes.checks import bayes_checks
 from layerjam.identify.bayes.model import Sites, known_of, priors, reduced, start
 from layerjam.identify.bayes.posterior import BayesFit, Population
 from layerjam.identify.calibration.intervals import Interval
-from layerjam.identify.calibration.peaks import at_peaks, fits_of
+from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table
 from layerjam.identify.calibration.record import Calibration, shape_sources
 from layerjam.identify.calibration.whole_curves import WINDOW
 from layerjam.identify.curves import Curve
 from layerjam.identify.shape import SHAPE
+from layerjam.identify.single_pulls import pull_checks
 
 Array = np.ndarray[Any, Any]
 
@@ -103,6 +104,8 @@ def calibrate_bayesian(
     values = {name: row.mean for name, row in rows.items()}
     errors = {name: row.sd for name, row in rows.items()}
     text = f"mean of the Bayesian posterior over {count} whole pulls"
+    alone = fits_of(curves, brake)
+    pulls = pull_table(curves, alone, brake)
     return Calibration(
         values=values,
         standard_errors=errors,
@@ -117,8 +120,9 @@ def calibrate_bayesian(
             )
             for name, row in rows.items()
         },
-        **at_peaks(fits_of(curves, brake)),
-        checks=fit.checks,
+        **at_peaks(alone),
+        pulls=pulls,
+        checks=(*fit.checks, *pull_checks(pulls)),
         curves=tuple(curves),
         sources=shape_sources(brake, values, errors, text, "standard deviation"),
         window=WINDOW,

@@ -134,6 +134,8 @@ def bootstrap_intervals(
 
     None where too few repeats can be resampled, or one of them alone tells the value.
     """
+    if population.count < 2:
+        return dict.fromkeys(contrasts)
     draws, degrees = population.bootstrap(groups, SEED)
     out: dict[str, Interval | None] = {}
     for name, contrast in contrasts.items():

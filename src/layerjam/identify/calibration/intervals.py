@@ -161,6 +161,8 @@ class Population:
 def _regular(matrices: np.ndarray) -> np.ndarray:
     """Which symmetric matrices (..., q, q) can be inverted, rows brought to one scale first."""
     scale = np.sqrt(np.maximum(np.diagonal(matrices, axis1=-2, axis2=-1), 0.0))
+    if scale.shape[-1] == 1:
+        return np.asarray(scale[..., 0] > 0)  # one row in its own scale is 1
     safe = np.where(scale > 0, scale, 1.0)
     inner = matrices / (safe[..., :, None] * safe[..., None, :])
     return np.asarray((scale > 0).all(axis=-1) & (np.linalg.cond(inner) < 1e10))

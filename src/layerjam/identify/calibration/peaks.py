@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -11,11 +10,12 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
+from layerjam.identify.calibration.after_peak import after_peaks
 from layerjam.identify.calibration.influence import estimates
 from layerjam.identify.calibration.intervals import Interval, Population
-from layerjam.identify.calibration.record import Calibration, PullFit, calibrated
+from layerjam.identify.calibration.pull_fit import PullFit
+from layerjam.identify.calibration.record import Calibration, calibrated
 from layerjam.identify.checks import (
-    SMALL,
     Check,
     agreement,
     end_of_curve,
@@ -27,10 +27,10 @@ from layerjam.identify.checks import (
 )
 from layerjam.identify.curves import Curve, conditions, curve_of
 from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, SLOPE, PullFeatures
-from layerjam.identify.shape import with_shape
+from layerjam.identify.single_pulls import SinglePull, pull_checks, single_pulls
+from layerjam.measure.trace import Array
 from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.pull import (
-    brake_force,
     force_at_elongation,
     peak_vacuum,
     scale_factor_eq8,
@@ -39,8 +39,6 @@ from layerjam.mechanics.pull import (
 from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.units import show
 
-AFTER = 0.1
-"""Part of the way from the peak to the end before the sliding part is compared with the peak."""
 WINDOW = (
     f"peak fitted from onset until the force has fallen by {FALL:.0%}; slope over "
     f"{LINEAR[0]:.0%} to {LINEAR[1]:.0%} of the greatest force"
@@ -98,17 +96,32 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     )
 
 
-def fits_of(curves: Sequence[Curve], brake: Brake) -> list[PullFit]:
-    """What each curve says alone, without those that only a fit of whole curves can use."""
-    fits = []
+def fits_of(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
+    """What each curve says alone; None for those that only a fit of whole curves can use."""
+    fits: list[PullFit | None] = []
     for curve in curves:
-        with suppress(FitError):
+        try:
             fits.append(fit_pull(curve.pull, curve.vacuum, brake))
+        except FitError:
+            fits.append(None)
     return fits
 
 
-def at_peaks(fits: Sequence[PullFit]) -> dict[str, Any]:
+def pull_table(
+    curves: Sequence[Curve],
+    fits: Sequence[PullFit | None],
+    brake: Brake,
+    expected: Array | None = None,
+) -> tuple[SinglePull, ...]:
+    """What each pull says beside the others, and which are odd; `expected` as in single_pulls."""
+    rises = [f.stiffness for f in fits if f is not None and f.stiffness is not None]
+    shapes = after_peaks(fits, float(np.mean(rises)) if rises else None, brake)
+    return single_pulls(curves, fits, shapes, expected)
+
+
+def at_peaks(each: Sequence[PullFit | None]) -> dict[str, Any]:
     """The fields of a Calibration that pulls with a peak tell."""
+    fits = [f for f in each if f is not None]
     vacuums = [f.vacuum for f in fits]
     alike = bool(fits) and np.ptp(vacuums) <= 0.01 * max(vacuums)
 
@@ -132,13 +145,22 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
     which says nothing about repeatability. Raises FitError for a pull that cannot be used, and
     where none tells the stiffness.
     """
-    if not pulls:
+    return calibrate_peaks([curve_of(pull, vacuum) for pull, vacuum in pulls], brake)
+
+
+def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
+    """`calibrate` for pulls whose speed and specimen are known too."""
+    if not curves:
         raise FitError("calibrate: no pull was given")
     a, k = "scale_factor", "stiffness"
-    fits = [fit_pull(pull, vacuum, brake) for pull, vacuum in pulls]
-    curves = [curve_of(pull, vacuum) for pull, vacuum in pulls]
+    fits = [fit_pull(c.pull, c.vacuum, brake) for c in curves]
     count, one = len(fits), fits[0]
-    told = _means({a: [f.scale_factor for f in fits], k: [f.stiffness for f in fits]}, curves)
+    each: dict[str, list[float | None]] = {
+        a: [f.scale_factor for f in fits],
+        k: [f.stiffness for f in fits],
+    }
+    # a scale factor from a peak knows no speed: pulls at one vacuum are one condition
+    told = _means(each, [replace(c, speed=None) for c in curves])
     rest = f"the scatter between {count} pulls"
     if count == 1:
         rest = "nothing: the record is free of noise"
@@ -151,12 +173,14 @@ def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Cali
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
     rises = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in fits if f.stiffness is not None)
     slope = f"slope before onset of {rises}"
+    pulls = pull_table(curves, fits, brake)
     return Calibration(
         **told,
         **at_peaks(fits),
         errors_rest_on=rest,
-        checks=calibration_checks(fits, brake, told["intervals"]["scale_factor"]),
+        checks=calibration_checks(fits, pulls, brake, told["intervals"]["scale_factor"]),
         curves=tuple(curves),
+        pulls=pulls,
         sources={
             "scale_factor": calibrated(values[a], peak, errors[a], "1"),
             "stiffness_measured": calibrated(values[k], slope, errors[k], "N/m"),
@@ -190,33 +214,11 @@ def _means(each: Mapping[str, Sequence[float | None]], curves: Sequence[Curve]) 
     return told
 
 
-def after_peak(fit: PullFit, stiffness: float, brake: Brake) -> float | None:
-    """By which part the scale factor of the sliding part lies off the peak's; None if it is short.
-
-    The force there is linear in the sheets' share and the enclosure's, both free, so that what the
-    enclosure's numbers are off does not count. The first tenth of the way is left out: static
-    friction fades in it.
-    """
-    u, force, factor = fit.pull.elongation, fit.pull.force, fit.scale_factor
-    begin = fit.pull.peak_elongation
-    slides = u >= begin + AFTER * (float(u[-1]) - begin)
-    if slides.sum() < FEWEST:
-        return None
-    slip = np.maximum(u[slides] - force[slides] / stiffness, 0.0)
-    loose, whole = (with_shape(brake, a, stiffness, 1.0) for a in (0.0, factor))
-    enclosure = np.asarray(brake_force(slip, fit.vacuum, loose))
-    sheets = np.asarray(brake_force(slip, fit.vacuum, whole)) - enclosure
-    basis = np.column_stack([sheets, enclosure])
-    if np.linalg.matrix_rank(basis, 1e-3 * float(np.linalg.norm(basis))) < 2:
-        return None
-    share, *_ = np.linalg.lstsq(basis, force[slides], rcond=None)
-    rest = force[slides] - basis @ share
-    error = np.sqrt(rest @ rest / (len(rest) - 2) * np.linalg.inv(basis.T @ basis)[0, 0])
-    return float(share[0]) - 1 if error < SMALL / 2 else None
-
-
 def calibration_checks(
-    fits: Sequence[PullFit], brake: Brake, interval: Interval | None
+    fits: Sequence[PullFit],
+    pulls: Sequence[SinglePull],
+    brake: Brake,
+    interval: Interval | None,
 ) -> tuple[Check, ...]:
     """All checks of a calibration; `interval` is that of the scale factor."""
     factors = [f.scale_factor for f in fits]
@@ -227,7 +229,6 @@ def calibration_checks(
     last = [(f, float(f.pull.elongation[-1])) for f in fits]
     ends = [float(force_at_elongation(u, f.vacuum, calibrated)) for f, u in last]
     measured = [float(f.pull.force[-max(3, len(f.pull.force) // 200) :].mean()) for f in fits]
-    off = [after_peak(f, f.stiffness or stiffness, brake) for f in fits]
     half = None if interval is None else (interval.high - interval.low) / 2 / factor
     end = end_of_curve(float(np.mean(ends)), float(np.mean(measured)))
     checks = [
@@ -236,6 +237,7 @@ def calibration_checks(
         stiffness_possible(stiffness, float(stiffness_before_slip(brake)), few),
         agreement(factors, [f.scale_factor_se for f in fits]),
         no_trend(factors, [f.vacuum for f in fits], "vacuum", "Pa"),
-        shape(end, [o for o in off if o is not None], half),
+        shape([p.shape for p in pulls if p.shape is not None], half, end),
+        *pull_checks(pulls),
     ]
     return tuple(c for c in checks if c is not None)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from layerjam.device.brake import Brake
 from layerjam.identify.calibration.influence import Influence
 from layerjam.identify.calibration.intervals import Interval
+from layerjam.identify.calibration.pull_fit import PullFit
 from layerjam.identify.checks import Check
 from layerjam.identify.curves import Curve
-from layerjam.identify.pull.features import PullFeatures
 from layerjam.records.source import Source
 from layerjam.units import show
 
@@ -19,19 +19,7 @@ if TYPE_CHECKING:
     from layerjam.identify.bayes.posterior import BayesFit
     from layerjam.identify.calibration.least_squares import JointFit
     from layerjam.identify.calibration.verdict import Identifiability
-
-
-@dataclass(frozen=True, kw_only=True)
-class PullFit:
-    """What one pull says; no stiffness where its rise has too few samples to tell it."""
-
-    scale_factor: float
-    scale_factor_se: float
-    stiffness: float | None
-    scale_factor_eq8: float
-    stiffness_eq9: float | None
-    vacuum: float
-    pull: PullFeatures
+    from layerjam.identify.single_pulls import SinglePull
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,9 +33,10 @@ class Calibration:
 
     `intervals` and `bootstrap` are 95 % and rest on the scatter between pulls, `standard_errors` on
     what `errors_rest_on` says; `leave_one_out` tells how far each value moves without one file.
-    `fits` are what pulls with a peak say alone; the paper's eq. 8 and 9 and the peak are means over
-    them, eq. 9 and peak None over pulls at different vacuums: no pull had their mean. `sources` is
-    what to write into a brake file, {path: (value, Source)}; `window` says what was fitted.
+    `pulls` is the table pull by pull, `fits` are what pulls with a peak say alone; the paper's
+    eq. 8 and 9 and the peak are means over them, eq. 9 and peak None over pulls at different
+    vacuums: no pull had their mean. `sources` is what to write into a brake file,
+    {path: (value, Source)}; `window` says what was fitted.
     """
 
     values: Mapping[str, float]
@@ -56,6 +45,7 @@ class Calibration:
     intervals: Mapping[str, Interval | None]
     checks: tuple[Check, ...]
     curves: tuple[Curve, ...]
+    pulls: tuple[SinglePull, ...]
     fits: tuple[PullFit, ...]
     scale_factor_eq8: float | None
     stiffness_eq9: float | None

@@ -10,7 +10,7 @@ from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.calibration.influence import estimates
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
-from layerjam.identify.calibration.peaks import at_peaks, fits_of
+from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table
 from layerjam.identify.calibration.record import Calibration, calibrated, shape_sources
 from layerjam.identify.calibration.verdict import (
     curve_checks,
@@ -21,6 +21,7 @@ from layerjam.identify.calibration.verdict import (
 from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import LINEAR
 from layerjam.identify.shape import SHAPE
+from layerjam.identify.single_pulls import pull_checks
 from layerjam.records.source import Source
 from layerjam.units import show
 
@@ -56,14 +57,16 @@ def calibrate_curves(
     reference = None
     if "pressure_exponent" in fit.names:
         reference = brake.test_pressure or fit.reference_pressure
-    count = len(curves)
+    count, alone = len(curves), fits_of(curves, brake)
+    pulls = pull_table(curves, alone, brake, _expected(fit, brake))
     return Calibration(
         **told,
-        **at_peaks(fits_of(curves, brake)),
+        **at_peaks(alone),
+        pulls=pulls,
         errors_rest_on=f"the scatter between {count} pulls"
         if count > 1
         else "nothing: one pull says nothing about repeatability",
-        checks=checks if single is None else (*checks, single),
+        checks=(*checks, *(() if single is None else (single,)), *pull_checks(pulls)),
         curves=tuple(curves),
         sources=_sources(fit, told["values"], told["standard_errors"], brake),
         window=WINDOW,
@@ -72,6 +75,17 @@ def calibrate_curves(
         reference_speed=fit.reference_speed,
         fit=fit,
     )
+
+
+def _expected(fit: JointFit, brake: Brake) -> np.ndarray:
+    """The scale factor that the fitted laws of vacuum and speed give each curve (curves,).
+
+    Less the exponent of the brake's own file, which a scale factor from a peak is without.
+    """
+    logs = (fit.design @ fit.population.estimate + fit.held)[:, 0]
+    if brake.pressure_exponent is not None and brake.test_pressure is not None:
+        logs = logs - brake.pressure_exponent * np.log(fit.reduced.vacuum / brake.test_pressure)
+    return np.exp(logs)
 
 
 def _sources(

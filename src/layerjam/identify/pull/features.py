@@ -9,7 +9,7 @@ import numpy as np
 
 from layerjam.errors import FileError
 from layerjam.identify.stick_slip import noise_of, running_mean
-from layerjam.identify.straight import straight_line
+from layerjam.identify.straight import StraightLine, straight_line
 from layerjam.measure.trace import Array, Trace, block_means
 from layerjam.units import show
 
@@ -40,7 +40,9 @@ class PullFeatures:
     `straight` is False where no slope tells the stiffness. Either the brake slides long before its
     greatest force (low vacuum): then zero elongation is where the record begins. Or it rises within
     fewer than `SLOPE` samples (`rise_samples`): then the peak is found as well as ever, and
-    `stiffness` is a rough one through the few, good enough to place it.
+    `stiffness` is a rough one through the few, good enough to place it. `seating` is the logarithm
+    of how much steeper the upper half of the rise is than the lower, None where too few samples
+    tell: a straight rise has 0, one on a seat that yields at first has more.
     """
 
     stiffness: float
@@ -54,6 +56,8 @@ class PullFeatures:
     rise_samples: int
     noise: float
     origin: float
+    seating: float | None
+    seating_se: float
     elongation: Array
     force: Array
     path: str
@@ -141,17 +145,41 @@ def pull_features(trace: Trace) -> PullFeatures:
     if bent:
         origin = float(elongation[0])
     u = elongation - origin
+    seating = None if bent or sparse else _seating(elongation[:top], force[:top], line, height)
     return PullFeatures(
         stiffness=line.slope,
         stiffness_se=line.slope_se,
         straight=not bent and not sparse,
         rise_samples=max(high - low, 0),
+        seating=None if seating is None else seating[0],
+        seating_se=0.0 if seating is None else seating[1],
         origin=origin,
         elongation=u,
         force=force,
         path=trace.path,
         **_fit_peak(u, force, line.slope, top, height, not bent),
     )
+
+
+def _seating(
+    elongation: Array, force: Array, line: StraightLine, height: float
+) -> tuple[float, float] | None:
+    """Logarithm of the upper half's slope over the lower half's, and its standard error.
+
+    The halves are cut by elongation: cut by force, the noise would choose its own samples.
+    """
+    middle = sum(LINEAR) / 2
+    first, half, last = (line.meets(part * height) for part in (LINEAR[0], middle, LINEAR[1]))
+    slopes = []
+    for start, end in ((first, half), (half, last)):
+        part = (elongation >= start) & (elongation < end)
+        found = straight_line(elongation[part], force[part]) if part.sum() >= SLOPE else None
+        if found is None or found.slope <= 0:
+            return None
+        slopes.append(found)
+    lower, upper = slopes
+    error = np.hypot(lower.slope_se / lower.slope, upper.slope_se / upper.slope)
+    return float(np.log(upper.slope / lower.slope)), float(error)
 
 
 def _noise(force: Array, top: int) -> float:
@@ -163,7 +191,8 @@ def _falls(force: Array, noise: float) -> bool:
     """Whether the force falls again after its greatest value."""
     # means over equal stretches; the greatest of many lies a few of its own errors too high
     few = max(3, len(force) // 100)
-    most = float(np.convolve(force, np.ones(few) / few, mode="valid").max())
+    sums = np.cumsum(force)  # a convolution takes as many steps a sample as `few` has
+    most = float(max((sums[few:] - sums[:-few]).max(initial=-np.inf), sums[few - 1])) / few
     return bool(force[-few:].mean() < 0.995 * most - 5 * noise / np.sqrt(few))
 
 

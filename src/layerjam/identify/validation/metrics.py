@@ -31,7 +31,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -40,6 +40,9 @@ from layerjam.errors import FileError, FitError
 from layerjam.identify.curves import Curve, conditions, curve_of
 from layerjam.identify.pull.features import PullFeatures
 from layerjam.mechanics.pull import force_at_elongation
+
+if TYPE_CHECKING:
+    from layerjam.identify.single_pulls import SinglePull
 
 POINTS = 200
 FLOOR = 0.05
@@ -149,12 +152,14 @@ class ConditionError(Pooled):
 class Validation(Pooled):
     """Errors over all pulls; `scatter` is the mean of the conditions' splits.
 
-    `mape_conditions` and its SD are over conditions, as the paper counts (section III-C).
+    `mape_conditions` and its SD are over conditions, as the paper counts (section III-C); `pulls`
+    is the table pull by pull, where it was asked for.
     """
 
     mape_conditions: float
     mape_conditions_sd: float | None
     conditions: tuple[ConditionError, ...]
+    pulls: tuple[SinglePull, ...] = ()
 
 
 def uncalibrated(brake: Brake) -> Brake:

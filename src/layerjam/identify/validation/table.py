@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
+from layerjam.device.brake import Brake
 from layerjam.errors import FitError
+from layerjam.identify.calibration.peaks import fits_of, pull_table
 from layerjam.identify.checks import SMALL, Check, check, percent, trend
+from layerjam.identify.curves import Curve
 from layerjam.identify.repeats import over_repeats
+from layerjam.identify.single_pulls import pull_checks
 from layerjam.identify.straight import straight_line
 from layerjam.identify.validation.metrics import (
     CurveError,
@@ -33,6 +37,11 @@ def pool(results: Sequence[Validation]) -> Validation:
         [condition for result in results for condition in result.conditions],
         [curve for result in results for curve in result.curves],
     )
+
+
+def with_pulls(result: Validation, curves: Sequence[Curve], brake: Brake) -> Validation:
+    """The validation with the table pull by pull of the same curves."""
+    return replace(result, pulls=pull_table(curves, fits_of(curves, brake), brake))
 
 
 _ERRORS = ("rmse", "bias", "r_squared")
@@ -73,7 +82,8 @@ def validation_checks(result: Validation, seen: int) -> tuple[Check, ...]:
     ]
     if len(speeds) == count:
         checks.append(trend("trend over speed", "residual", relative, speeds, "m/s", levels=2))
-    return tuple(c for c in checks if c is not None)
+    single = pull_checks(result.pulls) if result.pulls else ()
+    return (*(c for c in checks if c is not None), *single)
 
 
 def _drift(curve: CurveError) -> float:

@@ -1,0 +1,78 @@
+"""The table pull by pull as commands give it: rows for JSON, lines for people, remarks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from layerjam.errors import Notice
+from layerjam.units import show
+
+if TYPE_CHECKING:
+    from layerjam.identify.single_pulls import SinglePull
+
+UNITS: Mapping[str, str] = {
+    "vacuum": "Pa",
+    "vacuum_of_peak": "Pa",
+    "speed": "m/s",
+    "recorded_speed": "m/s",
+    "factor": "1",
+    "shape": "1",
+    "seating": "1",
+}
+"""Of the rows' keys; `stiffness` is a key of the results themselves."""
+HEADS = ("vacuum", "speed", "factor", "stiffness", "shape", "seating", "verdict", "file")
+TITLE = "pull by pull"
+NONE = "-"
+
+
+def as_rows(pulls: Sequence[SinglePull]) -> list[dict[str, Any]]:
+    """The rows as the key `pulls` has them, SI."""
+    return [{**asdict(pull), "odd": pull.odd} for pull in pulls]
+
+
+def cells(row: Mapping[str, Any]) -> list[str]:
+    """A row as people read it, in the order of `HEADS`."""
+
+    def part(value: float | None) -> str:
+        return NONE if value is None else f"{value:+.1%}"
+
+    odd = [test for test, verdict in row["verdicts"].items() if verdict == "odd"]
+    factor, stiffness = row["factor"], row["stiffness"]
+    return [
+        show(row["vacuum"], "Pa"),
+        NONE if row["speed"] is None else show(row["speed"], "m/s", 3),
+        NONE if factor is None else f"{factor:.4f}",
+        NONE if stiffness is None else show(stiffness, "N/m", 3),
+        part(row["shape"]),
+        part(row["seating"]),
+        ", ".join(odd) or "ok",
+        row["file"],
+    ]
+
+
+def pull_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """The table as lines; nothing for a single pull, which has no others beside it."""
+    if len(rows) < 2:
+        return
+    table = [list(HEADS), *(cells(row) for row in rows)]
+    wide = [max(len(line[place]) for line in table) for place in range(len(HEADS) - 1)]
+    yield from ("", TITLE)
+    for line in table:
+        texts = [f"{text:<{width}}" for text, width in zip(line, wide, strict=False)]
+        yield "  ".join([*texts, line[-1]])
+
+
+def one_of_all(pulls: Sequence[SinglePull]) -> Iterator[Notice]:
+    """That one vacuum, or one speed, is all there is."""
+    from layerjam.identify.single_pulls import alike
+
+    words = {"vacuum": ("Pa", "vacuums"), "speed": ("m/s", "speeds")}
+    for what, value in alike(pulls).items():
+        unit, others = words[what]
+        yield Notice(
+            f"one {what} only, {show(value, unit, 3)}: nothing here says whether the friction is "
+            f"the same at other {others}",
+            f"one-{what}",
+        )

@@ -1,0 +1,112 @@
+"""Files left out by hand: the reason stays with the result, the brake and the report."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import layerjam
+from lab import bench as virtual
+from layerjam.cli.main import main
+from layerjam.device.load import load
+from layerjam.errors import QuantityError
+from layerjam.identify.provenance import sha256
+from layerjam.identify.shape import with_shape
+from strategies import KAPTON
+
+BRAKE = "choi2018-kapton"
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Eight pulls; the sixth has another friction."""
+    folder, random = tmp_path_factory.mktemp("pulls"), np.random.default_rng(5)
+    out = []
+    for number in range(8):
+        factor = 0.9 * (1 + 0.01 * random.standard_normal()) * (1.2 if number == 5 else 1.0)
+        trace = virtual.pull(with_shape(KAPTON, factor, 12e4, 1.0), 60e3, 0.013, 0.04)
+        out.append(virtual.write_own(trace, folder / f"pull-{number}.csv"))
+    return out
+
+
+def test_an_odd_pull_is_named_left_out_and_remembered(files: list[Path], tmp_path: Path) -> None:
+    whole = layerjam.calibrate(BRAKE, files)
+    odd = [row["file"] for row in whole.pulls if row["odd"]]
+    assert odd == ["pull-5.csv"] and not whole.excluded
+    assert whole.units["shape"] == "1" and whole.units["vacuum_of_peak"] == "Pa"
+    assert "pull-5.csv" in str(whole).split("pull by pull")[1]
+    keys = {getattr(w, "key", "") for w in whole.warnings}
+    assert {"one-vacuum", "one-speed"} <= keys
+    out, why = tmp_path / "brake.toml", "the grip slipped"
+    kept = [f for f in files if f.name != "pull-5.csv"]
+    less = layerjam.calibrate(BRAKE, files, exclude="pull-5.csv", because=why, out=out)
+    assert less.scale_factor == layerjam.calibrate(BRAKE, kept).scale_factor
+    one = {"file": str(files[5]), "because": why, "sha256": sha256(str(files[5]))}
+    assert less.excluded == [one] and not less.refused and less.exit_code == 0
+    assert not any(row["odd"] for row in less.pulls) and why in str(less)
+    [noted] = load(out).notes["excluded"]
+    assert noted == {"name": "pull-5.csv", "because": why, "sha256": one["sha256"]}
+    again = layerjam.validate(out, files, exclude={str(files[5]): why})
+    assert again.excluded == [one] and len(again.files) == 7 == len(again.pulls)
+    assert [row["odd"] for row in layerjam.validate(out, files).pulls].count(True) == 1
+
+
+def test_a_file_that_cannot_be_read_may_be_left_out(files: list[Path], tmp_path: Path) -> None:
+    broken = tmp_path / "broken.csv"
+    broken.write_text("no numbers")
+    found = layerjam.calibrate(BRAKE, [*files, broken], exclude=[broken.name], because=["broken"])
+    assert not found.refused and found.excluded[0]["file"] == str(broken)
+    trace = virtual.pull(KAPTON, 60e3, 0.013, 0.04)
+    traces = [replace(trace, path="a"), replace(trace, path="b", force=trace.force * 1.01)]
+    made = layerjam.calibrate(BRAKE, traces, exclude={"b": "wet"})
+    assert made.excluded == [{"file": "b", "because": "wet", "sha256": None}]
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"exclude": "pull-1.csv"}, "1 named, 0 reasons given"),
+        ({"exclude": "pull-1.csv", "because": " "}, "is empty for pull-1.csv"),
+        ({"because": "wet"}, "0 named, 1 reason given"),
+        ({"exclude": "pull-9.csv", "because": "wet"}, "pull-9.csv is none of the files given"),
+        ({"exclude": ["pull-1.csv"] * 2, "because": ["a", "b"]}, "named twice"),
+        ({"exclude": {f"pull-{n}.csv": "wet" for n in range(8)}}, "none is left"),
+        ({"exclude": {"pull-1.csv": "a"}, "because": "b"}, "stand with the files already"),
+    ],
+)
+def test_what_cannot_be_left_out(files: list[Path], given: dict[str, object], words: str) -> None:
+    with pytest.raises(QuantityError, match=words):
+        layerjam.calibrate(BRAKE, files, **given)
+
+
+def test_two_files_of_one_name_need_their_folder(files: list[Path], tmp_path: Path) -> None:
+    other = virtual.write_own(virtual.pull(KAPTON, 50e3, 0.013, 0.04), tmp_path / files[0].name)
+    with pytest.raises(QuantityError, match="is the name of several files"):
+        layerjam.calibrate(BRAKE, [*files, other], exclude={files[0].name: "wet"})
+    found = layerjam.calibrate(BRAKE, [*files, other], exclude={str(other): "wet"})
+    assert found.excluded[0]["file"] == str(other)
+
+
+def test_on_the_command_line_and_in_the_report(
+    files: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = [str(f) for f in files]
+    both = ["--exclude", "pull-5.csv", "--because", "the grip slipped"]
+    both += ["--exclude", "pull-2.csv", "--because", "ölig"]
+    assert main(["calibrate", BRAKE, *names, *both, "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert [e["because"] for e in printed["excluded"]] == ["the grip slipped", "ölig"]
+    assert len(printed["pulls"]) == 6
+    out = tmp_path / "report"
+    command = ["report", BRAKE, "--pulls", *names, *both, "--out", str(out)]
+    assert main(command) == 0
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Left out by hand" in page and "pull-5.csv (calibration): the grip slipped" in page
+    assert "Pull by pull" in page
+    results = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    assert {e["file"] for e in results["excluded"]} == {"pull-5.csv", "pull-2.csv"}
+    assert "pull by pull" in (out / "numbers.csv").read_text(encoding="utf-8")
