@@ -11,6 +11,7 @@ import pytest
 
 from layerjam.fluid.closed_forms import time_constant
 from layerjam.fluid.file import load_line
+from layerjam.mechanics.pull import brake_force
 from layerjam.studies.machines import (
     ankle_clutch,
     injury,
@@ -24,6 +25,7 @@ from layerjam.studies.machines.registry import load_scenario, scenarios
 from layerjam.studies.machines.restraint import limiter_of
 from layerjam.studies.machines.trial import Trial
 from layerjam.studies.machines.verdict import Result
+from layerjam.units import parse
 from machine_scenarios import changed
 
 NOTHING = np.zeros(4001)
@@ -84,6 +86,21 @@ def test_two_dozen_brakes_hold_what_the_energy_asks_for(results: dict[str, Resul
     assert soft.own["vacuum"] < made.own["vacuum"] and not soft.own["bottomed_out"]
     assert soft.own["excursion"] > made.own["excursion"]
     assert not soft.feasible and "time for the vacuum" in soft.reason
+
+
+@pytest.mark.parametrize("vacuum", ["94.5 kPa", "40 kPa"])
+def test_the_seat_belt_s_capacity_is_at_its_own_vacuum(vacuum: str) -> None:
+    """The area under force over slip, by trapezia: it falls with the scenario's vacuum."""
+    made = changed("seat-belt", brakes__vacuum=f'"{vacuum}"').analyse()
+    scenario = made.scenario
+    slip = scenario.brake.brake.sheets.usable_travel * np.linspace(0, 1, 4001) ** 2
+    force = np.asarray(brake_force(slip, made.own["vacuum"], scenario.brake.brake))
+    work = scenario.brakes.count * np.trapezoid(force, slip)
+    assert made.own["vacuum"] == parse(vacuum, "Pa", "vacuum")
+    assert made.own["energy_capacity"] == pytest.approx(work, rel=1e-6)
+    # bottomed out, the brakes have taken up all of it, as closely as the ride keeps energy
+    assert made.own["bottomed_out"]
+    assert made.own["energy_slipped"] == pytest.approx(made.own["energy_capacity"], rel=4e-4)
 
 
 def test_the_bare_head_turns_as_the_blow_says(results: dict[str, Result]) -> None:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas
 
-from layerjam.mechanics.energy import energy_capacity
+from layerjam.mechanics.energy import slip_work
 from layerjam.studies.machines.injury import filtered
 from layerjam.studies.machines.pulse import drive
 from layerjam.studies.machines.readiness import VacuumSupply, readiness
@@ -168,7 +168,9 @@ class SeatBelt(Machine):
         found.add("N", steady_force=belt.stiffness * brake.sheets.overlap)
         found.add("m", slip=float(braked.slip[-1]), travel=end)
         found.add("1", bottomed_out=bottomed, snaps=soft)
-        found.add("J", energy_capacity=brakes.count * float(energy_capacity(brake)))
+        # at the vacuum of this crash, not at the site's full one
+        each = float(slip_work(brake.sheets.usable_travel, vacuum, brake))
+        found.add("J", energy_capacity=brakes.count * each)
         found.add("J", energy_put_in=float(braked.put_in.max()))
         found.add("J", energy_slipped=float(braked.heat[-1]))
         found.add("Pa", vacuum=vacuum)
