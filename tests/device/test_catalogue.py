@@ -8,7 +8,7 @@ import tomllib
 import pytest
 
 from layerjam.device.brake import enclosure_mass, mass, sheet_mass, validate
-from layerjam.device.load import catalogue, load, materials
+from layerjam.device.load import catalogue, devices, load, materials
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.records.source import KINDS, Source
 from layerjam.units import get, quantities
@@ -122,3 +122,14 @@ def test_source_sentence():
     source = Source(kind="paper", text="table I", spread="SD 3 %", conflict="0.48")
     assert source.sentence() == "paper: table I; spread SD 3 %; conflict: 0.48"
     assert dataclasses.replace(source, text="", spread="", conflict="").sentence() == "paper"
+
+
+def test_a_second_reading_of_a_device_is_no_second_device():
+    readings = {name for name in NAMES if name.endswith("-eq9")}
+    assert readings == {"choi2018-kapton-eq9", "choi2018-ptfe-eq9"}
+    assert set(devices()) == set(NAMES) - readings
+    for name in readings:
+        plain = load(name.removesuffix("-eq9"))
+        for field in ("scale_factor", "stiffness_measured"):
+            assert name in plain.sources[field].conflict
+            assert plain.name in load(name).sources[field].conflict

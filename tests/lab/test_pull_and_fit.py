@@ -5,17 +5,24 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import jax
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 
 from lab.bench import FULL, Machine, curve, noisy, pull
+from layerjam.device.load import load
 from layerjam.errors import FileError, FitError
 from layerjam.identify.calibration.peaks import calibrate, fit_pull
 from layerjam.identify.pull.features import loading_branch, pull_features
 from layerjam.measure.trace import Trace
 from layerjam.mechanics.enclosure import enclosure_at, saturation_slip
-from layerjam.mechanics.pull import peak, scale_factor_eq8, scale_factor_of_peak
+from layerjam.mechanics.pull import (
+    factor_and_stiffness_of_eq8_and_eq9,
+    peak,
+    scale_factor_eq8,
+    scale_factor_of_peak,
+)
 from strategies import KAPTON, PTFE, change, one, random_brakes, seeds
 
 BOTH = pytest.mark.parametrize("brake", [KAPTON, PTFE], ids=["kapton", "ptfe"])
@@ -326,3 +333,54 @@ def test_one_spike_is_no_peak(brake) -> None:
     spiked[1500] += 0.3 * spiked.max()
     found = fit_pull(pull_features(replace(trace, force=spiked)), FULL, brake)
     assert found.scale_factor == pytest.approx(clean, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "printed", "a", "slope", "top"),
+    [("kapton", (0.875, 131e3), 0.8684, 153.4e3, 174.60),
+     ("ptfe", (1.24, 55e3), 1.2394, 165.2e3, 52.25)],
+)  # fmt: skip
+def test_the_other_reading_of_the_papers_a_and_k(name, printed, a, slope, top) -> None:
+    """The brakes `-eq9`: on a pull sampled here, by formulas written here, eq. 8 and 9 hold."""
+    brake, plain = (load(f"choi2018-{name}{ending}").brake for ending in ("-eq9", ""))
+    assert (plain.scale_factor, plain.stiffness_measured) == printed
+    assert brake.with_(scale_factor=printed[0], stiffness_measured=printed[1]) == plain
+    sheets, skin, film = brake.sheets, brake.enclosure, brake.film
+    one = film.kinetic * (sheets.count - 1) * sheets.width * FULL
+    e = 2 * sheets.width * np.sqrt(
+        skin.modulus * skin.wall * FULL * film.friction_on_silicone
+    )  # fmt: skip
+    found = factor_and_stiffness_of_eq8_and_eq9(*printed, FULL, plain)
+    for factor, k, digits in (
+        (brake.scale_factor, brake.stiffness_measured, 4e-5),
+        (*map(float, found), 1e-6),  # a flat top, sampled
+    ):
+        slip = np.linspace(0, 3e-3, 3_000_001)
+        force = factor * one * (sheets.overlap - slip) + e * np.sqrt(slip)
+        high = int(force.argmax())
+        peak_force, d = force[high], slip[high] + force[high] / k
+        eq8 = (peak_force - e * np.sqrt(d)) / (one * (sheets.overlap - d))
+        assert eq8 == pytest.approx(printed[0], rel=digits)
+        assert peak_force / d == pytest.approx(printed[1], rel=digits)
+        assert peak_force == pytest.approx(top, abs=0.005)
+    assert float(found[0]) == pytest.approx(a, abs=5e-5)
+    assert float(found[1]) == pytest.approx(slope, abs=50)
+
+
+def test_the_other_reading_of_random_brakes_is_exact() -> None:
+    brakes = random_brakes(5, 200)
+    vacuum = np.random.default_rng(5).uniform(2e4, 1e5, 200)
+    a, k = jax.vmap(factor_and_stiffness_of_eq8_and_eq9, (0, 0, 0, 0))(
+        brakes.scale_factor, brakes.stiffness_measured, vacuum, brakes
+    )
+    fine = np.isfinite(np.asarray(a))
+    assert fine.sum() > 100
+    read = replace(brakes, scale_factor=a, stiffness_measured=k)
+    top = jax.vmap(lambda p, b: peak(p, b.sheets.usable_travel, b))(vacuum, read)
+    fine &= np.asarray(top.inside)
+    eq8 = jax.vmap(scale_factor_eq8)(top.force, top.elongation, vacuum, read)
+    for there, here in (
+        (eq8, brakes.scale_factor),
+        (np.asarray(top.force) / top.elongation, brakes.stiffness_measured),
+    ):
+        np.testing.assert_allclose(np.asarray(there)[fine], np.asarray(here)[fine], rtol=1e-9)

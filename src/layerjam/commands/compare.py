@@ -117,9 +117,9 @@ class Comparison(Result):
 
 
 def _brakes(value: Sequence[AnyBrake], given: Mapping[str, Any]) -> list[BrakeFile]:
-    from layerjam.device.load import catalogue
+    from layerjam.device.load import devices
 
-    return [brake_file(brake, given.get("atmosphere")) for brake in value or catalogue()]
+    return [brake_file(brake, given.get("atmosphere")) for brake in value or devices()]
 
 
 @command(

@@ -14,6 +14,9 @@ from layerjam.device.file import BrakeFile, materials
 from layerjam.errors import FileError
 from layerjam.records.shipped import shipped, text_of
 
+READING = "-eq9"
+"""Ending of a brake whose factor and stiffness are what the paper's eq. 8 and 9 were given."""
+
 
 def _texts() -> dict[str, str]:
     return shipped("layerjam.device", "catalogue", "brakes")
@@ -22,6 +25,11 @@ def _texts() -> dict[str, str]:
 def catalogue() -> list[str]:
     """Names of the brakes in the catalogue."""
     return list(_texts())
+
+
+def devices() -> list[str]:
+    """Names of the brakes in the catalogue, without second readings of one device's numbers."""
+    return [name for name in catalogue() if not name.endswith(READING)]
 
 
 def load(brake: str | Path) -> BrakeFile:

@@ -129,6 +129,30 @@ def scale_factor_eq8(force: Any, displacement: Any, vacuum: Any, brake: Brake) -
 
 
 @law
+def factor_and_stiffness_of_eq8_and_eq9(
+    factor: Any, stiffness: Any, vacuum: Any, brake: Brake
+) -> tuple[Any, Any]:
+    """The a [-] and k [N/m] of a brake on whose own pull eq. 8 and 9 give `factor`, `stiffness`.
+
+    The paper's formulas take peak force and displacement of one pull at `vacuum` [Pa]; put into
+    each other they are a quadratic in the root of the peak force, from which a and k follow
+    exactly. What they give on a law's curve is neither its a nor its k. NaN where no pull does.
+    """
+    enclosure, overlap = enclosure_at(vacuum, brake), brake.sheets.overlap
+    one = friction_per_contact(vacuum, brake) / brake.scale_factor
+    # F = factor one (L2 - d) + e sqrt(d) with d = F/stiffness
+    square, linear = 1 + factor * one / stiffness, enclosure.root / safe_sqrt(stiffness)
+    root = (linear + safe_sqrt(linear**2 + 4 * square * factor * one * overlap)) / (2 * square)
+    force = root**2
+    displacement = force / stiffness
+    exact = scale_factor_of_peak(force, vacuum, brake)
+    slip = (enclosure.root / (2 * exact * one)) ** 2
+    fine = (displacement < enclosure.saturation) & (slip < displacement) & (vacuum > 0)
+    slope = force / jnp.where(fine, displacement - slip, 1.0)
+    return within(fine, exact), within(fine, slope)
+
+
+@law
 def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     """Vacuum [Pa] at which the sliding brake resists with `force` [N] at `slip` [m].
 

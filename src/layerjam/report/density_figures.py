@@ -56,9 +56,9 @@ def density(
 def fig12() -> style.Figure:
     """The paper's Fig. 12 from the mass model, beside what others make where a source was read."""
     from layerjam.design.comparison import comparison
-    from layerjam.device.load import catalogue, load
+    from layerjam.device.load import devices, load
 
-    brakes = [load(name) for name in catalogue()]
+    brakes = [load(name) for name in devices()]
     rows, sheet, lines, others = comparison(brakes, [b.brake.site.atmosphere for b in brakes])
     return density(rows, lines, sheet, list(others.looked_for))
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 
 from layerjam.device.brake import Brake
-from layerjam.device.load import catalogue, load
+from layerjam.device.load import devices, load
 from layerjam.errors import FitError
 from layerjam.identify.calibration.forward import LEAST_ENCLOSURE
 from layerjam.identify.calibration.influence import Influence, distinct
@@ -143,7 +143,7 @@ def off_bounds(values: Mapping[str, float]) -> Check:
 
 def like_catalogue(product: float) -> Check:
     """Friction times scale factor lies about where the catalogue's films have it."""
-    brakes = [load(name).brake for name in catalogue()]
+    brakes = [load(name).brake for name in devices()]
     known = [b.scale_factor * b.film.kinetic for b in brakes]
     advice = "half the least and twice the greatest of the catalogue"
     span = (min(known) / 2, max(known) * 2)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,8 @@ from layerjam.lab.exports import LAYOUTS, write_trace
 from layerjam.lab.faults import Faults
 from layerjam.lab.spec import FrictionTests, Pulls, Spec, Truth
 from layerjam.measure.readers.read import read_trace
+from layerjam.mechanics.pull import factor_and_stiffness_of_eq8_and_eq9, peak
+from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.report import style
 from layerjam.studies.choi2018 import figures
 from layerjam.studies.choi2018.claims import Claim, claim
@@ -141,6 +144,19 @@ def friction_claims() -> list[Claim]:
     return out
 
 
+def _read_by_eq8_and_eq9(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What follows if the printed a and k are results of eq. 8 and 9: words of the two claims."""
+    brake, other = load(name).brake, f"{name}-eq9"
+    printed = brake.scale_factor, brake.stiffness_measured or np.nan
+    factor, slope = factor_and_stiffness_of_eq8_and_eq9(*printed, FULL, brake)
+    read = brake.with_(scale_factor=float(factor), stiffness_measured=float(slope))
+    less = 1 - float(peak(FULL, TESTED, read).force / peak(FULL, TESTED, brake).force)
+    words = {"printed": printed[0], "read": float(factor), "less": less, "other": other}
+    sheets = float(stiffness_before_slip(brake)) / 1e3
+    rises = {"printed": printed[1] / 1e3, "read": float(slope) / 1e3, "sheets": sheets}
+    return words, rises | {"other": other}
+
+
 def calibration_claims() -> list[Claim]:
     """Section III-D: Fig. 8 and 9, eq. 7 to 9."""
     out = []
@@ -150,12 +166,12 @@ def calibration_claims() -> list[Claim]:
         k = {"paper": (run.file.brake.stiffness_measured or np.nan) / 1e3}
         eq9 = (result.stiffness_eq9 or np.nan) / 1e3
         error = result.standard_errors["scale_factor"] or 0
-        film = NAMES[name]
+        film, (eq8_words, eq9_words) = NAMES[name], _read_by_eq8_and_eq9(name)
         out += [
             claim("scale-factor", result.scale_factor, instead=a, film=film, error=error),
-            claim("eq8", result.scale_factor_eq8, instead=a, film=film),
+            claim("eq8", result.scale_factor_eq8, instead=a, film=film, **eq8_words),
             claim("slope", result.stiffness / 1e3, instead=k, film=film),
-            claim("eq9", eq9, instead=k, film=film),
+            claim("eq9", eq9, instead=k, film=film, **eq9_words),
         ]
     return out
 

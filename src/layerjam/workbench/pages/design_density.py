@@ -8,7 +8,7 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.device.load import catalogue, load
+from layerjam.device.load import devices, load
 from layerjam.report.style import GREY
 from layerjam.units import show
 from layerjam.workbench import live
@@ -37,7 +37,7 @@ class Density(Part):
 
     def controls(self) -> Mapping[str, Control]:
         """The vacuum of ours."""
-        sites = [self.desk.brake, *map(load, catalogue())]
+        sites = [self.desk.brake, *map(load, devices())]
         full = min(file.brake.site.atmosphere for file in sites)
         span, name = (0.05 * full, full), "Vacuum of ours"
         ours = asked("compare", "vacuum", min(94.5e3, full), span, key="ours", label=name)
@@ -57,7 +57,7 @@ class Density(Part):
     def calls(self) -> Sequence[Call]:
         """The desk's brake first, then the catalogue's."""
         here = self.desk.brake_subject()
-        others = [Subject(name) for name in catalogue() if name != here.name]
+        others = [Subject(name) for name in devices() if name != here.name]
         return [Call("compare", (here, *others), {"vacuum": self.text("ours")})]
 
     def draw(self, found: Any) -> None:
@@ -96,8 +96,8 @@ def density_chart(result: Any, dark: bool) -> dict[str, Any]:
     ours = kinds.pop("")
     series = [*_equal(x, y, PALE if dark else GREY), _more_sheets(first, ink)]
     series.append(_points(ours, "main", "circle", ink))
-    for look, (kind, devices) in zip(itertools.cycle(SYMBOLS), kinds.items(), strict=False):
-        series.append(_points(devices, *look, ink, kind))
+    for look, (kind, rows) in zip(itertools.cycle(SYMBOLS), kinds.items(), strict=False):
+        series.append(_points(rows, *look, ink, kind))
     axes = {"x": "mass [g]", "y": "greatest force [N]", "log": (True, True)}
     made = points_chart(series, dark=dark, right=60, **axes)
     for axis, (low, high) in (("xAxis", x), ("yAxis", y)):
