@@ -130,14 +130,14 @@ def build(
     force: Overwrite = False,
     progress: Progress = lambda what, share: None,
 ) -> Built:
-    """Write what a workshop needs to make a brake: patterns, printed parts, mould, parts list.
+    """Write what a workshop needs to make a brake: patterns, parts, mould, instructions.
 
     The folder appears whole or not at all, and the same brake gives the same bytes. `feasible` is
     False where the brake cannot be built as drawn; `reason` says why, and nothing is written.
     Nothing here was cut, printed or cast by us. Raises FileError, QuantityError, MissingExtraError.
     """
     from layerjam.fabricate.choices import choices
-    from layerjam.fabricate.files import files, require
+    from layerjam.fabricate.files import require
     from layerjam.fabricate.folder import LIST, check_folder, write_folder
     from layerjam.fabricate.lengths import CannotBuildError
 
@@ -161,13 +161,31 @@ def build(
         )
     if not made.feasible:
         return Built.of(_facts(made), files=[], warnings=notices, record=made)
-    progress("writing files", 0.3)
-    content = files(made, with_step=with_step, coupons=coupons)
+    content = _content(made, with_step, coupons, notices, progress)
     names = sorted([*content, LIST])
     done = Built.of(_facts(made), files=names, warnings=notices, record=made)
     content[LIST] = _listed(done, brake)
     write_folder(Path(out), content, force)
     return done
+
+
+def _content(
+    made: Drawing, with_step: bool, coupons: bool, notices: list[Notice], progress: Progress
+) -> dict[str, str | bytes]:
+    """{path: content} of all files but the list; `notices` hears of one that cannot be made."""
+    from layerjam.fabricate.files import files
+    from layerjam.report.build_files import PATTERN, papers
+
+    progress("patterns and parts", 0.3)
+    content = files(made, with_step=with_step, coupons=coupons)
+    progress("pictures and instructions", 0.5)
+    content |= papers(made, coupons)
+    if PATTERN not in content:
+        notices.append(
+            Notice("no pattern on paper: a piece of film is larger than any paper", "no-pattern")
+        )
+    progress("writing files", 0.9)
+    return content
 
 
 def _counts(parallel: int | str, series: int | str) -> tuple[int, int]:

@@ -17,6 +17,8 @@ def require() -> None:
     with MissingExtraError.without("building a brake (ezdxf, manifold3d, typst)", "build"):
         import ezdxf  # noqa: F401
         import manifold3d  # noqa: F401
+        import matplotlib  # noqa: F401
+        import typst  # noqa: F401
 
 
 def files(made: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | bytes]:

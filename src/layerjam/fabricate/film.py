@@ -252,14 +252,21 @@ def more_files(
     build: Build, lengths: Lengths, parallel: int, series: int, coupons: bool
 ) -> dict[str, bytes]:
     """{path: bytes} of what is no part of a brake: jig, yoke, link, coupons; all nominal."""
-    bore = mm(build.pin) + mm(build.pin_clearance)
-    made = {"cut/jig.dxf": dxf([boards.jig(lengths.pin_to_pin, bore)])}
-    if parallel > 1:
-        made["cut/yoke.dxf"] = dxf([boards.yoke(parallel, pitch(build, lengths), bore)])
-    if series > 1:
-        made["cut/link.dxf"] = dxf([boards.link(lengths.head, mm(build.gap), bore)])
+    flat = plates(build, lengths, parallel, series)
+    made = {f"cut/{name}.dxf": dxf([part]) for name, part in flat.items()}
     if coupons:
         made["cut/coupon.dxf"] = dxf(boards.coupon(lengths.hole, mm(build.gap)))
+    return made
+
+
+def plates(build: Build, lengths: Lengths, parallel: int, series: int) -> dict[str, Outline]:
+    """Jig, yoke and link by name, as far as an array needs them [mm]."""
+    bore = mm(build.pin) + mm(build.pin_clearance)
+    made = {"jig": boards.jig(lengths.pin_to_pin, bore)}
+    if parallel > 1:
+        made["yoke"] = boards.yoke(parallel, pitch(build, lengths), bore)
+    if series > 1:
+        made["link"] = boards.link(lengths.head, mm(build.gap), bore)
     return made
 
 

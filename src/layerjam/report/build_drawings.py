@@ -8,8 +8,19 @@ from typing import TYPE_CHECKING, Any
 from layerjam.fabricate.cap import air_height
 from layerjam.fabricate.lengths import Lengths, mm
 from layerjam.fabricate.nest import Piece
+from layerjam.fabricate.outline import Outline
 from layerjam.report import style
-from layerjam.report.build_scene import LEFT, PLATE, PRINTED, RIGHT, SILICONE, SPACER, STEEL, Scene
+from layerjam.report.build_scene import (
+    BOARD,
+    LEFT,
+    PLATE,
+    PRINTED,
+    RIGHT,
+    SILICONE,
+    SPACER,
+    STEEL,
+    Scene,
+)
 from layerjam.report.style import GREY, INK
 
 if TYPE_CHECKING:
@@ -283,6 +294,30 @@ def order(world: Scene) -> style.Figure:
     for x, words in ((17, "left cap"), (50, "from below, number 1 first"), (83, "right cap")):
         axes.text(x, high, words, ha="center", va="bottom", fontsize=style.WORDS, weight="bold")
     axes.set(xlim=(0, 100), ylim=(-0.2, len(shown) + 1.6))
+    return figure
+
+
+@style.styled
+def plates(named: Sequence[tuple[str, Outline]]) -> style.Figure:
+    """Boards beside the sheets, one above the other, each with its length."""
+    from matplotlib.patches import Circle, Polygon
+
+    long = max(part.length for _, part in named)
+    unit = long / 60
+    tall = sum(part.width + 7 * unit for _, part in named)
+    figure, axes = _scaled((-12 * unit, -5 * unit), (long + 3 * unit, tall - 5 * unit), 8.2)
+    low = 0.0
+    for name, part in named[::-1]:
+        placed = part.moved(0.0, low + part.width / 2)
+        axes.add_patch(Polygon(placed.points(0.05), facecolor=BOARD, edgecolor=INK, lw=0.7))
+        for hole in placed.holes:
+            axes.add_patch(
+                Circle(hole[:2], hole.diameter / 2, facecolor="white", edgecolor=INK, lw=0.7)
+            )
+        at = low + part.width / 2
+        axes.text(-unit, at, name, ha="right", va="center", fontsize=style.WORDS)
+        _chain(axes, [("length", 0.0, part.length)], low - 1.6 * unit, unit)
+        low += part.width + 7 * unit
     return figure
 
 

@@ -6,12 +6,18 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from layerjam.device.workshop import Build
+from layerjam.fabricate.drawing import Drawing
+from layerjam.fabricate.film import plates
 from layerjam.fabricate.lengths import Lengths
 from layerjam.fabricate.nest import Piece
 from layerjam.report import build_drawings as drawings
+from layerjam.report.assembly import assembly
 from layerjam.report.build_pictures import labelled, shots
 from layerjam.report.build_scene import scene
 from layerjam.report.page import drawn
+from layerjam.report.pattern import pattern
+
+PATTERN = "cut/pattern.pdf"
 
 
 class Pictures(NamedTuple):
@@ -43,3 +49,21 @@ def pictures(build: Build, lengths: Lengths, pieces: Sequence[Piece]) -> Picture
         {name: shot.png() for name, (shot, _) in seen.items()},
         {name: drawn(figure) for name, figure in figures.items()},
     )
+
+
+def papers(made: Drawing, coupons: bool = False) -> dict[str, bytes]:
+    """{path: bytes} of the pictures, assembly.pdf and cut/pattern.pdf of a build.
+
+    No pattern where a piece of film is larger than any paper. Raises MissingExtraError without
+    matplotlib, manifold3d or typst.
+    """
+    drawn_ones = pictures(made.build, made.lengths, made.film.pieces)
+    if made.brakes > 1:
+        flat_parts = plates(made.build, made.lengths, made.parallel, made.series)
+        drawn_ones.named["boards"] = drawn(drawings.plates(list(flat_parts.items())))
+    content = drawn_ones.files()
+    content["assembly.pdf"] = assembly(made, drawn_ones.named, coupons)
+    flat = pattern(made.film.pieces, made.film.notes)
+    if flat is not None:
+        content[PATTERN] = flat
+    return content

@@ -114,6 +114,8 @@ def _stacking(world: Scene) -> Seen:
         high = low + lengths.thickness
         if index % 2 == 0:
             bodies.append(parts.slab(short, low, high, parts.LEFT).moved(-side.clamped))
+            edge = seen - side.clamped - 3
+            named["left sheet"] = (edge, -lengths.width / 2, (low + high) / 2)
         else:
             spacer = parts.slab(world.spacers[0], low, high, parts.SPACER)
             bodies.append(spacer.moved(-side.clamped))
@@ -128,7 +130,6 @@ def _stacking(world: Scene) -> Seen:
     bodies.append(parts.plate(world, side).moved(z=rise))
     bodies += [screw.moved(z=rise + lengths.screw_length) for screw in parts.screws(world, side)]
     bodies += [nut.moved(x=side.clamped + 4, z=-1) for nut in parts.nuts(world, side)]
-    named["left sheet"] = (seen - side.clamped - 3, 0.0, top - fan)
     named["clamp plate"] = _middle(bodies[-2 * lengths.screws - 1])
     named["screw"] = _middle(bodies[-lengths.screws - 1])
     named["nut, slid in from the front"] = _middle(bodies[-1])
@@ -156,11 +157,12 @@ def _mould(world: Scene) -> Seen:
         Label("core", _middle(core)),
         Label("lower half", (-0.3 * lengths.mould.length, -lengths.mould.width / 2, -3.0)),
         Label(f"sprue {sprue:g} mm", (*low, roof)),
-        Label(f"vents {vents[0][1]:g} mm", (*vents[0][0], roof)),
+        Label(f"vents {vents[0][1]:g} mm", (*vents[0][0], roof), True),
         Label("key", (*keys[0], 4.0)),
-        Label(f"{len(bolts)} bolts", (*bolts[0], roof)),
+        Label(f"{len(bolts)} bolts with nuts", (*bolts[0], roof + 12 + 2 * lengths.mould.half)),
     ]
-    return shoot([top, core, found["bottom"]], View(-62, 32)), points
+    raised = parts.bolts(world, roof + 12 + 2 * lengths.mould.half)
+    return shoot([top, core, found["bottom"], *raised], View(-62, 32)), points
 
 
 def _assembled(world: Scene) -> Seen:
@@ -172,7 +174,9 @@ def _assembled(world: Scene) -> Seen:
         bare += [*parts.screws(world, side), *parts.nuts(world, side)]
     for index in range(lengths.count):
         bare += parts.layer(world, index)
-    lift = lengths.cap_height + 0.3 * lengths.free + 8
+    board = parts.jig(world)
+    bare += board
+    lift = lengths.cap_height + 0.3 * lengths.free + 14
     worn = [
         body
         for side in lengths.sides
@@ -183,17 +187,21 @@ def _assembled(world: Scene) -> Seen:
             parts.tie(world, side, 0.7 * lengths.wall),
         )
     ]
+    tube = parts.tube(world, lengths.right)
     behind = lengths.left.reach + lengths.port_length
+    end = board[0].corners[:, 0].min(), board[0].corners[:, 1].min(), board[0].corners[:, 2].mean()
     points = [
+        Label("jig", (float(end[0]) + 4, float(end[1]), lift + float(end[2]))),
         Label("stack in its clamps", (0.4 * lengths.free, 0.0, lift + lengths.stack / 2)),
         Label("groove for the tie", (-lengths.left.reach + 4, 0.0, lift + lengths.neck_b)),
         Label("sleeve", (0.55 * lengths.free, -lengths.width / 2, 0.0)),
         Label("cable tie", (-lengths.left.reach + 4, -lengths.neck_a, 0.0)),
         Label("dowel", (-behind - lengths.head / 2, 0.0, -lengths.head_height / 2 - 4)),
         Label("fitting", _middle(worn[-2])),
+        Label("tube", _middle(tube)),
     ]
     seen = [body.moved(z=lift) for body in bare]
-    return shoot([*seen, parts.mounted_sleeve(world), *worn]), points
+    return shoot([*seen, parts.mounted_sleeve(world), *worn, tube]), points
 
 
 @style.styled

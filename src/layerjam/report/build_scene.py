@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from layerjam.device.workshop import Build
+from layerjam.fabricate import boards, mould
 from layerjam.fabricate import cap as caps
-from layerjam.fabricate import mould
 from layerjam.fabricate.film import film_parts
 from layerjam.fabricate.lengths import Lengths, Side, mm
 from layerjam.fabricate.mesh import mesh
@@ -26,6 +26,7 @@ from layerjam.report.shading import Body
 PRINTED, PLATE, STEEL, BRASS = "#8f9bab", "#aab4c0", "#565b63", "#c9a84c"
 LEFT, RIGHT, SPACER = "#e3a33b", "#c46a1f", "#f0dfbc"
 SILICONE, CORE, TIE = "#86b4d8", "#e3a33b", "#33373d"
+BOARD, TUBE = "#d9c7a3", "#dfe7ee"
 Ring = Sequence[tuple[float, float]]
 
 
@@ -148,6 +149,40 @@ def dowel(world: Scene, side: Side) -> Body:
     half = lengths.head_height / 2 + 6
     pin = solid("pin", [add("z", -half, half, Ellipse.circle((-end, 0), size))])
     return _placed(world, side, body(pin, STEEL))
+
+
+def jig(world: Scene) -> list[Body]:
+    """The board below both caps, and the dowels that stand in it."""
+    lengths, build = world.lengths, world.build
+    board = boards.jig(lengths.pin_to_pin, caps.pin_hole(build))
+    left = lengths.left.reach + lengths.port_length + lengths.head / 2
+    ground = -max(lengths.stack / 2 + lengths.shelf_height, lengths.neck_b) - 0.2
+    made = [slab(board, ground - 6, ground, BOARD).moved(-left - board.holes[0].x)]
+    for x in (-left, lengths.pin_to_pin - left):
+        pin = Ellipse.circle((x, 0), mm(build.pin))
+        made.append(
+            body(solid("pin", [add("z", ground - 6, lengths.head_height / 2 + 4, pin)]), STEEL)
+        )
+    return made
+
+
+def bolts(world: Scene, at: float) -> list[Body]:
+    """The mould's bolts, heads on z = `at`, in their places."""
+    size = mm(world.build.mould_bolt)
+    made = []
+    for place in mould.places(world.lengths)[0]:
+        shank = add("z", at - 2 * world.lengths.mould.half, at, Ellipse.circle(place, 0.88 * size))
+        head = add("z", at, at + 0.8 * size, Ellipse.circle(place, 1.5 * size))
+        made.append(body(solid("bolt", [shank, head]), STEEL))
+    return made
+
+
+def tube(world: Scene, side: Side) -> Body:
+    """A piece of the tube on a fitting."""
+    lengths = world.lengths
+    x, near = -(side.reach + lengths.port_length / 2), lengths.head / 2
+    ring = add("y", near + 6, near + 24, Ellipse.circle((0, x), max(lengths.port, 2.5)))
+    return _placed(world, side, body(solid("tube", [ring]), TUBE))
 
 
 def fitting(world: Scene, side: Side) -> Body:

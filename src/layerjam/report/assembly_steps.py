@@ -1,0 +1,292 @@
+"""What to do, step by step, in sentences with the numbers of one build."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from layerjam.device.workshop import M5
+from layerjam.fabricate.bom import bolt
+from layerjam.fabricate.cutting import PUNCHED_BELOW
+from layerjam.fabricate.drawing import Drawing
+from layerjam.fabricate.lengths import mm
+from layerjam.fabricate.masses import screw_name
+from layerjam.units import show
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step: what to do, and commands to type."""
+
+    text: str
+    commands: tuple[str, ...] = ()
+
+
+def _m(millimetres: float) -> str:
+    return show(millimetres * 1e-3, "m")
+
+
+def _said(made: Drawing, *codes: str) -> str:
+    """What checks say, as sentences."""
+    return " ".join(f"{check.code}: {check.text}." for check in made.checks if check.code in codes)
+
+
+def film(made: Drawing, coupons: bool) -> list[Step]:
+    """From the film to a pile of sheets."""
+    found, build = made.lengths, made.build
+    made_of = ", ".join(f"{part.count} × cut/{part.name}.dxf" for part in made.film.parts)
+    cutter = {
+        "service": "Send the files of single parts to the service. They are nominal: ask it to "
+        "compensate its kerf, and to keep the film's direction along the part.",
+        "laser": f"Cut the whole pieces cut/film-*.dxf: blue lines first, then red ones, the layer "
+        f"INFO not at all. Half the kerf of {_m(mm(build.kerf))} is in the outlines: switch the "
+        "laser's own compensation off.",
+        "knife": "Cut the whole pieces cut/film-*.dxf: blue lines first, then red ones, the layer "
+        "INFO not at all. The plotter adds its own offset and overcut.",
+    }[build.cutter]
+    out = [
+        Step(
+            f"Measure the film's thickness in five places: {_m(found.thickness)} is drawn. A "
+            f"stack off by more than 7 % of {_m(found.stack)} changes the clamp and the force."
+        ),
+        Step(_said(made, "C15")),
+    ]
+    if coupons:
+        out.append(
+            Step(
+                "Cut cut/coupon.dxf first, from the same film. Push the ten slats of the comb "
+                "together in their frame: the gap that is left, divided by 11, is the kerf. Give "
+                "it with --kerf, and build again."
+            )
+        )
+    out += [
+        Step(f"Cut {made_of}. {cutter}"),
+        Step(
+            "Keep every part along the film's direction, as it lies in the picture: film is not "
+            "the same along and across. By hand, cut through cut/pattern.pdf printed at 100 %; "
+            "its ruler must measure 100 mm."
+        ),
+    ]
+    if found.hole < PUNCHED_BELOW and build.cutter == "knife":
+        out.append(Step(f"Punch the holes of {_m(found.hole)}: a knife leaves no round ones."))
+    out.append(
+        Step(
+            f"Take beads and char off the edges, wipe every part, and touch it with clean gloves. "
+            f"Press all {found.count} sheets of one brake flat: they must measure "
+            f"{_m(found.stack)}; what is more are beads."
+        )
+    )
+    return out
+
+
+def caps(made: Drawing) -> list[Step]:
+    """Printed parts, fitted before anything is stacked."""
+    found, build = made.lengths, made.build
+    thread = found.thread
+    port = (
+        f"Cut M5 into the ports ({_m(found.port)}) of both caps."
+        if build.port == M5
+        else f"The tubes of {_m(mm(float(build.port)))} are glued into the ports later."
+    )
+    printed = ", ".join(
+        f"{part.count * made.brakes} × {part.name}"
+        for part in made.parts
+        if part.printed and part.stays
+    )
+    sides = "" if found.same_caps else " Mark left and right: the caps differ."
+    return [
+        Step(
+            f"Print {printed} (print/print.3mf holds one of each, print/*.stl too), solid, "
+            "by SLA as the paper did. A cap of melted filament leaks between its layers unless "
+            f"it is sealed.{sides}"
+        ),
+        Step(
+            "Wash and cure them, then clear the bores: blow through each cap from the port to "
+            "the tray."
+        ),
+        Step(f"{port} Do it now: later the chips would end in the stack."),
+        Step(
+            f"Try everything dry: {screw_name(found)} falls through plate and shelf; the "
+            f"{thread.name} nut slides into its pocket from the front and does not turn; the "
+            f"plate drops into the tray; the {_m(mm(build.pin))} dowel slides through the head."
+        ),
+        Step(
+            "Break every edge that the sleeve will touch, neck and tray first, and feel for "
+            "burrs: a nick there is a leak."
+        ),
+    ]
+
+
+def sleeve(made: Drawing) -> list[Step]:
+    """Mould, silicone, cut to length."""
+    found, build, known = made.lengths, made.build, made.file.making.enclosure
+    halves = made.silicone_parts
+    if halves is None:
+        amount = f"Mix {show(made.silicone_mass, 'kg', 3)} of silicone as its maker says"
+    else:
+        a, b = (show(half, "kg", 3) for half in halves)
+        amount = f"Mix {a} of A with {b} of B ({known.mix})"
+    life = (
+        f"It flows for {show(known.pot_life, 's')}."
+        if known.pot_life
+        else "Its pot life is not known here: read it on the can."
+    )
+    cure = (
+        f"Let it cure for {show(known.cure_time, 's')}"
+        if known.cure_time
+        else "Let it cure as its maker says"
+    )
+    count = 2 * (found.mould.bolts - 1)
+    castings = "" if made.brakes == 1 else f" {made.brakes} castings are needed."
+    return [
+        Step(
+            "Print both halves and the core. Uncured resin, sulphur, latex and tin-cured silicone "
+            "stop platinum silicone: seal a printed mould, wear vinyl gloves, and let a dab cure "
+            "on a corner of it before you fill it."
+        ),
+        Step(
+            f"{_said(made, 'C13')} Lay the core into its seats, set the upper half onto the two "
+            f"keys and close it with {count} bolts ({bolt(made)})."
+        ),
+        Step(f"{amount} and draw the air out. {life} {_said(made, 'C12')}"),
+        Step(
+            "Stand the mould on end, the sprue below. Inject slowly at the sprue until silicone "
+            "runs from both vents, then plug the sprue."
+        ),
+        Step(
+            f"{cure}, open the mould, and work the core out with soapy water. Trim "
+            f"{_m(mm(build.trim))} off either end, with sprue and vents: {_m(found.sleeve)} are "
+            f"left. Rinse it and let it dry.{castings}"
+        ),
+        Step(
+            f"Measure the wall in eight places: {_m(found.wall)} is drawn. Hold it against the "
+            "light: a bubble is a leak."
+        ),
+    ]
+
+
+def stack(made: Drawing) -> list[Step]:
+    """Layers into both caps, and the clamps."""
+    found = made.lengths
+    left, right = found.sides
+    where = f"{_m(found.pin_to_pin)} apart"
+    faces = (
+        "Both outer faces are left sheets."
+        if found.count % 2
+        else "The lowest layer is a left sheet, the highest a right one: mark the faces."
+    )
+    many = "the nut" if found.screws == 1 else f"the {found.screws} nuts"
+    screw = "the screw" if found.screws == 1 else "the screws in turn"
+    return [
+        Step(
+            f"Cut a board from cut/jig.dxf, or drill two holes {where}. Set the caps on dowels in "
+            "it, trays towards each other, and slide "
+            f"{many} of each cap into the shelf from the front."
+        ),
+        Step(
+            f"Stack from below as drawn above: a left sheet, a spacer behind it in the right cap; "
+            f"then a right sheet, and a spacer in the left cap; and so on. The left cap holds "
+            f"{left.sheets} sheets and {left.spacers} spacers, the right cap {right.sheets} and "
+            f"{right.spacers}: {found.count} layers in each. {faces}"
+        ),
+        Step(
+            "A screw through each hole as a pin keeps the layers in place. Lay the plates on and "
+            f"tighten {screw}. {_said(made, 'C8')}"
+        ),
+        Step(
+            f"Measure: {_m(found.free)} between the faces of the caps. Pull by hand: all sheets "
+            "slide, none buckles, and every hole lies under its screw."
+        ),
+    ]
+
+
+def close(made: Drawing) -> list[Step]:
+    """Sleeve, ties, fittings."""
+    found, build = made.lengths, made.build
+    ends = f"{_m(found.left.reach)} behind the face of each cap"
+    if not found.same_caps:
+        ends = f"{_m(found.left.reach)} behind the left cap's face and "
+        ends += f"{_m(found.right.reach)} behind the right one's"
+    fitting = (
+        "Screw the fittings with a washer or thread tape"
+        if build.port == M5
+        else f"Glue the {_m(mm(float(build.port)))} tubes"
+    )
+    return [
+        Step(
+            "Take the brake off the jig and pull out the dowels. Wet the sleeve inside with "
+            "isopropyl alcohol, widen it with your fingers, and pull it over one head and cap and "
+            "along the stack until it covers both necks. No talc and no oil: the sheets work by "
+            "friction. Let the alcohol dry."
+        ),
+        Step(
+            f"The sleeve ends {ends}, at the head. "
+            "It lies straight, without a fold over the groove."
+        ),
+        Step(
+            f"Tie both necks in their grooves with ties {_m(mm(build.tie_width))} wide. Pull by "
+            f"hand, about {show(build.tie_tension, 'N')}, turn the locks to opposite sides, and "
+            f"cut the ends flush. {_said(made, 'C11')}"
+        ),
+        Step(
+            f"{fitting} into both ports: one takes the line to the pump or the valve, the other a "
+            "sensor or a plug."
+        ),
+        Step("Put the dowels back. The brake hangs on them, and on nothing else."),
+    ]
+
+
+def array(made: Drawing) -> list[Step]:
+    """Yokes and links."""
+    out = []
+    if made.series > 1:
+        out.append(
+            Step(
+                f"Join {made.series} brakes in a row with two links at each joint (cut/link.dxf), "
+                "one above and one below the heads, on their dowels."
+            )
+        )
+    if made.parallel > 1 and made.yoke_moment is not None:
+        out.append(
+            Step(
+                f"Set {made.parallel} side by side between two yokes at each end (cut/yoke.dxf). "
+                f"Each yoke bends with {show(made.yoke_moment, 'N m', 3)}: its section modulus is "
+                "at least that over the stress that your material bears. The load hangs on the "
+                "eye; the brakes share their elongation only while the yoke does not tilt."
+            )
+        )
+    return out
+
+
+def first(made: Drawing, coupons: bool) -> list[Step]:
+    """Checks of the first brake, each by a command of ours."""
+    found = made.lengths
+    mass = sum(row.mass for row in made.masses)
+    strips = (
+        "Drag a sled with a patch of the film over the strip of cut/coupon.dxf, along the film"
+        if coupons
+        else "Drag a sled with a patch of the film over a strip of it (--coupons draws both), "
+        "along the film"
+    )
+    return [
+        Step(
+            f"Weigh it. As drawn it is {show(mass, 'kg', 3)} without ties, fittings, tube and "
+            "dowels. Write what the balance says into the brake's file, as weighed_mass.",
+            ("layerjam show my-brake.toml",),
+        ),
+        Step(
+            "Look for leaks: pump to full vacuum, close the valve, log the pressure for ten "
+            "minutes, hold the ties and the ports under soapy water if it rises.",
+            ("layerjam leak hold.csv --reading vacuum",),
+        ),
+        Step(f"{strips}.", ("layerjam friction friction-*.csv --normal-force 2.45N",)),
+        Step(
+            f"Pull it slowly under vacuum in a test machine, no further than "
+            f"{show(made.file.brake.sheets.usable_travel, 'm')} and behind a shield. The greatest "
+            f"force that was computed is {show(made.force, 'N', 3)}.",
+            ("layerjam calibrate my-brake.toml pull-*.csv --out my-brake-calibrated.toml",),
+        ),
+        Step(
+            f"Open the clamps again: no hole is drawn out, no sheet has crept, and the pins lie "
+            f"{_m(found.pin_to_pin)} apart as before. Then build the next one."
+        ),
+    ]
