@@ -2,6 +2,7 @@
 
 from layerjam import laws as laws
 from layerjam._version import __version__ as __version__
+from layerjam.commands.ageing import ageing as ageing
 from layerjam.commands.array import array as array
 from layerjam.commands.bend import bend as bend
 from layerjam.commands.build import build as build

@@ -6,6 +6,7 @@ numbers they compute in double precision whatever the process has set; traced, t
 """
 
 from layerjam.device.brake import enclosure_mass, mass, sheet_mass
+from layerjam.mechanics.ageing import aged_holding_force, aged_static
 from layerjam.mechanics.bending import (
     bending_stiffness_free,
     bending_stiffness_jammed,
@@ -69,6 +70,8 @@ from layerjam.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
 __all__ = [
     "Stribeck",
     "WetFilm",
+    "aged_holding_force",
+    "aged_static",
     "bending_stiffness_free",
     "bending_stiffness_jammed",
     "brake_cycle",

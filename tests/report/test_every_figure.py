@@ -29,6 +29,7 @@ from layerjam.identify.bayes.posterior import BayesFit
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.curves import Curve, curves_of
+from layerjam.identify.friction.ageing import fit_ageing
 from layerjam.identify.friction.reduction import reduce_friction
 from layerjam.identify.logs.crash import crash
 from layerjam.identify.logs.leak import fit_leak
@@ -279,6 +280,9 @@ ALONE: dict[str, Callable[[], Any]] = {
     "rise-air": lambda: rise("choi2018", target=80e3).draw(),
     "rise-water": lambda: rise("choi2018", target=80e3, fluid="water").draw(),
     "rise-never": lambda: rise("choi2018", target=1.01e5).draw(),
+    "ageing": lambda: measurement_figures.ageing(
+        fit_ageing([1.0, 1.0, 10.0, 100.0, 1000.0], [0.30, 0.31, 0.32, 0.34, 0.35])
+    ),
     "leak": lambda: measurement_figures.leak(held()),
     "pump-down": lambda: measurement_figures.pump_down(emptied(), None, None),
     "crash": lambda: measurement_figures.crash(struck()),

@@ -78,6 +78,10 @@ def validate(brake: Brake) -> None:
             f"{brake.film.kinetic} is more than film.static, {brake.film.static}; "
             "kinetic friction is at most the static one",
         )
+    if (brake.film.ageing is None) != (brake.film.static_hold is None):
+        raise QuantityError.of(
+            "film.ageing", "give it together with film.static_hold, or neither of them"
+        )
     if (brake.pressure_exponent is None) != (brake.test_pressure is None):
         raise QuantityError.of(
             "pressure_exponent", "give it together with test_pressure, or neither of them"

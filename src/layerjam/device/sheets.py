@@ -40,6 +40,16 @@ class Film:
     friction_on_silicone: float = quantity(
         "1", "friction of the film on the enclosure", lo=1e-4, hi=5, symbol="mu_e"
     )
+    ageing: float | None = quantity(
+        "1", "growth of static friction for ten times the hold", lo=-1, hi=1, default=None
+    )
+    static_hold: float | None = quantity(
+        "s",
+        "hold under load after which static friction is film.static",
+        lo=1e-3,
+        hi=1e8,
+        default=None,
+    )
     strength: float | None = quantity(
         "Pa", "stress the film bears without lasting stretch", lo=1e5, hi=1e11, default=None
     )

@@ -166,6 +166,8 @@ def _truth_of(subject: Subject, compliance: float) -> dict[str, Any]:
         "scale_factor": true.scale_factor,
         "static": true.film.static,
         "kinetic": true.film.kinetic,
+        "ageing": true.film.ageing,
+        "static_hold": _seconds(true.film.static_hold),
         "friction_product": true.scale_factor * true.film.kinetic,
         # what `calibrate` finds with the friction of the brake's own file
         "scale_factor_with_known_friction": true.scale_factor
@@ -193,6 +195,7 @@ def _truth_of_test(test: Trial, file: str) -> dict[str, Any]:
         "static_factor": None if pull else test.static,
         "stiffness_factor": test.stiffness if pull else None,
         "enclosure_factor": test.enclosure if pull else None,
+        "hold": _seconds(test.hold),
         "warmer": f"{test.warmer:.4g} K",
         "practice_fault": test.practice or None,
         "odd": test.odd or None,
@@ -200,6 +203,10 @@ def _truth_of_test(test: Trial, file: str) -> dict[str, Any]:
         "seating": exact_text(test.seating, "m") if test.seating else None,
         "true_speed": exact_text(test.true_speed, "m/s") if pull and test.odd else None,
     }
+
+
+def _seconds(value: float | None) -> str | None:
+    return None if value is None else exact_text(value, "s")
 
 
 def commands(campaign: Campaign, folder: Path) -> list[str]:
@@ -213,6 +220,10 @@ def commands(campaign: Campaign, folder: Path) -> list[str]:
         sleds = [t for t in tests if t.kind == "friction"]
         if sleds:
             found = _patterns(campaign, folder, sleds)
+            if spec_holds := campaign.spec.friction.holds:
+                aged = shlex.quote(str(folder / f"{subject.label}-aged.toml"))
+                held = f"--hold {max(spec_holds):g}s"
+                out.append(f"layerjam ageing {found} {held} --brake {brake} --out {aged}")
             out.append(f"layerjam friction {found} --brake {brake} --out {mine}")
             brake = mine
         pulls = [t for t in tests if t.kind == "pull"]

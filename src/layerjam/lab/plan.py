@@ -46,7 +46,8 @@ class Trial:
     `stiffness` and `enclosure` are factors on the brake's (or the film's) own, `overshoot` the part
     by which the friction begins higher, `seating` [m] how far grips give way; `speed` is stated,
     `true_speed` what was so. `warmer` is the temperature above that of the first test [K],
-    `practice` the fault of its file or empty, `odd` whether it is unlike the others.
+    `practice` the fault of its file or empty, `odd` whether it is unlike the others,
+    `hold` how long the films of a friction test rested under load [s].
     """
 
     number: int = 0
@@ -67,6 +68,7 @@ class Trial:
     warmer: float = 0.0
     practice: str = ""
     odd: bool = False
+    hold: float | None = None
 
 
 def planned(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
@@ -112,6 +114,9 @@ def _subject(truth: Truth) -> Subject:
     factor = truth.scale_factor or known.scale_factor
     true = with_shape(known, factor, stiffness, truth.enclosure_factor)
     true = replace(true, film=replace(true.film, static=static, kinetic=kinetic))
+    if truth.ageing is not None:
+        aged = replace(true.film, ageing=truth.ageing, static_hold=truth.static_hold)
+        true = replace(true, film=aged)
     if truth.pressure_exponent is not None:
         true = replace(
             true, pressure_exponent=truth.pressure_exponent, test_pressure=truth.test_pressure
@@ -184,10 +189,18 @@ def _pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
 
 
 def _friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
-    for subject, number in itertools.product(subjects, _numbers(spec.friction.repeats)):
-        name = f"friction_{subject.label}_{number}"
-        speed, repeat = spec.friction.speed, int(number)
-        yield Trial(kind="friction", name=name, subject=subject, repeat=repeat, speed=speed)
+    own = spec.friction
+    holds: Sequence[float | None] = own.holds or (None,)
+    for subject, hold, number in itertools.product(subjects, holds, _numbers(own.repeats)):
+        named = number if hold is None else f"hold{hold:.5g}s_{number}"
+        yield Trial(
+            kind="friction",
+            name=f"friction_{subject.label}_{named}",
+            subject=subject,
+            repeat=int(number),
+            speed=own.speed,
+            hold=hold,
+        )
 
 
 def _numbers(repeats: int) -> list[str]:

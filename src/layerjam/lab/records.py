@@ -135,13 +135,18 @@ def _returns(subject: Subject, slip: Array, vacuum: Array, stacked: Brake) -> No
 
 def friction_trace(spec: Spec, test: Trial) -> Trace:
     """One friction test."""
+    from layerjam.mechanics.ageing import aged_static
+
     own, machine, film = spec.friction, sled_machine(spec), test.subject.true.film
     numbers = np.array([test.number])
     time = faults.moments(machine, spec.seed, numbers, samples(own.travel / own.speed, machine))
     drawn = own.speed * np.maximum(time[0] - machine.lag, 0.0)
     profile = _rough(drawn, faults.generator(spec.seed, "texture", test.number))
     kinetic = film.kinetic * test.friction * own.normal_force
-    static = max(film.static * test.static * own.normal_force, kinetic)
+    rested = film.static
+    if test.hold is not None:
+        rested = float(aged_static(test.hold, test.subject.true))
+    static = max(rested * test.static * own.normal_force, kinetic)
     # along the string's stiffness up to the static friction, then the film's own profile
     rising = own.string_stiffness * drawn
     sliding = np.maximum.accumulate(rising >= static)
@@ -178,6 +183,7 @@ def _traces(
             repeat=test.repeat,
             brake=test.subject.name,
             normal_force=spec.friction.normal_force if test.kind == "friction" else None,
+            hold=test.hold,
             synthetic=True,
             seed=spec.seed,
         )

@@ -65,6 +65,12 @@ class Truth:
     kinetic: float | None = quantity(
         "1", "true kinetic friction of the film on itself", lo=1e-4, hi=5, default=None
     )
+    ageing: float | None = quantity(
+        "1", "true growth of static friction for ten times the hold", lo=-1, hi=1, default=None
+    )
+    static_hold: float = quantity(
+        "s", "hold after which that growth changes nothing", lo=1e-3, hi=1e8, default=10.0
+    )
     pressure_exponent: float | None = quantity(
         "1", "true exponent of the friction's dependence on pressure", lo=-0.9, hi=2, default=None
     )
@@ -113,6 +119,9 @@ class FrictionTests(LoadCell):
     sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=100.0)
     string_stiffness: float = quantity(
         "N/m", "stiffness of string and load cell", lo=1, hi=1e7, default=300.0
+    )
+    holds: tuple[float, ...] = _several(
+        "s", "holds under load before the pulls, each repeated", (), lo=1e-3, hi=1e8
     )
     texture: float = quantity(
         "1", "scatter of the friction along the film, part of the mean", hi=0.3, default=0.01

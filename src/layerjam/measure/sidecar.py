@@ -40,6 +40,9 @@ class Facts:
     repeat: int | None = quantity("1", "number of the repeat", whole=True, default=None)
     brake: str | None = value(TextSpec(text="name of the brake"), default=None)
     normal_force: float | None = like(NORMAL_FORCE, "normal force of a friction test", default=None)
+    hold: float | None = quantity(
+        "s", "hold under load before the pull of a friction test", lo=1e-3, hi=1e8, default=None
+    )
     procedure: str | None = value(
         TextSpec(text="what was done, in the words of a procedure"), default=None
     )

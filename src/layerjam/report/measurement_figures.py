@@ -1,4 +1,4 @@
-"""Figures of `sleeve`, `leak`, `pump-down` and `crash`: what was measured and what was fitted."""
+"""Figures of `ageing`, `sleeve`, `leak`, `pump-down` and `crash`: what was measured and fitted."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from layerjam.identify.friction.ageing import AgeingFit
 from layerjam.identify.logs.crash import Crash
 from layerjam.identify.logs.leak import Leak
 from layerjam.identify.logs.pump_down import PumpDown
@@ -112,6 +113,23 @@ def leak(found: Leak) -> style.Figure:
     detail = f"points: log; thick line: {detail}; time constants"
     style.panel(above, f"Pressure hold: {found.best}", detail, ylabel="pressure, absolute [kPa]")
     style.panel(below, xlabel="time [s]", ylabel="log − law [kPa]")
+    return figure
+
+
+@style.styled
+def ageing(found: AgeingFit) -> style.Figure:
+    """Static friction of every pull over its hold, and the line."""
+    figure, (axes,) = style.canvas()
+    ends = found.holds.min() / 1.5, found.holds.max() * 1.5
+    hold = np.geomspace(*ends, 50)
+    axes.plot(found.holds, found.values, "o", color=GREY, ms=4, alpha=0.7)
+    axes.plot(hold, found.at(hold), color=BLUE)
+    low, high = float(found.values.min()), float(found.values.max())
+    room = 0.3 * (high - low) or 0.1 * high
+    style.panel(axes, xlabel="hold [s]", ylabel="static friction [-]")
+    axes.set(xlim=ends, ylim=(low - room, high + room))
+    style.plain(axes)
+    style.title(axes, f"{found.ageing:+.4f} for ten times the hold", "points: pulls; line: fit")
     return figure
 
 

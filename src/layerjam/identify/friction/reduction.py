@@ -421,6 +421,11 @@ def with_friction(file: BrakeFile, result: FrictionResult, name: str) -> tuple[s
             f"the scale factor {file.brake.scale_factor:g} belonged to the old friction and is 1 "
             "now; run 'layerjam calibrate' next"
         )
+    if file.brake.film.ageing is not None:
+        warnings.append(
+            "film.ageing and film.static_hold belonged to the old static friction; run "
+            "'layerjam ageing' next"
+        )
     return updated_text(file, name, dict(changes), _made_by(result)), warnings
 
 

@@ -20,6 +20,7 @@ from layerjam.errors import QuantityError
 from layerjam.fluid.closed_forms import fall_by_pump, fall_by_valve, pumping_time, reachable
 from layerjam.fluid.energy import jam_work
 from layerjam.fluid.line import Line
+from layerjam.mechanics.ageing import aged_holding_force
 from layerjam.mechanics.friction import holding_force
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.records.values import value
@@ -181,6 +182,10 @@ class AnkleClutch(Machine):
         found.add("1", flow_factor=rate / fastest if fastest else math.inf)
         static = float(holding_force(brakes.vacuum, brake)) * brakes.parallel
         found.add("N", spring_force=most, holding_force=hold, static_holding_force=static)
+        if brake.film.ageing is not None:
+            # what breaks away after the rise of the load, for which the sheets rest
+            rested = float(aged_holding_force(top / SAMPLES / rate, brakes.vacuum, brake))
+            found.add("N", aged_holding_force=rested * brakes.parallel)
         torque = most * self.spring.lever
         found.add("N m", spring_torque=torque, ankle_moment=float(moment.max()))
         found.add("m", stretch=float(payout.max()), slip=float(stride.slip.max()))

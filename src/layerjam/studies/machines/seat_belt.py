@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas
 
+from layerjam.mechanics.ageing import aged_holding_force
 from layerjam.mechanics.energy import slip_work
 from layerjam.studies.machines.injury import filtered
 from layerjam.studies.machines.pulse import drive
@@ -176,6 +177,10 @@ class SeatBelt(Machine):
         found.add("Pa", vacuum=vacuum)
         found.add("m/s", change=change)
         found.add("s", vacuum_time=ready.time)
+        if brake.film.ageing is not None and math.isfinite(ready.time):
+            # what breaks away when the crash comes as soon as the vacuum stands
+            rested = float(aged_holding_force(ready.time, vacuum, brake))
+            found.add("N", aged_holding_force=rested * brakes.parallel)
         found.take(NEEDED, best, "needed_")
         found.take({"belt_force": "N", "belt_force_count": "1"}, least, "least_")
         found.bound("N/m", stiffness=strap.stiffness, fall=strap.fall)

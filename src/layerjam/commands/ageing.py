@@ -1,0 +1,143 @@
+"""`ageing`: how static friction grows while the films rest, from pulls after holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from layerjam.commands.declare import Help, Progress, command
+from layerjam.commands.files import each, understood, write_brake
+from layerjam.commands.friction import FrictionTest
+from layerjam.commands.quantities import OutBrake, Overwrite, TargetBrake
+from layerjam.commands.reading import FileOptions, Files, Partial
+from layerjam.commands.results import Bounded, bound, bounds, fact, number, result
+from layerjam.device.sheets import Film
+from layerjam.errors import FitError, QuantityError
+from layerjam.units import show, spec_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from layerjam.measure.trace import Trace
+
+HOLD = replace(spec_of(Film, "static_hold"), text="hold under load", example="10s")
+
+
+@result
+class Ageing(Bounded):
+    """Static friction after a hold and its growth for ten times that; `record` is the AgeingFit."""
+
+    static: float = number("1", "static friction after the hold")
+    static_low: float = bound("1")
+    static_high: float = bound("1")
+    ageing: float = number("1", "growth of static friction for ten times the hold")
+    ageing_low: float = bound("1")
+    ageing_high: float = bound("1")
+    hold: float = number("s", "hold that the static friction belongs to")
+    scatter: float = number("1", "SD of the pulls about the line")
+    pulls: int = number("1", "pulls that count")
+    pulls_table: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
+    understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
+    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+    file: str | None = fact("brake file that was written")
+
+    def lines(self) -> Iterator[str]:
+        """One line a pull."""
+        yield from ("", "file: hold, static")
+        for row in self.pulls_table:
+            yield f"  {Path(row['file']).name}: {show(row['hold'], 's')}, {row['static']:.4f}"
+
+    def draw(self) -> Figure:
+        """Static friction over the hold, with the line."""
+        from layerjam.report import measurement_figures
+
+        return measurement_figures.ageing(self.record)
+
+
+@command(
+    "test",
+    place=25,
+    examples=("layerjam ageing held/friction_*.csv --hold 10s",),
+    computes=False,
+)
+def ageing(
+    files: Files,
+    *,
+    test: FrictionTest = FrictionTest(),
+    hold: Annotated[
+        float | str | None, HOLD, Help("Hold that the static friction is given at.")
+    ] = None,
+    brake: TargetBrake | None = None,
+    out: OutBrake | None = None,
+    partial: Partial = False,
+    options: FileOptions = FileOptions(),
+    progress: Progress | None = None,
+    force: Overwrite = False,
+) -> Ageing:
+    """How static friction grows while the films rest under load, from pulls after holds.
+
+    Each file is a friction test whose sidecar states its `hold`; static friction is read as
+    `friction` reads it. With `brake` and `out` static friction at `hold` (the geometric mean of all
+    holds unless given) and its growth are written into a copy of the brake's file.
+    """
+    from layerjam.identify.friction.ageing import fit_ageing
+    from layerjam.identify.friction.reduction import GRAVITY, reduce_repeat
+    from layerjam.identify.friction.standards import standard_named
+
+    if (brake is None) != (out is None):
+        raise QuantityError("brake and out: give both to write a brake, or neither")
+    rule = standard_named(test.standard)
+    span = test.window(rule)
+    by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
+
+    def use(trace: Trace) -> tuple[Trace, float, float]:
+        pressed = test.normal_force or trace.facts.normal_force or by_rule
+        if pressed is None:
+            raise FitError("nothing says how hard the films were pressed; give --normal-force")
+        rested = trace.facts.hold
+        if rested is None:
+            raise FitError('its sidecar states no hold before the pull, such as hold = "10 s"')
+        found = reduce_repeat(trace, pressed, span, rule, test.accept_stick_slip)
+        return trace.thinned(2), rested, found.static
+
+    used, refused = each(files, use, options, progress)
+    found = fit_ageing([h for _, h, _ in used], [s for _, _, s in used], hold)
+    written, why = write_brake(
+        out, lambda name: _written(brake, found, used, name), force, bool(refused), partial
+    )
+    table = [{"file": t.path, "hold": h, "static": s} for t, h, s in used]
+    return Ageing.of(
+        found,
+        **bounds(static=found.static_interval, ageing=found.ageing_interval),
+        scatter=found.sd,
+        pulls=len(used),
+        pulls_table=table,
+        understood=understood(t for t, _, _ in used),
+        refused=refused,
+        file=written,
+        warnings=[*found.warnings, *why],
+        record=found,
+    )
+
+
+def _written(brake: Any, found: Any, used: Sequence[tuple[Trace, float, float]], name: str) -> str:
+    """The brake's file with the fit."""
+    from layerjam.device.file import updated_text
+    from layerjam.identify.provenance import digests
+    from layerjam.records.source import Source
+
+    def measured(interval: tuple[float, float]) -> Source:
+        low, high = interval
+        text = f"{len(used)} pulls after holds; 95 % interval {low:.4g} to {high:.4g}"
+        return Source(kind="measured", text=text)
+
+    hold = Source(kind="measured", text="hold that film.static belongs to")
+    changes = {
+        "film.static": (found.static, measured(found.static_interval)),
+        "film.ageing": (found.ageing, measured(found.ageing_interval)),
+        "film.static_hold": (found.hold, hold),
+    }
+    files = digests(t.path for t, _, _ in used)
+    return updated_text(brake, name, changes, {"program": "layerjam ageing", "files": files})

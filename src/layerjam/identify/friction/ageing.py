@@ -1,0 +1,136 @@
+"""Ageing of static friction, from pulls after holds of different length.
+
+A straight line of static friction over the logarithm of the hold, by least squares; the pull is the
+unit, and the scatter of the pulls about the line gives the intervals (Student's t, N - 2).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from layerjam.errors import FitError, Notice
+from layerjam.identify.repeats import LEVEL
+from layerjam.identify.straight import straight_line
+from layerjam.measure.trace import Array
+from layerjam.units import show
+
+FEWEST = 4
+NARROW = 10.0
+"""Below this ratio of the longest hold to the shortest the slope is an extrapolation."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AgeingFit:
+    """Static friction [-] at a hold [s], its growth for ten times the hold, 95 % intervals.
+
+    `holds` [s] and `values` [-] are what was fitted, `sd` the scatter about the line.
+    """
+
+    hold: float
+    static: float
+    static_interval: tuple[float, float]
+    ageing: float
+    ageing_interval: tuple[float, float]
+    sd: float
+    holds: Array
+    values: Array
+    warnings: tuple[Notice, ...]
+
+    def at(self, hold: Array) -> Array:
+        """The line [-] at holds [s]."""
+        return np.asarray(self.static + self.ageing * np.log10(hold / self.hold))
+
+
+def fit_ageing(
+    holds: Sequence[float], statics: Sequence[float], hold: float | None = None
+) -> AgeingFit:
+    """The line through static frictions [-] after holds [s]; static friction at `hold` [s].
+
+    That is the geometric mean of the holds unless given. Raises FitError for fewer than four pulls
+    or holds of one length.
+    """
+    from scipy.special import stdtrit
+
+    held, values = np.asarray(holds, float), np.asarray(statics, float)
+    if len(held) < FEWEST:
+        raise FitError(f"ageing: {len(held)} pulls; at least {FEWEST} are needed")
+    if not (held > 0).all():
+        raise FitError("ageing: a hold is longer than zero")
+    decades = np.log10(held)
+    line = straight_line(decades, values)
+    if line is None:
+        raise FitError(
+            f"ageing: every pull follows a hold of {show(float(held[0]), 's')}; pull after holds "
+            "of different length"
+        )
+    at = line.x if hold is None else math.log10(hold)
+    spread = float(np.sum((decades - line.x) ** 2))
+    sd = line.slope_se * math.sqrt(spread)
+    reach = float(stdtrit(line.freedom, 0.5 + LEVEL / 2))
+    level = reach * sd * math.sqrt(1 / len(held) + (at - line.x) ** 2 / spread)
+    turn = reach * line.slope_se
+    static = line.at(at)
+    fit = AgeingFit(
+        hold=10**at,
+        static=static,
+        static_interval=(static - level, static + level),
+        ageing=line.slope,
+        ageing_interval=(line.slope - turn, line.slope + turn),
+        sd=sd,
+        holds=held,
+        values=values,
+        warnings=(),
+    )
+    return AgeingFit(**{**vars(fit), "warnings": tuple(_doubts(fit, decades))})
+
+
+def _doubts(fit: AgeingFit, decades: Array) -> list[Notice]:
+    """What the pulls say against a line."""
+    out, (low, high) = [], fit.ageing_interval
+    if low <= 0 <= high:
+        out.append(
+            Notice("the interval of the ageing holds zero: these pulls show none", "no-ageing")
+        )
+    if fit.holds.max() < NARROW * fit.holds.min():
+        out.append(
+            Notice(
+                f"the holds reach from {show(float(fit.holds.min()), 's')} to "
+                f"{show(float(fit.holds.max()), 's')} only; hold ten times as long and more",
+                "narrow-holds",
+            )
+        )
+    if not fit.holds.min() <= fit.hold <= fit.holds.max():
+        out.append(
+            Notice(
+                f"static friction at {show(fit.hold, 's')} lies outside the holds measured",
+                "hold-outside",
+            )
+        )
+    if _bends(fit, decades):
+        out.append(
+            Notice(
+                "static friction does not follow a straight line over the logarithm of the hold; "
+                "between the holds measured the line is a mean, beyond them a guess",
+                "not-logarithmic",
+            )
+        )
+    return out
+
+
+def _bends(fit: AgeingFit, decades: Array) -> bool:
+    """Whether a parabola suits better, at the 5 % level."""
+    from scipy.special import stdtrit
+
+    freedom = len(decades) - 3
+    if freedom < 1 or len(np.unique(decades)) < 3:
+        return False
+    rows = np.stack([np.ones_like(decades), decades, decades**2], axis=1)
+    root, upper = np.linalg.qr(rows)
+    found = np.linalg.solve(upper, root.T @ fit.values)
+    rest = fit.values - rows @ found
+    error = math.sqrt(float(rest @ rest) / freedom) * abs(1 / float(upper[2, 2]))
+    return abs(float(found[2])) > float(stdtrit(freedom, 0.975)) * error
