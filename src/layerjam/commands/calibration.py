@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import check_lines, pulls, understood, write_brake
 from layerjam.commands.left_out import LeftOut, excluded_lines
+from layerjam.commands.more_pulls import Within, more_lines, more_pulls
 from layerjam.commands.pull_by_pull import UNITS, as_rows, one_of_all, pull_lines
 from layerjam.commands.quantities import (
     Atmosphere,
@@ -86,6 +87,9 @@ class BrakeCalibration(Result):
     pulls: Sequence[Mapping[str, Any]] = fact(
         "each pull, and what of it is unlike the others", listed=False
     )
+    more_pulls: Mapping[str, Any] | None = fact(
+        "what further pulls would do to each interval", default=None, listed=False
+    )
     checks: Sequence[Mapping[str, Any]] = fact("the fit's verdict", listed=False)
     excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
     understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
@@ -126,6 +130,7 @@ class BrakeCalibration(Result):
             by = found["files"][most]
             yield f"without {most} the scale factor would move by {by:+.2g}, the most"
         yield from pull_lines(self.pulls)
+        yield from more_lines(self.more_pulls or {})
         yield from check_lines(self.checks)
         yield from excluded_lines(self.excluded)
 
@@ -159,6 +164,7 @@ def calibrate(
     partial: Partial = False,
     atmosphere: Atmosphere = None,
     left_out: LeftOut = LeftOut(),
+    within: Within = None,
     options: FileOptions = FileOptions(),
     sampling: Sampling = Sampling(),
     progress: Progress | None = None,
@@ -172,6 +178,8 @@ def calibrate(
     parameters (`draws` of each of `chains`, from `seed`). `vacuum` serves files without a sidecar
     that states it. With `out` the calibrated brake is written. `exclude` leaves files out, each
     with its reason in `because` (in Python also {file: reason}); both stay with result and brake.
+    `within` asks how many more pulls, and where, narrow each interval to plus or minus this part of
+    its value.
     """
     from layerjam.identify.calibration.peaks import fit_pull
     from layerjam.identify.curves import usable
@@ -198,6 +206,7 @@ def calibrate(
         depth=depth,
         standard_errors={**found.standard_errors, "rests_on": found.errors_rest_on},
         pulls=as_rows(found.pulls),
+        more_pulls=more_pulls(found, within),
         understood=understood(t for t, _, _ in used),
         excluded=excluded,
         refused=refused,

@@ -10,12 +10,13 @@ from typing import Any
 from layerjam._version import __version__
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
+from layerjam.identify.calibration.budget import Budget, Peak, budget
 from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.validation.metrics import WINDOW, Validation
 from layerjam.identify.validation.table import validation_checks
 from layerjam.measure.trace import Trace
-from layerjam.report import brake_figures, brake_tables, figures
+from layerjam.report import brake_figures, brake_tables, figures, signed
 from layerjam.report.brake_numbers import Number, numbers_of
 from layerjam.report.brake_tables import FileUsed
 from layerjam.report.page import Page, Part, Picture
@@ -92,7 +93,8 @@ def page(report: BrakeReport) -> Page:
             "Every number of this page is in numbers.csv (SI units), all else in results.json.",
         ],
     )
-    parts.append(files)
+    told = {f.name: f.facts for f in report.files}
+    parts += [signed.circumstances([*told.items()]), files, signed.place_to_sign()]
     return Page(
         title=f"Test report: {report.file.name}",
         lead=_lead(report),
@@ -134,7 +136,10 @@ def _friction(report: BrakeReport, traces: Sequence[Trace], result: FrictionResu
 
 def _calibration(report: BrakeReport, result: Calibration) -> Part:
     kinetic = report.brake.film.kinetic
-    tables = [brake_tables.calibration_table(result, kinetic)]
+    tables = [
+        brake_tables.calibration_table(result, kinetic),
+        signed.budget_table(_budget(report, result)),
+    ]
     curves = functools.partial(figures.calibration, report.file, result, report.synthetic)
     caption = "The pulls and the calibrated law, whole and near the peaks; below, what is left."
     pictures = [Picture(name="calibration", figure=curves, caption=caption)]
@@ -156,6 +161,27 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
         pictures=pictures,
         checks=result.checks,
         notes=_notes(report, "calibration"),
+    )
+
+
+def _budget(report: BrakeReport, result: Calibration) -> Budget:
+    """What the scale factor's uncertainty is made of; the widest limits that any file states."""
+    error = result.standard_errors.get("scale_factor")
+    told = [f.facts for f in report.files if f.role == "calibration"]
+
+    def widest(limits: Sequence[float | None]) -> float | None:
+        known = [limit for limit in limits if limit is not None]
+        return max(known) if known and len(known) == len(limits) else None
+
+    return budget(
+        [Peak(c.pull.peak_force, c.vacuum) for c in result.curves],
+        report.brake,
+        None if error is None or len(result.curves) < 2 else error / result.scale_factor,
+        {
+            "load_cell": widest([facts.load_cell_limit for facts in told]),
+            "gauge": widest([facts.gauge_limit for facts in told]),
+        },
+        report.file.sources,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from layerjam.identify.provenance import sha256
 from layerjam.identify.repeats import over_repeats
 from layerjam.identify.single_pulls import SinglePull
 from layerjam.identify.validation.metrics import ConditionError, Pooled, Split, Validation
+from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
 from layerjam.report.brake_numbers import Cell, Column, Number, estimates
 from layerjam.report.page import NONE, Table
@@ -77,6 +78,7 @@ class FileUsed:
     repeat: int | None
     synthetic: bool
     understood: Sequence[str] = ()
+    facts: Facts = field(default_factory=Facts)
 
 
 def file_used(trace: Trace, role: str) -> FileUsed:
@@ -92,6 +94,7 @@ def file_used(trace: Trace, role: str) -> FileUsed:
         repeat=facts.repeat,
         synthetic=facts.synthetic,
         understood=trace.understood,
+        facts=facts,
     )
 
 
@@ -208,11 +211,13 @@ def _leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
 def pulls_table(result: Calibration) -> Table:
     """Each pull that was calibrated on."""
     rows: list[list[Cell]] = []
-    for fit in result.fits:
+    for number, fit in enumerate(result.fits, 1):
         name = Path(fit.pull.path).name
-        rows.append([name, *(c.of(fit, "calibration pull", n=1, source=name) for c in PULL)])
-    head = ["file", *(c.words for c in PULL)]
-    return Table(id="pulls", caption="Each pull", head=head, rows=rows)
+        told = (c.of(fit, "calibration pull", n=1, source=name) for c in PULL)
+        rows.append([str(number), *told, name])
+    head = ["number", *(c.words for c in PULL), "file"]
+    note = "Numbers are those of the figure of each pull's scale factor."
+    return Table(id="pulls", caption="Each pull", head=head, rows=rows, note=note)
 
 
 def single_pulls_table(pulls: Sequence[SinglePull], stage: str) -> Table:

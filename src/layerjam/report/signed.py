@@ -38,6 +38,7 @@ STATED = (
 )
 """Facts of the sidecars, in the order a report states them."""
 LINES = "Name and function", "Date", "Signature"
+BLANK = "_" * 60
 
 
 def circumstances(facts: Sequence[tuple[str, Facts]]) -> Part:
@@ -136,5 +137,7 @@ def place_to_sign() -> Part:
             "These results concern the specimens in the files named above, and no others. This "
             "report may be copied as a whole only.",
         ],
-        tables=[Table(id="signature", head=list(LINES), rows=[[" "] * len(LINES)])],
+        tables=[
+            Table(id="signature", head=["by hand", ""], rows=[[line, BLANK] for line in LINES])
+        ],
     )

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from layerjam.identify.calibration.further import further
 from layerjam.identify.calibration.intervals import Interval, Population
 from layerjam.identify.curves import Curve, condition_words
 
@@ -56,12 +57,14 @@ def estimates(
     names = [c.name for c in curves]
     alike = {condition_words(curves[group[0]]): group for group in groups}
     logs = {name: values[name] for name in logarithmic}
+    sizes = {name: 1.0 if name in logarithmic else value for name, value in values.items()}
     return {
         "values": values,
         "standard_errors": {n: i and i.standard_error for n, i in intervals.items()},
         "intervals": intervals,
         "bootstrap": bootstrap,
         "leave_one_out": moves(population, contrasts, names, alike, logs),
+        "further": further(population, contrasts, alike, sizes),
     }
 
 

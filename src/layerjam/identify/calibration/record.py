@@ -17,6 +17,7 @@ from layerjam.units import show
 
 if TYPE_CHECKING:
     from layerjam.identify.bayes.posterior import BayesFit
+    from layerjam.identify.calibration.further import Further
     from layerjam.identify.calibration.least_squares import JointFit
     from layerjam.identify.calibration.verdict import Identifiability
     from layerjam.identify.single_pulls import SinglePull
@@ -32,7 +33,8 @@ class Calibration:
     (change of ln(friction) per decade of speed) that at `reference_speed` [m/s].
 
     `intervals` and `bootstrap` are 95 % and rest on the scatter between pulls, `standard_errors` on
-    what `errors_rest_on` says; `leave_one_out` tells how far each value moves without one file.
+    what `errors_rest_on` says; `leave_one_out` tells how far each value moves without one file,
+    `further` what more pulls would do to its interval.
     `pulls` is the table pull by pull, `fits` are what pulls with a peak say alone; the paper's
     eq. 8 and 9 and the peak are means over them, eq. 9 and peak None over pulls at different
     vacuums: no pull had their mean. `sources` is what to write into a brake file,
@@ -55,6 +57,7 @@ class Calibration:
     window: str
     bootstrap: Mapping[str, Interval | None] | None = None
     leave_one_out: Mapping[str, Influence] | None = None
+    further: Mapping[str, Further | None] | None = None
     identifiability: Identifiability | None = None
     posterior: Mapping[str, Mapping[str, Any]] | None = None
     reference_pressure: float | None = None
