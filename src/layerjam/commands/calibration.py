@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial as bound
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -194,9 +195,7 @@ def calibrate(
     used, refused, odd = pulls(files, brake, vacuum, options, test, progress)
     found = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
 
-    def text(name: str) -> str:
-        return calibrated_text(brake, found, depth, name, excluded)
-
+    text = bound(calibrated_text, brake, found, depth, excluded=excluded)
     written, said = write_brake(out, text, force, bool(refused), partial)
     fitted = SHEETS if exact else (*SHEETS, *ENCLOSURE)
     return BrakeCalibration.of(
