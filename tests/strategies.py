@@ -34,7 +34,8 @@ def random_brakes(
     """`n` brakes in one record whose every leaf has shape (n,); all of them pass `validate`.
 
     A measured stiffness lies 1.2 to 50 times above the friction's slope c at full vacuum, so that
-    none of them snaps. `spacers`: half of them have some, half say that they have none.
+    none of them snaps. `spacers`: every fourth has some, the others fan out, with an exponent of
+    their fan up to 2 and a slope up to 0.3.
     """
     rng = np.random.default_rng(seed)
     overlap = _spread(rng, n, 0.01, 0.2)
@@ -48,11 +49,18 @@ def random_brakes(
     if exponent:
         c = c * (atmosphere / test) ** power
     stiffness = np.maximum(c * _spread(rng, n, 1.2, 50), 100.0)
+    thickness = _spread(rng, n, 5e-5, 1e-3)
+    if spacers:
+        strength = rng.uniform(0.02, 2, n) / (scale * kinetic * (1 / left + 1 / right))
+        thickness = np.minimum(strength / (count / 4) ** 2, 1.2 * np.minimum(left, right) / count)
+        shortest = np.minimum(left, right)
+        # no factor of such a fan falls faster than twice its own size over the free length
+        stiffness = stiffness * 9 * (1 + 2 * overlap / shortest)
     return Brake(
         sheets=Sheets(
             count=count,
             width=width,
-            thickness=_spread(rng, n, 5e-5, 1e-3),
+            thickness=thickness,
             length=overlap + np.maximum(left, right) + 0.02,
             overlap=overlap,
             free_left=left,
@@ -74,10 +82,11 @@ def random_brakes(
         mount=Mount(
             clamped_length=np.full(n, 0.006),
             screw_hole=width / 4,
-            spacers=np.arange(n) % 2 == 0 if spacers else None,
+            spacers=np.arange(n) % 4 == 0 if spacers else None,
         ),
         fittings_mass=np.full(n, 0.012),
         scale_factor=scale,
+        amplification_held=rng.uniform(1, 1.3, n) if spacers else None,
         stiffness_measured=stiffness if measured else None,
         pressure_exponent=power,
         test_pressure=test,

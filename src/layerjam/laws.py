@@ -23,6 +23,7 @@ from layerjam.mechanics.bending import (
 )
 from layerjam.mechanics.enclosure import enclosure_force, enclosure_stretch, saturation_slip
 from layerjam.mechanics.energy import energy_capacity, pull_work, slip_heat, slip_work
+from layerjam.mechanics.fan import amplification
 from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.heat import (
     local_rise,
@@ -72,6 +73,7 @@ __all__ = [
     "WetFilm",
     "aged_holding_force",
     "aged_static",
+    "amplification",
     "bending_stiffness_free",
     "bending_stiffness_jammed",
     "brake_cycle",

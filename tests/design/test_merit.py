@@ -171,10 +171,10 @@ def test_brakes_in_series_take_the_energy_one_after_another(gravity, speed):
     assert math.isnan(lost["stop_slip"]) and math.isnan(lost["stop_peak"])
 
 
-@pytest.mark.parametrize("tied", [True, False])
-def test_what_is_claimed_to_rise_rises(tied):
+@pytest.mark.parametrize(("tied", "spacers"), [(True, False), (False, False), (False, True)])
+def test_what_is_claimed_to_rise_rises(tied, spacers):
     """Proofs that nothing is feasible rest on these signs, over random brakes and both ways."""
-    brakes, rng = random_brakes(3, 60), np.random.default_rng(5)
+    brakes, rng = random_brakes(3, 60, spacers=spacers), np.random.default_rng(5)
     point = point_of(brakes, brakes.site.atmosphere * rng.uniform(0.01, 0.9, 60))
     point = jax.tree.map(lambda v: jnp.asarray(v, float) + jnp.zeros(60), point)
     point = point._replace(offset=0.02 * point.overlap, wall=point.wall * rng.uniform(0.2, 5, 60))
@@ -211,3 +211,20 @@ def test_what_is_claimed_to_rise_rises(tied):
 def test_every_merit_has_a_unit():
     made = batch(point_of(KAPTON), KAPTON, StickSlipPull(speed=0.01, mass=1.0, damping_ratio=0.1))
     assert set(made) <= set(MERITS)
+
+
+def test_a_fan_holds_more_and_leaves_less_margin_and_one_too_steep_is_no_design():
+    """The margin falls by the force and by what the middle sheets bear above the mean."""
+    thick = KAPTON.with_(count=41, spacers=False, stiffness_measured=None, strength="69 MPa")
+    even = thick.with_(spacers=True)
+    fans, flat = (batch(point_of(b), b) for b in (thick, even))
+    held = 1 / thick.amplification_held
+    alpha = 2 * 0.875 * held * 0.24 * 0.254e-3 * (41 / 4) ** 2 / 0.011
+    nodes = (np.arange(2000) + 0.5) / 2000
+    factor = float(np.exp(alpha * (1 - nodes**2)).mean())
+    assert float(fans["holding_force"] / flat["holding_force"]) > factor
+    ratio = float(fans["stress_margin"] / flat["stress_margin"])
+    assert ratio == pytest.approx(1 / np.exp(alpha), rel=5e-3)
+    short = point_of(thick)._replace(free_left=2e-3)
+    assert math.isnan(float(batch(short, thick)["mass"]))
+    assert math.isfinite(float(batch(short, even)["mass"]))

@@ -240,3 +240,24 @@ def test_compiling_is_said_only_where_it_takes_its_time(capsys, monkeypatch):
         ticker("pull", 0.0)
     time.sleep(0.1)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("count", [11, 24])
+def test_sheets_that_fan_out_slide_as_the_lumped_law_says(count):
+    """Off the staggered peak the stack has the force of the lumped law, and keeps its energy."""
+    file = FILE.with_(spacers=False, count=count, stiffness_measured="400 kN/m")
+    record, pull = tensile_stack(file, simple_pull(FULL, 0.013, 0.040))
+    late = record.elongation > 0.015
+    due = np.asarray(force_at_elongation(record.elongation, FULL, file.brake))
+    np.testing.assert_allclose(record.force[late], due[late], rtol=1e-3)
+    balance = record.work - record.dissipated_energy - record.stored_energy
+    assert np.abs(balance).max() < 1e-12
+    summed = np.trapezoid(record.force, record.elongation)
+    assert record.work[-1] == pytest.approx(summed, rel=1e-4)
+    # the middle interfaces are pressed most, by exp(alpha (1 - s^2)) with s from the middle out
+    held = np.abs(pull.interface[np.argmax(record.force)])
+    free = 0.011 + float(record.slip[np.argmax(record.force)])
+    alpha = 2 * 0.875 / 1.048 * 0.24 * 0.254e-3 * (count / 4) ** 2 / free
+    s = 1 - 1 / (count - 1)
+    middle = np.sort(held)[-1]
+    assert middle / held[0] == pytest.approx(np.exp(alpha * s**2), rel=0.02)

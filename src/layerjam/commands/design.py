@@ -268,9 +268,23 @@ def best(make: Callable[..., R], search: Search, found: SweepResult) -> R:
         front=[search.design(int(n)) for n in front[:MOST_SHOWN]],
         sensitivities=sensitivities(spec, point, tuple(sorted({*search.wanted} & {*MERITS}))),
         robustness={k: chance._asdict() for k, chance in chances.items()},
-        warnings=[*_notices(spec), *_about(spec, len(front), runner is None, bool(chances))],
+        warnings=[
+            *_notices(spec),
+            *_unspaced(spec, int(numbers[0])),
+            *_about(spec, len(front), runner is None, bool(chances)),
+        ],
         record=Designed(spec, search, refined),
     )
+
+
+def _unspaced(spec: DesignSpecification, number: int) -> Iterator[Notice]:
+    """What spacers would change in the brake that was chosen, where its base does not say."""
+    from layerjam.design.design_file import design_file
+
+    with precision():
+        file = design_file(spec, spec.grid.point(number), spec.grid.values(number), "the design")
+    known = {notice.key for notice in spec.brake.fanning()}
+    yield from (notice for notice in file.fanning() if notice.key not in known)
 
 
 def _about(

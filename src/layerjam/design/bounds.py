@@ -27,7 +27,7 @@ UNBUILDABLE = "none of the designs can be built: travel, overlap and width contr
 FEASIBLE, IMPOSSIBLE, UNKNOWN = "feasible", "impossible", "unknown"
 
 _FOLLOWS: dict[str, tuple[str, str]] = {
-    "holding_force": ("count width overlap vacuum parallel", "offset"),
+    "holding_force": ("count width overlap vacuum parallel", "offset free_left free_right"),
     "max_force": (
         "count width overlap vacuum wall parallel usable_travel",
         "offset free_left free_right",
@@ -49,8 +49,9 @@ _FOLLOWS: dict[str, tuple[str, str]] = {
     "rise_time": ("vacuum series parallel", ""),
     "gas_work": ("vacuum series parallel", ""),
 }
-"""Merit: variables with which it rises, and with which it falls; none of the others changes it. Of
-merits that are missing nothing is claimed."""
+"""Merit: variables with which it rises, and with which it falls; none of the others changes it.
+Free lengths change the friction only of sheets that fan out. Of merits that are missing nothing is
+claimed."""
 
 
 def direction(merit: str, variable: str, tied: bool) -> int | None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from layerjam.design.merit import Point, Stock, brake_of
+from layerjam.design.merit import OF_A_FIT, Point, Stock, brake_of
 from layerjam.design.requirements import DesignSpecification
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
@@ -15,7 +15,7 @@ from layerjam.device.load import catalogue, load, materials
 from layerjam.records.source import Source
 from layerjam.units import get, quantities
 
-CARRIED = ("scale_factor", "stiffness_measured", "fittings_mass")
+CARRIED = (*OF_A_FIT, "stiffness_measured", "fittings_mass")
 """Numbers of one built brake, which another one need not share."""
 
 
@@ -36,9 +36,7 @@ def design_file(
         if now is None:
             continue
         if path in CARRIED:
-            sources[path] = _carried(
-                path, film_sources if path == "scale_factor" else base.sources, base
-            )
+            sources[path] = _carried(path, film_sources if path in OF_A_FIT else base.sources, base)
         elif path.startswith("film."):
             sources[path] = film_sources.get(path, Source(text=f"film of {film}"))
         elif now == before:
@@ -80,7 +78,7 @@ def _film_sources(film: str, base: BrakeFile) -> Mapping[str, Source]:
         return load(film).sources
     if film in materials()["films"]:
         said = Source(kind="handbook", text=f"catalogue film {film}")
-        return {f"film.{n}": said for n in Stock._fields if n != "scale_factor"}
+        return {f"film.{n}": said for n in Stock._fields if n not in OF_A_FIT}
     return base.sources if film == base.name else {}
 
 

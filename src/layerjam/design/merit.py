@@ -23,6 +23,7 @@ from layerjam.fluid.closed_forms import rise_time
 from layerjam.fluid.energy import jam_work
 from layerjam.fluid.line import Line
 from layerjam.mechanics import energy, friction, limits, pull, stiffness
+from layerjam.mechanics.fan import is_flat
 from layerjam.mechanics.law import within
 from layerjam.mechanics.stick_slip import laws as stickslip
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, MASS
@@ -76,6 +77,10 @@ LINE_MERITS = ("rise_time", "gas_work")
 STOP_MERITS = ("stop_slip", "stop_peak")
 
 
+OF_A_FIT = ("scale_factor", "amplification_held")
+"""Of a stock, what no film has before a brake was made of it."""
+
+
 class Stock(NamedTuple):
     """The film: what the friction test of this pair of surfaces and the data sheet say."""
 
@@ -87,6 +92,8 @@ class Stock(NamedTuple):
     strength: Any
     """NaN where none is known."""
     scale_factor: Any
+    amplification_held: Any
+    """What of the sheets' fan the scale factor holds already; NaN for nothing."""
 
 
 class Point(NamedTuple):
@@ -117,11 +124,14 @@ class StickSlipPull:
     damping_ratio: float = quantity("1", "damping of the mount over the critical one", hi=10)
 
 
-def stock_of(film: Film, scale_factor: Any = 1.0) -> Stock:
-    """A film as a design has it, with a calibration factor."""
-    known = {name: getattr(film, name) for name in Stock._fields if name != "scale_factor"}
+def stock_of(film: Film, scale_factor: Any = 1.0, amplification_held: Any = None) -> Stock:
+    """A film as a design has it, with a calibration factor and what that holds."""
+    known = {name: getattr(film, name) for name in Stock._fields if name not in OF_A_FIT}
     strength = math.nan if film.strength is None else film.strength
-    return Stock(**{**known, "strength": strength}, scale_factor=scale_factor)
+    held = math.nan if amplification_held is None else amplification_held
+    return Stock(
+        **{**known, "strength": strength}, scale_factor=scale_factor, amplification_held=held
+    )
 
 
 def point_of(brake: Brake, vacuum: Any = None) -> Point:
@@ -131,7 +141,7 @@ def point_of(brake: Brake, vacuum: Any = None) -> Point:
     if brake.weighed_mass is not None:
         fittings = brake.weighed_mass - sheets.count * sheet_mass(brake) - enclosure_mass(brake)
     return Point(
-        stock=stock_of(brake.film, brake.scale_factor),
+        stock=stock_of(brake.film, brake.scale_factor, brake.amplification_held),
         **{name: getattr(sheets, name) for name in OF_SHEETS},
         offset=0.0,
         usable_travel=sheets.usable_travel,
@@ -165,7 +175,7 @@ def brake_of(point: Point, base: Brake) -> Brake:
         free_right=at.free_right + at.offset,
         usable_travel=travel - at.offset,
     )
-    film = {name: value for name, value in at.stock._asdict().items() if name != "scale_factor"}
+    film = {name: value for name, value in at.stock._asdict().items() if name not in OF_A_FIT}
     made = Brake(
         sheets=sheets,
         film=Film(**film),
@@ -173,6 +183,7 @@ def brake_of(point: Point, base: Brake) -> Brake:
         mount=base.mount,
         fittings_mass=at.fittings_mass,
         scale_factor=at.stock.scale_factor,
+        amplification_held=at.stock.amplification_held,
         pressure_exponent=base.pressure_exponent,
         test_pressure=base.test_pressure,
         site=base.site,
@@ -189,7 +200,7 @@ def can_be_built(point: Point, brake: Brake) -> Any:
     sheets = brake.sheets
     fine = (sheets.usable_travel > 0) & (sheets.usable_travel <= sheets.overlap * (1 + 1e-12))
     fine = fine & (point.width > brake.mount.screw_hole) & (point.count >= 2)
-    fine = fine & (point.vacuum > 0) & (point.vacuum <= brake.site.atmosphere)
+    fine = fine & (point.vacuum > 0) & (point.vacuum <= brake.site.atmosphere) & is_flat(brake)
     return fine & (brake.stiffness_measured > 0 if brake.stiffness_measured is not None else True)
 
 

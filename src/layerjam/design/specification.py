@@ -241,7 +241,7 @@ def _films(request: DesignRequest, named: Named, file: BrakeFile, notes: list[st
     made = [
         (choice.use, _film(choice.use, named, file, notes), choice.thickness or usual)
         for choice in request.film
-    ] or [(file.name, stock_of(file.brake.film, file.brake.scale_factor), usual)]
+    ] or [(file.name, _stock(file), usual)]
     rows = [(name, stock, thickness) for name, stock, each in made for thickness in each]
     if len({name for name, _, _ in made}) < len(made):
         raise QuantityError.of("film", "a film stands twice")
@@ -251,18 +251,24 @@ def _films(request: DesignRequest, named: Named, file: BrakeFile, notes: list[st
     return stock, tuple(name for name, *_ in rows), thickness
 
 
+def _stock(file: BrakeFile) -> Stock:
+    brake = file.brake
+    return stock_of(brake.film, brake.scale_factor, brake.amplification_held)
+
+
 def _film(use: str, named: Named, file: BrakeFile, notes: list[str]) -> Stock:
     """Film by brake (its friction and scale factor) or by name in the catalogue (a = 1)."""
     films = materials()["films"]
     if use in catalogue() or use.endswith(".toml"):
-        other = named.brake(use, use).brake
+        known = named.brake(use, use)
+        other = known.brake
         if other.pressure_exponent != file.brake.pressure_exponent:
             raise QuantityError(
                 f"{use} has another pressure_exponent than {file.name}; films are compared under "
                 "one law",
                 quantity=use,
             )
-        return stock_of(other.film, other.scale_factor)
+        return _stock(known)
     if use not in films:
         raise UnknownNameError("film", use, [*films, *catalogue()], quantity=use)
     reader = Reader(films[use], f"film {use}", dict(entries(Film)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import atan, pi
+
 from layerjam.device.enclosure import Enclosure
 from layerjam.device.mount import Mount, Rope, Site
 from layerjam.device.sheets import Film, Sheets
@@ -24,6 +26,13 @@ class Brake:
     )
     scale_factor: float = quantity(
         "1", "calibration factor on the sheets' friction", lo=1e-3, hi=100, symbol="a", default=1.0
+    )
+    amplification_held: float | None = quantity(
+        "1",
+        "self-amplification that the scale factor already holds, of the brake it was fitted on",
+        lo=1,
+        hi=1000,
+        default=None,
     )
     stiffness_measured: float | None = quantity(
         "N/m", "measured stiffness of brake and rig", lo=100, hi=1e9, symbol="k", default=None
@@ -71,6 +80,14 @@ def validate(brake: Brake) -> None:
             "mount.screw_hole",
             f"{show(mount.screw_hole, 'm')} leaves nothing of sheets "
             f"{show(sheets.width, 'm')} wide",
+        )
+    steep = sheets.count * sheets.thickness / (4 * min(sheets.free_left, sheets.free_right))
+    if mount.spacers is not None and not mount.spacers and steep > 1:
+        raise QuantityError.of(
+            "mount.spacers",
+            f"without spacers the outermost of {sheets.count:g} sheets of "
+            f"{show(sheets.thickness, 'm')} would leave its cap at {atan(steep) * 180 / pi:.0f} "
+            "degrees; at most 45 are allowed: give spacers, or longer free lengths",
         )
     if brake.film.kinetic > brake.film.static:
         raise QuantityError.of(

@@ -8,14 +8,15 @@ catalogue.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from layerjam.device.brake import Brake, validate
+from layerjam.device.fan import MATTERS, fan_exponent, fan_factor
 from layerjam.device.workshop import Making, agree
-from layerjam.errors import UnknownNameError
+from layerjam.errors import Notice, UnknownNameError
 from layerjam.records.changes import RecordFile, paths_of, values_of
 from layerjam.records.reader import DESCRIBING, Reader
 from layerjam.records.shipped import shipped
@@ -116,7 +117,30 @@ class BrakeFile(RecordFile[Brake]):
                 f"no stiffness was measured for {self.name}: the sheets' computed one stands in, "
                 "a real rig is several times softer"
             )
-        return out
+        return out + list(self.fanning())
+
+    def fanning(self) -> Iterator[Notice]:
+        """What is not known of the sheets' way out of the caps, where it matters."""
+        brake = self.brake
+        held, sheets = brake.amplification_held, brake.sheets
+        factor = fan_factor(min(fan_exponent(brake), 50.0))
+        more = factor / (held or 1.0)
+        if brake.mount.spacers is None and abs(more - 1) > MATTERS:
+            size = f"{more:.3g} times" if more < 100 else "more than 100 times"
+            yield Notice(
+                f"whether {self.name} has spacers in its caps is not stated: without them "
+                f"{sheets.count} sheets would hold {size} the friction computed here, and their "
+                "stress would rise with it; say spacers = true or false in [mount]",
+                "spacers-unstated",
+            )
+        fitted = brake.scale_factor != 1.0 and held is None
+        if brake.mount.spacers is not None and fitted and factor - 1 > MATTERS:
+            yield Notice(
+                f"scale_factor of {self.name} is taken to hold no self-amplification; if it was "
+                "fitted on a brake without spacers, and spacers were not stated then, give that "
+                "brake's amplification_held",
+                "amplification-unstated",
+            )
 
 
 def materials() -> dict[str, dict[str, str]]:
@@ -154,4 +178,8 @@ def updated_text(
 
     `made_by` becomes the [made_by] table, which describes and does not count.
     """
-    return updated(file.text, file.fields, changes, name=name, tables={"made_by": made_by})
+    made: dict[str, tuple[Any, Source] | None] = dict(changes)
+    held = file.brake.amplification_held is not None and "amplification_held" in file.sources
+    if held and "scale_factor" in changes and file.brake.mount.spacers is None:
+        made["amplification_held"] = None  # it belonged to the old one
+    return updated(file.text, file.fields, made, name=name, tables={"made_by": made_by})

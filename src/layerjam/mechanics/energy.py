@@ -8,7 +8,8 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone_dissipated, backbone_work, enclosure_at
-from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.fan import work_of
+from layerjam.mechanics.friction import sheets_at
 from layerjam.mechanics.law import law, within
 from layerjam.mechanics.pull import slip_at_elongation
 from layerjam.mechanics.stiffness import working_stiffness
@@ -16,9 +17,7 @@ from layerjam.mechanics.stiffness import working_stiffness
 
 def sheet_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Work of the sheets' friction over a slip [J], all of it heat."""
-    overlap = brake.sheets.overlap
-    rubbed = jnp.minimum(slip, overlap)
-    return friction_per_contact(vacuum, brake) * rubbed * (overlap - rubbed / 2)
+    return work_of(jnp.zeros_like(slip), slip, sheets_at(vacuum, brake))
 
 
 @law

@@ -7,6 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
+from layerjam.mechanics.fan import Sheets, fan_of, force_of
 from layerjam.mechanics.law import law, within
 
 
@@ -25,14 +26,32 @@ def friction_per_contact(vacuum: Any, brake: Brake) -> Any:
     return jnp.where(jammed, c * ratio**brake.pressure_exponent, 0.0)
 
 
+def sheets_at(vacuum: Any, brake: Brake) -> Sheets:
+    """What the sheets resist with at a vacuum [Pa]."""
+    c: Any = friction_per_contact(vacuum, brake)
+    pressed: Any = 1.0
+    if brake.pressure_exponent is not None:
+        test: Any = brake.test_pressure
+        pressed = (jnp.where(vacuum > 0, vacuum, test) / test) ** brake.pressure_exponent
+    return Sheets(c, brake.sheets.overlap, fan_of(brake, pressed))
+
+
+def static_at(vacuum: Any, brake: Brake) -> Sheets:
+    """The same with static friction, which the fan amplifies more."""
+    sheets, more = sheets_at(vacuum, brake), brake.film.static / brake.film.kinetic
+    fan = sheets.fan
+    if fan is not None:
+        fan = fan._replace(strength=fan.strength * more)
+    return Sheets(sheets.c * more, sheets.overlap, fan)
+
+
 @law
 def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Kinetic friction of the jammed sheets [N] (eq. 4, 7); slip [m] and vacuum [Pa] broadcast.
 
     Zero once the overlap is used up; NaN for a negative slip or vacuum.
     """
-    contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
-    force = friction_per_contact(vacuum, brake) * contact
+    force = force_of(slip, sheets_at(vacuum, brake))
     return within((slip >= 0) & (vacuum >= 0), force)
 
 
@@ -42,6 +61,4 @@ def holding_force(vacuum: Any, brake: Brake) -> Any:
 
     The scale factor multiplies static friction as it does the kinetic one (ours).
     """
-    static = brake.film.static / brake.film.kinetic
-    force = friction_per_contact(vacuum, brake) * brake.sheets.overlap * static
-    return within(vacuum >= 0, force)
+    return within(vacuum >= 0, force_of(0.0, static_at(vacuum, brake)))

@@ -15,7 +15,8 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake, sheet_mass
-from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.fan import exponent_of
+from layerjam.mechanics.friction import friction_per_contact, sheets_at
 from layerjam.mechanics.law import law, within
 
 
@@ -68,6 +69,9 @@ def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
     sheets = brake.sheets
     # the law of friction holds the pressure's exponent too
     shear = friction_per_contact(vacuum, brake) / ((sheets.count - 1) * sheets.width)
+    fan = sheets_at(vacuum, brake).fan
+    if fan is not None:  # the middle sheet, as if its fan did not fade
+        shear = shear * jnp.exp(exponent_of(0.0, fan)) / fan.held
     rise = shear * slip / (brake.film.density * _specific_heat(brake) * sheets.thickness)
     fine = (slip >= 0) & (slip <= sheets.overlap) & (vacuum >= 0)
     return within(fine, rise)

@@ -13,7 +13,8 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_at
-from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.fan import Fan, along_tangents, force_of, tangent, work_of
+from layerjam.mechanics.friction import sheets_at
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import (
     DEPTH,
@@ -77,16 +78,21 @@ class Setting(NamedTuple):
     k: Any
     overlap: Any
     enclosure: EnclosureLaw
+    fan: Fan | None = None
 
 
 def setting_of(vacuum: Any, spring: Any, brake: Brake) -> Setting:
     """What resists at a vacuum [Pa] on a spring [N/m]."""
-    c, overlap = friction_per_contact(vacuum, brake), brake.sheets.overlap
-    return Setting(c, spring, overlap, enclosure_at(vacuum, brake))
+    sheets = sheets_at(vacuum, brake)
+    return Setting(sheets.c, spring, sheets.overlap, enclosure_at(vacuum, brake), sheets.fan)
 
 
 def first_slip(memory: Memory, elongation: Any, at: Setting) -> Any:
     """Slip where k (u - x) = F_e(x) + F_f(x) on the outermost loading; -inf where it is not met."""
+    return along_tangents(lambda line: _first_slip(memory, elongation, line), memory.slip, at)
+
+
+def _first_slip(memory: Memory, elongation: Any, at: Setting) -> Any:
     onset = at.k * (elongation - memory.origin) - at.c * (at.overlap - memory.origin)
     first = memory.origin + rising_root(onset, at.k - at.c, at.enclosure)
     # before the backbone is joined the base leads there; one that lies ahead, behind a loop, is
@@ -107,7 +113,7 @@ def _slide_out(memory: Memory, elongation: Any, at: Setting) -> Any:
         return turns.slip + rising_root(drive, at.k - at.c, branch(turns.strength, at.enclosure))
 
     branches = jnp.where(jnp.arange(DEPTH) < memory.lows.count, root(memory.lows), -jnp.inf)
-    first = first_slip(memory, elongation, at)
+    first = _first_slip(memory, elongation, at)
     inside = (memory.lows.count > 0) & (first < memory.highs.slip[0])
     first = jnp.where(inside, -jnp.inf, first)
     return jnp.maximum(jnp.maximum(first, branches.max()), memory.slip)
@@ -133,29 +139,35 @@ def _slide_back(memory: Memory, elongation: Any, at: Setting) -> Any:
     return jnp.where(elongation >= taut, taut, root(0.0, 0.0))
 
 
+def _rubbed(start: Any, end: Any, at: Setting) -> Any:
+    """Heat of the sheets' friction over a move [J]; past the end of the overlap nothing counts."""
+    if at.fan is not None:
+        return jnp.abs(work_of(start, end, at))
+    return jnp.abs(end - start) * at.c * (at.overlap - (end + start) / 2)
+
+
 def move(state: State, elongation: Any, at: Setting) -> State:
     """Move the crosshead at constant vacuum; work and heat are exact."""
     memory = state.enclosure
     trial = at.k * (elongation - memory.slip)
-    hold = at.c * jnp.maximum(at.overlap - memory.slip, 0.0)
+    hold = force_of(memory.slip, at)
     out = trial > memory.force + hold
     back = jnp.maximum(trial, 0.0) < memory.force - hold
 
     def outward(memory: Memory) -> tuple[Any, Memory]:
         opening = facing(memory, True, at.enclosure)
-        far = _slide_out(opening, elongation, at)
+        far = along_tangents(lambda line: _slide_out(opening, elongation, line), memory.slip, at)
         return far, load_to(opening, far, at.enclosure)
 
     def inward(memory: Memory) -> tuple[Any, Memory]:
         closing = facing(memory, False, at.enclosure)
-        near = _slide_back(closing, elongation, at)
+        near = along_tangents(lambda line: _slide_back(closing, elongation, line), memory.slip, at)
         return near, unload_to(closing, near, at.enclosure)
 
     direction = jnp.where(out, 0, jnp.where(back, 1, 2))
     slip, new = jax.lax.switch(direction, [outward, inward, lambda m: (m.slip, m)], memory)
     force = jnp.maximum(at.k * (elongation - slip), 0.0)
-    rubbed = jnp.abs(slip - memory.slip) * at.c
-    rubbed = rubbed * (at.overlap - (slip + memory.slip) / 2)
+    rubbed = _rubbed(memory.slip, slip, at)
     heat = rubbed + new.heat - memory.heat
     elastic = (force**2 - state.force**2) / (2 * at.k)
     return State(
@@ -166,7 +178,7 @@ def move(state: State, elongation: Any, at: Setting) -> State:
         heat=state.heat + heat,
         vacuum=state.vacuum,
         closed=state.closed | (memory.slip - slip > 1e-12 * at.overlap),
-        snapped=state.snapped | (out & (at.k <= at.c)),
+        snapped=state.snapped | (out & (at.k <= tangent(memory.slip, at).c)),
     )
 
 

@@ -9,7 +9,8 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, enclosure_at
-from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.fan import concentration, force_of
+from layerjam.mechanics.friction import sheets_at
 from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.stiffness import sheet_section
 
@@ -28,13 +29,21 @@ def buckling_force(slip: Any, brake: Brake) -> Any:
 
 @law
 def sheet_stress(force: Any, brake: Brake) -> Any:
-    """Tensile stress [Pa] in the free part of the side with fewer sheets; force [N]."""
+    """Tensile stress [Pa] in the free part of the side with fewer sheets; force [N].
+
+    The even share of the sheets; where they fan out, of the middle one, which carries most.
+    """
+    force = force * concentration(brake)
     return force / (jnp.floor(brake.sheets.count / 2) * sheet_section(brake))
 
 
 @law
 def clamp_stress(force: Any, brake: Brake) -> Any:
-    """Tensile stress [Pa] in the net section at the screw hole, same side; force [N]."""
+    """Tensile stress [Pa] in the net section at the screw hole, same side; force [N].
+
+    Shared as in `sheet_stress`.
+    """
+    force = force * concentration(brake)
     net = (brake.sheets.width - brake.mount.screw_hole) * brake.sheets.thickness
     return force / (jnp.floor(brake.sheets.count / 2) * net)
 
@@ -55,8 +64,8 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
     unit = enclosure_at(1.0, brake)
     contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
     if brake.pressure_exponent is not None:
-        return _closing_with_exponent(slip, contact, brake)
-    c1 = friction_per_contact(1.0, brake) * contact
+        return _closing_with_exponent(slip, brake)
+    c1 = force_of(slip, sheets_at(1.0, brake))
     spread = (unit.root * safe_sqrt(slip) / jnp.where(contact > 0, c1, 1.0)) ** 2
     held = c1 - unit.friction * unit.reach
     whole = unit.stiffness * slip / unit.reach / jnp.where(held > 0, held, 1.0)
@@ -65,12 +74,12 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
     return within(slip >= 0, jnp.where(slip == 0, 0.0, closing))
 
 
-def _closing_with_exponent(slip: Any, contact: Any, brake: Brake) -> Any:
+def _closing_with_exponent(slip: Any, brake: Brake) -> Any:
     """With a pressure exponent: where friction starts to hold the enclosure, by halving log P."""
 
     def holds(log_vacuum: Any) -> Any:
         vacuum = jnp.exp(log_vacuum)
-        held = friction_per_contact(vacuum, brake) * contact
+        held = force_of(slip, sheets_at(vacuum, brake))
         return held - backbone(slip, enclosure_at(vacuum, brake))
 
     top = jnp.log(brake.site.atmosphere) + jnp.zeros(jnp.shape(slip))

@@ -6,6 +6,7 @@ F(x) = c (L2 - x) + e sqrt(x) until the enclosure saturates.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import jax
@@ -13,9 +14,12 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_at
-from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent
+from layerjam.mechanics.friction import friction_per_contact, sheets_at
 from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.stiffness import working_stiffness
+
+_PARTS = 64
 
 
 @law
@@ -25,8 +29,7 @@ def brake_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     At zero slip the gradient is that of the sheets alone: the enclosure's infinite slope counts as
     zero there. NaN for a negative slip or vacuum.
     """
-    contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
-    force = friction_per_contact(vacuum, brake) * contact
+    force = force_of(slip, sheets_at(vacuum, brake))
     force = force + backbone(slip, enclosure_at(vacuum, brake))
     return within((slip >= 0) & (vacuum >= 0), force)
 
@@ -49,19 +52,58 @@ def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
     """Peak of a pull over a slip `travel` [m] at a vacuum [Pa].
 
     x_p = (e/2c)^2 and c L2 + e^2/4c where that lies before saturation and within travel; below
-    that vacuum the force rises to the end, which is then reported with inside = False.
+    that vacuum the force rises to the end, which is then reported with inside = False. Sheets that
+    fan out have no closed form: the greatest force is searched for.
     """
-    c, enclosure = friction_per_contact(vacuum, brake), enclosure_at(vacuum, brake)
+    sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
+    if sheets.fan is None:
+        force, slip, inside = _closed_peak(travel, sheets.c, sheets.overlap, enclosure)
+    else:
+        force, slip, inside = searched_peak(travel, sheets, enclosure)
+    fine = (vacuum >= 0) & (travel >= 0)
+    force, slip = within(fine, force), within(fine, slip)
+    return Peak(force, slip, slip + force / working_stiffness(brake), inside)
+
+
+def _closed_peak(
+    travel: Any, c: Any, overlap: Any, enclosure: EnclosureLaw
+) -> tuple[Any, Any, Any]:
+    """Force, slip and whether the peak lies inside, for friction along a straight line."""
     falls = c > enclosure.stiffness / enclosure.reach
     ratio = enclosure.root / (2 * jnp.where(falls, c, 1.0))
     inside = falls & (ratio**2 < travel)
     slip = jnp.where(inside, ratio**2, travel)
-    end = c * jnp.maximum(brake.sheets.overlap - travel, 0.0) + backbone(travel, enclosure)
-    at_onset = c * brake.sheets.overlap
-    force = jnp.where(inside, at_onset + enclosure.root * ratio / 2, end)
-    fine = (vacuum >= 0) & (travel >= 0)
-    force, slip = within(fine, force), within(fine, slip)
-    return Peak(force, slip, slip + force / working_stiffness(brake), inside)
+    end = c * jnp.maximum(overlap - travel, 0.0) + backbone(travel, enclosure)
+    force = jnp.where(inside, c * overlap + enclosure.root * ratio / 2, end)
+    return force, slip, inside
+
+
+def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple[Any, Any, Any]:
+    """The same along any friction: the best of 64 slips, and 60 thirds around it.
+
+    The search is not differentiated: the slope of the force vanishes at the peak.
+    """
+
+    def force(root: Any) -> Any:
+        return force_of(root**2, sheets) + backbone(root**2, enclosure)
+
+    parts = jax.tree.leaves((travel, sheets, enclosure))
+    shape = jnp.broadcast_shapes(*(jnp.shape(a) for a in parts))
+    far = jax.lax.stop_gradient(jnp.sqrt(jnp.maximum(travel, 0.0)) + jnp.zeros(shape))
+    share = jnp.linspace(0.0, 1.0, _PARTS + 1).reshape((-1,) + (1,) * len(shape))
+    best = jnp.argmax(jax.lax.stop_gradient(force(share * far)), axis=0)
+    low, high = (jnp.clip(best + k, 0, _PARTS) * far / _PARTS for k in (-1, 1))
+
+    def third(_: int, bounds: tuple[Any, Any]) -> tuple[Any, Any]:
+        low, high = bounds
+        left, right = low + (high - low) / 3, high - (high - low) / 3
+        rises = jax.lax.stop_gradient(force(left) < force(right))
+        return jnp.where(rises, left, low), jnp.where(rises, high, right)
+
+    low, high = jax.lax.fori_loop(0, 60, third, (low, high))
+    inside = high < far
+    root = jnp.where(inside, (low + high) / 2, jnp.sqrt(jnp.maximum(travel, 0.0)))
+    return force(root), root**2, inside
 
 
 def rising_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
@@ -85,13 +127,16 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     (`least_stiffness`), NaN otherwise.
     """
     k = working_stiffness(brake)
-    c, enclosure = friction_per_contact(vacuum, brake), enclosure_at(vacuum, brake)
-    drive = k * elongation - c * brake.sheets.overlap
-    slip = rising_root(drive, k - c, enclosure)
+    sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
+
+    def meets(line: Sheets) -> Any:
+        return rising_root(k * elongation - line.c * line.overlap, k - line.c, enclosure)
+
+    slip = along_tangents(meets, 0.0 * elongation, sheets)
     past = slip > brake.sheets.overlap
     alone = rising_root(k * elongation, k, enclosure)
     slip = jnp.where(past, jnp.maximum(alone, brake.sheets.overlap), slip)
-    return within((elongation >= 0) & (vacuum >= 0) & (k > c), slip)
+    return within((elongation >= 0) & (vacuum >= 0) & (k > tangent(0.0, sheets).c), slip)
 
 
 @law
@@ -103,8 +148,11 @@ def force_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def least_stiffness(vacuum: Any, brake: Brake) -> Any:
-    """Stiffness of rig or rope [N/m] above which no part of a pull can snap: c (vacuum [Pa])."""
-    return friction_per_contact(vacuum, brake)
+    """Stiffness of rig or rope [N/m] above which no part of a pull can snap: c (vacuum [Pa]).
+
+    Sheets that fan out fall steepest at the start, where their free lengths are shortest.
+    """
+    return tangent(0.0, sheets_at(vacuum, brake)).c
 
 
 @law
@@ -112,12 +160,31 @@ def scale_factor_of_peak(force: Any, vacuum: Any, brake: Brake) -> Any:
     """The scale factor a [-] with which a pull at `vacuum` [Pa] peaks at `force` [N].
 
     The exact inverse of `peak`: (F + sqrt(F^2 - e^2 L2))/(2 c_1 L2), c_1 the friction per contact
-    at a = 1. NaN for F^2 < e^2 L2: no pull peaks that low.
+    at a = 1. NaN for F^2 < e^2 L2: no pull peaks that low. For sheets that fan out by halving.
     """
+    if brake.mount.spacers is not None:
+        return _factor_by_bisection(force, vacuum, brake)
     root, overlap = enclosure_at(vacuum, brake).root, brake.sheets.overlap
     one = friction_per_contact(vacuum, brake) / brake.scale_factor
     square = force**2 - root**2 * overlap
     return (force + safe_sqrt(square)) / (2 * one * overlap)
+
+
+def _factor_by_bisection(force: Any, vacuum: Any, brake: Brake) -> Any:
+    """The friction's amplification depends on it: halvings of log a, then one Newton step."""
+    enclosure, start = enclosure_at(vacuum, brake), jnp.log(jnp.asarray(brake.scale_factor))
+    force, vacuum, start = jnp.broadcast_arrays(force, vacuum, start)
+
+    def top(log_factor: Any) -> Any:
+        factor: Any = jnp.exp(log_factor)
+        sheets = sheets_at(vacuum, replace(brake, scale_factor=factor))
+        return searched_peak(brake.sheets.overlap, sheets, enclosure)[0]
+
+    guess = rising_zero(lambda v: top(v) - force, start - 7.0, start + 5.0)
+    value, slope = jax.jvp(top, (guess,), (jnp.ones_like(guess),))
+    least = enclosure.root * jnp.sqrt(brake.sheets.overlap)
+    made = jnp.exp(guess + (force - value) / jax.lax.stop_gradient(slope))
+    return within((force >= least) & (jnp.abs(force - value) < 1e-6 * force), made)
 
 
 @law
@@ -163,10 +230,10 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     unit = enclosure_at(1.0, brake)
     enclosure_alone = unit.stiffness * slip / unit.reach
     contact = jnp.maximum(sheets.overlap - slip, 0.0)
-    most = friction_per_contact(atmosphere, brake) * contact
+    most = force_of(slip, sheets_at(atmosphere, brake))
     most = most + backbone(slip, enclosure_at(atmosphere, brake))
     if brake.pressure_exponent is None:
-        c1 = friction_per_contact(1.0, brake) * contact
+        c1 = force_of(slip, sheets_at(1.0, brake))
         c2 = unit.root * safe_sqrt(slip)
         below = c2 + safe_sqrt(c2**2 + 4 * c1 * jnp.maximum(force, 0.0))
         spread = (2 * jnp.maximum(force, 0.0) / jnp.where(below > 0, below, 1.0)) ** 2
@@ -187,10 +254,8 @@ def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
     """
 
     def resist(vacuum: Any) -> Any:
-        contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
-        return friction_per_contact(vacuum, brake) * contact + backbone(
-            slip, enclosure_at(vacuum, brake)
-        )
+        sheets = force_of(slip, sheets_at(vacuum, brake))
+        return sheets + backbone(slip, enclosure_at(vacuum, brake))
 
     zero = jnp.zeros(jnp.broadcast_shapes(jnp.shape(force), jnp.shape(slip)))
     guess = rising_zero(lambda p: resist(p) - force, zero, zero + brake.site.atmosphere)
@@ -202,8 +267,7 @@ def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
 def force_limits(slip: Any, brake: Brake) -> tuple[Any, Any]:
     """Least and greatest force [N] that any vacuum of the site gives at a slip [m]."""
     low = backbone(slip, enclosure_at(0.0, brake))
-    contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
-    high = friction_per_contact(brake.site.atmosphere, brake) * contact
+    high = force_of(slip, sheets_at(brake.site.atmosphere, brake))
     return low, high + backbone(slip, enclosure_at(brake.site.atmosphere, brake))
 
 
@@ -211,11 +275,12 @@ def force_limits(slip: Any, brake: Brake) -> tuple[Any, Any]:
 def peak_vacuum(brake: Brake) -> Any:
     """Vacuum [Pa] below which a pull has no peak: E_e A_e/(a mu_k (n-1) W l).
 
-    With a pressure exponent m the friction grows as P^(1+m), and so does this bound.
+    With a pressure exponent m the friction grows as P^(1+m), and so does this bound; a fan, whose
+    factor then depends on the vacuum too, counts as at the test pressure.
     """
     unit = enclosure_at(1.0, brake)
     bound = unit.stiffness / unit.reach
     if brake.pressure_exponent is None:
-        return bound / friction_per_contact(1.0, brake)
-    at_test = friction_per_contact(brake.test_pressure, brake)
+        return bound / tangent(0.0, sheets_at(1.0, brake)).c
+    at_test = tangent(0.0, sheets_at(brake.test_pressure, brake)).c
     return brake.test_pressure * (bound / at_test) ** (1 / (1 + brake.pressure_exponent))

@@ -15,6 +15,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.mount import Rope, Site
 from layerjam.errors import QuantityError
+from layerjam.mechanics.fan import force_of
 from layerjam.mechanics.hysteresis import setting_of
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stop.motion import (
@@ -273,9 +274,8 @@ def _hangs(now: Motion, case: _Case) -> bool:
     weight = float(load.mass * load.gravity)
     left = load.mass * now.speed**2 + (now.force - weight) ** 2 / load.spring
     at = setting_of(now.vacuum, load.spring, case.brake)
-    hold = float(
-        at.c * (at.overlap - now.slip) + force_of_enclosure(now.slip, now.enclosure, at.enclosure)
-    )
+    strip = force_of_enclosure(now.slip, now.enclosure, at.enclosure)
+    hold = float(force_of(now.slip, at) + strip)
     return float(left) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
 
 

@@ -15,7 +15,7 @@ from layerjam.mechanics.stack.pull import StackPull, pull_stack
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
 from layerjam.simulate.record import Outcome, TensileRecord
-from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
+from layerjam.simulate.stack_layout import Housing, Interfaces, fan_of_stack, stack_of
 from layerjam.simulate.tensile import remarks
 
 FINE, COARSE = 2400, 1200
@@ -83,15 +83,18 @@ def tensile_stack(
     brake, (first_step, moves) = file.brake, _checked(procedure)
     vacuum = first_step.to
     stack = stack_of(brake, vacuum, interfaces=interfaces, housing=housing, static=static)
+    lengths, fan = stack.length.copy(), fan_of_stack(brake, vacuum, interfaces, static)
     time, path = _path(first_step, moves, brake)
-    result = pull_stack(path, stack, progress)
+    if fan is not None:
+        lengths[stack.ends[0] : stack.ends[1]] = fan.length
+    result = pull_stack(path, stack, progress, fan.put if fan is not None else None)
     count = len(result.force)
     first, last = stack.ends
     slip = result.slip[:, first:last]
     outcome = Outcome.FINISHED
     if result.snapped:
         outcome = Outcome.SNAPS
-    elif (slip[-1] >= stack.length[first:last]).all():
+    elif (slip[-1] >= lengths[first:last] * (1 - 1e-9)).all():
         outcome = Outcome.SEPARATED
     elif _closed(slip, result.slack, brake):
         outcome = Outcome.CLOSED_BY_SLEEVE

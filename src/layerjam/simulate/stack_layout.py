@@ -14,6 +14,7 @@ from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stack.solve import Stack
 from layerjam.mechanics.stiffness import sheet_section, stiffness_sliding
+from layerjam.simulate.stack_fan import FannedFriction, fanned_friction
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -104,14 +105,7 @@ def stack_of(
     right = np.arange(count) % 2 == 1
     free = np.where(right, sheets.free_right, sheets.free_left)
     springs = film.modulus * float(sheet_section(brake)) / free
-    pressure = vacuum * _each(each.vacuum, count - 1, "interfaces.vacuum")
-    share = _each(each.friction, count - 1, "interfaces.friction")
-    if (pressure < 0).any() or (share < 0).any():
-        raise QuantityError("interfaces: friction and vacuum must not be negative")
-    length = sheets.overlap + _each(each.extra_overlap, count - 1, "interfaces.extra_overlap")
-    if (length <= 0).any():
-        raise QuantityError("interfaces.extra_overlap: some interfaces would not overlap at all")
-    friction = share * np.asarray(friction_per_contact(pressure, brake)) / (count - 1) * length
+    friction, length = _at_rest(brake, vacuum, each)
     face = enclosure_at(vacuum, brake)
     if mount is None:
         mount = np.inf
@@ -122,14 +116,42 @@ def stack_of(
     stack = Stack(
         springs=springs,
         right=right,
-        friction=friction,
+        friction=friction.copy(),
         ratio=np.full(count - 1, film.static / film.kinetic if static else 1.0),
-        length=length,
+        length=length.copy(),
         mount=float(mount),
         ends=np.array([0, count - 1]),
         face=np.array(values if enclosure else [0.0, 0.0, 1.0]),
     )
+    fanned = fanned_friction(brake, vacuum, friction, length, static)
+    if fanned is not None:
+        fanned.put(np.zeros(count - 1), stack)
     return stack if housing is None else _housed(stack, housing)
+
+
+def fan_of_stack(
+    brake: Brake, vacuum: float, interfaces: Interfaces | None, static: bool
+) -> FannedFriction | None:
+    """How the friction of the interfaces goes on falling with their slip; None for a line."""
+    if brake.mount.spacers is None or brake.mount.spacers:
+        return None
+    friction, length = _at_rest(brake, vacuum, interfaces or Interfaces())
+    return fanned_friction(brake, vacuum, friction, length, static)
+
+
+def _at_rest(brake: Brake, vacuum: float, each: Interfaces) -> tuple[Array, Array]:
+    """Kinetic friction [N] and overlap [m] of the interfaces at rest, without a fan."""
+    count = int(brake.sheets.count)
+    pressure = vacuum * _each(each.vacuum, count - 1, "interfaces.vacuum")
+    share = _each(each.friction, count - 1, "interfaces.friction")
+    if (pressure < 0).any() or (share < 0).any():
+        raise QuantityError("interfaces: friction and vacuum must not be negative")
+    extra = _each(each.extra_overlap, count - 1, "interfaces.extra_overlap")
+    length = brake.sheets.overlap + extra
+    if (length <= 0).any():
+        raise QuantityError("interfaces.extra_overlap: some interfaces would not overlap at all")
+    friction = share * np.asarray(friction_per_contact(pressure, brake)) / (count - 1) * length
+    return friction, length
 
 
 def _housed(stack: Stack, housing: Housing) -> Stack:

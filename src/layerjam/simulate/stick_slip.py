@@ -15,6 +15,7 @@ from layerjam.device.brake import Brake, mass
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, QuantityError
 from layerjam.mechanics.enclosure import backbone, backbone_stored, enclosure_at
+from layerjam.mechanics.fan import straight
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stick_slip.curve import Stribeck
@@ -145,6 +146,7 @@ def slide_of(
 
     Entries broadcast. The crosshead never stops and the run has no end yet: set `ramp` and `end`.
     """
+    brake = straight(brake, "stick–slip")
     curve = stribeck or of_film(brake)
     c = np.asarray(friction_per_contact(np.asarray(vacuum, float), brake))
     c = c * curve.kinetic / brake.film.kinetic

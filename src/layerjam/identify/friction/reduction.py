@@ -426,6 +426,8 @@ def with_friction(file: BrakeFile, result: FrictionResult, name: str) -> tuple[s
             "film.ageing and film.static_hold belonged to the old static friction; run "
             "'layerjam ageing' next"
         )
+    if file.brake.amplification_held is not None:
+        changes["amplification_held"] = (1.0, blank)
     return updated_text(file, name, dict(changes), _made_by(result)), warnings
 
 

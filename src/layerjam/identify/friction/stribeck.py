@@ -18,6 +18,7 @@ from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.checks import Check, check, within
 from layerjam.mechanics.enclosure import backbone, enclosure_at
+from layerjam.mechanics.fan import straight
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.mechanics.stick_slip.wet import WetFilm
@@ -164,6 +165,7 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
 
 def _lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
     """(force per unit of friction coefficient, enclosure's force) [N]."""
+    brake = straight(brake, "the fit of friction over speed")
     contact = brake.sheets.overlap - points.slip
     per_metre = np.asarray(friction_per_contact(points.vacuum, brake)) / brake.film.kinetic
     return per_metre * contact, np.asarray(

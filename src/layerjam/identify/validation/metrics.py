@@ -168,7 +168,12 @@ def uncalibrated(brake: Brake) -> Brake:
     A fitted dependence on pressure goes too; friction and enclosure stay as the file has them.
     """
     return replace(
-        brake, scale_factor=1.0, stiffness_measured=None, pressure_exponent=None, test_pressure=None
+        brake,
+        scale_factor=1.0,
+        amplification_held=None,
+        stiffness_measured=None,
+        pressure_exponent=None,
+        test_pressure=None,
     )
 
 

@@ -343,7 +343,10 @@ def check_stack(stack: Stack) -> None:
 
 
 def pull_stack(
-    path: Array, stack: Stack, progress: Callable[[float], None] | None = None
+    path: Array,
+    stack: Stack,
+    progress: Callable[[float], None] | None = None,
+    renew: Callable[[Array, Stack], bool] | None = None,
 ) -> StackPull:
     """Move the crosshead along `path` [m], shape (N,), from rest; it may turn.
 
@@ -354,7 +357,9 @@ def pull_stack(
     increment changes nothing; where they turn within one, heat is counted for the slip between its
     ends.
 
-    `progress` is called with the share done (0 to 1). Raises QuantityError for a stack whose
+    `renew` is called before each increment with the slip of the interfaces [m], shape (n - 1,), and
+    may put other friction into the stack's arrays; False ends the pull. `progress` is called with
+    the share done (0 to 1). Raises QuantityError for a stack whose
     arrays do not fit together and ProcedureError for more nested turns than are remembered.
     """
     check_stack(stack)
@@ -370,12 +375,15 @@ def pull_stack(
     }
     made = StackPull(**tracks, snapped=False)
     state, room = at_rest(stack), room_for(stack)
-    block, done, code = max(1, BLOCK // n), 0, DONE
+    block, done, code = 1 if renew else max(1, BLOCK // n), 0, DONE
+    heard = max(1, BLOCK // n)
     while done < count and code == DONE:
+        if renew and not renew(np.where(stack.right[:-1], -state.past, state.past), stack):
+            break
         part = slice(done, min(done + block, count))
         steps, code = _follow()(path[part], stack, state, room, _cut(made, part))
         done += steps
-        if progress:
+        if progress and (done % heard == 0 or not renew):
             progress(1.0 if done < part.stop else done / count)
         if done < part.stop:
             break

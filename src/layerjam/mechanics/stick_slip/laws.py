@@ -17,7 +17,8 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, enclosure_at
-from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.fan import Sheets, force_of
+from layerjam.mechanics.friction import sheets_at
 from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.stick_slip.curve import Stribeck
 
@@ -58,9 +59,12 @@ def sliding_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, curve: Strib
     The sheets' part follows `curve` in place of the film's kinetic friction; the enclosure's does
     not depend on speed. Equal to `brake_force` for a flat curve with the film's kinetic friction.
     """
-    contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
-    sheets = friction_per_contact(vacuum, brake) / brake.film.kinetic * contact
-    force = sheets * stribeck_friction(speed, curve) + backbone(slip, enclosure_at(vacuum, brake))
+    sheets, share = sheets_at(vacuum, brake), stribeck_friction(speed, curve) / brake.film.kinetic
+    fan = sheets.fan
+    if fan is not None:
+        fan = fan._replace(strength=fan.strength * share)
+    rubbed = force_of(slip, Sheets(sheets.c * share, sheets.overlap, fan))
+    force = rubbed + backbone(slip, enclosure_at(vacuum, brake))
     return within((slip >= 0) & (vacuum >= 0), force)
 
 

@@ -18,6 +18,7 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, enclosure_at
+from layerjam.mechanics.fan import fan_of, ratio_of
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law, within
 from layerjam.mechanics.stick_slip.laws import static_left
@@ -81,6 +82,12 @@ def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -
     coulomb = friction_per_contact(jnp.where(jammed, vacuum, 1.0), brake)
     coulomb = coulomb / ((sheets.count - 1) * sheets.width * brake.film.kinetic)
     factor = coulomb / jnp.where(jammed, vacuum, 1.0)
-    force = contact * wet_stress(speed, vacuum, film, factor)
+    stress = wet_stress(speed, vacuum, film, factor)
+    force, fan = contact * stress, fan_of(brake)
+    if fan is not None:
+        # the fan acts on whatever holds the sheets: its friction is the stress over the vacuum
+        share = stress / jnp.where(jammed, vacuum, 1.0)
+        share = share / (brake.scale_factor * brake.film.kinetic)
+        force = force * ratio_of(slip, fan._replace(strength=fan.strength * share))
     force = force + backbone(slip, enclosure_at(vacuum, brake))
     return within((slip >= 0) & (speed >= 0) & (vacuum >= 0), force)

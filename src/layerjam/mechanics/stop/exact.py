@@ -15,8 +15,9 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, backbone_work, enclosure_at
-from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.friction import friction_per_contact, sheets_at
 from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.stop import fanned
 from layerjam.mechanics.stop.algebra import (
     BOTTOMED_OUT,
     NEVER_SLID,
@@ -98,6 +99,8 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(
         mass, speed, vacuum, spring, gravity
     )
+    if brake.mount.spacers is not None:
+        return _fanned_stop(mass, speed, vacuum, spring, gravity, brake)
     at = _setup(mass, speed, vacuum, spring, gravity, brake)
     travel = brake.sheets.usable_travel + jnp.zeros_like(at.kinetic)
     found = search(at, travel)
@@ -112,14 +115,35 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     return Stop(*(within(fine, x) for x in end))._replace(outcome=outcome)
 
 
-def _elastic_time(mass: Any, speed: Any, gravity: Any, at: Setup, slides: Any) -> Any:
+def _fanned(
+    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
+) -> fanned.Case:
+    sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
+    return fanned.case_of(mass, speed, spring, gravity, sheets, enclosure)
+
+
+def _fanned_stop(
+    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
+) -> Stop:
+    """`stop` where the friction is no straight line over the slip."""
+    at = _fanned(mass, speed, vacuum, spring, gravity, brake)
+    onset = fanned.force(0.0 * mass, at)
+    travel = brake.sheets.usable_travel + 0.0 * (mass + onset)
+    end = fanned.stop_of(at, travel)
+    fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
+    fine = fine & (onset + at.enclosure.root >= 0)
+    outcome = jnp.where(fine, end.outcome, NOT_A_CASE)
+    return Stop(*(within(fine, x) for x in end))._replace(outcome=outcome)
+
+
+def _elastic_time(mass: Any, speed: Any, gravity: Any, spring: Any, force: Any, slides: Any) -> Any:
     """Seconds until the brake begins to slide, or (if it never does) to the first standstill."""
-    omega = jnp.sqrt(at.k / mass)
+    omega = jnp.sqrt(spring / mass)
     sag, swing = gravity / omega**2, speed / omega
     size = jnp.sqrt(sag**2 + swing**2)
     size = jnp.where(size > 0, size, 1.0)
     phase = jnp.arctan2(sag, swing)
-    onset = jnp.arcsin(jnp.clip((at.onset / at.k - sag) / size, -1, 1))
+    onset = jnp.arcsin(jnp.clip((force / spring - sag) / size, -1, 1))
     return (jnp.where(slides, onset, jnp.pi / 2) + phase) / omega
 
 
@@ -128,10 +152,13 @@ def speed_at_slip(
     slip: Any, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Any:
     """Speed of the mass [m/s] once the brake has slipped by `slip` [m]; NaN past its standstill."""
-    at = _setup(mass, speed, vacuum, spring, gravity, brake)
-    left = kinetic_energy(slip, at)
+    if brake.mount.spacers is not None:
+        case = _fanned(mass, speed, vacuum, spring, gravity, brake)
+        left, size = fanned.energy(slip, case), case.arriving + case.weight * slip
+    else:
+        at = _setup(mass, speed, vacuum, spring, gravity, brake)
+        left, size = kinetic_energy(slip, at), at.kinetic + at.weight * slip
     # a standstill found to rounding may lie on either side of zero
-    size = at.kinetic + at.weight * slip
     return safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
 
 
@@ -178,6 +205,12 @@ def time_at_slip(
     """
     arrays = jnp.broadcast_arrays(slip, mass, speed, vacuum, spring, gravity)
     slip, mass, speed, vacuum, spring, gravity = arrays
+    if brake.mount.spacers is not None:
+        case = _fanned(mass, speed, vacuum, spring, gravity, brake)
+        onset = fanned.force(jnp.zeros_like(slip), case)
+        slides = case.weight + jnp.sqrt(case.weight**2 + spring * mass * speed**2) > onset
+        start = _elastic_time(mass, speed, gravity, spring, onset, slides)
+        return start + fanned.sliding_time(slip, case)
     at = _setup(mass, speed, vacuum, spring, gravity, brake)
     slides = at.weight + jnp.sqrt(at.weight**2 + spring * mass * speed**2) > at.onset
     end, strip = safe_sqrt(slip), at.enclosure
@@ -206,4 +239,4 @@ def time_at_slip(
         lambda: pieces(forms[1], jnp.minimum(end, whole), end),
         lambda: jnp.zeros_like(first),
     )
-    return _elastic_time(mass, speed, gravity, at, slides) + first + second
+    return _elastic_time(mass, speed, gravity, spring, at.onset, slides) + first + second

@@ -40,8 +40,8 @@ class Constants(NamedTuple):
 
 
 def constants_of(brake: Brake) -> Constants | None:
-    """The constants of a brake; None where friction is not proportional to the vacuum."""
-    if brake.pressure_exponent is not None:
+    """The constants of a brake; None where friction is no straight line over slip and vacuum."""
+    if brake.pressure_exponent is not None or brake.mount.spacers is not None:
         return None
     enclosure = enclosure_at(1.0, brake)
     sheets, c = brake.sheets, friction_per_contact(1.0, brake)

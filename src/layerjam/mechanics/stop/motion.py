@@ -17,6 +17,7 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone_stored, enclosure_at
+from layerjam.mechanics.fan import force_of, tangent
 from layerjam.mechanics.hysteresis import Setting, setting_of
 from layerjam.mechanics.law import law, within
 from layerjam.mechanics.memory import NEAR, branch
@@ -41,7 +42,7 @@ LONGEST = 0.25
 
 def _event(old: Motion, new: Motion, at: Setting, travel: Any) -> Any:
     """What happened in a step that the run must not go past."""
-    hold = at.c * (at.overlap - new.slip)
+    hold = force_of(new.slip, at)
     enclosure = force_of_enclosure(new.slip, new.enclosure, at.enclosure)
     closes = enclosure * (1 - 1e-9) - new.force > hold
     code = jnp.where((old.speed > 0) & (new.speed <= 0), STANDSTILL, MOVING)
@@ -65,8 +66,8 @@ def _snaps(old: Motion, new: Motion, at: Setting) -> Any:
         root = strip.root
     steep = root / (2 * jnp.sqrt(jnp.where(slip > 0, slip, 1.0)))
     steep = jnp.where(slip > 0, jnp.maximum(steep, strip.stiffness / strip.reach), jnp.inf)
-    soft = at.c - at.k
-    hold = at.c * (at.overlap - new.slip) + force_of_enclosure(new.slip, new.enclosure, strip)
+    soft = tangent(new.slip, at).c - at.k
+    hold = force_of(new.slip, at) + force_of_enclosure(new.slip, new.enclosure, strip)
     torn = (new.force > hold * (1 + 1e-6)) & (soft > 0)
     falls = soft >= steep * (1 - 1e-9)
     return ((new.slip > old.slip) & (falls | torn)) | (jnp.isnan(new.force) & (soft > 0))
@@ -250,7 +251,7 @@ def stop_in_time(
 
     setting = setting_of(first, load.spring, brake)
     fine = (mass > 0) & (speed >= 0) & (gravity >= 0) & (step > 0) & (jnp.min(vacuum) >= 0)
-    fine = fine & (setting.c * setting.overlap + setting.enclosure.root >= 0)
+    fine = fine & (force_of(0.0, setting) + setting.enclosure.root >= 0)
     fine = fine & (step <= LONGEST * jnp.sqrt(mass / series_of(rope, brake)))
 
     def going(state: tuple[Any, Motion]) -> Any:

@@ -16,6 +16,7 @@ from layerjam.mechanics.enclosure import (
     backbone_dissipated,
     backbone_work,
 )
+from layerjam.mechanics.fan import along_tangents, force_of, growing_work, tangent
 from layerjam.mechanics.hysteresis import Setting, first_slip
 from layerjam.mechanics.law import safe_sqrt
 from layerjam.mechanics.memory import Memory, Turns, at_vacuum, first_force, first_work
@@ -102,20 +103,13 @@ def _pulled(motion: Motion, distance: Any, slides: Any, at: Setting, c: Any = No
     """
     drawn = motion.drawn + distance
     if motion.enclosure is None:
-        drive, soft = at.k * drawn - at.c * at.overlap, at.c - at.k
-        snap = snap_slip(soft, at.enclosure)
-        # from there on nothing holds the spring's force: no root is left
-        lost = jnp.isfinite(snap) & (drive >= snap * soft)
-        out = rising_root(jnp.where(lost, 0.0, drive), -soft, at.enclosure)
-        out = jnp.where(lost, snap, out)
+        out = along_tangents(lambda line: _first_loading(drawn, line), motion.slip, at)
     else:
         out = first_slip(motion.enclosure, drawn, at)
     slip = jnp.where(slides, jnp.maximum(out, motion.slip), motion.slip)
     more = slip - motion.slip
     force = motion.force + at.k * (distance - more)
-    rubbed = at.c * more * (at.overlap - (slip + motion.slip) / 2)
-    if c is not None:
-        rubbed = rubbed - (at.c - c) * more * ((at.overlap - motion.slip) / 2 - more / 6)
+    rubbed = growing_work(motion.slip, slip, at, at.c if c is None else c)
     if motion.enclosure is None:
         work = backbone_work(slip, at.enclosure) - backbone_work(motion.slip, at.enclosure)
         warm = backbone_dissipated(slip, at.enclosure) - backbone_dissipated(
@@ -127,9 +121,19 @@ def _pulled(motion: Motion, distance: Any, slides: Any, at: Setting, c: Any = No
     return _Pulled(drawn, slip, force, elastic + rubbed + work, rubbed + warm, work - warm)
 
 
+def _first_loading(drawn: Any, at: Setting) -> Any:
+    """Slip [m] at an elongation [m] and constant vacuum; where nothing holds it, the snap."""
+    drive, soft = at.k * drawn - at.c * at.overlap, at.c - at.k
+    snap = snap_slip(soft, at.enclosure)
+    # from there on nothing holds the spring's force: no root is left
+    lost = jnp.isfinite(snap) & (drive >= snap * soft)
+    out = rising_root(jnp.where(lost, 0.0, drive), -soft, at.enclosure)
+    return jnp.where(lost, snap, out)
+
+
 def _meet(motion: Motion, alpha: Any, beta: Any, at: Setting, c: Any) -> tuple[_Pulled, Any]:
     """Draw the brake until its mean force is alpha - beta distance [m], which goes with it."""
-    hold = at.c * (at.overlap - motion.slip)
+    hold = force_of(motion.slip, at)
     hold = hold + force_of_enclosure(motion.slip, motion.enclosure, at.enclosure)
     distance = (alpha - motion.force) / (beta + at.k / 2)
     slides = motion.force + at.k * distance > hold
@@ -167,9 +171,11 @@ def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load) -> Motion:
     stretch = place - distance if damped else jnp.zeros_like(distance)
     rope = load.damping * stretch**2 / dt if damped else 0.0
     # nobody sees the force between two steps: its top is that of the backbone, if passed
-    top = (at.enclosure.root / (2 * jnp.where(at.c > 0, at.c, 1.0))) ** 2
+    line = at if at.fan is None else _line_at_top(at)
+    top = (at.enclosure.root / (2 * jnp.where(line.c > 0, line.c, 1.0))) ** 2
     passed = (motion.slip < top) & (top < pulled.slip) & (top < at.enclosure.saturation)
-    highest = jnp.where(passed, at.c * at.overlap + at.enclosure.root**2 / (4 * at.c), pulled.force)
+    most = line.c * line.overlap + at.enclosure.root**2 / (4 * line.c)
+    highest = jnp.where(passed, most, pulled.force)
     return motion._replace(
         time=motion.time + dt,
         place=motion.place + place if damped else pulled.drawn,
@@ -182,6 +188,14 @@ def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load) -> Motion:
         heat=motion.heat + pulled.heat + rope,
         peak=jnp.maximum(motion.peak, highest),
     )
+
+
+def _line_at_top(at: Setting) -> Any:
+    """The friction's tangent where the force of first loading is greatest."""
+    top = 0.0 * at.c
+    for _ in range(4):
+        top = (at.enclosure.root / (2 * jnp.where(at.c > 0, tangent(top, at).c, 1.0))) ** 2
+    return tangent(top, at)
 
 
 def _until_slack(motion: Motion, dt: Any, at: Setting, load: Load) -> Motion:
@@ -263,7 +277,7 @@ def pump(motion: Motion, vacuum: Any, before: Setting, at: Setting) -> Motion:
     held = memory._replace(slip=motion.slip, force=force)
     enclosure = at_vacuum(held, before.enclosure, at.enclosure)
     new = motion._replace(enclosure=enclosure)
-    gives = motion.force > at.c * (at.overlap - motion.slip) + enclosure.force
+    gives = motion.force > force_of(motion.slip, at) + enclosure.force
     pulled = _pulled(new, jnp.zeros_like(motion.slip), gives & ~motion.slack, at)
     # the spring drives the sheets harder than friction holds: heat, but for the enclosure's share
     spring = (motion.force - pulled.force) * (motion.force + pulled.force) / (2 * at.k)

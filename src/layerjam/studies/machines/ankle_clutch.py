@@ -21,6 +21,7 @@ from layerjam.fluid.closed_forms import fall_by_pump, fall_by_valve, pumping_tim
 from layerjam.fluid.energy import jam_work
 from layerjam.fluid.line import Line
 from layerjam.mechanics.ageing import aged_holding_force
+from layerjam.mechanics.fan import straight
 from layerjam.mechanics.friction import holding_force
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.records.values import value
@@ -154,8 +155,9 @@ class AnkleClutch(Machine):
         vacuum = np.full_like(time, brakes.vacuum)
         if line is not None:
             vacuum = vacuum_after(time, brakes.vacuum, line)
+        brake = straight(self.brake.brake, "the ankle clutch")
         straps: Strap = restraint.strap_of(
-            brakes.parallel, brakes.series, vacuum, self.spring.stiffness, self.brake.brake
+            brakes.parallel, brakes.series, vacuum, self.spring.stiffness, brake
         )
         wide = np.broadcast_to(payout, vacuum.T.shape).T
         slip, force = (np.asarray(a) for a in _drawn(jnp.asarray(wide), straps))

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas
 
+from layerjam.mechanics.fan import straight
 from layerjam.studies.machines.restraint import Body, Strap, extremes, snaps, strap_of
 from layerjam.studies.machines.scenario import Array, Scenario
 
@@ -25,7 +26,8 @@ class Trial(NamedTuple):
 
     def strap(self, **instead: Any) -> Strap:
         """The scenario's strap, or with `parallel`, `series`, `vacuum`, `webbing` instead."""
-        brakes, brake = self.scenario.brakes, self.scenario.brake.brake
+        brakes = self.scenario.brakes
+        brake = straight(self.scenario.brake.brake, "the restraint")
         own = {"parallel": brakes.parallel, "series": brakes.series, "vacuum": brakes.vacuum}
         made: Strap = strap_of(**(own | {"webbing": self.webbing} | instead), brake=brake)
         return made

@@ -1,0 +1,231 @@
+"""Self-amplified friction of sheets clamped without spacers (Alarcon et al. 2016, derived anew).
+
+A cap without spacers clamps its sheets at their thickness t, in the overlap they lie 2t apart:
+sheet i, counted from the middle, runs to the overlap at the angle i t/L. Its tension T presses all
+interfaces further in, at either end of the overlap; with T = 2 mu N for a sheet that rubs on both
+faces, dT/di = -2 mu T (1/L1 + 1/L3) i t, hence T = T_outer exp(alpha (1 - (i/m)^2)) for the m = n/4
+sheets of one side's half, alpha = mu t m^2 (1/L1 + 1/L3). Their mean over T_outer is the factor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.errors import QuantityError
+from layerjam.mechanics.law import law, within
+
+STEEPEST = 1.0
+"""Slope of the outermost sheet, n t/(4 L), beyond which the angles are no small ones."""
+_TERMS = 14
+_STEPS = 8
+"""Newton steps on a convex curve; quadratic, so that the last ones change nothing."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)
+
+
+class Fan(NamedTuple):
+    """What the sheets' fan does to their friction."""
+
+    strength: Any
+    """mu t m^2 [m], with the friction the sheets have without it; 0 with spacers."""
+    left: Any
+    """Free length at rest [m]."""
+    right: Any
+    held: Any
+    """The factor that the scale factor already contains."""
+
+
+class Sheets(NamedTuple):
+    """The sheets' friction at a vacuum: c (overlap - x), times the factor of their fan."""
+
+    c: Any
+    overlap: Any
+    fan: Fan | None
+    """None where nothing is known of spacers, and nothing is computed."""
+
+
+def fan_of(brake: Brake, pressed: Any = 1.0) -> Fan | None:
+    """The fan of a brake that says whether it has spacers; `pressed` is (P/P_test)^m."""
+    sheets, mount = brake.sheets, brake.mount
+    if mount.spacers is None:
+        return None
+    held: Any = 1.0 if brake.amplification_held is None else brake.amplification_held
+    held = jnp.where(held > 0, held, 1.0)  # NaN in a design
+    friction = brake.scale_factor / held * brake.film.kinetic * pressed
+    strength = friction * sheets.thickness * (sheets.count / 4) ** 2
+    strength = jnp.where(jnp.asarray(mount.spacers) > 0, 0.0, strength)
+    return Fan(strength, sheets.free_left, sheets.free_right, held)
+
+
+def exponent_of(slip: Any, fan: Fan) -> Any:
+    """alpha [-] at a slip [m]: both free lengths grow with it."""
+    return fan.strength * (1 / (fan.left + slip) + 1 / (fan.right + slip))
+
+
+def mean_of(alpha: Any) -> Any:
+    """sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), 1 at 0: the mean of exp(alpha (1 - s^2))."""
+    small = alpha < 0.5
+    series = jnp.ones_like(alpha)
+    for k in reversed(range(1, _TERMS)):
+        series = 1 + jnp.where(small, alpha, 0.0) / (k + 0.5) * series
+    large = jnp.where(small, 1.0, alpha)
+    root = jnp.sqrt(large)
+    return jnp.where(
+        small, series, jnp.sqrt(jnp.pi) / (2 * root) * jnp.exp(large) * jax.lax.erf(root)
+    )
+
+
+def ratio_of(slip: Any, fan: Fan) -> Any:
+    """The factor at a slip [m] over what the scale factor already holds."""
+    return mean_of(jnp.asarray(exponent_of(slip, fan), jnp.float64)) / fan.held
+
+
+def force_of(slip: Any, sheets: Any) -> Any:
+    """Friction [N] of `Sheets` (or whatever has c, overlap and fan) at a slip [m]."""
+    plain = sheets.c * jnp.maximum(sheets.overlap - slip, 0.0)
+    return plain if sheets.fan is None else plain * ratio_of(slip, sheets.fan)
+
+
+def tangent(slip: Any, sheets: Any) -> Any:
+    """The same without a fan: the straight line that touches the friction at a slip [m]."""
+    if sheets.fan is None:
+        return sheets
+    slip = jnp.clip(slip, 0.0, sheets.overlap)
+    fan, left = sheets.fan, sheets.overlap - slip
+    alpha = jnp.asarray(exponent_of(slip, fan), jnp.float64)
+    ratio = mean_of(alpha) / fan.held
+    slope = _slope_of(alpha) / fan.held
+    shrink = fan.strength * (1 / (fan.left + slip) ** 2 + 1 / (fan.right + slip) ** 2)
+    steep = ratio + left * slope * shrink
+    reach = slip + left * ratio / steep
+    return sheets._replace(c=sheets.c * steep, overlap=reach, fan=None)
+
+
+def _slope_of(alpha: Any) -> Any:
+    """d mean_of/d alpha: (1 - M + 2 alpha M)/(2 alpha), 2/3 at 0."""
+    small = alpha < 0.5
+    low = jnp.where(small, alpha, 0.0)
+    series, term = jnp.zeros_like(low), jnp.ones_like(low)
+    for k in range(1, _TERMS + 1):
+        series = series + k * term / (k + 0.5)
+        term = term * low / (k + 0.5)
+    large = jnp.where(small, 1.0, alpha)
+    mean = mean_of(large)
+    return jnp.where(small, series, mean + (1 - mean) / (2 * large))
+
+
+def work_of(start: Any, end: Any, sheets: Any) -> Any:
+    """Work [J] of the friction from one slip [m] to another; the overlap is used up in between."""
+    start, end = jnp.minimum(start, sheets.overlap), jnp.minimum(end, sheets.overlap)
+    if sheets.fan is None:
+        return sheets.c * (end - start) * (sheets.overlap - (start + end) / 2)
+    return _summed(lambda slip: force_of(slip, sheets), start, end, sheets.fan)
+
+
+def growing_work(start: Any, end: Any, sheets: Any, c: Any) -> Any:
+    """The same while c goes evenly from `c` [N/m] to that of `sheets` over the slip."""
+    more = end - start
+    if sheets.fan is None:
+        rubbed = sheets.c * more * (sheets.overlap - (end + start) / 2)
+        if c is sheets.c:
+            return rubbed
+        return rubbed - (sheets.c - c) * more * ((sheets.overlap - start) / 2 - more / 6)
+    part = jnp.where(more != 0, more, 1.0)
+
+    def force(slip: Any) -> Any:
+        now = c + (sheets.c - c) * (slip - start) / part
+        return force_of(slip, sheets._replace(c=now))
+
+    return _summed(force, start, end, sheets.fan)
+
+
+def _summed(force: Callable[[Any], Any], start: Any, end: Any, fan: Fan) -> Any:
+    """Integral [J] by 32-point Gauss quadrature over ln(L + x), in which the factor is smooth."""
+    least = jnp.minimum(fan.left, fan.right)
+    low, high = jnp.broadcast_arrays(jnp.log(least + start), jnp.log(least + end))
+    shape = (-1,) + (1,) * low.ndim
+    nodes, weights = (jnp.asarray(a).reshape(shape) for a in (_NODES, _WEIGHTS))
+    half = (high - low) / 2
+    grown = jnp.exp(low + half * (nodes + 1))
+    return (weights * half * grown * force(grown - least)).sum(axis=0)
+
+
+def along_tangents(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
+    """The slip at which `solve` finds an equilibrium, for friction that is no straight line.
+
+    `solve` takes the line in place of the friction; each step touches the curve where the last one
+    led. The search is not differentiated: the last step carries the gradient of the root.
+    """
+    if sheets.fan is None:
+        return solve(sheets)
+
+    def step(_: int, slip: Any) -> Any:
+        return solve(tangent(slip, sheets)) + jnp.zeros_like(slip)
+
+    first = solve(tangent(start, sheets))
+    found = jax.lax.fori_loop(0, _STEPS, step, first)
+    return solve(tangent(jax.lax.stop_gradient(found), sheets))
+
+
+@law
+def amplification(slip: Any, brake: Brake) -> Any:
+    """Friction over Coulomb's of sheets that fan out [-], at a slip [m]; 1 with spacers.
+
+    sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), alpha = a mu_k t (n/4)^2 (1/(L1 + x) +
+    1/(L3 + x)), a the scale factor less what it holds of the factor itself. NaN for a negative
+    slip, for a brake that does not say whether it has spacers, and where a sheet would run to the
+    overlap at more than 45 degrees.
+    """
+    fan = fan_of(brake)
+    if fan is None:
+        return jnp.full(jnp.shape(slip), jnp.nan)
+    return within((slip >= 0) & is_flat(brake), mean_of(exponent_of(slip, fan)))
+
+
+def straight(brake: Brake, what: str) -> Brake:
+    """The brake without a word of spacers, for `what` computes with a straight line of friction.
+
+    With spacers the scale factor loses what it holds of another brake's fan. Raises QuantityError
+    for a brake without spacers.
+    """
+    mount = brake.mount
+    if mount.spacers is None:
+        return brake
+    if not mount.spacers:
+        raise QuantityError.of(
+            "mount.spacers",
+            f"{what} does not know the self-amplified friction of sheets without spacers; "
+            "spacers = true, or without a word of spacers it is computed without it",
+        )
+    factor = brake.scale_factor / (brake.amplification_held or 1.0)
+    flat = replace(mount, spacers=None)
+    return replace(brake, scale_factor=factor, amplification_held=None, mount=flat)
+
+
+def steepness(brake: Brake) -> Any:
+    """Slope [-] at which the outermost sheet of a fan leaves its cap, n t/(4 L)."""
+    sheets = brake.sheets
+    least = jnp.minimum(sheets.free_left, sheets.free_right)
+    return sheets.count * sheets.thickness / (4 * least)
+
+
+def is_flat(brake: Brake) -> Any:
+    """Whether the sheets lie flat, or run to the overlap at no more than 45 degrees."""
+    if brake.mount.spacers is None:
+        return jnp.asarray(True)
+    return (jnp.asarray(brake.mount.spacers) > 0) | (steepness(brake) <= STEEPEST)
+
+
+def concentration(brake: Brake) -> Any:
+    """Tension of the middle sheets over the mean of their side [-], at rest: exp(alpha)/factor."""
+    fan = fan_of(brake)
+    if fan is None:
+        return 1.0
+    alpha = jnp.asarray(exponent_of(0.0, fan), jnp.float64)
+    return jnp.exp(alpha) / mean_of(alpha)

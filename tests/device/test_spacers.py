@@ -1,0 +1,56 @@
+"""What a file says of spacers, and what it is asked for where it matters."""
+
+from __future__ import annotations
+
+import pytest
+
+from layerjam.device.file import updated_text
+from layerjam.device.load import catalogue, load
+from layerjam.errors import QuantityError
+from layerjam.mechanics.fan import straight
+from layerjam.records.source import Source
+
+KAPTON = load("choi2018-kapton")
+
+
+def keys(file):
+    return [getattr(w, "key", "") for w in file.warnings()]
+
+
+def test_who_does_not_say_is_warned_where_it_matters_and_with_the_size():
+    for name in catalogue():
+        assert not [*load(name).fanning()]
+    thick = KAPTON.with_(count=41)
+    (notice,) = thick.fanning()
+    assert notice.key == "spacers-unstated" and notice in thick.warnings()
+    # 1.989 at a friction of 0.875 x 0.24/1.048, over the 1.048 that the scale factor holds
+    assert "1.9 times" in notice
+    for said in (True, False):
+        assert not [*thick.with_(spacers=said).fanning()]
+
+
+def test_a_scale_factor_that_may_hold_a_fan_is_asked_about():
+    """Fitted before anybody spoke of spacers, it holds more than the friction of the film."""
+    fitted = KAPTON.with_(count=41, amplification_held=None)
+    for said in (True, False):
+        assert keys(fitted.with_(spacers=said))[-1] == "amplification-unstated"
+        assert not [*fitted.with_(spacers=said, scale_factor=1.0).fanning()]
+
+
+def test_what_the_old_scale_factor_held_goes_with_it():
+    changes = {"scale_factor": (0.9, Source(kind="calibrated", text="own pulls"))}
+    made = KAPTON.read(updated_text(KAPTON, "own", changes), "own")
+    assert made.brake.scale_factor == 0.9 and made.brake.amplification_held is None
+    # fitted with the factor in the law, it goes on holding what it held
+    spaced = KAPTON.with_(spacers=False)
+    made = KAPTON.read(updated_text(spaced, "own", changes), "own")
+    assert made.brake.amplification_held == KAPTON.brake.amplification_held
+
+
+def test_a_model_with_a_straight_line_takes_spacers_and_refuses_a_fan():
+    assert straight(KAPTON.brake, "x") is KAPTON.brake
+    flat = straight(KAPTON.brake.with_(spacers=True), "x")
+    assert flat.scale_factor == pytest.approx(0.875 / 1.048, rel=1e-12)
+    assert flat.mount.spacers is None and flat.amplification_held is None
+    with pytest.raises(QuantityError, match="x does not know the self-amplified friction"):
+        straight(KAPTON.brake.with_(spacers=False), "x")
