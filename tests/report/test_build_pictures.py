@@ -15,6 +15,7 @@ from layerjam.fabricate.lengths import lengths
 from layerjam.report import build_drawings, build_pictures, build_scene
 from layerjam.report.build_files import pictures
 from layerjam.report.build_scene import Scene
+from layerjam.report.shading import Body
 from report.legible import faults, words_of
 
 KAPTON = load("choi2018-kapton")
@@ -95,12 +96,23 @@ def test_the_words_of_every_picture_can_be_read(name: str) -> None:
     }
     for shown, (shot, labels) in build_pictures.shots(world).items():
         figures[shown] = build_pictures.labelled(shot, labels)
-        for _, point, _ in labels:
-            column, row = shot.place(point)
+        for label in labels:
+            column, row = label.place(shot)
             rows, columns, _ = shot.pixels.shape
             assert 0 <= column <= columns and 0 <= row <= rows
     for shown, figure in figures.items():
         assert faults(figure) == [], shown
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_every_part_is_seen_where_its_name_points(name: str) -> None:
+    shots = build_pictures.shots(world_of(BRAKES[name]))
+    for shown, (shot, labels) in shots.items():
+        for label in labels:
+            if isinstance(label.what, Body):
+                column, row = label.place(shot)
+                assert shot.where(label.what) is not None, (shown, label.words)
+                assert shot.seen(label.what)[int(row), int(column)], (shown, label.words)
 
 
 def test_the_section_states_the_lengths() -> None:

@@ -17,11 +17,17 @@ Point = tuple[float, float, float]
 
 
 class Label(NamedTuple):
-    """Words, the point in space that they name, and whether they stand above the picture."""
+    """Words, the body or the point in space that they name, and whether they stand above."""
 
     words: str
-    point: Point
+    what: Body | Point
     above: bool | None = None
+
+    def place(self, shot: Shot) -> tuple[float, float]:
+        """Column and row in a picture: of a body, where it is seen."""
+        if isinstance(self.what, Body):
+            return shot.where(self.what) or shot.place(_middle(self.what))
+        return shot.place(self.what)
 
 
 Seen = tuple[Shot, list[Label]]
@@ -54,7 +60,7 @@ def _exploded(world: Scene) -> Seen:
     out = 0.35 * lengths.free + 20
     lift = lengths.cap_height + 8
     bodies: list[Body] = []
-    names: dict[str, Body] = {}
+    alike: dict[str, list[Body]] = {}
     fan = min(4.0, 36 / lengths.count)
     for index in range(lengths.count):
         raised = (index - (lengths.count - 1) / 2) * fan
@@ -62,25 +68,29 @@ def _exploded(world: Scene) -> Seen:
         own, word = (-1, "left") if index % 2 == 0 else (1, "right")
         sheet, spacer = sheet.moved(own * out * 0.35), spacer.moved(-own * out * 0.62)
         bodies += [sheet, spacer]
-        names[f"{word} sheet"] = sheet
-        names.setdefault("spacer", spacer)
+        alike.setdefault(f"{word} sheet", []).append(sheet)
+        alike.setdefault("spacer", []).append(spacer)
     for side in lengths.sides:
         for name, body in _of_side(world, side, -1 if side.name == "left" else 1, out, lift):
             bodies.append(body)
-            if name == "fitting" or side.name == "left":  # the right fitting is the nearer one
-                names[name] = body
+            alike.setdefault(name, []).append(body)
     below = -(lengths.count * fan / 2 + lengths.cap_height + 12)
     tube = parts.sleeve(world).moved(z=below)
     bodies.append(tube)
-    names["sleeve"] = tube
+    shot = shoot(bodies)
+    points = [Label("sleeve", tube)]
+    for name, some in alike.items():
+        if "sheet" not in name:  # of equal parts the first one that is seen well
+            shown = [int(shot.seen(body).sum()) for body in some]
+            first = next(i for i, area in enumerate(shown) if area >= 0.5 * max(shown))
+            points.append(Label(name, some[first]))
     # the middle of a sheet lies under the others: its free end is seen
-    points = [Label(n, _middle(body)) for n, body in names.items() if "sheet" not in n]
-    for side_name, at in (("left", -1), ("right", 1)):
-        corners = names[f"{side_name} sheet"].corners
+    for word, at in (("left", -1), ("right", 1)):
+        corners = alike[f"{word} sheet"][-1].corners
         x = corners[:, 0].min() + 12 if at < 0 else corners[:, 0].max() - 12
         top = float(corners[:, 2].max())
-        points.append(Label(f"{side_name} sheets", (float(x), 0.0, top), True))
-    return shoot(bodies), points
+        points.append(Label(f"{word} sheets", (float(x), 0.0, top), True))
+    return shot, points
 
 
 def _of_side(
@@ -106,7 +116,7 @@ def _stacking(world: Scene) -> Seen:
     begin = lengths.free + lengths.right.clamped - lengths.sheet_length
     seen = max(seen, min(lengths.sheet_length, side.clamped + begin + 12))
     short = replace(world.sheets[0], length=seen, end=0.0)
-    bodies, named = [parts.cap(world, side)], dict[str, Point]()
+    bodies, named = [parts.cap(world, side)], dict[str, Body | Point]()
     fan = min(1.6, 22 / lengths.count) + lengths.thickness
     shown = _shown(lengths.count)
     for place, index in enumerate(shown):
@@ -130,10 +140,10 @@ def _stacking(world: Scene) -> Seen:
     bodies.append(parts.plate(world, side).moved(z=rise))
     bodies += [screw.moved(z=rise + lengths.screw_length) for screw in parts.screws(world, side)]
     bodies += [nut.moved(x=side.clamped + 4, z=-1) for nut in parts.nuts(world, side)]
-    named["clamp plate"] = _middle(bodies[-2 * lengths.screws - 1])
-    named["screw"] = _middle(bodies[-lengths.screws - 1])
-    named["nut, slid in from the front"] = _middle(bodies[-1])
-    named["cap"] = (-side.tray, -lengths.tray_width / 2, -lengths.stack)
+    named["clamp plate"] = bodies[-2 * lengths.screws - 1]
+    named["screw"] = bodies[-lengths.screws - 1]
+    named["nut, slid in from the front"] = bodies[-2 * lengths.screws]
+    named["cap"] = bodies[0]
     return shoot(bodies, View(-58, 24), width=1000), [Label(*each) for each in named.items()]
 
 
@@ -152,16 +162,16 @@ def _mould(world: Scene) -> Seen:
     roof = 2 * lift + lengths.mould.half
     (low, sprue), *vents = mould.openings(lengths, world.build)
     bolts, keys = mould.places(lengths)
+    raised = parts.bolts(world, roof + 12 + 2 * lengths.mould.half)
     points = [
         Label("upper half", (0.0, 0.0, roof)),
-        Label("core", _middle(core)),
+        Label("core", core),
         Label("lower half", (-0.3 * lengths.mould.length, -lengths.mould.width / 2, -3.0)),
         Label(f"sprue {sprue:g} mm", (*low, roof)),
         Label(f"vents {vents[0][1]:g} mm", (*vents[0][0], roof), True),
         Label("key", (*keys[0], 4.0)),
-        Label(f"{len(bolts)} bolts with nuts", (*bolts[0], roof + 12 + 2 * lengths.mould.half)),
+        Label(f"{len(bolts)} bolts with nuts", raised[0]),
     ]
-    raised = parts.bolts(world, roof + 12 + 2 * lengths.mould.half)
     return shoot([top, core, found["bottom"], *raised], View(-62, 32)), points
 
 
@@ -188,17 +198,16 @@ def _assembled(world: Scene) -> Seen:
         )
     ]
     tube = parts.tube(world, lengths.right)
-    behind = lengths.left.reach + lengths.port_length
     end = board[0].corners[:, 0].min(), board[0].corners[:, 1].min(), board[0].corners[:, 2].mean()
     points = [
         Label("jig", (float(end[0]) + 4, float(end[1]), lift + float(end[2]))),
         Label("stack in its clamps", (0.4 * lengths.free, 0.0, lift + lengths.stack / 2)),
         Label("groove for the tie", (-lengths.left.reach + 4, 0.0, lift + lengths.neck_b)),
         Label("sleeve", (0.55 * lengths.free, -lengths.width / 2, 0.0)),
-        Label("cable tie", (-lengths.left.reach + 4, -lengths.neck_a, 0.0)),
-        Label("dowel", (-behind - lengths.head / 2, 0.0, -lengths.head_height / 2 - 4)),
-        Label("fitting", _middle(worn[-2])),
-        Label("tube", _middle(tube)),
+        Label("cable tie", worn[-1]),
+        Label("dowel", worn[-3]),
+        Label("fitting", worn[-2]),
+        Label("tube", tube),
     ]
     seen = [body.moved(z=lift) for body in bare]
     return shoot([*seen, parts.mounted_sleeve(world), *worn, tube]), points
@@ -219,10 +228,10 @@ def labelled(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style.F
     style.bare(axes)
     upper: list[tuple[str, float, float]] = []
     lower: list[tuple[str, float, float]] = []
-    for words, point, above in points:
-        x, y = shot.place(point)
-        higher = y <= rows / 2 if above is None else above
-        (upper if higher else lower).append((words, x, y))
+    for label in points:
+        x, y = label.place(shot)
+        higher = y <= rows / 2 if label.above is None else label.above
+        (upper if higher else lower).append((label.words, x, y))
     inch = columns / width
     for group, level, va in ((upper, -0.08 * inch, "bottom"), (lower, rows + 0.08 * inch, "top")):
         for (words, x, y), at in _spread(group, inch, columns):

@@ -74,6 +74,22 @@ class Shot:
     """Right and up [mm] of the picture's lower left corner."""
     scale: float
     """Pixels in a mm."""
+    bodies: Sequence[Body]
+    owner: NDArray[np.int32]
+    """Number of the body that each pixel shows, -1 for none."""
+
+    def seen(self, body: Body) -> NDArray[np.bool_]:
+        """Which pixels show a body of the picture."""
+        number = next(i for i, each in enumerate(self.bodies) if each is body)
+        return self.owner == number
+
+    def where(self, body: Body) -> tuple[float, float] | None:
+        """Column and row in the midst of what is seen of a body; None where it is hidden."""
+        rows, columns = np.nonzero(self.seen(body))
+        if not len(rows):
+            return None
+        nearest = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)
+        return float(columns[nearest]) + 0.5, float(rows[nearest]) + 0.5
 
     def place(self, point: Sequence[float]) -> tuple[float, float]:
         """Column and row of a point in space [mm]."""
@@ -121,7 +137,10 @@ def shoot(bodies: Sequence[Body], view: View = View(), width: int = 1400, border
     shades, owner = _shades(bodies, normals, axes), np.concatenate(owners)
     pixels = np.empty((rows, columns, 3), dtype=np.uint8)
     _develop(depth, face, np.concatenate(normals), owner, shades, fine, pixels)
-    return Shot(pixels, axes, corner, scale)
+    shown = face[::FINER, ::FINER]
+    return Shot(
+        pixels, axes, corner, scale, bodies, np.where(shown < 0, -1, owner[shown]).astype(np.int32)
+    )
 
 
 def _shades(
