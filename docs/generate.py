@@ -25,6 +25,7 @@ from layerjam.commands.declare import GROUPS, Command
 from layerjam.commands.index import commands
 from layerjam.commands.results import key_of
 from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load, materials
 from layerjam.measure.sidecar import Facts
 from layerjam.records.source import KINDS
@@ -146,7 +147,7 @@ def _entry(value: object) -> tuple[str, str]:
 
 
 def _materials(folder: str) -> Iterator[str]:
-    names = {path: spec for path, spec, _ in quantities(Brake)}
+    names = BrakeFile.fields
     head = "film." if folder == "films" else "enclosure."
     for name, text in materials()[folder].items():
         tables = parse_toml(text, name)

@@ -1,0 +1,79 @@
+"""Random brakes are built right or refused in words; never a broken mesh."""
+
+from __future__ import annotations
+
+import pytest
+
+from built_parts import read_step, some_brakes
+from layerjam.device.brake import Brake
+from layerjam.device.workshop import Build
+from layerjam.errors import LayerjamError
+from layerjam.fabricate import checks
+from layerjam.fabricate.lengths import Lengths, lengths
+from layerjam.fabricate.mesh import mesh
+from layerjam.fabricate.parts import Part, parts
+from layerjam.fabricate.step import step
+
+BUILD = Build()
+
+
+def drawn(brake: Brake) -> tuple[Lengths, list[Part]] | None:
+    """Lengths and parts; None where it is refused, with a sentence."""
+    try:
+        found = lengths(brake, BUILD)
+        checks.agree_drawn(BUILD, found)
+    except LayerjamError as error:
+        assert len(str(error)) > 20
+        return None
+    refused = [c for c in checks.clamp_checks(BUILD, found) if not c.ok]
+    refused += [c for c in [checks.wall_check(BUILD, found)] if not c.ok]
+    if refused:
+        assert all(len(c.text) > 20 for c in refused)
+        return None
+    return found, parts(found, BUILD)
+
+
+def through(name: str, found: Lengths) -> int:
+    """Holes that go through a part."""
+    bolts = 2 * (found.mould.bolts - 1)
+    return {
+        "cap": found.screws + 2,
+        "plate": found.screws,
+        "mould-bottom": bolts,
+        "mould-top": bolts + 3,
+        "core": 0,
+        "sleeve": 1,
+    }[name.removesuffix("-left").removesuffix("-right")]
+
+
+def check(brake: Brake) -> bool:
+    made = drawn(brake)
+    if made is None:
+        return False
+    found, all_parts = made
+    for part in all_parts:
+        surface = mesh(part.solid)
+        assert surface.handles == through(part.name, found), part.name
+        assert surface.volume == pytest.approx(part.solid.volume, rel=1e-3), part.name
+    return True
+
+
+def test_eight_random_brakes() -> None:
+    assert sum(check(brake) for brake in some_brakes(11, 8)) > 3
+
+
+@pytest.mark.slow
+def test_five_hundred_random_brakes() -> None:
+    assert sum(check(brake) for brake in some_brakes(12, 500)) > 300
+
+
+@pytest.mark.slow
+def test_step_of_random_brakes(tmp_path) -> None:
+    for brake in some_brakes(13, 30):
+        made = drawn(brake)
+        for part in made[1] if made else ():
+            path = tmp_path / f"{part.name}.step"
+            path.write_bytes(step(part.solid))
+            found = read_step(path)
+            assert found.valid and found.solids == 1
+            assert found.volume == pytest.approx(part.solid.volume, rel=1e-6)
