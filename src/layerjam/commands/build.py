@@ -60,7 +60,7 @@ class Built(Result):
     fittings_mass: float | None = number("kg", "of that, all but sheets and enclosure")
     pin_to_pin: float | None = number("m", "distance of the pins at rest")
     overall_length: float | None = number("m", "length over both heads at rest")
-    sleeve_length: float | None = number("m", "length of the sleeve, trimmed")
+    sleeve_length: float | None = number("m", "length of the enclosure, trimmed")
     strap_length: float | None = number("m", "distance of the pins at the end of the travel")
     film_pieces: int | None = number("1", "pieces of film")
     film_area: float | None = number("m^2", "area of all film parts")

@@ -14,7 +14,7 @@ BASIS: Mapping[str, str] = MappingProxyType(
         "stock_width": "the least rectangle that holds all",
         "margin": OURS,
         "gap": OURS,
-        "tip_radius": "ours; no sharp corner under the sleeve",
+        "tip_radius": "ours; no sharp corner under the enclosure",
         "clamp_radius": OURS,
         "screws": "ours; the paper says 'corresponding screw'",
         "floor": "ours; least printed thickness",
@@ -38,7 +38,7 @@ BASIS: Mapping[str, str] = MappingProxyType(
         "pin_clearance": OURS,
         "pin_wall": OURS,
         "edge": OURS,
-        "sleeve_clearance": "ours; the sleeve is stretched over the cap, and the model weighs none",
+        "sleeve_clearance": "ours; it is stretched over the cap anyway, and the model weighs none",
         "shrinkage": "data sheets say less than 0.1 %",
         "trim": "ours; cast longer, cut off with sprue and vents",
         "mould_wall": OURS,
@@ -61,7 +61,7 @@ BASIS: Mapping[str, str] = MappingProxyType(
 """{key of [build]: what its default rests on}."""
 
 DRAWN = (
-    "the paper prints no dimension of cap, clamp, neck, sleeve end or mould: all of them are ours",
+    "the paper prints no dimension of cap, clamp, neck, enclosure's end or mould: all are ours",
     "spacers of the same film lie between the sheets in both caps; the paper mentions none",
     "screws and nuts by ISO 4762, 4032, 273 and 888, of steel, 7850 kg/m^3, a screw's thread and "
     "socket taken as a tenth of it",

@@ -19,7 +19,7 @@ from layerjam.units import show
 HEAD_RIM = 0.4
 """Clamped length beyond the screw's head [mm]."""
 SHARE_OF_BREAK = 1 / 3
-"""Of its elongation at break, to which the sleeve may be stretched over the cap."""
+"""Of its elongation at break, to which the enclosure may be stretched over the cap."""
 ATMOSPHERES = 2.0
 MASS_BOUND, PART_BOUND = 0.10, 0.01
 
@@ -36,8 +36,8 @@ def agree_drawn(build: Build, lengths: Lengths) -> None:
         ("edge", mm(build.edge), min(PORT_WALL, mm(build.pin_wall)), "the head's thinnest wall"),
         ("key", mm(build.key) + mm(build.key_clearance), found.flange, "the mould's flange"),
         ("mould_bolt", mm(build.mould_bolt), step, "the distance of two bolts"),
-        ("sprue", mm(build.sprue), found.outer_width, "the sleeve's width"),
-        ("vent", mm(build.vent), found.outer_width / 2, "half the sleeve's width"),
+        ("sprue", mm(build.sprue), found.outer_width, "the enclosure's width"),
+        ("vent", mm(build.vent), found.outer_width / 2, "half the enclosure's width"),
     )
     for key, value, limit, what in rules:
         if value >= limit:
@@ -74,7 +74,7 @@ def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
 
 
 def sleeve_checks(brake: Brake, build: Build, known: Casting, lengths: Lengths) -> Iterator[Check]:
-    """C5 and C6: how far the sleeve is stretched, and whether it comes down on the stack."""
+    """C5 and C6: how far the enclosure is stretched, and whether it comes down on the stack."""
     edge = (8 - 2 * math.pi) * mm(build.edge)
     girths = {
         "tray": 2 * (lengths.tray_width + lengths.cap_height) - edge,
@@ -86,7 +86,7 @@ def sleeve_checks(brake: Brake, build: Build, known: Casting, lengths: Lengths) 
         limit = SHARE_OF_BREAK * known.elongation_at_break
     for where, girth in girths.items():
         stretch = girth / lengths.girth - 1
-        text = f"sleeve over the {where}: {stretch:+.0%} of its girth"
+        text = f"enclosure over the {where}: {stretch:+.0%} of its girth"
         text += " (enclosure.elongation_at_break is not given)" if limit is None else ""
         if limit is not None and stretch > limit:
             text += f", more than a third of its elongation at break, {limit:.0%}"
@@ -104,10 +104,10 @@ def sleeve_checks(brake: Brake, build: Build, known: Casting, lengths: Lengths) 
     yield Check(
         code="C6",
         ok=free >= need,
-        text=f"the sleeve comes down from the cap within {_mm(need)} of {_mm(free)} free length"
+        text=f"the enclosure comes down from the cap within {_mm(need)} of {_mm(free)} free length"
         if free >= need
-        else f"free length {_mm(free)}; the sleeve comes down from the cap within {_mm(need)} and "
-        "bridges pressed overlap",
+        else f"free length {_mm(free)}; the enclosure needs {_mm(need)} to come down from the cap "
+        "and bridges pressed overlap",
         value=free * 1e-3,
         limit=need * 1e-3,
         unit="m",
@@ -160,7 +160,7 @@ def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
     return Check(
         code="C11",
         ok=pressure > need,
-        text=f"a tie pulled to {show(build.tie_tension, 'N')} presses the sleeve on the neck with "
+        text=f"a tie pulled to {show(build.tie_tension, 'N')} presses on the neck with "
         f"{show(pressure, 'Pa')}; more than {show(need, 'Pa')} seals",
         value=pressure,
         limit=need,
@@ -202,7 +202,7 @@ def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
     pairs = (
         ("whole brake, without what has no mass yet", sum(r.mass for r in rows), mass(brake)),
         ("sheets", sheets, brake.sheets.count * sheet_mass(brake)),
-        ("sleeve from cap to cap", drawn["sleeve, cap to cap"].mass, enclosure_mass(brake)),
+        ("enclosure from cap to cap", drawn["enclosure, cap to cap"].mass, enclosure_mass(brake)),
     )
     for (what, found, model), bound in zip(pairs, (MASS_BOUND, *[PART_BOUND] * 2), strict=True):
         off = found / model - 1

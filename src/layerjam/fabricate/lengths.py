@@ -63,12 +63,12 @@ class Side:
     tray: float
     """T: clamped length and air space."""
     reach: float
-    """Length of the cap inside the sleeve: tray, back wall and neck."""
+    """Length of the cap inside the enclosure: tray, back wall and neck."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Mould:
-    """The sleeve's mould, parted at z = 0, and what is cast in it."""
+    """The enclosure's mould, parted at z = 0, and what is cast in it."""
 
     inner_width: float
     inner_height: float
@@ -119,7 +119,7 @@ class Lengths:
     neck_b: float
     """Half axis of the neck along z."""
     girth: float
-    """Inner girth of the sleeve at rest."""
+    """Inner girth of the enclosure at rest."""
     head: float
     """Width and length of the head that takes the pin."""
     head_height: float
@@ -129,9 +129,9 @@ class Lengths:
     inner_width: float
     inner_height: float
     wall: float
-    """Wall of the sleeve."""
+    """Wall of the enclosure."""
     sleeve: float
-    """Length of the sleeve when trimmed."""
+    """Length of the enclosure when trimmed."""
     pin_to_pin: float
     overall: float
     strap: float
@@ -271,7 +271,7 @@ def ellipse_girth(a: float, b: float) -> float:
 
 
 def _mould(build: Build, inner: tuple[float, float], wall: float, sleeve: float) -> Mould:
-    """The mould of a sleeve; its cavity is larger by the shrinkage."""
+    """The mould of an enclosure; its cavity is larger by the shrinkage."""
     grown = 1 + build.shrinkage
     inner_width, inner_height = inner[0] * grown, inner[1] * grown
     outer_width, outer_height = (inner[0] + 2 * wall) * grown, (inner[1] + 2 * wall) * grown

@@ -55,8 +55,8 @@ def mass_rows(brake: Brake, build: Build, lengths: Lengths, parts: Sequence[Part
     silicone = section * brake.enclosure.density * 1e-9
     over = lengths.left.reach + lengths.right.reach
     rows += [
-        MassRow("sleeve, cap to cap", 1, silicone * lengths.free, "drawn", False),
-        MassRow("sleeve over the caps", 1, silicone * over, "drawn"),
+        MassRow("enclosure, cap to cap", 1, silicone * lengths.free, "drawn", False),
+        MassRow("enclosure over the caps", 1, silicone * over, "drawn"),
     ]
     rows += [
         MassRow(part.name, part.count, part.solid.volume * build.print_density * 1e-9, "drawn")

@@ -1,4 +1,4 @@
-"""The sleeve, the mould it is cast in and the mould's core (section 2.4) [mm]; x = 0 in the middle.
+"""The enclosure, its mould and the mould's core (section 2.4) [mm]; x = 0 in the middle.
 
 The mould parts at z = 0. Bolts stand in both flanges; keys take the place of the middle pair. The
 sprue is at one end and two vents are at the other, in what is cut off; it is filled on end.
@@ -14,12 +14,12 @@ from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
 
 
 def sleeve(lengths: Lengths) -> Solid:
-    """The sleeve as trimmed, a straight tube."""
+    """The enclosure as trimmed, a straight tube."""
     return _tube("sleeve", lengths.inner_width, lengths.inner_height, lengths.wall, lengths.sleeve)
 
 
 def casting(lengths: Lengths) -> Solid:
-    """What the mould holds: the sleeve and what is cut off from it."""
+    """What the mould holds: the enclosure and what is cut off from it."""
     found, grown = lengths.mould, lengths.mould.outer_width - lengths.mould.inner_width
     return _tube("casting", found.inner_width, found.inner_height, grown / 2, found.casting)
 

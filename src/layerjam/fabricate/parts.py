@@ -1,4 +1,4 @@
-"""All solids of a build: what is printed, how often, and the sleeve that is cast."""
+"""All solids of a build: what is printed, how often, and the enclosure that is cast."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Part:
 
 
 def parts(lengths: Lengths, build: Build) -> list[Part]:
-    """Caps, plates, mould, core and sleeve; left and right apart where they differ."""
+    """Caps, plates, mould, core and enclosure; left and right apart where they differ."""
     made = []
     for shape, word in ((cap, "cap"), (plate, "plate")):
         if lengths.same_caps:

@@ -1,4 +1,4 @@
-"""Casting the sleeve: how much silicone, how hard it is to fill and whether the core stands still.
+"""Casting the enclosure: how much silicone, how hard it is to fill, whether the core bends.
 
 C12 and C13 of the specification.
 """
