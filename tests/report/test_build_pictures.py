@@ -157,7 +157,7 @@ def test_the_files_and_the_parts_that_are_named() -> None:
         "spacer",
         "left sheets",
         "right sheets",
-        "sleeve",
+        "enclosure",
         "cable tie",
         "dowel",
         "fitting",

@@ -74,7 +74,7 @@ def _printed(made: Drawing) -> list[Item]:
 def _cast(made: Drawing) -> list[Item]:
     wall = show(made.file.brake.enclosure.wall, "m")
     size = f"cast, {made.lengths.sleeve:.4g} mm long after trimming, wall {wall}"
-    rows = [Item("sleeve", size, str(made.brakes), "pieces", "cad/sleeve.step", "drawn")]
+    rows = [Item("enclosure", size, str(made.brakes), "pieces", "cad/sleeve.step", "drawn")]
     halves = made.silicone_parts
     words = ("A", "B") if halves else ("",)
     for word, mass in zip(words, halves or [made.silicone_mass], strict=True):

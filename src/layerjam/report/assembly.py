@@ -57,7 +57,7 @@ def _parts(made: Drawing, coupons: bool) -> list[dict[str, Any]]:
             [numbered(steps.film(made, coupons)), picture("film", _share(made))],
         ),
         ("3  Print caps and plates", True, [numbered(steps.caps(made)), picture("section")]),
-        ("4  Cast the sleeve", True, [picture("mould", 0.8), numbered(steps.sleeve(made))]),
+        ("4  Cast the enclosure", True, [picture("mould", 0.8), numbered(steps.sleeve(made))]),
         (
             "5  Stack and clamp",
             True,

@@ -110,7 +110,7 @@ def caps(made: Drawing) -> list[Step]:
             f"plate drops into the tray; the {_m(mm(build.pin))} dowel slides through the head."
         ),
         Step(
-            "Break every edge that the sleeve will touch, neck and tray first, and feel for "
+            "Break every edge that the enclosure will touch, neck and tray first, and feel for "
             "burrs: a nick there is a leak."
         ),
     ]
@@ -200,7 +200,7 @@ def stack(made: Drawing) -> list[Step]:
 
 
 def close(made: Drawing) -> list[Step]:
-    """Sleeve, ties, fittings."""
+    """Enclosure, ties, fittings."""
     found, build = made.lengths, made.build
     ends = f"{_m(found.left.reach)} behind the face of each cap"
     if not found.same_caps:
@@ -213,13 +213,13 @@ def close(made: Drawing) -> list[Step]:
     )
     return [
         Step(
-            "Take the brake off the jig and pull out the dowels. Wet the sleeve inside with "
+            "Take the brake off the jig and pull out the dowels. Wet the enclosure inside with "
             "isopropyl alcohol, widen it with your fingers, and pull it over one head and cap and "
             "along the stack until it covers both necks. No talc and no oil: the sheets work by "
             "friction. Let the alcohol dry."
         ),
         Step(
-            f"The sleeve ends {ends}, at the head. "
+            f"The enclosure ends {ends}, at the head. "
             "It lies straight, without a fold over the groove."
         ),
         Step(

@@ -76,7 +76,7 @@ def section(world: Scene) -> style.Figure:
     figure, axes = _scaled(
         (end - 12 * unit, below - 12 * unit), (far + 14 * unit, above + 7 * unit), 8.2
     )
-    _sleeve(axes, world, far)
+    _enclosure(axes, world, far)
     _plastic(axes, world)
     _layers(axes, lengths, far, free)
     _screw(axes, lengths)
@@ -156,7 +156,7 @@ def _screw(axes: Axes, lengths: Lengths) -> None:
     _box(axes, (x - across, x + across), (under - thread.nut_height, under), "#7b818a")
 
 
-def _sleeve(axes: Axes, world: Scene, far: float) -> None:
+def _enclosure(axes: Axes, world: Scene, far: float) -> None:
     from matplotlib.patches import Polygon
 
     lengths, build, side = world.lengths, world.build, world.lengths.left
@@ -239,9 +239,9 @@ def _named(axes: Axes, world: Scene, above: float, unit: float, far: float) -> N
         ("air", -side.tray - mm(world.build.back) / 2, air_height(lengths, world.build)),
         ("screw", -side.clamped / 2, stack + lengths.floor + lengths.thread.head_height / 2),
         ("spacers", -0.2 * side.clamped, stack - 1.5 * lengths.thickness),
-        ("sleeve", 0.5 * far, stack + lengths.inner_height / 2 - stack + lengths.wall / 2),
+        ("enclosure", 0.5 * far, stack + lengths.inner_height / 2 - stack + lengths.wall / 2),
     ]
-    least = 5.6 * unit
+    least = 6.2 * unit
     last = -1e9
     for words, x, z in sorted(at, key=lambda each: each[1]):
         last = max(x, last + least)

@@ -78,7 +78,7 @@ def _exploded(world: Scene) -> Seen:
     tube = parts.sleeve(world).moved(z=below)
     bodies.append(tube)
     shot = shoot(bodies)
-    points = [Label("sleeve", tube)]
+    points = [Label("enclosure", tube)]
     for name, some in alike.items():
         if "sheet" not in name:  # of equal parts the first one that is seen well
             shown = [int(shot.seen(body).sum()) for body in some]
@@ -176,7 +176,7 @@ def _mould(world: Scene) -> Seen:
 
 
 def _assembled(world: Scene) -> Seen:
-    """The brake without its sleeve, and below with sleeve, ties, fittings and dowels."""
+    """The brake without its enclosure, and below with it, ties, fittings and dowels."""
     lengths = world.lengths
     bare: list[Body] = []
     for side in lengths.sides:
@@ -203,7 +203,7 @@ def _assembled(world: Scene) -> Seen:
         Label("jig", (float(end[0]) + 4, float(end[1]), lift + float(end[2]))),
         Label("stack in its clamps", (0.4 * lengths.free, 0.0, lift + lengths.stack / 2)),
         Label("groove for the tie", (-lengths.left.reach + 4, 0.0, lift + lengths.neck_b)),
-        Label("sleeve", (0.55 * lengths.free, -lengths.width / 2, 0.0)),
+        Label("enclosure", (0.55 * lengths.free, -lengths.width / 2, 0.0)),
         Label("cable tie", worn[-1]),
         Label("dowel", worn[-3]),
         Label("fitting", worn[-2]),

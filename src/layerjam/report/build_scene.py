@@ -214,14 +214,14 @@ def tie(world: Scene, side: Side, over: float = 0.0) -> Body:
 
 
 def sleeve(world: Scene) -> Body:
-    """The sleeve as trimmed, where it lies when nothing stretches it."""
+    """The enclosure as trimmed, where it lies when nothing stretches it."""
     lengths = world.lengths
     middle = (lengths.free + lengths.right.reach - lengths.left.reach) / 2
     return body(mould.sleeve(lengths), SILICONE).moved(middle)
 
 
 def mounted_sleeve(world: Scene) -> Body:
-    """The sleeve as it is worn: over both trays and tied to both necks; thin where stretched."""
+    """The enclosure as it is worn: over both trays and tied to both necks; thin where stretched."""
     lengths, build = world.lengths, world.build
     back, neck = mm(build.back), mm(build.neck_length)
     low = -lengths.stack / 2 - lengths.shelf_height
@@ -242,7 +242,7 @@ def mounted_sleeve(world: Scene) -> Body:
 
 
 AROUND = 96
-"""Points around the sleeve."""
+"""Points around the enclosure."""
 Rings = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
