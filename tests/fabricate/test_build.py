@@ -14,6 +14,7 @@ import pytest
 
 import layerjam as lj
 from built_parts import KAPTON
+from layerjam.cli.main import main
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.fabricate.folder import LIST, check_folder, write_folder
@@ -140,6 +141,31 @@ def test_sizes_and_counts_are_checked(tmp_path: Path) -> None:
             lj.build(KAPTON, out=tmp_path / "x", **more)
     with pytest.raises(QuantityError, match="at most 100"):
         lj.build(KAPTON, out=tmp_path / "x", parallel=11, series=10)
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["--print-bed", "145x145x160mm"], 1, "too large for the printer by 6 mm in z"),
+        (["--stock", "60x300mm"], 1, "larger than the stock"),
+        (["--laser-bed", "90 mm x 50 mm"], 1, "larger than the laser bed"),
+        (["--laser-bed", "100x50"], 2, "has no unit"),
+        (["--kerf", "0.2"], 2, "has no unit"),
+        (["--cutter", "axe"], 2, "unknown cutter"),
+        (["--cutter", "knife", "--kerf", "0.1mm"], 2, "plotter's own offset"),
+    ],
+)
+def test_refusals_on_the_command_line(
+    words: list[str], code: int, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = str(tmp_path / "x")
+    assert main(["build", "choi2018-kapton", "--out", out, "--no-step", *words, "--json"]) == code
+    printed = capsys.readouterr()
+    assert list(tmp_path.iterdir()) == []
+    if code == 1:
+        assert said in json.loads(printed.out)["reason"]
+    else:
+        assert printed.out == "" and said in printed.err and printed.err.count("\n") == 1
 
 
 def test_a_folder_that_exists_is_not_touched(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -31,12 +31,13 @@ def _size(sides: int, name: str) -> Callable[[Any, Mapping[str, Any]], Any]:
     spec = SizeSpec("", sides)
 
     def convert(value: Any, given: Mapping[str, Any]) -> Any:
-        return spec.read(value, name) if isinstance(value, str) else spec.check(value, name)
+        return spec.read(value, name) if isinstance(value, str) else spec.check(tuple(value), name)
 
     return convert
 
 
-Size = str | Sequence[float] | None
+Size = str | Collection[float] | None
+"""Text such as "600x400mm", or SI numbers; one word on the command line."""
 
 
 def _amounts(found: Mapping[str, float] | None) -> str:
@@ -144,7 +145,7 @@ def build(
     rows, row = _counts(parallel, series)
     given = {"cutter": cutter, "kerf": kerf, "laser_bed": laser_bed, "print_bed": print_bed}
     if stock is not None:
-        given |= {"stock_length": stock[0], "stock_width": stock[1]}
+        given |= dict(zip(("stock_length", "stock_width"), stock, strict=True))
     chosen = choices(brake, workshop, given)
     check_folder(out, force)
     require()
