@@ -43,6 +43,7 @@ TABLES = {
     "film": "[film]",
     "enclosure": "[enclosure]",
     "mount": "[mount]",
+    "speed_law": "[speed_law], may be left out",
     "rope": "[rope], may be left out",
     "site": "[site], may be left out",
 }

@@ -210,6 +210,7 @@ def _with_brake(
 ) -> Stop:
     """The stop in closed form where the vacuum is constant and nothing damps, else in time."""
     from layerjam.mechanics.pull import least_stiffness
+    from layerjam.simulate.speed import follows_speed
 
     changes = isinstance(vacuum, History)
     if changes or damping or until is not None:
@@ -248,7 +249,10 @@ def _with_brake(
         end_speed=timed.end_speed,
         dissipated_energy=timed.heat,
         stopping_time=None if timed.outcome is Outcome.FINISHED else timed.time,
-        least_stiffness=float(least_stiffness(record.vacuum, brake.brake)),
+        # friction that grows with speed holds any spring
+        least_stiffness=None
+        if follows_speed(brake.brake)
+        else float(least_stiffness(record.vacuum, brake.brake)),
         warnings=record.warnings,
         **said,
     )

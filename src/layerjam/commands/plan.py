@@ -26,6 +26,7 @@ from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Line, water_compliance
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, VACUUM
 from layerjam.simulate.record import Outcome
+from layerjam.simulate.speed import in_a_stop
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:
@@ -363,6 +364,7 @@ def _remarks(made: Plan, build: Build | None) -> Iterator[Notice]:
 
     case, standby = made.case, made.standby
     line, tank = standby.line, standby.line.reservoir
+    yield from in_a_stop(made.brake)
     if case.mass_sd or case.speed_sd:
         yield Notice(
             "mass and speed: log-normal, independent; chances and expected peak by exact stops at "

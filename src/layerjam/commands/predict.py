@@ -24,10 +24,13 @@ from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load, write_whole
 from layerjam.errors import Notice
+from layerjam.units import QuantitySpec
 from layerjam.units import show as in_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+SLIDING_SPEED = QuantitySpec("m/s", "sliding speed of the sheets", hi=100, example="500mm/s")
 
 
 @result
@@ -168,25 +171,38 @@ class BrakeForce(Result):
     examples=("layerjam force choi2018-kapton --slip 20mm --vacuum 94.5kPa",),
 )
 def force(
-    brake: BrakeInput, *, slip: Slips, vacuum: Vacuums, atmosphere: Atmosphere = None
+    brake: BrakeInput,
+    *,
+    slip: Slips,
+    vacuum: Vacuums,
+    sliding_speed: Annotated[
+        float | str | None, SLIDING_SPEED, Help("Speed at which the sheets slide.")
+    ] = None,
+    atmosphere: Atmosphere = None,
 ) -> BrakeForce:
     """Force of the sliding brake at a slip and a vacuum.
 
-    Arrays of slip and vacuum broadcast. Raises QuantityError for a slip beyond the overlap or a
-    vacuum above the atmosphere.
+    Arrays of slip and vacuum broadcast. Without a `sliding_speed` it is the force at the speed at
+    which friction was measured. Raises QuantityError for a slip beyond the overlap or a vacuum
+    above the atmosphere.
     """
     from layerjam.mechanics.enclosure import enclosure_force
-    from layerjam.mechanics.friction import sheet_friction
+    from layerjam.mechanics.friction import sheet_friction, sheet_friction_at
+    from layerjam.simulate.speed import of_force
 
     vacuum_within(vacuum, brake.brake)
     notices = slip_within(slip, brake.brake)
-    sheets = _numbers(sheet_friction(slip, vacuum, brake.brake))
+    sheets = _numbers(
+        sheet_friction(slip, vacuum, brake.brake)
+        if sliding_speed is None
+        else sheet_friction_at(slip, sliding_speed, vacuum, brake.brake)
+    )
     enclosure = _numbers(enclosure_force(slip, vacuum, brake.brake))
     return BrakeForce(
         sheet_friction=sheets,
         enclosure_force=enclosure,
         force=sheets + enclosure,
-        warnings=[*brake.warnings(), *notices],
+        warnings=[*brake.warnings(), *notices, *of_force(brake, sliding_speed)],
         record=(brake, vacuum, slip),
     )
 

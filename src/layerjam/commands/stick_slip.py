@@ -218,10 +218,10 @@ def _limits(at: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
     drag = float(at.damping) + float(at.level) * float(at.viscous)
     out = {"critical_speed": critical_speed_of(at)}
     # without any damping sliding is never stable, only (jump law) never unstable
-    if drag:
+    if drag and at.law is None:
         drop = bounds.static - bounds.kinetic
         out["stable_speed"] = float(stable_speed(drop, at.stribeck, at.exponent, drag))
-    if float(at.stribeck) == 0.0:
+    if float(at.stribeck) == 0.0 and at.law is None:
         needed = stiffness_without_stick_slip(at.speed, *bounds, at.mass, ratio)
         out["stiffness_needed"] = float(needed)
     return out
@@ -229,6 +229,8 @@ def _limits(at: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
 
 def _assumptions(record: StickSlipRecord, assumed: bool) -> list[Notice]:
     """What the numbers rest on; `assumed` is the mass where none was given."""
+    from layerjam.simulate.speed import in_a_slide
+
     out, count = [], len(record.events)
     if record.outcome is Outcome.STEADY_SLIDING and count:
         times = f"{count} time{'s' if count > 1 else ''}"
@@ -259,4 +261,5 @@ def _assumptions(record: StickSlipRecord, assumed: bool) -> list[Notice]:
         lost = "static friction is taken as lost at once; no Stribeck speed is measured"
     else:
         lost = "the Stribeck speed is an input: none is measured for the catalogue's films"
-    return [*out, Notice(lost, "stribeck-speed")]
+    fastest = float(record.speed_of_mass.max())
+    return [*out, Notice(lost, "stribeck-speed"), *in_a_slide(record.brake, record.speed, fastest)]

@@ -78,8 +78,10 @@ def tune(
     of sheets, more brakes side by side, each by itself. Each was tuned before it is named.
     """
     from layerjam.mechanics.pull import peak
+    from layerjam.mechanics.stop.exact import stop
     from layerjam.mechanics.stop.tune import vacuum_eq10
     from layerjam.simulate.drop import spring_of
+    from layerjam.simulate.speed import follows_speed, in_a_stop
     from layerjam.simulate.tuned import Case, speeds, tuned
 
     device, g = brake.brake, brake.brake.site.gravity
@@ -100,7 +102,11 @@ def tune(
     )
     pressure, reach = tuned(case), speeds(case)
     eq10 = float(vacuum_eq10(mass, arrives, travel, device))
-    top = float(peak(pressure or device.site.atmosphere, usable, device).force)
+    at = pressure or device.site.atmosphere
+    top = float(peak(at, usable, device).force)
+    if follows_speed(device):
+        spring = spring_of(device, rope_stiffness)
+        top = max(top, float(stop(mass, arrives, at, spring, case.gravity, device).peak_force))
     distance = travel + top / spring_of(device, rope_stiffness)
     low, high = reach or (None, None)
     more: dict[str, Any] = {"least_speed": low, "greatest_speed": high}
@@ -111,7 +117,7 @@ def tune(
         vacuum_eq10=eq10 if math.isfinite(eq10) else None,
         feasible=pressure is not None,
         floor_g=arrives**2 / (2 * g * distance) + (0.0 if horizontal else 1.0) if g else None,
-        warnings=brake.warnings(),
+        warnings=[*brake.warnings(), *in_a_stop(brake)],
         **more,
     )
 

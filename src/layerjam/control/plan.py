@@ -23,7 +23,9 @@ from layerjam.mechanics.stop.exact import NEVER_SLID, STOPPED, Stop, stop
 from layerjam.simulate.coupled import CoupledStop, coupled_drop
 from layerjam.simulate.drop import OUTCOMES, spring_of
 from layerjam.simulate.drop_in_time import TimedStop
+from layerjam.simulate.paced_tune import holds
 from layerjam.simulate.record import Outcome
+from layerjam.simulate.speed import follows_speed
 
 Array = npt.NDArray[np.float64]
 STOPS = (Outcome.STOPPED, Outcome.NEVER_SLID)
@@ -91,6 +93,8 @@ def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
         made = stop(case.mass, case.speed, tried, spring, case.gravity, brake)
         outcome, slip = np.asarray(made.outcome), np.asarray(made.slip)
         good = ((outcome == STOPPED) | (outcome == NEVER_SLID)) & (slip <= case.travel)
+        if follows_speed(brake):
+            good &= holds(np.minimum(slip, case.travel), tried, case.mass * case.gravity, brake)
         if not good.any():
             return None
         first = int(np.argmax(good))

@@ -186,6 +186,7 @@ def brake_of(point: Point, base: Brake) -> Brake:
         amplification_held=at.stock.amplification_held,
         pressure_exponent=base.pressure_exponent,
         test_pressure=base.test_pressure,
+        speed_law=base.speed_law,
         site=base.site,
     )
     if base.stiffness_measured is None:

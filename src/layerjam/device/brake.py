@@ -7,6 +7,7 @@ from math import atan, pi
 from layerjam.device.enclosure import Enclosure
 from layerjam.device.mount import Mount, Rope, Site
 from layerjam.device.sheets import Film, Sheets
+from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import QuantityError
 from layerjam.records.changes import Change, changed
 from layerjam.units import check, nested, quantity, record, show
@@ -43,6 +44,7 @@ class Brake:
     test_pressure: float | None = quantity(
         "Pa", "contact pressure of the friction test", lo=1, hi=1e7, symbol="P_test", default=None
     )
+    speed_law: SpeedLaw | None = nested(SpeedLaw, default=None)
     rope: Rope | None = nested(Rope, default=None)
     site: Site = nested(Site, default=Site())
 
@@ -102,6 +104,19 @@ def validate(brake: Brake) -> None:
     if (brake.pressure_exponent is None) != (brake.test_pressure is None):
         raise QuantityError.of(
             "pressure_exponent", "give it together with test_pressure, or neither of them"
+        )
+    law = brake.speed_law
+    if law is not None and mount.spacers is not None and not mount.spacers:
+        raise QuantityError.of(
+            "speed_law",
+            "friction that depends on the speed is not computed for sheets that amplify it; give "
+            "mount.spacers = true, or leave it out and compute without either",
+        )
+    if law is not None and law.fastest is not None and law.fastest < law.test_speed:
+        raise QuantityError.of(
+            "speed_law.fastest",
+            f"{show(law.fastest, 'm/s')} is below the test_speed, {show(law.test_speed, 'm/s')}, "
+            "at which friction was measured too",
         )
 
 

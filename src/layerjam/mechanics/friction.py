@@ -1,4 +1,4 @@
-"""Friction of the jammed sheets (paper, eq. 4 and 7)."""
+"""Friction of the jammed sheets (paper, eq. 4 and 7), over pressure and speed where measured."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
+from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.fan import Sheets, fan_of, force_of
 from layerjam.mechanics.law import law, within
 
@@ -15,7 +16,8 @@ def friction_per_contact(vacuum: Any, brake: Brake) -> Any:
     """c [N/m]: what one metre of overlap resists with, all interfaces together.
 
     The calibration factor multiplies the friction; with a fitted `pressure_exponent` m the factor
-    (P/P_test)^m comes in.
+    (P/P_test)^m comes in. With a `speed_law` it is that at its `test_speed`, to be multiplied by
+    `growth`.
     """
     c = brake.scale_factor * brake.film.kinetic * (brake.sheets.count - 1)
     c = c * brake.sheets.width * vacuum
@@ -45,6 +47,16 @@ def static_at(vacuum: Any, brake: Brake) -> Sheets:
     return Sheets(sheets.c * more, sheets.overlap, fan)
 
 
+def growth(speed: Any, of: SpeedLaw) -> Any:
+    """Friction at a sliding speed [m/s], zero or more, over that at the law's `test_speed`."""
+    return ((of.rest_speed + speed) / (of.rest_speed + of.test_speed)) ** of.power
+
+
+def growth_of(speed: Any, brake: Brake) -> Any:
+    """`growth` of a brake; 1 where it has no speed law."""
+    return 1.0 if brake.speed_law is None else growth(speed, brake.speed_law)
+
+
 @law
 def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Kinetic friction of the jammed sheets [N] (eq. 4, 7); slip [m] and vacuum [Pa] broadcast.
@@ -53,6 +65,16 @@ def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """
     force = force_of(slip, sheets_at(vacuum, brake))
     return within((slip >= 0) & (vacuum >= 0), force)
+
+
+@law
+def sheet_friction_at(slip: Any, speed: Any, vacuum: Any, brake: Brake) -> Any:
+    """`sheet_friction` [N] at a sliding speed [m/s]; slip [m], speed and vacuum [Pa] broadcast.
+
+    NaN for a negative speed. Without a speed law the speed does not matter.
+    """
+    friction = sheet_friction(slip, vacuum, brake) * growth_of(jnp.abs(speed), brake)
+    return within(speed >= 0, friction)
 
 
 @law

@@ -12,9 +12,10 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
+from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_at
 from layerjam.mechanics.fan import Fan, along_tangents, force_of, tangent, work_of
-from layerjam.mechanics.friction import sheets_at
+from layerjam.mechanics.friction import growth_of, sheets_at
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import (
     DEPTH,
@@ -69,6 +70,8 @@ class State(NamedTuple):
     vacuum: Any
     closed: Any
     snapped: Any
+    growth: Any = None
+    """Friction over that at the speed law's test speed; None without a speed."""
 
 
 class Setting(NamedTuple):
@@ -79,12 +82,15 @@ class Setting(NamedTuple):
     overlap: Any
     enclosure: EnclosureLaw
     fan: Fan | None = None
+    law: SpeedLaw | None = None
+    """How friction depends on the sliding speed; `c` is that at the law's test speed."""
 
 
-def setting_of(vacuum: Any, spring: Any, brake: Brake) -> Setting:
-    """What resists at a vacuum [Pa] on a spring [N/m]."""
-    sheets = sheets_at(vacuum, brake)
-    return Setting(sheets.c, spring, sheets.overlap, enclosure_at(vacuum, brake), sheets.fan)
+def setting_of(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> Setting:
+    """What resists at a vacuum [Pa] on a spring [N/m], friction multiplied by a `growth`."""
+    sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
+    c = sheets.c if growth is None else sheets.c * growth
+    return Setting(c, spring, sheets.overlap, enclosure, sheets.fan, brake.speed_law)
 
 
 def first_slip(memory: Memory, elongation: Any, at: Setting) -> Any:
@@ -177,6 +183,7 @@ def move(state: State, elongation: Any, at: Setting) -> State:
         work=state.work + heat + (new.stored - memory.stored) + elastic,
         heat=state.heat + heat,
         vacuum=state.vacuum,
+        growth=state.growth,
         closed=state.closed | (memory.slip - slip > 1e-12 * at.overlap),
         snapped=state.snapped | (out & (at.k <= tangent(memory.slip, at).c)),
     )
@@ -192,25 +199,43 @@ def change_vacuum(state: State, vacuum: Any, before: Setting, after: Setting) ->
 
 
 @law
-def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
+def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -> Cycle:
     """The brake along an elongation history [m], shape (N,), from rest at zero elongation.
 
     `vacuum` [Pa] is one number or a history of the same shape, taken over before each move.
     Sheets stick at k and slide at F_f; the enclosure follows Masing's rule. Once the brake starts
     to slide on a k that is not above c (`least_stiffness`) it snaps, and forces from there are NaN.
+    With `speed` [m/s], that of the crosshead as a number or a history, a speed law counts: the
+    crosshead's speed stands for that of the slip, which is 1/(1 + F'/k) of it.
     """
+    if speed is not None:
+        return _paced_cycle(elongation, vacuum, brake, speed)
+    return _cycle(elongation, vacuum, None, brake)
+
+
+def _paced_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any) -> Cycle:
+    grown = jnp.broadcast_to(growth_of(speed, brake), jnp.shape(jnp.atleast_1d(elongation)))
+    return _cycle(elongation, vacuum, grown, brake)
+
+
+def _cycle(elongation: Any, vacuum: Any, grown: Any, brake: Brake) -> Cycle:
     elongation = jnp.atleast_1d(elongation)
     vacuum = jnp.broadcast_to(vacuum, elongation.shape)
     spring = jnp.asarray(working_stiffness(brake), jnp.float64)
 
-    def step(state: State, point: tuple[Any, Any]) -> tuple[State, Cycle]:
-        target, pressure = point
-        after = setting_of(pressure, spring, brake)
+    def step(state: State, point: tuple[Any, Any, Any]) -> tuple[State, Cycle]:
+        target, pressure, growth = point
+        after = setting_of(pressure, spring, brake, growth)
+        same = pressure == state.vacuum
+        if growth is not None:
+            same = same & (growth == state.growth)
         # most of a history stays at one vacuum: the other branch is not computed there
         state = jax.lax.cond(
-            pressure == state.vacuum,
+            same,
             lambda s: s,
-            lambda s: change_vacuum(s, pressure, setting_of(s.vacuum, spring, brake), after),
+            lambda s: change_vacuum(
+                s, pressure, setting_of(s.vacuum, spring, brake, s.growth), after
+            )._replace(growth=growth),
             state,
         )
         state = move(state, target, after)
@@ -232,5 +257,6 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
         )
 
     zero, no = jnp.array(0.0), jnp.array(False)
-    start = State(at_rest(), zero, zero, zero, zero, vacuum[0], no, no)
-    return jax.lax.scan(step, start, (elongation, vacuum))[1]
+    first = None if grown is None else grown[0]
+    start = State(at_rest(), zero, zero, zero, zero, vacuum[0], no, no, first)
+    return jax.lax.scan(step, start, (elongation, vacuum, grown))[1]

@@ -18,6 +18,7 @@ import numpy as np
 
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.simulate.record import DropRecord, Outcome, column
+from layerjam.simulate.speed import follows_speed
 from layerjam.units import check, quantity, show
 
 STANDARD_GRAVITY = 9.80665
@@ -159,6 +160,8 @@ def _swings_back(record: DropRecord) -> bool:
     """Whether what follows the record is an undamped swing of the mass on the stuck brake."""
     still = abs(float(record.speed_of_mass[-1])) <= 1e-6 * record.speed
     steady = not record.rope_damping and bool(np.all(record.vacuum_in_time == record.vacuum))
+    # sheets that slide the slower the less they are pulled go on sliding after the standstill
+    steady = steady and not follows_speed(record.brake.brake)
     stopped = record.outcome in (Outcome.STOPPED, Outcome.NEVER_SLID)
     # below the weight the mass does not go up again: it hangs, and the force stays
     return stopped and still and steady and record.force[-1] > record.mass * record.gravity

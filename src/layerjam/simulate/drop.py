@@ -12,6 +12,8 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
+from layerjam.errors import FitError, Notice
+from layerjam.mechanics.enclosure import backbone_dissipated, enclosure_at
 from layerjam.mechanics.energy import slip_heat
 from layerjam.mechanics.pull import brake_force, least_stiffness, peak
 from layerjam.mechanics.stop.exact import (
@@ -20,12 +22,16 @@ from layerjam.mechanics.stop.exact import (
     SNAPS,
     STOPPED,
     Stop,
+    course_of,
     speed_at_slip,
     stop,
     time_at_slip,
 )
 from layerjam.mechanics.stop.motion import series_of
+from layerjam.mechanics.stop.paced import ROWS
+from layerjam.simulate.paced_tune import holds
 from layerjam.simulate.record import DropRecord, Outcome
+from layerjam.simulate.speed import follows_speed, in_a_stop
 from layerjam.units import show
 
 OUTCOMES = {
@@ -75,19 +81,34 @@ def drop(
 
     `gravity` [m/s^2] acts along the pull; the site's unless given, 0 for a horizontal stop. The
     first result holds the exact numbers, the second is its record. The outcome is STOPPED,
-    NEVER_SLID, BOTTOMED_OUT (the travel was used up, the mass still moving) or SNAPS.
+    NEVER_SLID, BOTTOMED_OUT (the travel was used up, the mass still moving) or SNAPS. With a speed
+    law the stop is integrated, and a notice says how exactly; it cannot snap then.
     """
     brake = file.brake
     pull = brake.site.gravity if gravity is None else gravity
     spring = spring_of(brake, rope_stiffness)
     case = (mass, speed, vacuum, spring, pull, brake)
     found = Stop(*(float(v) for v in stop(*case)))
-    outcome, columns = OUTCOMES[int(found.outcome)], _course(found.slip, *case)
+    if int(found.outcome) not in OUTCOMES:
+        raise FitError("speed_law: the stop has more steps than can be followed")
+    outcome = OUTCOMES[int(found.outcome)]
+    columns, said = _course(found.slip, *case), []
+    if follows_speed(brake) and found.slip > 0:
+        columns, fastest, error = _slid(columns, *case)
+        said = in_a_stop(file, fastest, error)
+        if outcome is Outcome.STOPPED and not holds(found.slip, vacuum, mass * pull, brake):
+            said.append(
+                Notice(
+                    "the mass stands still for a moment only: sheets at rest do not hold its "
+                    f"weight of {show(mass * pull, 'N')} there, and it slides on",
+                    "slides-on",
+                )
+            )
     time = float(columns["time"][-1])
     timed = TimedStop(*found[:-1], time, outcome, slip_at_end=found.slip, outcome_at_end=outcome)
     given: dict[str, Any] = {"mass": mass, "speed": speed, "vacuum": vacuum, "gravity": pull}
     given["rope_stiffness"] = rope_stiffness
-    return concluded(file, timed, spring, vacuum, columns, given)
+    return concluded(file, timed, spring, vacuum, columns, given, after=said or in_a_stop(file))
 
 
 def concluded(
@@ -155,7 +176,8 @@ def _course(
     The columns of a DropRecord.
     """
     case = (mass, speed, vacuum, spring, gravity, brake)
-    first = float(time_at_slip(0.0, *case))
+    law = follows_speed(brake)
+    first = float(course_of(*case)[0]) if law and end > 0 else float(time_at_slip(0.0, *case))
     omega = (spring / mass) ** 0.5
     time = np.linspace(0, first, SAMPLES // 4 + 1)
     sag, swing = gravity / omega**2, speed / omega
@@ -163,7 +185,7 @@ def _course(
     moving = sag * omega * np.sin(omega * time) + speed * np.cos(omega * time)
     slip = np.zeros_like(time)
     force, heat = spring * travel, np.zeros_like(time)
-    if end > 0:
+    if end > 0 and not law:
         # dense at both ends, where the force bends and the speed falls away; as many with the
         # peak as without, or the laws would be compiled for both
         top = _peak_share(end, vacuum, brake)
@@ -184,6 +206,31 @@ def _course(
         "vacuum_in_time": np.full_like(time, vacuum),
         "dissipated_energy": heat,
     }
+
+
+def _slid(elastic: Mapping[str, Array], *case: Any) -> tuple[dict[str, Array], float, float]:
+    """The columns with the sliding part of a stop with a speed law, as integrated.
+
+    Also the fastest slip [m/s], and how much a coarser run differs in slip, time and force, as a
+    share of them.
+    """
+    vacuum, spring, brake = case[2], case[3], case[5]
+    first, course = course_of(*case)
+    rows = np.vstack([np.asarray(course.rows)[: min(int(course.count), ROWS)], course.end])
+    time, slip, speed, pace, rubbed, force = rows[np.append(np.diff(rows[:, 0]) > 0, True)].T
+    exact, coarse = np.asarray(course.end)[[0, 1, 5]], np.asarray(course.coarse)[[0, 1, 5]]
+    enclosure = enclosure_at(vacuum, brake)
+    slid = {
+        "time": float(first) + time,
+        "travel": slip + force / spring,
+        "speed_of_mass": speed,
+        "force": force,
+        "slip": slip,
+        "vacuum_in_time": np.full_like(time, vacuum),
+        "dissipated_energy": rubbed + np.asarray(backbone_dissipated(slip, enclosure)),
+    }
+    whole = {name: np.append(elastic[name], column) for name, column in slid.items()}
+    return whole, float(pace.max()), float(np.max(abs(exact - coarse) / abs(exact)))
 
 
 def _peak_share(slip: float, vacuum: float, brake: Brake) -> list[float]:

@@ -14,7 +14,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.mount import Rope, Site
-from layerjam.errors import QuantityError
+from layerjam.errors import Notice, QuantityError
 from layerjam.mechanics.fan import force_of
 from layerjam.mechanics.hysteresis import setting_of
 from layerjam.mechanics.law import in_double_precision
@@ -37,10 +37,12 @@ from layerjam.mechanics.stop.motion_step import (
     Motion,
     at_start,
     force_of_enclosure,
+    resting,
 )
 from layerjam.simulate.drop import TimedStop, concluded
 from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM, check_given
 from layerjam.simulate.record import DropRecord, Outcome
+from layerjam.simulate.speed import follows_speed, in_a_stop
 from layerjam.simulate.vacuum_history import History
 from layerjam.units import QuantitySpec, show, spec_of
 
@@ -144,7 +146,7 @@ def drop_in_time(
     QuantityError for what is out of bounds, for damping without a rope, for a step longer than a
     quarter of sqrt(M/k), and where the mass does not come to rest in 4 million steps.
     """
-    brake = file.brake
+    brake = file.brake if follows_speed(file.brake) else replace(file.brake, speed_law=None)
     pull = brake.site.gravity if gravity is None else gravity
     given: dict[str, float | None] = {"mass": mass, "speed": speed, "gravity": pull}
     given |= {"rope_damping": rope_damping, "rope_stiffness": rope_stiffness}
@@ -153,7 +155,9 @@ def drop_in_time(
     first = float(vacuum.at(0.0) if isinstance(vacuum, History) else vacuum)
     load = load_of(mass, pull, rope_stiffness, rope_damping or None, brake)
     load = jax.tree.map(np.float64, load)
-    start = _strong(at_start(np.float64(speed), np.float64(first), history is None))
+    start = _strong(
+        at_start(np.float64(speed), np.float64(first), history is None, follows_speed(brake))
+    )
     pressure = Vacuum(jnp.asarray(first)) if history is None else _padded(history)
     case = _Case(start, pressure, load, brake)
     until = math.inf if duration is None else duration
@@ -176,7 +180,15 @@ def drop_in_time(
     columns |= {"time": np.minimum(time, until), "vacuum_in_time": pressures}
     given |= {"vacuum": first, "step": dt}
     spring = float(load.spring)
-    return concluded(file, timed, spring, at_event, columns, given, before=said, after=warnings)
+    after = [*warnings, *_of_speed(file, states, None if step or warnings else CLOSE)]
+    return concluded(file, timed, spring, at_event, columns, given, before=said, after=after)
+
+
+def _of_speed(file: BrakeFile, states: list[Motion], error: float | None) -> list[Notice]:
+    """What is said of friction and speed; `error` of slip and time, None where it is not known."""
+    if not follows_speed(file.brake):
+        return in_a_stop(file)
+    return in_a_stop(file, max(float(state.pace) for state in states), error)
 
 
 def _chosen(case: _Case, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
@@ -275,7 +287,7 @@ def _hangs(now: Motion, case: _Case) -> bool:
     left = load.mass * now.speed**2 + (now.force - weight) ** 2 / load.spring
     at = setting_of(now.vacuum, load.spring, case.brake)
     strip = force_of_enclosure(now.slip, now.enclosure, at.enclosure)
-    hold = float(force_of(now.slip, at) + strip)
+    hold = float(force_of(now.slip, at._replace(c=resting(at))) + strip)
     return float(left) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
 
 

@@ -16,7 +16,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, QuantityError
 from layerjam.mechanics.enclosure import backbone, backbone_stored, enclosure_at
 from layerjam.mechanics.fan import straight
-from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.friction import friction_per_contact, growth
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stick_slip.curve import Stribeck
 from layerjam.mechanics.stick_slip.laws import critical_speed, of_film, slow_saw
@@ -31,6 +31,7 @@ from layerjam.mechanics.stick_slip.slide_step import Slide
 from layerjam.mechanics.stiffness import stiffness_before_slip, working_stiffness
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, ELONGATION, MASS, VACUUM, check_given
 from layerjam.simulate.record import Outcome, PullRecord, column, stated
+from layerjam.simulate.speed import follows_speed
 from layerjam.units import QuantitySpec, show
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -172,6 +173,7 @@ def slide_of(
         start=0.0 if frozen else slip,
         events=np.inf,
         tolerance=TOLERANCE,
+        law=brake.speed_law if follows_speed(brake) else None,
     )
 
 
@@ -184,9 +186,16 @@ class Bounds(NamedTuple):
     """[N]"""
 
 
-def bounds_at(at: Slide) -> Bounds:
-    """Static and kinetic force [N] of a frozen slide."""
-    return Bounds(at.level * (1 + np.asarray(at.rise)) + at.base, at.level + np.asarray(at.base))
+def bounds_at(at: Slide, speed: Any = None) -> Bounds:
+    """Static and kinetic force [N] of a frozen slide.
+
+    With a speed law the kinetic one is that at a `speed` [m/s], the crosshead's unless given.
+    """
+    kinetic = at.level + np.asarray(at.base)
+    if at.law is not None:
+        pace = at.speed if speed is None else speed
+        kinetic = at.level * growth(pace, at.law) + np.asarray(at.base)
+    return Bounds(at.level * (1 + np.asarray(at.rise)) + at.base, kinetic)
 
 
 @in_double_precision
@@ -359,16 +368,16 @@ def critical_speed_of(at: Slide) -> float:
     Closed form for the jump law while the spring stays taut; otherwise bracketed by runs to a
     thousandth. Infinite where nothing damps.
     """
-    static, kinetic = (float(v) for v in bounds_at(at))
+    static, kinetic = (float(v) for v in bounds_at(at, 0.0))
     drag = float(at.damping) + float(at.level) * float(at.viscous)
     if static <= kinetic:
         return 0.0
-    if not drag:
+    if not drag and at.law is None:
         return float("inf")
     spring, mass = float(at.spring), float(at.mass)
     scale = (static - kinetic) / np.sqrt(spring * mass)
     low, high = 1e-9 * scale, 1e3 * scale
-    if float(at.stribeck) == 0.0 and float(at.viscous) == 0.0:
+    if float(at.stribeck) == 0.0 and float(at.viscous) == 0.0 and at.law is None:
         speed = float(critical_speed(static, kinetic, spring, mass, at.damping))
         if speed < low or not tooth(at._replace(speed=1.001 * speed)).judders:
             return speed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import ProcedureError, QuantityError
 from layerjam.mechanics.enclosure import enclosure_force
-from layerjam.mechanics.friction import sheet_friction
+from layerjam.mechanics.friction import growth_of, sheet_friction
 from layerjam.mechanics.hysteresis import Cycle, brake_cycle
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import DEPTH
@@ -18,6 +19,7 @@ from layerjam.mechanics.pull import least_stiffness, peak
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return, Vent
 from layerjam.simulate.record import Outcome, TensileRecord
+from layerjam.simulate.speed import follows_speed, in_a_pull
 from layerjam.units import show
 
 SAMPLES = 400
@@ -35,26 +37,37 @@ def _events(vacuum: float, brake: Brake) -> tuple[float, float, float]:
     return onset, peak(vacuum, overlap, brake).elongation, apart
 
 
-def _path(procedure: Procedure, brake: Brake) -> tuple[Array, Array, Array]:
-    """Time, elongation and vacuum at every sample; onset, peak and separation are samples."""
-    rows: list[tuple[float, float, float]] = [(0.0, 0.0, 0.0)]
+def _path(procedure: Procedure, brake: Brake) -> tuple[Array, Array, Array, Array]:
+    """Time, elongation, vacuum and crosshead's speed at every sample.
+
+    Onset, peak and separation are samples. While the crosshead stands the speed is that of its last
+    move, before the first one that of the first.
+    """
+    moves = [step.speed for step in procedure.steps if isinstance(step, Pull | Return)]
+    pace = moves[0] if moves else 0.0
+    rows: list[tuple[float, float, float, float]] = [(0.0, 0.0, 0.0, pace)]
     for step in procedure.steps:
-        time, start, vacuum = rows[-1]
+        time, start, vacuum, pace = rows[-1]
         if isinstance(step, Evacuate):
             # the first evacuation stands at the start: a record need not show two times zero
             rows = [] if len(rows) == 1 else rows
-            rows.append((time, start, step.to))
+            rows.append((time, start, step.to, pace))
             if step.hold:
-                rows.append((time + step.hold, start, step.to))
+                rows.append((time + step.hold, start, step.to, pace))
         elif isinstance(step, Vent):
-            rows.append((time, start, 0.0))
+            rows.append((time, start, 0.0, pace))
         elif isinstance(step, Hold):
-            rows.append((time + step.duration, start, vacuum))
+            rows.append((time + step.duration, start, vacuum, pace))
         else:
-            positions = _positions(step, start, vacuum, brake)
-            rows += [(time + abs(p - start) / step.speed, float(p), vacuum) for p in positions]
-    times, elongations, vacuums = np.array(rows).T
-    return times, elongations, vacuums
+            faster = brake
+            if brake.speed_law is not None:
+                factor = brake.scale_factor * float(growth_of(step.speed, brake))
+                faster = replace(brake, scale_factor=factor)
+            positions = _positions(step, start, vacuum, faster)
+            pace = step.speed
+            rows += [(time + abs(p - start) / pace, float(p), vacuum, pace) for p in positions]
+    times, elongations, vacuums, speeds = np.array(rows).T
+    return times, elongations, vacuums, speeds
 
 
 def _positions(step: Pull | Return, start: float, vacuum: float, brake: Brake) -> Array:
@@ -71,13 +84,14 @@ def _positions(step: Pull | Return, start: float, vacuum: float, brake: Brake) -
     return np.union1d(grid, events)
 
 
-def _run(elongation: Array, vacuum: Array, brake: Brake) -> Cycle:
+def _run(elongation: Array, vacuum: Array, speed: Array, brake: Brake) -> Cycle:
     """`brake_cycle` with the history padded to whole blocks, so that few shapes are compiled."""
     count = len(elongation)
     pad = -count % _BLOCK
-    result = brake_cycle(
-        np.pad(elongation, (0, pad), mode="edge"), np.pad(vacuum, (0, pad), mode="edge"), brake
-    )
+    histories = elongation, vacuum, speed
+    longer = [np.pad(history, (0, pad), mode="edge") for history in histories]
+    paced = longer[2] if follows_speed(brake) else None
+    result = brake_cycle(longer[0], longer[1], brake, paced)
     return Cycle(*(np.asarray(values)[:count] for values in result))
 
 
@@ -123,8 +137,8 @@ def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
         raise QuantityError(
             f"vacuum: {show(highest, 'Pa')} is more than the atmosphere, {show(atmosphere, 'Pa')}"
         )
-    time, elongation, vacuum = _path(procedure, brake)
-    cycle = _run(elongation, vacuum, brake)
+    time, elongation, vacuum, speed = _path(procedure, brake)
+    cycle = _run(elongation, vacuum, speed, brake)
     end, outcome = len(time), Outcome.FINISHED
     if cycle.overflow.any():
         raise ProcedureError(
@@ -151,5 +165,5 @@ def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
         outcome=outcome,
         procedure=procedure.text(),
         brake=file,
-        warnings=(*file.warnings(), *warnings),
+        warnings=(*file.warnings(), *warnings, *in_a_pull(file, float(speed.max()))),
     )

@@ -16,8 +16,11 @@ import numpy.typing as npt
 
 from layerjam.device.brake import Brake
 from layerjam.device.mount import Rope
+from layerjam.mechanics.stop.motion import series_of
 from layerjam.mechanics.stop.tune import speed_range, tuned_stop
+from layerjam.simulate.paced_tune import paced_speeds, paced_vacuum
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, STOP_TRAVEL
+from layerjam.simulate.speed import follows_speed
 from layerjam.units import spec_of
 
 Array = npt.NDArray[np.float64]
@@ -26,6 +29,8 @@ TRAVELS = SPEEDS = 500
 """Travels of the brake that are tried, and speeds; as many again between two of them."""
 AT_ONCE = 1024
 """Cases of one call: always as many, so that the law is compiled once."""
+FEW = 65
+"""The same, and the number of travels and speeds, where every stop has to be integrated."""
 MARGINS = np.array([1e-12, 1e-9, 1e-6, 1e-3])
 """How far inside the ends of a range of speeds a speed is tried, over that end."""
 DIGITS = 4
@@ -63,34 +68,66 @@ class Case:
 
 def tuned(case: Case) -> float | None:
     """The vacuum [Pa] that stops the mass after just the travel; None where there is none."""
-    found = float(tuned_stop(*case.of_one()))
+    if follows_speed(case.brake):
+        found = float(paced_vacuum(*_wide(case))[0])
+    else:
+        found = float(tuned_stop(*case.of_one()))
     return found if math.isfinite(found) else None
+
+
+def _wide(case: Case) -> tuple[Any, ...]:
+    """What `paced_vacuum` takes, always of one shape."""
+    mass, speed, travel, rope, gravity, brake = case.of_one()
+    spring = np.asarray(series_of(rope, brake))
+    numbers = (mass, speed, travel, spring, gravity)
+    return (*(np.zeros(FEW) + value for value in numbers), brake)
+
+
+def _at_once(case: Case, whole: int = AT_ONCE) -> int:
+    """How many cases are tried in one call."""
+    return FEW if follows_speed(case.brake) else whole
 
 
 def tried(case: Case, name: str, values: Array) -> npt.NDArray[np.bool_]:
     """Whether the case can be tuned with each of other values of one of its numbers."""
+    size = _at_once(case)
+    pieces = [values[i : i + size] for i in range(0, len(values), size)]
+    return np.concatenate([_tried(case, name, piece, size) for piece in pieces])
+
+
+def _tried(case: Case, name: str, values: Array, size: int) -> npt.NDArray[np.bool_]:
     usual = {
         "count": float(case.brake.sheets.count),
         "speed": case.speed,
         "travel": case.travel,
         "share": float(case.share),
     }
-    columns: dict[str, Any] = {key: np.full(AT_ONCE, value) for key, value in usual.items()}
+    columns: dict[str, Any] = {key: np.full(size, value) for key, value in usual.items()}
     columns[name][: len(values)] = values
-    found = np.asarray(tuned_stop(*case.but(**columns).of_one()))
+    other = case.but(**columns)
+    if follows_speed(case.brake):
+        found = paced_vacuum(*_wide(other))
+    else:
+        found = np.asarray(tuned_stop(*other.of_one()))
     return np.isfinite(found)[: len(values)]
 
 
 def _first(case: Case, name: str, values: Array) -> Any:
     """The first of the values with which the case can be tuned, by itself too; None for none."""
-    fine = values[tried(case, name, values)].tolist()
-    return next((v for v in fine if tuned(case.but(**{name: v})) is not None), None)
+    size = _at_once(case)
+    for i in range(0, len(values), size):
+        piece = values[i : i + size]
+        for value in piece[tried(case, name, piece)].tolist():
+            if tuned(case.but(**{name: value})) is not None:
+                return value
+    return None
 
 
 def other_travel(case: Case) -> float | None:
     """The nearest shorter travel [m] that would do, else the nearest longer one; None for none."""
     usable = case.brake.sheets.usable_travel
-    grid = np.linspace(0.0, usable, TRAVELS + 1)[1:]
+    count = _at_once(case, TRAVELS)
+    grid = np.linspace(0.0, usable, count + 1)[1:]
     shorter, longer = grid[grid < case.travel][::-1], grid[grid > case.travel]
     for side in (shorter, longer):
         fine = np.flatnonzero(tried(case, "travel", side)) if side.size else side
@@ -98,7 +135,7 @@ def other_travel(case: Case) -> float | None:
             continue
         k = int(fine[0])
         before = side[k - 1] if k else case.travel
-        near = _typed(np.linspace(before, side[k], TRAVELS + 1)[1:], usable)
+        near = _typed(np.linspace(before, side[k], count + 1)[1:], usable)
         found = _first(case, "travel", near[near != case.travel])
         if found is not None:
             return float(found)
@@ -135,6 +172,10 @@ def balanced_speeds(case: Case) -> tuple[float, float]:
 
     On a soft rope the mass does not get there from all of them: `speeds` are those that do.
     """
+    if follows_speed(case.brake):
+        mass, _, travel, spring, gravity, brake = _wide(case)
+        slowest, fastest = paced_speeds(mass, travel, spring, gravity, brake)
+        return float(slowest[0]), float(fastest[0])
     mass, _, travel, rope, gravity, brake = case.of_one()
     low, high = speed_range(mass, travel, rope, gravity, brake)
     return float(low), float(high)
@@ -149,7 +190,8 @@ def speeds(case: Case) -> tuple[float, float] | None:
     low, high = max(low, ARRIVAL_SPEED.lo), min(high, ARRIVAL_SPEED.hi)
     if not low <= high:
         return None
-    inside = np.linspace(low, high, SPEEDS)[1:-1]
+    count = _at_once(case, SPEEDS)
+    inside = np.linspace(low, high, count)[1:-1]
     grid = np.unique([*low * (1 + MARGINS), *inside, *high * (1 - MARGINS)])
     grid = grid[(grid >= low) & (grid <= high)]
     fine = tried(case, "speed", grid)
@@ -158,9 +200,9 @@ def speeds(case: Case) -> tuple[float, float] | None:
     first, last = _longest_run(fine)
     slowest, fastest = grid[first], grid[last]
     if first:
-        slowest = _last(case, np.linspace(slowest, grid[first - 1], SPEEDS))
+        slowest = _last(case, np.linspace(slowest, grid[first - 1], count))
     if last + 1 < len(grid):
-        fastest = _last(case, np.linspace(fastest, grid[last + 1], SPEEDS))
+        fastest = _last(case, np.linspace(fastest, grid[last + 1], count))
     ends = tuple(_alone(case, v, grid[(first + last) // 2]) for v in (slowest, fastest))
     return None if None in ends else (ends[0], ends[1])  # type: ignore[return-value]
 

@@ -165,7 +165,8 @@ class Validation(Pooled):
 def uncalibrated(brake: Brake) -> Brake:
     """The brake before calibration: scale factor 1, stiffness of the stuck sheets (eq. 1).
 
-    A fitted dependence on pressure goes too; friction and enclosure stay as the file has them.
+    A fitted dependence on pressure or speed goes too; friction and enclosure stay as the file has
+    them.
     """
     return replace(
         brake,
@@ -174,6 +175,7 @@ def uncalibrated(brake: Brake) -> Brake:
         stiffness_measured=None,
         pressure_exponent=None,
         test_pressure=None,
+        speed_law=None,
     )
 
 

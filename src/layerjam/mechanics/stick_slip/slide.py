@@ -279,7 +279,11 @@ def _run(at: Slide, exact: bool, events: int, samples: int, most: int) -> State:
 def constant(at: Slide) -> bool:
     """Whether friction depends on neither slip nor speed, so that the motion is exact."""
     plain = (at.fall, at.stribeck, at.viscous)
-    return at.enclosure is None and not any(np.any(np.asarray(v) != 0) for v in plain)
+    return (
+        at.enclosure is None
+        and at.law is None
+        and not any(np.any(np.asarray(v) != 0) for v in plain)
+    )
 
 
 @in_double_precision

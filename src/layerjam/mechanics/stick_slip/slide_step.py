@@ -13,7 +13,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.enclosure import EnclosureLaw, backbone
+from layerjam.mechanics.friction import growth
 from layerjam.mechanics.stick_slip.laws import static_left
 
 STUCK, TAUT, SLACK = 0, 1, 2
@@ -73,6 +75,8 @@ class Slide(NamedTuple):
     """Stop after so many events of slip."""
     tolerance: Any
     """Of a step, as a share; 0: steps of `step`, whatever the error."""
+    law: SpeedLaw | None = None
+    """How kinetic friction depends on speed; `level` is that at the law's test speed."""
 
 
 class State(NamedTuple):
@@ -136,7 +140,11 @@ def resistance(slip: Any, velocity: Any, at: Slide) -> Any:
     # the jump law slides from the first instant on
     left = jnp.where(at.stribeck > 0, left, 0.0)
     sheets = jnp.maximum(at.level - at.fall * slip, 0.0)
-    return sheets * (1 + at.rise * left + at.viscous * velocity) + passive(slip, at)
+    kinetic, excess = 1.0, at.rise
+    if at.law is not None:  # the bound at rest stays the static one
+        kinetic = growth(jnp.maximum(velocity, 0.0), at.law)
+        excess = 1 + at.rise - growth(0.0, at.law)
+    return sheets * (kinetic + excess * left + at.viscous * velocity) + passive(slip, at)
 
 
 def extension_at(time: Any, slip: Any, at: Slide) -> Any:

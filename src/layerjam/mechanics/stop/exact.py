@@ -14,8 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake
+from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.enclosure import backbone, backbone_work, enclosure_at
-from layerjam.mechanics.friction import friction_per_contact, sheets_at
+from layerjam.mechanics.friction import friction_per_contact, growth, sheets_at
 from layerjam.mechanics.law import law, safe_sqrt, within
 from layerjam.mechanics.stop import fanned
 from layerjam.mechanics.stop.algebra import (
@@ -38,6 +39,7 @@ from layerjam.mechanics.stop.algebra import (
     slope_of,
     value,
 )
+from layerjam.mechanics.stop.paced import Course, Paced, paced_course, paced_of, paced_stop
 
 __all__ = ["BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED"]
 __all__ += ["Stop", "kinetic_energy", "speed_at_slip", "stop", "time_at_slip"]
@@ -53,6 +55,16 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Setup:
     c, enclosure = friction_per_contact(vacuum, brake), enclosure_at(vacuum, brake)
     return setup(mass, speed, c, brake.sheets.overlap, enclosure, spring, gravity)
+
+
+def paced_setup(
+    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake, law: SpeedLaw
+) -> Paced:
+    """What a stop with a speed law starts from: it slides from the friction at rest on."""
+    c, enclosure = friction_per_contact(vacuum, brake), enclosure_at(vacuum, brake)
+    rest = c * growth(0.0, law)
+    at = setup(mass, speed, rest, brake.sheets.overlap, enclosure, spring, gravity)
+    return paced_of(at._replace(c=c + jnp.zeros_like(rest)), gravity, brake, law)
 
 
 def kinetic_energy(slip: Any, at: Setup) -> Any:
@@ -94,8 +106,27 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     """Stop a mass [kg] that arrives with `speed` [m/s] on a taut rope, at a vacuum [Pa].
 
     `spring` [N/m] is rope and brake in series, `gravity` [m/s^2] acts along the pull (0 for a
-    horizontal one); all broadcast. Exact: closed-form work, one bracketed root, the first one.
+    horizontal one); all broadcast. Exact: closed-form work, one bracketed root, the first one. With
+    a speed law (of a power above 0) integrated, see `paced`, and not reversely differentiable.
     """
+    made = _exact(mass, speed, vacuum, spring, gravity, brake)
+    law = brake.speed_law
+    if law is None:
+        return made
+    shape = jnp.shape(made.slip)
+    given = (jnp.broadcast_to(a, shape) for a in (mass, speed, vacuum, spring, gravity))
+    mass, speed, vacuum, spring, gravity = given
+    paced = paced_stop(paced_setup(mass, speed, vacuum, spring, gravity, brake, law), speed)
+    fine = made.outcome != NOT_A_CASE
+    if brake.mount.spacers is not None:  # of a fan that grows with the speed nothing is known
+        fine = fine & jnp.asarray(brake.mount.spacers, bool)
+    chosen = [jnp.where((law.power > 0) & fine, *pair) for pair in zip(paced, made, strict=True)]
+    outcome = chosen[-1]
+    return Stop(*(within(outcome != NOT_A_CASE, x) for x in chosen))._replace(outcome=outcome)
+
+
+def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Stop:
+    """The stop at a friction that does not depend on speed."""
     mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(
         mass, speed, vacuum, spring, gravity
     )
@@ -136,6 +167,16 @@ def _fanned_stop(
     return Stop(*(within(fine, x) for x in end))._replace(outcome=outcome)
 
 
+@law
+def course_of(
+    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
+) -> tuple[Any, Course]:
+    """Time of the onset [s] and the course after it, of one stop that slides with a speed law."""
+    assert brake.speed_law is not None
+    of = paced_setup(mass, speed, vacuum, spring, gravity, brake, brake.speed_law)
+    return _elastic_time(mass, speed, gravity, spring, of.at.onset, True), paced_course(of, speed)
+
+
 def _elastic_time(mass: Any, speed: Any, gravity: Any, spring: Any, force: Any, slides: Any) -> Any:
     """Seconds until the brake begins to slide, or (if it never does) to the first standstill."""
     omega = jnp.sqrt(spring / mass)
@@ -151,7 +192,10 @@ def _elastic_time(mass: Any, speed: Any, gravity: Any, spring: Any, force: Any, 
 def speed_at_slip(
     slip: Any, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Any:
-    """Speed of the mass [m/s] once the brake has slipped by `slip` [m]; NaN past its standstill."""
+    """Speed of the mass [m/s] once the brake has slipped by `slip` [m]; NaN past its standstill.
+
+    NaN with a speed law, where no closed form holds.
+    """
     if brake.mount.spacers is not None:
         case = _fanned(mass, speed, vacuum, spring, gravity, brake)
         left, size = fanned.energy(slip, case), case.arriving + case.weight * slip
@@ -159,7 +203,13 @@ def speed_at_slip(
         at = _setup(mass, speed, vacuum, spring, gravity, brake)
         left, size = kinetic_energy(slip, at), at.kinetic + at.weight * slip
     # a standstill found to rounding may lie on either side of zero
-    return safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
+    pace = safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
+    return within(any_speed(brake), pace)
+
+
+def any_speed(brake: Brake) -> Any:
+    """Whether friction is the same at every speed."""
+    return jnp.asarray(True if brake.speed_law is None else brake.speed_law.power == 0)
 
 
 def _sliding_time(low: Any, high: Any, part: Quartic, bend: Any, linear: Any, at: Setup) -> Any:
@@ -239,4 +289,5 @@ def time_at_slip(
         lambda: pieces(forms[1], jnp.minimum(end, whole), end),
         lambda: jnp.zeros_like(first),
     )
-    return _elastic_time(mass, speed, gravity, spring, at.onset, slides) + first + second
+    time = _elastic_time(mass, speed, gravity, spring, at.onset, slides) + first + second
+    return within(any_speed(brake), time)

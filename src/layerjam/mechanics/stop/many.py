@@ -41,7 +41,8 @@ class Constants(NamedTuple):
 
 def constants_of(brake: Brake) -> Constants | None:
     """The constants of a brake; None where friction is no straight line over slip and vacuum."""
-    if brake.pressure_exponent is not None or brake.mount.spacers is not None:
+    bent = (brake.pressure_exponent, brake.speed_law, brake.mount.spacers)
+    if any(part is not None for part in bent):
         return None
     enclosure = enclosure_at(1.0, brake)
     sheets, c = brake.sheets, friction_per_contact(1.0, brake)

@@ -30,6 +30,7 @@ from layerjam.mechanics.stop.motion_step import (
     at_start,
     force_of_enclosure,
     pump,
+    resting,
 )
 
 MOVING, STANDSTILL, TRAVEL_USED, CLOSED, SNAPPED = 0, 1, 2, 3, 4
@@ -42,7 +43,7 @@ LONGEST = 0.25
 
 def _event(old: Motion, new: Motion, at: Setting, travel: Any) -> Any:
     """What happened in a step that the run must not go past."""
-    hold = force_of(new.slip, at)
+    hold = force_of(new.slip, at._replace(c=resting(at)))
     enclosure = force_of_enclosure(new.slip, new.enclosure, at.enclosure)
     closes = enclosure * (1 - 1e-9) - new.force > hold
     code = jnp.where((old.speed > 0) & (new.speed <= 0), STANDSTILL, MOVING)
@@ -54,8 +55,11 @@ def _event(old: Motion, new: Motion, at: Setting, travel: Any) -> Any:
 def _snaps(old: Motion, new: Motion, at: Setting) -> Any:
     """Whether in sliding from `old` to `new` the force fell faster than the spring gives.
 
-    1 + Y'/k > 0 must hold where it got to, and the brake must hold the spring there.
+    1 + Y'/k > 0 must hold where it got to, and the brake must hold the spring there. Friction that
+    grows with speed holds any spring.
     """
+    if at.law is not None:
+        return jnp.zeros_like(new.slack)
     slip, strip = new.slip, at.enclosure
     if new.enclosure is not None:
         base = new.enclosure.base
@@ -99,6 +103,8 @@ def _ready(
     falls = end < begin
     behind = begin < motion.vacuum * (1 - NEAR)
     started = jnp.where(behind, begin, motion.vacuum)
+    if brake.speed_law is not None:  # the force follows by itself, as fast as the sheets can slide
+        falls = jnp.zeros_like(falls)
     level = jnp.where(falls, (begin + end) / 2, end)
 
     def on(stage: Any, now: Motion) -> Motion:
@@ -247,8 +253,7 @@ def stop_in_time(
     load = load_of(mass, gravity, rope, damping, brake)
     parts = jax.tree.leaves((load, setting_of(first, load.spring, brake), speed, step))
     speed = jnp.broadcast_to(speed, jnp.broadcast_shapes(*(jnp.shape(a) for a in parts)))
-    start = at_start(speed, first, steady)
-
+    start = at_start(speed, first, steady, brake.speed_law is not None)
     setting = setting_of(first, load.spring, brake)
     fine = (mass > 0) & (speed >= 0) & (gravity >= 0) & (step > 0) & (jnp.min(vacuum) >= 0)
     fine = fine & (force_of(0.0, setting) + setting.enclosure.root >= 0)

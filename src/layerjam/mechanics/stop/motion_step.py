@@ -17,13 +17,14 @@ from layerjam.mechanics.enclosure import (
     backbone_work,
 )
 from layerjam.mechanics.fan import along_tangents, force_of, growing_work, tangent
+from layerjam.mechanics.friction import growth
 from layerjam.mechanics.hysteresis import Setting, first_slip
 from layerjam.mechanics.law import safe_sqrt
 from layerjam.mechanics.memory import Memory, Turns, at_vacuum, first_force, first_work
 from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.stop.algebra import snap_slip
 
-_NEWTON = 3
+_NEWTON, _PACED = 3, 24
 
 
 class Load(NamedTuple):
@@ -63,6 +64,10 @@ class Motion(NamedTuple):
     peak: Any
     """Greatest force so far [N]."""
     outcome: Any
+    pace: Any = None
+    """Mean speed of the slip in the last step [m/s]; None where friction does not depend on it."""
+    lapse: Any = None
+    """How long that step took [s]."""
 
 
 class _Pulled(NamedTuple):
@@ -77,8 +82,11 @@ class _Pulled(NamedTuple):
     """What the enclosure stores more than before [J]."""
 
 
-def at_start(speed: Any, vacuum: Any, steady: bool) -> Motion:
-    """Just taut, everything relaxed; the shape is that of `speed` [m/s] and `vacuum` [Pa]."""
+def at_start(speed: Any, vacuum: Any, steady: bool, paced: bool = False) -> Motion:
+    """Just taut, everything relaxed; the shape is that of `speed` [m/s] and `vacuum` [Pa].
+
+    `paced` where friction depends on the sliding speed.
+    """
     speed, vacuum = jnp.broadcast_arrays(speed, vacuum)
     zero: Any = jnp.zeros_like(speed)
     no, none = jnp.zeros(speed.shape, bool), jnp.zeros(speed.shape, int)
@@ -88,6 +96,8 @@ def at_start(speed: Any, vacuum: Any, steady: bool) -> Motion:
     )
     rest = Motion(**dict.fromkeys(Motion._fields, zero))
     rest = rest._replace(speed=speed, slack=no, vacuum=vacuum, outcome=none)
+    # before the first step it has stood still for any time
+    rest = rest._replace(pace=zero if paced else None, lapse=zero + 1.0 if paced else None)
     return rest._replace(enclosure=None if steady else memory)
 
 
@@ -110,13 +120,7 @@ def _pulled(motion: Motion, distance: Any, slides: Any, at: Setting, c: Any = No
     more = slip - motion.slip
     force = motion.force + at.k * (distance - more)
     rubbed = growing_work(motion.slip, slip, at, at.c if c is None else c)
-    if motion.enclosure is None:
-        work = backbone_work(slip, at.enclosure) - backbone_work(motion.slip, at.enclosure)
-        warm = backbone_dissipated(slip, at.enclosure) - backbone_dissipated(
-            motion.slip, at.enclosure
-        )
-    else:
-        work, warm = first_work(motion.enclosure, motion.slip, slip, at.enclosure)
+    work, warm = _of_enclosure(motion, slip, at)
     elastic = (force - motion.force) * (force + motion.force) / (2 * at.k)
     return _Pulled(drawn, slip, force, elastic + rubbed + work, rubbed + warm, work - warm)
 
@@ -154,6 +158,71 @@ def _meet(motion: Motion, alpha: Any, beta: Any, at: Setting, c: Any) -> tuple[_
     return _pulled(motion, far, slides, at, c), far
 
 
+def resting(at: Setting) -> Any:
+    """Friction at rest, a metre of overlap [N/m]."""
+    return at.c if at.law is None else at.c * growth(0.0, at.law)
+
+
+def _meet_paced(motion: Motion, alpha: Any, beta: Any, at: Setting, dt: Any) -> tuple[_Pulled, Any]:
+    """`_meet` where friction depends on the sliding speed: the slip is what is looked for.
+
+    The force goes evenly from the old one to that of the new slip and its speed, so that the
+    spring's work is exact; the speed at the end is that of a parabola through the last two steps.
+    """
+    assert at.law is not None
+    law, start, force = at.law, motion.slip, motion.force
+    share = dt / (dt + motion.lapse)
+
+    def there(slip: Any) -> tuple[Any, Any]:
+        mean = (slip - start) / dt
+        pace = jnp.maximum(mean + (mean - motion.pace) * share, 0.0)
+        sheets = at.c * growth(pace, law) * jnp.maximum(at.overlap - slip, 0.0)
+        new = sheets + force_of_enclosure(slip, motion.enclosure, at.enclosure)
+        return new, slip - start + (new - force) / at.k
+
+    def excess(slip: Any) -> Any:
+        new, distance = there(slip)
+        return (force + new) / 2 + beta * distance - alpha
+
+    def newton(_: int, state: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+        low, high, slip = state
+        here, slope = jax.jvp(excess, (slip,), (jnp.ones_like(slip),))
+        low, high = jnp.where(here < 0, slip, low), jnp.where(here < 0, high, slip)
+        near = slip - here / jnp.where(slope > 0, slope, 1.0)
+        inside = (slope > 0) & (near >= low) & (near <= high)
+        return low, high, jnp.where(inside, near, (low + high) / 2)
+
+    hold = resting(at) * jnp.maximum(at.overlap - start, 0.0)
+    hold = hold + force_of_enclosure(start, motion.enclosure, at.enclosure)
+    stuck = (alpha - force) / (beta + at.k / 2)
+    slides = force + at.k * stuck > hold
+    # it slips at most as far as nothing would hold mass and spring
+    far = start + jnp.maximum(alpha / beta, 0.0) + force / at.k
+    guess = jnp.minimum(start + motion.pace * dt, (start + far) / 2)
+    slip = jax.lax.fori_loop(0, _PACED, newton, (start, far, guess))[2]
+    slip = jnp.where(slides, slip, start)
+    new, sliding = there(slip)
+    distance = jnp.where(slides, sliding, stuck)
+    new = jnp.where(slides, new, force + at.k * stuck)
+    mean = (force + new) / 2
+    work, warm = _of_enclosure(motion, slip, at)
+    more = slip - start
+    pulled = _Pulled(
+        motion.drawn + distance, slip, new, mean * distance, mean * more - work + warm, work - warm
+    )
+    return pulled, distance
+
+
+def _of_enclosure(motion: Motion, slip: Any, at: Setting) -> tuple[Any, Any]:
+    """Work of the enclosure from the state's slip to another [J], and what of it is heat."""
+    if motion.enclosure is not None:
+        made: tuple[Any, Any] = first_work(motion.enclosure, motion.slip, slip, at.enclosure)
+        return made
+    work = backbone_work(slip, at.enclosure) - backbone_work(motion.slip, at.enclosure)
+    warm = backbone_dissipated(slip, at.enclosure)
+    return work, warm - backbone_dissipated(motion.slip, at.enclosure)
+
+
 def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load) -> Motion:
     """One step on the taut rope."""
     damped = load.damping is not None
@@ -165,18 +234,16 @@ def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load) -> Motion:
         beta = kappa / share
     else:
         alpha, beta = m * (g + 2 * v / dt), 2 * m / dt**2
-    pulled, distance = _meet(motion, alpha, beta, at, c)
+    if at.law is None:
+        pulled, distance = _meet(motion, alpha, beta, at, c)
+    else:
+        pulled, distance = _meet_paced(motion, alpha, beta, at, dt)
     mean = alpha - beta * distance
     place = v * dt + (g - mean / m) * dt**2 / 2
     stretch = place - distance if damped else jnp.zeros_like(distance)
     rope = load.damping * stretch**2 / dt if damped else 0.0
-    # nobody sees the force between two steps: its top is that of the backbone, if passed
-    line = at if at.fan is None else _line_at_top(at)
-    top = (at.enclosure.root / (2 * jnp.where(line.c > 0, line.c, 1.0))) ** 2
-    passed = (motion.slip < top) & (top < pulled.slip) & (top < at.enclosure.saturation)
-    most = line.c * line.overlap + at.enclosure.root**2 / (4 * line.c)
-    highest = jnp.where(passed, most, pulled.force)
     return motion._replace(
+        **_paced(motion, pulled.slip, dt),
         time=motion.time + dt,
         place=motion.place + place if damped else pulled.drawn,
         speed=v + (g - mean / m) * dt,
@@ -186,7 +253,7 @@ def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load) -> Motion:
         force=pulled.force,
         enclosure=_kept(motion.enclosure, pulled),
         heat=motion.heat + pulled.heat + rope,
-        peak=jnp.maximum(motion.peak, highest),
+        peak=jnp.maximum(motion.peak, _highest(motion, pulled, at)),
     )
 
 
@@ -196,6 +263,31 @@ def _line_at_top(at: Setting) -> Any:
     for _ in range(4):
         top = (at.enclosure.root / (2 * jnp.where(at.c > 0, tangent(top, at).c, 1.0))) ** 2
     return tangent(top, at)
+
+
+def _highest(motion: Motion, pulled: _Pulled, at: Setting) -> Any:
+    """The greatest force of a step [N]: nobody sees it between two steps.
+
+    It is the top of the backbone, if that was passed. With a speed law it lies there only by
+    chance, and the force after the step is taken: off by the square of the step.
+    """
+    if at.law is not None:
+        return pulled.force
+    line = at if at.fan is None else _line_at_top(at)
+    top = (at.enclosure.root / (2 * jnp.where(line.c > 0, line.c, 1.0))) ** 2
+    passed = (motion.slip < top) & (top < pulled.slip) & (top < at.enclosure.saturation)
+    most = line.c * line.overlap + at.enclosure.root**2 / (4 * line.c)
+    return jnp.where(passed, most, pulled.force)
+
+
+def _paced(motion: Motion, slip: Any, dt: Any) -> dict[str, Any]:
+    """How fast the brake slipped in a step [m/s], and how long that took [s]."""
+    if motion.pace is None:
+        return {}
+    # a step of no time leaves no speed behind
+    some = jnp.where(dt > 0, dt, 1.0) + jnp.zeros_like(motion.lapse)
+    mean = jnp.where(dt > 0, (slip - motion.slip) / some, motion.pace)
+    return {"pace": mean, "lapse": jnp.where(dt > 0, some, motion.lapse)}
 
 
 def _until_slack(motion: Motion, dt: Any, at: Setting, load: Load) -> Motion:
@@ -217,6 +309,7 @@ def _until_slack(motion: Motion, dt: Any, at: Setting, load: Load) -> Motion:
     more = place + shrink if damped else jnp.zeros_like(place)
     rope = load.damping * more**2 / jnp.where(time > 0, time, 1.0) if damped else 0.0
     return motion._replace(
+        **_paced(motion, motion.slip, time),
         time=motion.time + time,
         place=motion.place + place if damped else motion.slip,
         speed=v + pull * time,
@@ -255,6 +348,7 @@ def _slack(motion: Motion, dt: Any, load: Load) -> Motion:
     stretch = rest(time)
     place = motion.place + v * time + g * time**2 / 2
     return motion._replace(
+        **_paced(motion, motion.slip, time),
         time=motion.time + time,
         place=jnp.where(reached, motion.slip + stretch, place),
         speed=v + g * time,
@@ -278,6 +372,8 @@ def pump(motion: Motion, vacuum: Any, before: Setting, at: Setting) -> Motion:
     enclosure = at_vacuum(held, before.enclosure, at.enclosure)
     new = motion._replace(enclosure=enclosure)
     gives = motion.force > force_of(motion.slip, at) + enclosure.force
+    if at.law is not None:  # it takes its time to slide on
+        gives = jnp.zeros_like(gives)
     pulled = _pulled(new, jnp.zeros_like(motion.slip), gives & ~motion.slack, at)
     # the spring drives the sheets harder than friction holds: heat, but for the enclosure's share
     spring = (motion.force - pulled.force) * (motion.force + pulled.force) / (2 * at.k)

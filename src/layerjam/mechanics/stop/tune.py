@@ -11,7 +11,7 @@ from layerjam.device.brake import Brake
 from layerjam.mechanics.energy import slip_work
 from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.pull import brake_force, vacuum_for_force
-from layerjam.mechanics.stop.exact import STOPPED, stop
+from layerjam.mechanics.stop.exact import STOPPED, any_speed, stop
 from layerjam.mechanics.stop.motion import series_of
 
 NEAR = 1e-6
@@ -33,10 +33,19 @@ def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
 
     `spring` [N/m] is rope and brake in series (infinite for none), `gravity` [m/s^2] acts along the
     pull. NaN where there is none: too fast for the site's full vacuum, or so slow that a brake weak
-    enough to let it run that far could not hold the weight there.
+    enough to let it run that far could not hold the weight there. With a speed law NaN: no balance
+    holds, and `simulate.paced_tune` tries stops.
     """
     shape = jnp.broadcast_arrays(mass, speed, slip, spring, gravity)
     mass, speed, slip, spring, gravity = shape
+    balanced = _balanced_vacuum(mass, speed, slip, spring, gravity, brake)
+    return within(any_speed(brake), balanced)
+
+
+def _balanced_vacuum(
+    mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake
+) -> Any:
+    """Where the energy balance is met at the end of the slip."""
     top = brake.site.atmosphere + jnp.zeros_like(mass)
     enclosure_alone = brake_force(slip, 0.0, brake)
     held = vacuum_for_force(jnp.maximum(mass * gravity, enclosure_alone), slip, brake)
@@ -73,7 +82,8 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
     """Speeds [m/s] between which a `tuned_vacuum` solves its balance at a slip [m].
 
     The slowest belongs to the vacuum that just holds the weight there, the fastest to the site's
-    full vacuum. NaN where not even that holds it; a slowest above the fastest means no speed.
+    full vacuum. NaN where not even that holds it, and with a speed law; a slowest above the fastest
+    means no speed.
     """
     spring, full = series_of(rope, brake), brake.site.atmosphere
     weight = mass * gravity
@@ -85,7 +95,8 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
         taken = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
         return safe_sqrt(jnp.maximum(taken - weight * (slip + force / spring), 0.0) * 2 / mass)
 
-    return speed(held), within(~jnp.isnan(held), speed(full))
+    same = any_speed(brake)
+    return within(same, speed(held)), within(same & ~jnp.isnan(held), speed(full))
 
 
 @law

@@ -25,6 +25,7 @@ from layerjam.records.reader import Reader
 from layerjam.records.source import Source
 from layerjam.records.toml import line_of, parse_toml
 from layerjam.records.values import TextSpec, entries, value
+from layerjam.simulate.speed import in_a_machine
 from layerjam.units import QuantitySpec, check, get, nested, parse, quantity, record, show
 
 S = TypeVar("S", bound="Scenario")
@@ -105,7 +106,7 @@ class Scenario:
             if paths:
                 said = {"unstated": "no source is stated"}.get(kind, f"{kind}, not measured")
                 out.append(f"scenario: {', '.join(paths)}: {said}")
-        return [*out, *self.brake.warnings(), *self.line.warnings()]
+        return [*out, *self.brake.warnings(), *self.line.warnings(), *in_a_machine(self.brake)]
 
     def cited(self) -> list[tuple[str, str, str]]:
         """(path, value with unit, where it is from) of every entry."""

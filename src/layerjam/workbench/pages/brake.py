@@ -25,6 +25,7 @@ GROUPS = {
     "enclosure": "Enclosure",
     "mount": "Caps",
     "": "Whole brake",
+    "speed_law": "Friction over speed",
     "rope": "Rope of the drop test",
     "site": "Site",
 }

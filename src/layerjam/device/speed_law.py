@@ -1,0 +1,27 @@
+"""How the friction of the sheets grows with the speed at which they slide."""
+
+from __future__ import annotations
+
+from layerjam.units import quantity, record
+
+
+@record
+class SpeedLaw:
+    """Friction at a sliding speed v over that at `test_speed`: ((v_0 + v)/(v_0 + v_test))^n.
+
+    Ours, fitted to tests of this pair of surfaces; at n = 1 the linear growth of Stribeck's curve.
+    The film's kinetic friction and the scale factor are those at `test_speed`.
+    """
+
+    power: float = quantity(
+        "1", "power of the sliding speed in the friction", lo=0, hi=1, symbol="n"
+    )
+    test_speed: float = quantity(
+        "m/s", "sliding speed at which the friction was measured", hi=100, symbol="v_test"
+    )
+    rest_speed: float = quantity(
+        "m/s", "speed far below which friction no longer changes", lo=1e-7, hi=10, symbol="v_0"
+    )
+    fastest: float | None = quantity(
+        "m/s", "fastest sliding speed of the measurement", lo=1e-7, hi=1000, default=None
+    )

@@ -1,0 +1,79 @@
+"""A stiffly accurate Rosenbrock method for three numbers and an integral, many at once.
+
+Rodas of Hairer and Wanner (Solving Ordinary Differential Equations II, IV.7): order 4, L-stable,
+embedded order 3; no iteration, so that every step costs the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+GAMMA = 0.25
+_A = np.zeros((6, 6))
+_A[1, :1] = 1.544
+_A[2, :2] = 0.9466785280815826, 0.2557011698983284
+_A[3, :3] = 3.314825187068521, 2.896124015972201, 0.9986419139977817
+_A[4, :4] = 1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950
+_A[5, :5] = *_A[4, :4], 1.0
+_C = np.zeros((6, 6))
+_C[1, :1] = -5.6688
+_C[2, :2] = -2.430093356833875, -0.2063599157091915
+_C[3, :3] = -0.1073529058151375, -9.594562251023355, -20.47028614809616
+_C[4, :4] = 7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160
+_C[5, :3] = 8.083246795921522, -7.981132988064893, -31.52159432874371
+_C[5, 3:5] = 16.31930543123136, -6.058818238834054
+
+Rates = Callable[[Any], Any]
+"""From four numbers, shape (4, ...), to how each changes.
+
+Three that act on each other, and an integral over them that acts on none."""
+
+
+class Step(NamedTuple):
+    """Where a step leads."""
+
+    after: Any
+    """Shape (4, ...)."""
+    error: Any
+    """Difference of the two orders."""
+
+
+def _solved(rows: list[list[Any]], right: Any) -> list[Any]:
+    """x of a 3 x 3 system, by Cramer's rule on rows scaled to size 1."""
+    sizes = [jnp.maximum(jnp.maximum(abs(a), abs(b)), abs(c)) for a, b, c in rows]
+    (a, b, c), (d, e, f), (g, h, i) = (
+        [value / size for value in row] for row, size in zip(rows, sizes, strict=True)
+    )
+    p, q, r = (value / size for value, size in zip(right, sizes, strict=True))
+    ei, di, dh = e * i - f * h, d * i - f * g, d * h - e * g
+    whole = a * ei - b * di + c * dh
+    one = p * ei - b * (q * i - f * r) + c * (q * h - e * r)
+    two = a * (q * i - f * r) - p * di + c * (d * r - q * g)
+    three = a * (e * r - q * h) - b * (d * r - q * g) + p * dh
+    return [one / whole, two / whole, three / whole]
+
+
+def rosenbrock(rates: Rates, now: Any, h: Any) -> Step:
+    """One step of `h` [s] from four numbers, shape (4, ...); `rates` is autonomous."""
+    columns = [jax.jvp(rates, (now,), (jnp.zeros_like(now).at[j].set(1.0),))[1] for j in range(3)]
+    own = 1 / (GAMMA * h)
+    rows = [[-columns[j][i] + (own if i == j else 0.0) for j in range(3)] for i in range(3)]
+
+    def stage(i: Any, done: tuple[Any, Any]) -> tuple[Any, Any]:
+        _, stages = done
+        at = now + jnp.tensordot(jnp.asarray(_A)[i], stages, 1)
+        right = rates(at) + jnp.tensordot(jnp.asarray(_C)[i], stages, 1) / h
+        made = _solved(rows, right[:3])
+        last = (right[3] + sum(columns[j][3] * made[j] for j in range(3))) / own
+        new = jnp.stack([*made, last])
+        return at, jax.lax.dynamic_update_index_in_dim(stages, new, i, 0)
+
+    # one after the other in a loop: written out they take ten times as long to compile
+    none = jnp.zeros((6, *now.shape))
+    at, stages = jax.lax.fori_loop(0, 6, stage, (now, none))
+    return Step(at + stages[5], stages[5])

@@ -1,0 +1,106 @@
+"""What to say of friction that depends on the sliding speed, or that nobody has measured so."""
+
+from __future__ import annotations
+
+from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile
+from layerjam.errors import Notice
+from layerjam.units import show
+
+SLOW = 25e-3
+"""Fastest pull of the paper [m/s], which saw no effect of speed on dry sheets."""
+UNMEASURED = Notice(
+    "no speed law was measured for this brake: friction counts as the same at every sliding speed, "
+    "while that of PTFE rises several times from 10 to 500 mm/s (makers' curves)",
+    "speed-law-unmeasured",
+)
+
+
+def follows_speed(brake: Brake) -> bool:
+    """Whether the friction of a brake (plain numbers) depends on the sliding speed."""
+    return brake.speed_law is not None and brake.speed_law.power > 0
+
+
+def in_a_stop(
+    file: BrakeFile, fastest: float | None = None, error: float | None = None
+) -> list[Notice]:
+    """What a stop has to say; `fastest` is its sliding speed [m/s], `error` that of integration."""
+    law = file.brake.speed_law
+    if law is None:
+        return [UNMEASURED]
+    said = []
+    if error is not None:
+        said.append(
+            Notice(
+                "friction follows the brake's [speed_law]; the stop is integrated, slip, time and "
+                f"force to about {max(error, 1e-12):.0e} of their value",
+                "speed-law",
+            )
+        )
+    if fastest is not None:
+        said += beyond(file, fastest)
+    return said
+
+
+def beyond(file: BrakeFile, fastest: float) -> list[Notice]:
+    """That the sheets slide faster [m/s] than the speed law was measured."""
+    law = file.brake.speed_law
+    known = None if law is None else law.fastest
+    if known is None or fastest <= known:
+        return []
+    return [
+        Notice(
+            f"the sheets slide at up to {show(fastest, 'm/s')}; their friction was measured up to "
+            f"{show(known, 'm/s')} and is extrapolated",
+            "speed-law-beyond",
+        )
+    ]
+
+
+def of_force(file: BrakeFile, speed: float | None) -> list[Notice]:
+    """What a force at a sliding speed [m/s] has to say; None where no speed was asked for."""
+    law = file.brake.speed_law
+    if law is None:
+        return [] if speed is None else [UNMEASURED]
+    if speed is not None:
+        return beyond(file, speed)
+    at = show(law.test_speed, "m/s")
+    return [Notice(f"the force is that of sheets sliding at {at}", "at-test-speed")]
+
+
+def in_a_pull(file: BrakeFile, speed: float) -> list[Notice]:
+    """What a pull has to say whose crosshead moves at up to a `speed` [m/s]."""
+    if file.brake.speed_law is None:
+        return [UNMEASURED] if speed > SLOW else []
+    if not follows_speed(file.brake):
+        return []
+    words = (
+        "friction follows the brake's [speed_law] at the speed of the crosshead; while that "
+        "stands, the last one counts"
+    )
+    return [Notice(words, "speed-law"), *beyond(file, speed)]
+
+
+def in_a_slide(file: BrakeFile, speed: float, fastest: float) -> list[Notice]:
+    """What stick–slip at a speed of the crosshead, and a fastest slip [m/s], has to say."""
+    if not follows_speed(file.brake):
+        return in_a_pull(file, speed)
+    words = (
+        "kinetic friction follows the brake's [speed_law] at the speed of the sliding sheets; "
+        "stable_speed and stiffness_needed are closed forms without it and are left out"
+    )
+    return [Notice(words, "speed-law"), *beyond(file, fastest)]
+
+
+def in_a_machine(file: BrakeFile) -> list[Notice]:
+    """What the machines have to say: their rides count friction at one speed."""
+    law = file.brake.speed_law
+    if law is None:
+        return [UNMEASURED]
+    if not follows_speed(file.brake):
+        return []
+    words = (
+        "the machines count friction at the test speed of the brake's [speed_law], "
+        f"{show(law.test_speed, 'm/s')}, whatever the speed; `drop` and `plan` follow the law"
+    )
+    return [Notice(words, "speed-law-ignored")]
