@@ -265,8 +265,8 @@ Made by `python tests/pull_faults.py --campaigns {campaigns} --seed {seed} --wri
 Shares are of campaigns in which a check says LOOK or a pull is refused; the first row are false
 alarms, uncertain by {own:.1%}. **Bold**: what must be found in 80 % of campaigns. `--depth curves`
 was run on the first quarter of the campaigns of each row. The best test there can be (Neyman and
-Pearson's) is told the true friction or stiffness of every pull, how they scatter, and the size of
-the fault, and has 5 % false alarms; it is not told the mean nor which pull or vacuum is odd. No
+Pearson's) knows the true friction or stiffness of every pull, how they scatter, and the size of
+the fault, and has 5 % false alarms; it does not know the mean nor which pull or vacuum is odd. No
 test that must find the scatter out of twelve pulls comes up to it.
 
 {MARKS[1]}"""
