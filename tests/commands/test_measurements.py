@@ -11,6 +11,8 @@ from cli.conftest import contents
 from layerjam.cli.main import main
 from layerjam.commands.crash import crash
 from layerjam.commands.leak import leak
+from layerjam.commands.predict import force as brake_force
+from layerjam.commands.predict import show
 from layerjam.commands.pressure_log import temperature_of
 from layerjam.commands.pump_down import pump_down
 from layerjam.commands.sleeve import sleeve
@@ -19,6 +21,7 @@ from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.identify.logs.leak import pressure as leaked
 from layerjam.identify.logs.pump_down import pressure as pumped
 from layerjam.identify.rubber import hyperelastic
+from layerjam.mechanics.hyperelastic import rubber_stress
 from measure.layouts import REAL
 
 A = 101325.0
@@ -102,6 +105,35 @@ def test_the_modulus_goes_into_a_brake(tmp_path):
     assert any("calibrate" in w for w in found.warnings)
     with pytest.raises(FileError, match="exists"):
         sleeve([tmp_path / "a.csv"], brake="choi2018-kapton", out=out)
+
+
+def test_the_model_goes_into_a_brake_where_it_is_asked_for(tmp_path):
+    path = curve(tmp_path / "a.csv")
+    once, twice = tmp_path / "once.toml", tmp_path / "twice.toml"
+    found = sleeve([path], brake="choi2018-kapton", out=once, hyperelastic=True)
+    law = load(once).brake.hyperelastic
+    strain = np.linspace(0, law.strain, 30)
+    due = hyperelastic.stress(found.model, found.parameters, strain)
+    np.testing.assert_allclose(rubber_stress(strain, law), due, rtol=1e-6)
+    assert law.strain == found.strain_range[1]
+    assert load(once).sources["hyperelastic.strain"].kind == "measured"
+    # the same pull, in which the enclosure alone is another
+    one, other = (brake_force(b, slip="5 mm", vacuum="20 kPa") for b in ("choi2018-kapton", once))
+    assert one.sheet_friction == other.sheet_friction
+    assert other.enclosure_force != pytest.approx(one.enclosure_force, rel=1e-3)
+    # another test replaces the whole law, and does not leave it beside a new modulus
+    with pytest.raises(QuantityError, match="--hyperelastic"):
+        sleeve([path], brake=once, out=twice)
+    again = sleeve([path], brake=once, out=twice, hyperelastic=True, fit_to="150 %")
+    new = load(twice).brake.hyperelastic
+    assert new.strain == pytest.approx(1.5, rel=0.01)
+    due = hyperelastic.stress(again.model, again.parameters, 1.0)
+    assert float(rubber_stress(1.0, new)) == pytest.approx(float(due), rel=1e-6)
+    with pytest.raises(QuantityError, match="give brake and out too"):
+        sleeve([path], hyperelastic=True)
+    with pytest.raises(QuantityError, match="hyperelastic.strain says was measured"):
+        brake_force(twice, slip=0.06, vacuum=9e4)
+    assert any(w.key == "one-modulus" for w in show(once).warnings)
 
 
 def test_one_bad_file_is_named_and_the_brake_waits(tmp_path):

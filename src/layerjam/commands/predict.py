@@ -23,7 +23,7 @@ from layerjam.commands.quantities import (
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load, write_whole
-from layerjam.errors import Notice
+from layerjam.errors import Notice, QuantityError
 from layerjam.units import QuantitySpec
 from layerjam.units import show as in_words
 
@@ -105,13 +105,16 @@ def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     from layerjam.device.brake import mass
     from layerjam.mechanics import energy, friction, limits, pull, stiffness
 
-    device = brake.brake
+    device = replace(brake.brake, hyperelastic=None)
     full = device.site.atmosphere
     peak = pull.peak(full, device.sheets.usable_travel, device)
     weight, strength = mass(device), device.film.strength
     clamped = float(limits.clamp_stress(peak.force, device))
     mount = float(stiffness.mount_stiffness(device))
     notices = list(brake.warnings())
+    if brake.brake.hyperelastic is not None:
+        said = "these numbers take the enclosure's one modulus, not its [hyperelastic] law"
+        notices.append(Notice(said, "one-modulus"))
     if not bool(peak.inside):
         notices.append(
             Notice("even at full vacuum a pull has no peak: the force rises to the end", "no-peak")
@@ -198,12 +201,29 @@ def force(
         else sheet_friction_at(slip, sliding_speed, vacuum, brake.brake)
     )
     enclosure = _numbers(enclosure_force(slip, vacuum, brake.brake))
+    _within_fitted(enclosure, vacuum, brake.brake)
     return BrakeForce(
         sheet_friction=sheets,
         enclosure_force=enclosure,
         force=sheets + enclosure,
         warnings=[*brake.warnings(), *notices, *of_force(brake, sliding_speed)],
         record=(brake, vacuum, slip),
+    )
+
+
+def _within_fitted(enclosure: Any, vacuum: Any, device: Any) -> None:
+    """That a hyperelastic enclosure is not stretched beyond the strain it was fitted to."""
+    import numpy as np
+
+    if device.hyperelastic is None or np.isfinite(enclosure).all():
+        return
+    from layerjam.mechanics.hyperelastic import greatest_slip
+
+    most = float(np.min(greatest_slip(vacuum, device)))
+    raise QuantityError.of(
+        "slip",
+        f"beyond {in_words(most, 'm')} the enclosure is stretched more than the "
+        f"{device.hyperelastic.strain:.0%} that hyperelastic.strain says was measured",
     )
 
 

@@ -138,6 +138,9 @@ def sleeve(
     ] = None,
     brake: TargetBrake | None = None,
     out: OutBrake | None = None,
+    hyperelastic: Annotated[
+        bool, Help("Write the model that was chosen into the brake too, as [hyperelastic].")
+    ] = False,
     partial: Partial = False,
     options: TableOptions = TableOptions(),
     force: Overwrite = False,
@@ -147,12 +150,15 @@ def sleeve(
     `start` and `end` bound the strain of the initial slope, `fit_to` is the greatest strain that is
     fitted. Each file is one specimen; specimens of one material are pooled. `material` names the
     silicone of the catalogue to compare with, where the files do not. With `brake` and `out` the
-    mean 100 % modulus is written into a copy of the brake.
+    mean 100 % modulus is written into a copy of the brake; `hyperelastic` writes the chosen model
+    beside it, which force and first pull then take in place of the modulus.
     """
     from layerjam.identify.rubber.specimens import data_sheets, material_of, pooled, read, row_of
 
     sheets = data_sheets()
     _check(start, end, brake, out, material, sheets)
+    if hyperelastic and brake is None:
+        raise QuantityError("hyperelastic: give brake and out too; it is written into a brake")
     asked: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "most": fit_to}
     one = bound(read, window=(start, end), options=options, **asked)
     specimens, refused = taken(several(files), lambda path: [("", bound(one, path))])
@@ -167,7 +173,8 @@ def sleeve(
         warnings.append(SEVERAL_MATERIALS)
     written = None
     if brake is not None:
-        changed = _with_modulus(values, done)
+        changed: dict[str, Any] = dict(_with_modulus(values, done))
+        changed |= _with_model(values, brake, changed["enclosure.modulus"][1], hyperelastic)
         written, said = _write(brake, out, changed, force, bool(refused), partial)
         warnings += said
     return SiliconeFit.of(
@@ -202,7 +209,7 @@ def _check(
 def _write(
     brake: BrakeFile,
     out: str | Path | None,
-    changed: Mapping[str, tuple[float, Source]],
+    changed: Mapping[str, tuple[float, Source] | None],
     force: bool,
     refused: bool,
     partial: bool,
@@ -219,6 +226,34 @@ def _write(
         )
         said = [*said, Notice(old, "old-scale-factor")]
     return written, said
+
+
+def _with_model(
+    values: Mapping[str, Any], brake: BrakeFile, modulus: Source, wanted: bool
+) -> dict[str, tuple[float, Source] | None]:
+    """The chosen model as a brake's file takes it, in place of the one that it has."""
+    from layerjam.device.hyperelastic import NAMES
+
+    old = [path for path in brake.sources if path.startswith("hyperelastic.")]
+    if not wanted:
+        if old:
+            raise QuantityError(
+                "hyperelastic: the brake has the model of another enclosure; replace it too "
+                "(--hyperelastic), or take [hyperelastic] out of its file"
+            )
+        return {}
+    if not values["stable"]:
+        raise FitError(
+            f"hyperelastic: {values['model']} is not stable in tension over the curve; fit less of "
+            "it (--fit-to)"
+        )
+    text = modulus.text.replace("engineering stress at 100 %", f"{values['model']} fitted")
+    source = Source(kind="measured", text=text)
+    names = NAMES[values["model"]]
+    made: dict[str, tuple[float, Source] | None] = dict.fromkeys(old)
+    made |= {f"hyperelastic.{names[p]}": (v, source) for p, v in values["parameters"].items()}
+    made["hyperelastic.strain"] = (float(values["strain_range"][1]), source)
+    return made
 
 
 def _with_modulus(

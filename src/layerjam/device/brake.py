@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import atan, pi
 
 from layerjam.device.enclosure import Enclosure
+from layerjam.device.hyperelastic import Hyperelastic, validate_hyperelastic
 from layerjam.device.mount import Mount, Rope, Site
 from layerjam.device.sheets import Film, Sheets
 from layerjam.device.speed_law import SpeedLaw
@@ -45,6 +46,7 @@ class Brake:
         "Pa", "contact pressure of the friction test", lo=1, hi=1e7, symbol="P_test", default=None
     )
     speed_law: SpeedLaw | None = nested(SpeedLaw, default=None)
+    hyperelastic: Hyperelastic | None = nested(Hyperelastic, default=None)
     rope: Rope | None = nested(Rope, default=None)
     site: Site = nested(Site, default=Site())
 
@@ -118,6 +120,8 @@ def validate(brake: Brake) -> None:
             f"{show(law.fastest, 'm/s')} is below the test_speed, {show(law.test_speed, 'm/s')}, "
             "at which friction was measured too",
         )
+    if brake.hyperelastic is not None:
+        validate_hyperelastic(brake.hyperelastic)
 
 
 def sheet_mass(brake: Brake) -> float:

@@ -171,7 +171,7 @@ def _remember(reader: Reader, values: Mapping[str, Any], sources: Mapping[str, S
 def updated_text(
     file: BrakeFile,
     name: str,
-    changes: Mapping[str, tuple[float, Source]],
+    changes: Mapping[str, tuple[float, Source] | None],
     made_by: Mapping[str, Any] | None = None,
 ) -> str:
     """The file's text with a new name and some values changed, comments and the rest kept.

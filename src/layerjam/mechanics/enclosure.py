@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
+from layerjam.errors import QuantityError
+from layerjam.mechanics.hyperelastic import at_slip
 from layerjam.mechanics.law import law, safe_sqrt, within
 
 
@@ -30,12 +32,23 @@ class EnclosureLaw(NamedTuple):
 
 
 def enclosure_at(vacuum: Any, brake: Brake) -> EnclosureLaw:
-    """The enclosure's constants at a vacuum [Pa]."""
+    """The enclosure's constants at a vacuum [Pa]; QuantityError for a hyperelastic one."""
+    one_modulus(brake)
     sheets = brake.sheets
     stiffness = brake.enclosure.modulus * sheets.width * brake.enclosure.wall
     reach = (sheets.free_left + sheets.overlap + sheets.free_right) / 2
     friction = brake.film.friction_on_silicone * sheets.width * vacuum
     return enclosure_of(stiffness, friction, reach)
+
+
+def one_modulus(brake: Brake) -> None:
+    """Raise QuantityError for a brake whose enclosure is hyperelastic."""
+    if brake.hyperelastic is not None:
+        raise QuantityError.of(
+            "hyperelastic",
+            "this takes the enclosure's one modulus only; use the brake without [hyperelastic]. "
+            "Its force over slip, its work and a first pull at one vacuum take it",
+        )
 
 
 def enclosure_of(stiffness: Any, friction: Any, reach: Any) -> EnclosureLaw:
@@ -98,15 +111,31 @@ def inverse_backbone(force: Any, enclosure: EnclosureLaw) -> Any:
     return jnp.where(force < at_saturation, force**2 / square, whole)
 
 
+def first_loading(slip: Any, vacuum: Any, brake: Brake) -> Any:
+    """Force [N], both faces, in first loading to a slip [m] at a vacuum [Pa]: whichever law."""
+    if brake.hyperelastic is None:
+        return backbone(slip, enclosure_at(vacuum, brake))
+    return at_slip(slip, vacuum, brake)[1].force
+
+
+def first_loading_energy(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any]:
+    """Work and heat [J], both faces, of first loading to a slip [m]: whichever law."""
+    if brake.hyperelastic is None:
+        one = enclosure_at(vacuum, brake)
+        return backbone_work(slip, one), backbone_dissipated(slip, one)
+    made = at_slip(slip, vacuum, brake)[1]
+    return made.stored + made.heat, made.heat
+
+
 @law
 def enclosure_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Force of the enclosure in first loading [N] (eq. 5 corrected); slip [m], vacuum [Pa].
 
     2 sqrt(E A P mu W x) up to `saturation_slip`, linear beyond ("assumed closure", ours). Its
     slope at zero slip is infinite; the gradient there is taken as zero. NaN for a negative slip
-    or vacuum.
+    or vacuum. With `[hyperelastic]` that law instead, NaN beyond the strain that was fitted.
     """
-    return within((slip >= 0) & (vacuum >= 0), backbone(slip, enclosure_at(vacuum, brake)))
+    return within((slip >= 0) & (vacuum >= 0), first_loading(slip, vacuum, brake))
 
 
 @law
@@ -121,5 +150,7 @@ def enclosure_stretch(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
     5.5 at 40 mm and full vacuum, while the modulus is quoted at 1: the law is used far outside.
     """
+    if brake.hyperelastic is not None:
+        return within((slip >= 0) & (vacuum >= 0), at_slip(slip, vacuum, brake)[0])
     enclosure = enclosure_at(vacuum, brake)
     return within((slip >= 0) & (vacuum >= 0), backbone(slip, enclosure) / 2 / enclosure.stiffness)

@@ -7,7 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import backbone_dissipated, backbone_work, enclosure_at
+from layerjam.mechanics.enclosure import first_loading_energy
 from layerjam.mechanics.fan import work_of
 from layerjam.mechanics.friction import sheets_at
 from layerjam.mechanics.law import law, within
@@ -23,14 +23,14 @@ def sheet_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
 @law
 def slip_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """E(d, P) [J]: external work to slip the brake by d [m] at a vacuum [Pa] (eq. 10, exact)."""
-    work = sheet_work(slip, vacuum, brake) + backbone_work(slip, enclosure_at(vacuum, brake))
+    work = sheet_work(slip, vacuum, brake) + first_loading_energy(slip, vacuum, brake)[0]
     return within((slip >= 0) & (vacuum >= 0), work)
 
 
 @law
 def slip_heat(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Part of `slip_work` turned into heat [J]; the rest is stored in the enclosure."""
-    heat = sheet_work(slip, vacuum, brake) + backbone_dissipated(slip, enclosure_at(vacuum, brake))
+    heat = sheet_work(slip, vacuum, brake) + first_loading_energy(slip, vacuum, brake)[1]
     return within((slip >= 0) & (vacuum >= 0), heat)
 
 

@@ -13,9 +13,10 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_at
+from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_at, first_loading
 from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent
 from layerjam.mechanics.friction import friction_per_contact, sheets_at
+from layerjam.mechanics.hyperelastic import slip_under
 from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.stiffness import working_stiffness
 
@@ -30,7 +31,7 @@ def brake_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     zero there. NaN for a negative slip or vacuum.
     """
     force = force_of(slip, sheets_at(vacuum, brake))
-    force = force + backbone(slip, enclosure_at(vacuum, brake))
+    force = force + first_loading(slip, vacuum, brake)
     return within((slip >= 0) & (vacuum >= 0), force)
 
 
@@ -127,14 +128,19 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     (`least_stiffness`), NaN otherwise.
     """
     k = working_stiffness(brake)
-    sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
+    sheets = sheets_at(vacuum, brake)
+
+    def root(drive: Any, spring: Any) -> Any:
+        if brake.hyperelastic is None:
+            return rising_root(drive, spring, enclosure_at(vacuum, brake))
+        return slip_under(drive, spring, vacuum, brake)
 
     def meets(line: Sheets) -> Any:
-        return rising_root(k * elongation - line.c * line.overlap, k - line.c, enclosure)
+        return root(k * elongation - line.c * line.overlap, k - line.c)
 
     slip = along_tangents(meets, 0.0 * elongation, sheets)
+    alone = root(k * elongation, k)
     past = slip > brake.sheets.overlap
-    alone = rising_root(k * elongation, k, enclosure)
     slip = jnp.where(past, jnp.maximum(alone, brake.sheets.overlap), slip)
     return within((elongation >= 0) & (vacuum >= 0) & (k > tangent(0.0, sheets).c), slip)
 

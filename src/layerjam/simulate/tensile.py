@@ -17,6 +17,7 @@ from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import DEPTH
 from layerjam.mechanics.pull import least_stiffness, peak
 from layerjam.mechanics.stiffness import working_stiffness
+from layerjam.simulate.first_pull import check_first_pull, first_events, first_pull
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return, Vent
 from layerjam.simulate.record import Outcome, TensileRecord
 from layerjam.simulate.speed import follows_speed, in_a_pull
@@ -74,7 +75,8 @@ def _positions(step: Pull | Return, start: float, vacuum: float, brake: Brake) -
     """Elongations of a move's samples, of a pull with its events among them."""
     if isinstance(step, Return):
         return np.linspace(start, step.end, SAMPLES + 1)[1:]
-    events = np.array([float(e) for e in _events(vacuum, brake)])
+    found = _events if brake.hyperelastic is None else first_events
+    events = np.array([float(e) for e in found(vacuum, brake)])
     # past separation nothing is simulated: the grid need not reach the end of travel
     end = min(step.end, max(start, *events) * 1.001 + 1e-9)
     # the rise to the peak takes a millimetre or two: enough samples to measure it on
@@ -90,8 +92,11 @@ def _run(elongation: Array, vacuum: Array, speed: Array, brake: Brake) -> Cycle:
     pad = -count % _BLOCK
     histories = elongation, vacuum, speed
     longer = [np.pad(history, (0, pad), mode="edge") for history in histories]
-    paced = longer[2] if follows_speed(brake) else None
-    result = brake_cycle(longer[0], longer[1], brake, paced)
+    if brake.hyperelastic is None:
+        paced = longer[2] if follows_speed(brake) else None
+        result = brake_cycle(longer[0], longer[1], brake, paced)
+    else:
+        result = first_pull(longer[0], longer[1], brake)
     return Cycle(*(np.asarray(values)[:count] for values in result))
 
 
@@ -129,7 +134,7 @@ def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
     CLOSED_BY_SLEEVE (unloaded, the enclosure drew the brake back by itself) or SNAPS (the rig is
     softer than the brake's softening; the record ends before it). Raises QuantityError for a
     vacuum above the site's atmosphere and ProcedureError where the nested turns exceed what the
-    enclosure's memory holds.
+    enclosure's memory holds. A hyperelastic enclosure takes one pull out at one vacuum.
     """
     brake = file.brake
     highest, atmosphere = procedure.highest_vacuum(), brake.site.atmosphere
@@ -138,6 +143,8 @@ def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
             f"vacuum: {show(highest, 'Pa')} is more than the atmosphere, {show(atmosphere, 'Pa')}"
         )
     time, elongation, vacuum, speed = _path(procedure, brake)
+    if brake.hyperelastic is not None:
+        check_first_pull(elongation, vacuum, brake)
     cycle = _run(elongation, vacuum, speed, brake)
     end, outcome = len(time), Outcome.FINISHED
     if cycle.overflow.any():

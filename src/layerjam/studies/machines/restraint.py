@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_of
+from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_of, one_modulus
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import rising_root
@@ -51,6 +51,7 @@ def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake
 
     Valid while the strap is stiffer than the friction falls, k > N c; `snaps` tells.
     """
+    one_modulus(brake)
     every = jnp.broadcast_arrays(parallel, series, vacuum, webbing)
     parallel, series, vacuum, webbing = every
     sheets = brake.sheets

@@ -1,0 +1,203 @@
+"""The enclosure in first loading with a hyperelastic law instead of one modulus (ours).
+
+Each half of a face is a strip of section A, drawn at its end against the friction q = mu_e W P per
+length. The tension falls by q along it, dN/ds = -q, from A sigma(e0) at the end to zero, or to
+A sigma(e_m) in the middle once the whole face moves. With ds = A sigma'(e) de/q the slip is
+
+    x/2 = integral of e ds = A/q integral of e sigma'(e) de = W*(N)/q,
+
+W* being the complementary energy; with sigma = E e that is the law of `enclosure`. Every integral
+over the strip is its length times a mean over the strain with the weight sigma', which also holds
+without friction. The strain at the end is found by halving; it is the one unknown.
+
+First loading at constant vacuum only: Masing's rule needs a strain that is linear in the tension,
+so that unloading, cycles and a change of vacuum have no closed law here.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from layerjam.device.brake import Brake
+from layerjam.device.hyperelastic import Hyperelastic
+from layerjam.mechanics.law import law, rising_zero
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+_NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
+
+
+def rubber_stress(strain: Any, rubber: Hyperelastic) -> Any:
+    """Engineering stress [Pa] of uniaxial tension at a strain [-]; exact for small ones."""
+    stretch, shear = 1 + strain, 0.0
+    over = strain**2 * (stretch + 2) / stretch
+    for coefficient, by in (
+        (rubber.c10, 1.0),
+        (rubber.c01, 1 / stretch),
+        (rubber.c20, 2 * over),
+        (rubber.c30, 3 * over**2),
+    ):
+        if coefficient is not None:
+            shear = shear + coefficient * by
+    total = 2 * strain * (stretch**2 + stretch + 1) / stretch**2 * shear
+    log = jnp.log1p(strain)
+    for mu, alpha in _ogden(rubber):
+        total = total + mu * jnp.exp(-(alpha / 2 + 1) * log) * jnp.expm1(1.5 * alpha * log)
+    return total
+
+
+def rubber_energy(strain: Any, rubber: Hyperelastic) -> Any:
+    """Elastic energy a volume [Pa] of uniaxial tension at a strain [-]."""
+    stretch, total = 1 + strain, jnp.zeros(jnp.shape(strain))
+    over = strain**2 * (stretch + 2) / stretch
+    for coefficient, by in (
+        (rubber.c10, over),
+        (rubber.c01, strain**2 * (2 * stretch + 1) / stretch**2),
+        (rubber.c20, over**2),
+        (rubber.c30, over**3),
+    ):
+        if coefficient is not None:
+            total = total + coefficient * by
+    log = jnp.log1p(strain)
+    for mu, alpha in _ogden(rubber):
+        side = jnp.exp(-alpha / 2 * log)
+        apart = jnp.expm1(-alpha / 2 * log)
+        total = total + mu / alpha * apart**2 * (2 * side + 1) / side**2
+    return total
+
+
+def _ogden(rubber: Hyperelastic) -> list[tuple[Any, Any]]:
+    terms = ((rubber.mu1, rubber.alpha1), (rubber.mu2, rubber.alpha2))
+    return [(mu, alpha) for mu, alpha in terms if mu is not None]
+
+
+class Strip(NamedTuple):
+    """Half of one face at a vacuum."""
+
+    section: Any
+    """A = W w_e [m^2]."""
+    friction: Any
+    """q = mu_e W P [N/m]."""
+    reach: Any
+    """Half the free length l [m]."""
+    rubber: Hyperelastic
+
+
+class Stretched(NamedTuple):
+    """The enclosure, both faces, with a strain at the ends."""
+
+    slip: Any
+    """[m]"""
+    force: Any
+    """[N]"""
+    stored: Any
+    """Elastic energy [J]."""
+    heat: Any
+    """Friction heat since it was relaxed [J]."""
+    rise: tuple[Any, Any]
+    """Slopes of slip and force over the strain at the ends."""
+
+
+def strip_at(vacuum: Any, brake: Brake) -> Strip:
+    """Half a face at a vacuum [Pa]; the brake has a hyperelastic law."""
+    sheets = brake.sheets
+    reach = (sheets.free_left + sheets.overlap + sheets.free_right) / 2
+    friction = brake.film.friction_on_silicone * sheets.width * vacuum
+    assert brake.hyperelastic is not None
+    return Strip(sheets.width * brake.enclosure.wall, friction, reach, brake.hyperelastic)
+
+
+def _slope(strain: Any, rubber: Hyperelastic) -> Any:
+    return jax.jvp(lambda e: rubber_stress(e, rubber), (strain,), (jnp.ones_like(strain),))[1]
+
+
+def _middle(end: Any, strip: Strip) -> tuple[Any, Any]:
+    """Strain in the middle of a face, and the length that moves [m], at a strain at its end."""
+    pull = rubber_stress(end, strip.rubber)
+    left = pull - strip.friction * strip.reach / strip.section
+    whole = left > 0
+    rest = jax.lax.stop_gradient((end, left, strip.rubber))
+    guess = rising_zero(lambda e: rubber_stress(e, rest[2]) - rest[1], jnp.zeros_like(end), rest[0])
+    slope = jax.lax.stop_gradient(_slope(guess, strip.rubber))
+    strain = guess + (left - rubber_stress(guess, strip.rubber)) / slope
+    rubs = jnp.where(whole, 1.0, strip.friction)
+    length = jnp.where(whole, strip.reach, strip.section * pull / rubs)
+    return jnp.where(whole, strain, 0.0), length
+
+
+def stretched(end: Any, strip: Strip) -> Stretched:
+    """The enclosure when the strain at the ends of its faces has grown to `end`, any shape."""
+    end = end + 0.0 * strip.friction
+    middle, length = _middle(end, strip)
+    axis = (...,) + (None,) * jnp.ndim(end)
+    strain = middle + (end - middle) * jnp.asarray(_NODES)[axis]
+    weight = _slope(strain, strip.rubber) * jnp.asarray(_WEIGHTS)[axis]
+    mean = weight.sum(axis=0)
+    weight = weight / mean
+    stress, pull = rubber_stress(strain, strip.rubber), rubber_stress(end, strip.rubber)
+    held = (rubber_energy(strain, strip.rubber) * weight).sum(axis=0)
+    # a point is s = A (sigma0 - sigma)/q from the end; the integral of its slip is that of e s
+    rubbed = (strain * (pull - stress) * weight).sum(axis=0)
+    volume, steep = 4 * strip.section * length, _slope(end, strip.rubber)
+    return Stretched(
+        slip=2 * length * (strain * weight).sum(axis=0),
+        force=2 * strip.section * pull,
+        stored=volume * held,
+        heat=volume * rubbed,
+        # dx = 2 A/q sigma' (e0 - e_m) de, and A/q is the length over sigma0 - sigma_m
+        rise=(2 * length * steep / mean, 2 * strip.section * steep),
+    )
+
+
+def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
+    """Strain at the ends where spring x + with_force F(x) = drive; 0 for a drive of zero or less.
+
+    NaN beyond the strain that the law was fitted to. One Newton step carries the gradient.
+    """
+
+    def resists(made: Stretched, spring: Any) -> Any:
+        return spring * made.slip + with_force * made.force
+
+    moves = drive > 0
+    drive = jnp.where(moves, drive, 1.0)
+    drive, spring = jnp.broadcast_arrays(drive + 0.0 * strip.friction, spring)
+    fixed = jax.lax.stop_gradient((drive, spring, strip))
+    top = jnp.zeros_like(drive) + fixed[2].rubber.strain
+    guess = rising_zero(
+        lambda e: resists(stretched(e, fixed[2]), fixed[1]) - fixed[0], jnp.zeros_like(drive), top
+    )
+    made = stretched(guess, strip)
+    slope = jax.lax.stop_gradient(spring * made.rise[0] + with_force * made.rise[1])
+    found = guess + (drive - resists(made, spring)) / slope
+    # halving that never came down from the top has passed no root
+    return jnp.where(moves, jnp.where(guess < top, found, jnp.nan), 0.0)
+
+
+def at_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Stretched]:
+    """Strain at the ends, and the enclosure, at a slip [m] and a vacuum [Pa], which broadcast."""
+    slip, vacuum = jnp.broadcast_arrays(slip, vacuum)
+    strip = strip_at(vacuum, brake)
+    moves = slip > 0
+    end = end_strain(jnp.where(moves, slip, 1e-9), 1.0, 0.0, strip)
+    made = stretched(end, strip)
+    made = jax.tree.map(lambda part: jnp.where(moves, part, 0.0), made)
+    return jnp.where(moves, end, 0.0), made
+
+
+def slip_under(drive: Any, spring: Any, vacuum: Any, brake: Brake) -> Any:
+    """x >= 0 [m] with spring x + F_e(x) = drive [N], as `pull.rising_root` with one modulus."""
+    drive, spring, vacuum = jnp.broadcast_arrays(drive, spring, vacuum)
+    strip = strip_at(vacuum, brake)
+    moves = drive > 0
+    end = end_strain(jnp.where(moves, drive, 1e-9), spring, 1.0, strip)
+    return jnp.where(moves, stretched(end, strip).slip, 0.0)
+
+
+@law
+def greatest_slip(vacuum: Any, brake: Brake) -> Any:
+    """Slip [m] at which the ends reach the greatest strain that was fitted."""
+    strip = strip_at(vacuum, brake)
+    return stretched(strip.rubber.strain + 0.0 * vacuum, strip).slip
