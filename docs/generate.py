@@ -44,6 +44,7 @@ TABLES = {
     "enclosure": "[enclosure]",
     "mount": "[mount]",
     "speed_law": "[speed_law], may be left out",
+    "hyperelastic": "[hyperelastic], may be left out",
     "rope": "[rope], may be left out",
     "site": "[site], may be left out",
 }

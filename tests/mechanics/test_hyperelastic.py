@@ -193,6 +193,7 @@ def test_a_pull_peaks_where_the_strain_is_q_over_c() -> None:
     assert (np.diff(record.dissipated_energy) >= -1e-12).all()
 
 
+@pytest.mark.slow
 def test_sheets_that_fan_out_peak_where_they_must() -> None:
     brake = brake_of("yeoh")
     brake = replace(brake, mount=replace(brake.mount, spacers=False))

@@ -26,6 +26,7 @@ GROUPS = {
     "mount": "Caps",
     "": "Whole brake",
     "speed_law": "Friction over speed",
+    "hyperelastic": "Rubber law of the enclosure",
     "rope": "Rope of the drop test",
     "site": "Site",
 }
