@@ -150,15 +150,12 @@ def sleeve(
     `start` and `end` bound the strain of the initial slope, `fit_to` is the greatest strain that is
     fitted. Each file is one specimen; specimens of one material are pooled. `material` names the
     silicone of the catalogue to compare with, where the files do not. With `brake` and `out` the
-    mean 100 % modulus is written into a copy of the brake; `hyperelastic` writes the chosen model
-    beside it, which force and first pull then take in place of the modulus.
+    mean 100 % modulus is written into a copy of the brake, with `hyperelastic` the model too.
     """
     from layerjam.identify.rubber.specimens import data_sheets, material_of, pooled, read, row_of
 
     sheets = data_sheets()
-    _check(start, end, brake, out, material, sheets)
-    if hyperelastic and brake is None:
-        raise QuantityError("hyperelastic: give brake and out too; it is written into a brake")
+    _check(start, end, brake, out, material, sheets, hyperelastic)
     asked: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "most": fit_to}
     one = bound(read, window=(start, end), options=options, **asked)
     specimens, refused = taken(several(files), lambda path: [("", bound(one, path))])
@@ -173,8 +170,7 @@ def sleeve(
         warnings.append(SEVERAL_MATERIALS)
     written = None
     if brake is not None:
-        changed: dict[str, Any] = dict(_with_modulus(values, done))
-        changed |= _with_model(values, brake, changed["enclosure.modulus"][1], hyperelastic)
+        changed = _changes(values, done, brake, hyperelastic)
         written, said = _write(brake, out, changed, force, bool(refused), partial)
         warnings += said
     return SiliconeFit.of(
@@ -196,10 +192,13 @@ def _check(
     out: str | Path | None,
     material: str | None,
     sheets: Mapping[str, Any],
+    hyperelastic: bool,
 ) -> None:
     """That what is given goes together."""
     if (brake is None) != (out is None):
         raise QuantityError("brake and out: give both to write a brake, or neither")
+    if hyperelastic and brake is None:
+        raise QuantityError("hyperelastic: give brake and out too; it is written into a brake")
     if start >= end:
         raise QuantityError(f"from: {start:.3g} is not below to, {end:.3g}")
     if material is not None and material not in sheets:
@@ -226,6 +225,15 @@ def _write(
         )
         said = [*said, Notice(old, "old-scale-factor")]
     return written, said
+
+
+def _changes(
+    values: Mapping[str, Any], done: Mapping[str, Any], brake: BrakeFile, hyperelastic: bool
+) -> dict[str, tuple[float, Source] | None]:
+    """The modulus, and the chosen model if it is wanted, as a brake's file takes them."""
+    modulus = _with_modulus(values, done)
+    source = modulus["enclosure.modulus"][1]
+    return {**modulus, **_with_model(values, brake, source, hyperelastic)}
 
 
 def _with_model(
