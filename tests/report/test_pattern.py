@@ -11,6 +11,7 @@ import pytest
 
 from layerjam.fabricate.nest import Piece, Wanted, nest_least
 from layerjam.fabricate.outline import Outline, sheet, spacer
+from layerjam.report import pattern as drawn
 from layerjam.report.pattern import FORMATS, paper_for, pattern
 
 MM = 25.4 / 72
@@ -66,6 +67,13 @@ def test_true_to_two_micrometres(count: int, kerf: float, length: float, width: 
             words.close()
         assert rulers == len(pages)
     assert (sheets, spacers, holes) == (count, count, 2 * count)
+
+
+def test_a_cropped_pattern_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Paper of a standard format on which the parts do not lie: what an image fitted by crops."""
+    monkeypatch.setattr(drawn, "paper_for", lambda parts: drawn.Paper("A4", 210.0, 297.0))
+    with pytest.raises(AssertionError):
+        test_true_to_two_micrometres(2, 0.1, 400, 100)
 
 
 def test_holes_lie_in_their_parts() -> None:
