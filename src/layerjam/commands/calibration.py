@@ -11,7 +11,7 @@ from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import check_lines, pulls, understood, write_brake
 from layerjam.commands.left_out import LeftOut, excluded_lines
 from layerjam.commands.more_pulls import Within, more_lines, more_pulls
-from layerjam.commands.pull_by_pull import UNITS, as_rows, one_of_all, pull_lines
+from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
 from layerjam.commands.quantities import (
     Atmosphere,
     BrakeInput,
@@ -97,11 +97,6 @@ class BrakeCalibration(Result):
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
     file: str | None = fact("brake file that was written")
     traces: Sequence[Trace] = ()
-
-    @classmethod
-    def table_units(cls) -> Mapping[str, str]:
-        """Units of the keys of `pulls`."""
-        return UNITS
 
     def rows(self) -> list[tuple[str, str]]:
         """The fitted numbers with their intervals."""

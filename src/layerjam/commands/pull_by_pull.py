@@ -12,16 +12,6 @@ from layerjam.units import show
 if TYPE_CHECKING:
     from layerjam.identify.single_pulls import SinglePull
 
-UNITS: Mapping[str, str] = {
-    "vacuum": "Pa",
-    "vacuum_of_peak": "Pa",
-    "speed": "m/s",
-    "recorded_speed": "m/s",
-    "factor": "1",
-    "shape": "1",
-    "seating": "1",
-}
-"""Of the rows' keys; `stiffness` is a key of the results themselves."""
 HEADS = ("vacuum", "speed", "factor", "stiffness", "shape", "seating", "verdict", "file")
 TITLE = "pull by pull"
 NONE = "-"

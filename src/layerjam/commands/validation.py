@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from layerjam.commands.declare import Progress, command
 from layerjam.commands.files import check_lines, pulls
 from layerjam.commands.left_out import LeftOut, excluded_lines
-from layerjam.commands.pull_by_pull import UNITS, as_rows, one_of_all, pull_lines
+from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
 from layerjam.commands.quantities import Atmosphere, BrakeInput
 from layerjam.commands.reading import FileOptions, Files, FileVacuum
 from layerjam.commands.results import Result, fact, number, result
@@ -58,11 +58,6 @@ class ModelErrors(Result):
     calibrated_on: Sequence[str] = ()
     """Paths of those pulls that the brake was calibrated on."""
     traces: Sequence[Trace] = ()
-
-    @classmethod
-    def table_units(cls) -> Mapping[str, str]:
-        """Units of the keys of `pulls`."""
-        return {**UNITS, "stiffness": "N/m"}
 
     def lines(self) -> Iterator[str]:
         """Tables per file and per condition, and what the repeats explain."""
