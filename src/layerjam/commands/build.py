@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam._version import __version__
 from layerjam.commands.array import PARALLEL, SERIES
-from layerjam.commands.declare import Help, Input, Progress, command
+from layerjam.commands.declare import Help, Input, Progress, command, precision
 from layerjam.commands.quantities import BrakeInput, Overwrite
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.brake import Brake
@@ -140,7 +141,6 @@ def build(
     from layerjam.fabricate.choices import choices
     from layerjam.fabricate.files import require
     from layerjam.fabricate.folder import LIST, check_folder, write_folder
-    from layerjam.fabricate.lengths import CannotBuildError
 
     rows, row = _counts(parallel, series)
     given = {"cutter": cutter, "kerf": kerf, "laser_bed": laser_bed, "print_bed": print_bed}
@@ -151,23 +151,45 @@ def build(
     require()
     with_step = not no_step and _can_write_step()
     progress("drawing", 0.1)
-    try:
-        made = _drawn(brake, chosen, rows, row)
-    except CannotBuildError as error:
-        return _cannot(error, brake, rows * row)
-    notices = [*brake.warnings(), *made.notices()]
+    found = _verdict(brake, chosen, rows, row)
+    if not found.feasible:
+        return found
+    made, notices = found.record, list(found.warnings)
     if not (with_step or no_step):
         notices.append(
             Notice("no STEP files: pip install 'layerjam[step]' brings what they need", "no-step")
         )
-    if not made.feasible:
-        return Built.of(_facts(made), files=[], warnings=notices, record=made)
     content = _content(made, with_step, coupons, notices, progress)
     names = sorted([*content, LIST])
-    done = Built.of(_facts(made), files=names, warnings=notices, record=made)
+    done = replace(found, files=names, warnings=notices)
     content[LIST] = _listed(done, brake)
     write_folder(Path(out), content, force)
     return done
+
+
+def verdict(brake: BrakeFile, cutter: str | None = None) -> Built:
+    """What `build` says of one brake before it makes a file: its numbers and checks.
+
+    Raises QuantityError, and MissingExtraError without the extra `build`.
+    """
+    from layerjam.fabricate.choices import choices
+    from layerjam.fabricate.files import require
+
+    require()
+    with precision():
+        return _verdict(brake, choices(brake, given={"cutter": cutter}), 1, 1)
+
+
+def _verdict(file: BrakeFile, chosen: Any, parallel: int, series: int) -> Built:
+    """The result without files; its record is the drawing where there is one."""
+    from layerjam.fabricate.lengths import CannotBuildError
+
+    try:
+        made = _drawn(file, chosen, parallel, series)
+    except CannotBuildError as error:
+        return _cannot(error, file, parallel * series)
+    notices = [*file.warnings(), *made.notices()]
+    return Built.of(_facts(made), files=[], warnings=notices, record=made)
 
 
 def _content(

@@ -11,9 +11,10 @@ from layerjam.commands.edit import BRAKE_FIELDS, edit, stale
 from layerjam.device.load import catalogue, load
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
-from layerjam.workbench.controls import Control, asked, by_key
+from layerjam.workbench.controls import Choice, Control, asked, by_key, choice
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Figures, Notes, Page
+from layerjam.workbench.pages.brake_build import BuildPart
 from layerjam.workbench.pages.brake_tables import comparison, sources
 from layerjam.workbench.pages.records import OWN, Editor, Kind
 from layerjam.workbench.scene import StackView, in_words, stack_of
@@ -33,16 +34,20 @@ GROUPS = {
 KIND = Kind(
     "brake", "brake", "brake-catalogue", GROUPS, BRAKE_FIELDS, edit, origin=("kind", "source")
 )
+PART = Choice(
+    "part", {"brake": "What it does", "build": "Build"}, "brake", "Shown", "What this page shows"
+)
 
 
 class Brake(Page):
-    """Change a number and see what it does."""
+    """Change a number and see what it does, or whether and how it is built."""
 
     name = "brake"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.editor = Editor(desk, KIND)
+        self.making = BuildPart(self)
 
     def controls(self) -> Mapping[str, Control]:
         """What the picture shows: slip and vacuum, within the brake's bounds."""
@@ -61,23 +66,46 @@ class Brake(Page):
             self.editor.folds(("sheets",))
             self.editor.origin_fields()
         with main:
-            with ui.row().classes("w-full no-wrap gap-6 items-start brake-top"):
-                with ui.column().classes("gap-1 grow").style("min-width: 0"):
-                    self.view = StackView("brake-scene")
-                    self.words = ui.label().classes("text-sm opacity-80")
-                with ui.column().style("width: 250px; flex: none"):
-                    for key in self.controls():
-                        self.slider(key)
-                    keys = ("force", "sheet_friction", "enclosure_force")
-                    self.figures = Figures(self.name, "force", keys)
-            self._beside()
-            self.table = live.Table()
-            self.notes = Notes()
-            with (
-                fold("Where the numbers come from", is_open=True),
-                ui.element("div").classes("w-full overflow-auto brake-sources"),
-            ):
-                self.sources = live.Table()
+            choice(self.desk, self.name, PART)
+            self.numbers = ui.column().classes("w-full gap-3")
+            with self.numbers:
+                self._show_numbers()
+            self.workshop = ui.column().classes("w-full gap-3")
+        self.desk.watch(lambda _: self._open_part())
+        self._open_part()
+
+    def _builds(self) -> bool:
+        """Whether it is shown how the brake is built."""
+        return self.word(PART) == "build"
+
+    def _open_part(self) -> None:
+        builds = self._builds()
+        self.numbers.set_visibility(not builds)
+        self.workshop.set_visibility(builds)
+        if builds and not self.making.built:
+            self.making.built = True
+            with self.workshop:
+                self.making.build()
+
+    def _show_numbers(self) -> None:
+        """Picture, numbers, comparison and sources."""
+        with ui.row().classes("w-full no-wrap gap-6 items-start brake-top"):
+            with ui.column().classes("gap-1 grow").style("min-width: 0"):
+                self.view = StackView("brake-scene")
+                self.words = ui.label().classes("text-sm opacity-80")
+            with ui.column().style("width: 250px; flex: none"):
+                for key in self.controls():
+                    self.slider(key)
+                keys = ("force", "sheet_friction", "enclosure_force")
+                self.figures = Figures(self.name, "force", keys)
+        self._beside()
+        self.table = live.Table()
+        self.notes = Notes()
+        with (
+            fold("Where the numbers come from", is_open=True),
+            ui.element("div").classes("w-full overflow-auto brake-sources"),
+        ):
+            self.sources = live.Table()
 
     def _beside(self) -> None:
         def put(event: Any) -> None:
@@ -105,16 +133,26 @@ class Brake(Page):
             self.desk.put_file("beside", text)
 
     def calls(self) -> Sequence[Call]:
-        """What the brake is, its force where it is drawn, and what the other one is."""
+        """What the brake is, its force where it is drawn, and the other one; or its build."""
+        if self._builds():
+            return self.making.calls()
         here = self.desk.brake_subject()
         made = [Call("show", (here,)), Call("force", (here,), self.texts("slip", "vacuum"))]
         if self.desk.beside is not None:
             made.append(Call("show", (self.desk.subject("beside"),)))
         return made
 
+    def compute(self) -> Any:
+        """What is shown, and whether that is the build."""
+        return (True, self.making.compute()) if self._builds() else (False, super().compute())
+
     def draw(self, result: Any) -> None:
-        """Picture, numbers, notes and sources."""
-        shown, force, *other = result
+        """Picture, numbers, notes and sources; or the build."""
+        builds, found = result
+        if builds:
+            self.making.draw(found)
+            return
+        shown, force, *other = found
         brake = self.desk.brake.brake
         slip, vacuum = self.value("slip"), self.value("vacuum")
         stack = stack_of(brake, slip, vacuum / brake.site.atmosphere)

@@ -1,0 +1,212 @@
+"""Build, a part of the brake's page: can it be made, and the folder for the workshop."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from layerjam.commands.build import Built, verdict
+from layerjam.device.workshop import CUTTERS
+from layerjam.errors import MissingExtraError
+from layerjam.units import show
+from layerjam.workbench import live
+from layerjam.workbench.call import Call, Options, key_of
+from layerjam.workbench.controls import Choice, choice
+from layerjam.workbench.page import Box, Figures, Notes, Page, View
+from layerjam.workbench.rest import elsewhere
+from layerjam.workbench.runner import Runner, waiting_line
+from layerjam.workbench.tables import Cell, html
+from layerjam.workbench.uploads import zipped
+from layerjam.workbench.widgets import Alert, button, fold, hint, one_line, status
+
+NUMBERS = (
+    "mass",
+    "pin_to_pin",
+    "overall_length",
+    "film_area",
+    "cut_length",
+    "silicone_mass",
+    "printed_volume",
+    "preload",
+    "torque",
+)
+FILE = "file"
+CUTTER = Choice(
+    "cutter",
+    {FILE: "as its file says", **{word: word for word in CUTTERS}},
+    FILE,
+    "Film is cut by",
+    "Who cuts the film: a service, your own laser, or a knife",
+)
+COUPONS = Choice(
+    "coupons",
+    {"no": "no", "yes": "yes"},
+    "no",
+    "Test pieces too",
+    "A comb for the kerf and strips for the friction",
+)
+REFUSED = ("✗ refused", "no font-medium whitespace-nowrap")
+WORDS: Mapping[bool | None, tuple[str, str]] = {
+    True: ("✓ ok", "yes whitespace-nowrap"),
+    False: ("! look", "no whitespace-nowrap"),
+    None: ("– not checked", "opacity-80 whitespace-nowrap"),
+}
+
+
+@dataclass(frozen=True)
+class Found:
+    """What is said of a build, or the sentence that an optional part is not installed."""
+
+    result: Built | None = None
+    lacking: str = ""
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A folder as one file, under the name it is downloaded by; empty where nothing was made."""
+
+    name: str
+    result: Built
+    content: bytes = b""
+
+
+class BuildPart(View):
+    """Checks and numbers at once; the folder's files only when they are asked for."""
+
+    name = "brake"
+
+    def __init__(self, page: Page) -> None:
+        super().__init__(page.desk)
+        self.page = page
+        self.maker = Runner(self.make, self._made, elsewhere)
+        self.folder: Folder | None = None
+        self._trouble = ""
+
+    def build(self) -> None:
+        """Choices, verdict, checks, and the folder as one download."""
+        ui.context.client.on_delete(self.maker.stop)
+        with ui.row().classes("w-full items-start gap-6"):
+            with ui.column().classes("gap-2 grow").style("min-width: 320px"):
+                self.verdict = status("brake-build-verdict", "text-lg font-medium")
+                self.reason = Alert("brake-build-reason", "text-sm")
+                choice(self.desk, self.name, CUTTER)
+                choice(self.desk, self.name, COUPONS)
+                with ui.row().classes("w-full items-center gap-3"):
+                    act, text = self.download, "Folder for the workshop (ZIP)"
+                    self.button = button(text, act, "brake-build-download", "folder_zip")
+                    hint("Patterns, parts to print, mould, instructions, parts list")
+                waiting_line("brake-build", self.maker)
+                self.trouble = Alert("brake-build-problem", "text-sm")
+                self.after = status("brake-build-after", "text-sm")
+            with ui.column().style("width: 280px; flex: none"):
+                self.figures = Figures("brake-build", "build", NUMBERS)
+        self.table = live.Table()
+        self.notes = Notes()
+        with fold("What nobody has measured or given", "brake-build-assumed") as self.assumed:
+            self.list = Box(_listed)
+
+    def call(self) -> Call:
+        """The command that writes the folder."""
+        options: Options = {}
+        if self.word(CUTTER) != FILE:
+            options["cutter"] = self.word(CUTTER)
+        if self.word(COUPONS) == "yes":
+            options["coupons"] = True
+        return Call("build", (self.desk.brake_subject(),), options, out=self.stem)
+
+    @property
+    def stem(self) -> str:
+        """The folder's name."""
+        return f"{self.desk.brake.name}-build"
+
+    def calls(self) -> Sequence[Call]:
+        """The command that writes the folder."""
+        return [self.call()]
+
+    def compute(self) -> Found:
+        """The verdict; no file is made."""
+        cutter = self.call().options.get("cutter")
+        try:
+            return Found(verdict(self.desk.brake, None if cutter is None else str(cutter)))
+        except MissingExtraError as error:
+            return Found(lacking=one_line(error))
+
+    def draw(self, found: Found) -> None:
+        """Show the verdict."""
+        result = found.result
+        self.after.set_text("")
+        self.button.set_enabled(result is not None and result.feasible)
+        if result is None:
+            self.verdict.set_text("")
+            self.reason.say(found.lacking)
+            return
+        can = "It can be built as drawn" if result.feasible else "It cannot be built as drawn"
+        self.verdict.set_text(can)
+        self.reason.say(result.reason or "")
+        self.figures.fill(result)
+        self.table.set_content(checks_table(result))
+        told = {check["key"] for check in result.checks}
+        self.notes.fill([w for w in result.warnings if key_of(w) not in told])
+        self.assumed.set_text(f"What nobody has measured or given ({len(result.assumptions)})")
+        self.list.fill(result.assumptions)
+
+    async def download(self) -> None:
+        """Make the folder and hand it to the browser."""
+        if self.maker.running:
+            return
+        self.folder, self._trouble = None, ""
+        self.trouble.say("")
+        self.after.set_text("")
+        await self.maker.ask()
+        if self.page.client is None or self.page.client.is_deleted:
+            return
+        self.trouble.say(self._trouble)
+        made = self.folder
+        if made is not None and made.content:
+            ui.download.content(made.content, f"{made.name}.zip", "application/zip")
+            size = f"{len(made.content) / 1e6:.1f} MB"
+            self.after.set_text(f"{len(made.result.files)} files in {made.name}.zip, {size}")
+        elif made is not None:
+            self.trouble.say(made.result.reason or "")
+
+    def make(self) -> Folder:
+        """The folder as the command writes it, in one archive."""
+        call = self.call()
+        with tempfile.TemporaryDirectory(prefix="layerjam-") as room:
+            place = Path(room) / "build"
+            result = call.run(out=place, progress=self.maker.tell)
+            files = {f"{call.out}/{name}": (place / name).read_bytes() for name in result.files}
+        return Folder(call.out, result, zipped(files) if files else b"")
+
+    def _made(self, folder: Folder | None, problem: str) -> None:
+        self.folder, self._trouble = folder, problem
+
+
+def checks_table(result: Built) -> str:
+    """Verdict, number and limit of every check, as HTML."""
+    rows: list[list[Cell]] = []
+    for check in result.checks:
+        numbers = [_number(check[key], check["unit"]) for key in ("value", "limit")]
+        refuses = f"{check['code']}: {check['text']}" in (result.reason or "")
+        word = REFUSED if refuses else WORDS[check["ok"]]
+        rows.append([word, check["code"], *numbers, check["text"]])
+    heads = ["Verdict", "Check", "Number", "Limit", "What was found"]
+    return html(heads, rows, (2, 3), "Checks of the build", "brake-build-checks")
+
+
+def _number(value: float | None, unit: str) -> str:
+    """A number of a check; what has no unit there is a share."""
+    if value is None:
+        return "–"
+    return f"{round(value, 3) + 0.0:.1%}" if unit == "1" else show(value, unit, 4)
+
+
+def _listed(assumptions: Sequence[Any]) -> None:
+    """The assumptions, one a line."""
+    for sentence in assumptions:
+        ui.label(str(sentence)).classes("text-sm")

@@ -1,0 +1,138 @@
+"""The part Build of the brake's page without a browser: verdict, refusals, the folder."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import sys
+import zipfile
+
+import pytest
+
+from layerjam.commands.build import build, verdict
+from layerjam.device.load import load
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages.brake import Brake
+from layerjam.workbench.pages.brake_build import BuildPart, checks_table
+from layerjam.workbench.state import State
+from workbench.standing import standing
+
+pytest.importorskip("ezdxf")
+pytest.importorskip("manifold3d")
+pytest.importorskip("typst")
+
+
+def page_of(brake: str = "choi2018-kapton", **settings) -> Brake:
+    return Brake(Desk(State(brake=brake, settings={"brake": {"part": "build", **settings}})))
+
+
+def shown(page: Brake):
+    builds, found = page.compute()
+    assert builds
+    return found
+
+
+@pytest.mark.slow
+def test_the_verdict_is_the_commands(tmp_path):
+    """What is shown before a file is made is what the folder's own list says."""
+    page = page_of(cutter="knife")
+    folder = page.making.make()
+    with zipfile.ZipFile(io.BytesIO(folder.content)) as archive:
+        assert archive.testzip() is None
+        names = archive.namelist()
+        listed = json.loads(archive.read("choi2018-kapton-build/build.json"))
+    assert sorted(names) == [f"choi2018-kapton-build/{name}" for name in folder.result.files]
+    said = json.loads(shown(page).result.json())
+    for key in said.keys() - {"files", "warnings", "file"}:
+        assert said[key] == listed[key], key
+    assert {*said["warnings"]} <= {*listed["warnings"]}
+
+
+def test_a_refusal_is_the_commands_and_makes_nothing(tmp_path):
+    thin = load("choi2018-kapton").with_(width="7 mm")
+    told = build(thin, out=tmp_path / "x")
+    found = verdict(thin)
+    assert not found.feasible
+    assert found.reason == told.reason
+    page = page_of("choi2018-ptfe", cutter="laser")
+    refused = shown(page).result
+    assert not refused.feasible
+    assert refused.reason.startswith("C15: ")
+    table = checks_table(refused)
+    assert table.count("✗ refused") == 1
+    assert "! look" in table  # what is only warned of
+    folder = page.making.make()
+    assert (folder.content, folder.result.reason) == (b"", refused.reason)
+
+
+def test_every_check_is_a_row_with_its_number_and_limit():
+    result = shown(page_of()).result
+    rows = checks_table(result).split("<tr>")[2:]
+    assert len(rows) == len(result.checks)
+    words = {True: "✓ ok", False: "! look", None: "– not checked"}
+    for row, check in zip(rows, result.checks, strict=True):
+        assert words[check["ok"]] in row
+        assert f"<td>{check['code']}</td>" in row
+    (bearing,) = (r for r in rows if "bearing on the screw" in r)
+    assert ">65.83 MPa<" in bearing
+    assert ">69 MPa<" in bearing
+    (girth,) = (r for r in rows if "over the head" in r)
+    assert ">22.5%<" in girth
+
+
+def test_what_is_copied_writes_the_folder():
+    page = page_of(cutter="knife", coupons="yes")
+    (call,) = page.calls()
+    assert call.command() == (
+        "layerjam build choi2018-kapton --cutter knife --coupons --out choi2018-kapton-build"
+    )
+    assert 'lj.build("choi2018-kapton", cutter="knife", coupons=True, out=' in call.python()
+    assert [c.name for c in page_of(part="brake").calls()] == ["show", "force"]
+
+
+def test_without_the_extra_a_sentence_says_so(monkeypatch):
+    monkeypatch.setitem(sys.modules, "manifold3d", None)
+    found = shown(page_of())
+    assert found.result is None
+    assert "pip install 'layerjam[build]'" in found.lacking
+
+
+def test_a_build_is_stopped(monkeypatch):
+    page = page_of()
+    part: BuildPart = page.making
+
+    async def drive() -> None:
+        asked = asyncio.ensure_future(part.maker.ask())
+        while not part.maker.running:
+            await asyncio.sleep(0)
+        part.maker.stopping.clear()
+        monkeypatch.setattr(part.maker, "tell", lambda *_: part.maker.stop() or _stopped())
+        await asked
+
+    def _stopped():
+        from layerjam.workbench.runner import Stopped
+
+        raise Stopped
+
+    monkeypatch.setattr(part.maker, "_elsewhere", asyncio.to_thread)
+    asyncio.run(drive())
+    assert part.folder is None
+    assert part._trouble == "stopped"
+
+
+def test_the_part_is_opened_and_refuses_in_words():
+    async def drive() -> None:
+        async with standing(Brake) as (user, pages):
+            await user.should_see("Peak of a pull at the site", retries=100)
+            assert not pages[0].making.built
+            pages[0].desk.put("brake", "part", "build")
+            await user.should_see("It can be built as drawn", retries=100)
+            pages[0].desk.put_brake("choi2018-ptfe")
+            pages[0].desk.put("brake", "cutter", "laser")
+            await user.should_see("It cannot be built as drawn", retries=100)
+            await user.should_see("C15: ")
+            await pages[0].settled()
+            assert not pages[0].making.button.enabled
+
+    asyncio.run(drive())
