@@ -14,7 +14,7 @@ from layerjam.commands.build import build, verdict
 from layerjam.device.load import load
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.brake import Brake
-from layerjam.workbench.pages.brake_build import BuildPart, checks_table
+from layerjam.workbench.pages.brake_build import checks_table
 from layerjam.workbench.state import State
 from workbench.standing import standing
 
@@ -99,24 +99,18 @@ def test_without_the_extra_a_sentence_says_so(monkeypatch):
 
 
 def test_a_build_is_stopped(monkeypatch):
-    page = page_of()
-    part: BuildPart = page.making
+    maker = (part := page_of().making).maker
+    tell, heard = maker.tell, []
 
-    async def drive() -> None:
-        asked = asyncio.ensure_future(part.maker.ask())
-        while not part.maker.running:
-            await asyncio.sleep(0)
-        part.maker.stopping.clear()
-        monkeypatch.setattr(part.maker, "tell", lambda *_: part.maker.stop() or _stopped())
-        await asked
+    def stopped_at_once(what: str, share: float) -> None:
+        heard.append(what)
+        maker.stop()
+        tell(what, share)
 
-    def _stopped():
-        from layerjam.workbench.runner import Stopped
-
-        raise Stopped
-
-    monkeypatch.setattr(part.maker, "_elsewhere", asyncio.to_thread)
-    asyncio.run(drive())
+    monkeypatch.setattr(maker, "tell", stopped_at_once)
+    monkeypatch.setattr(maker, "_elsewhere", asyncio.to_thread)
+    asyncio.run(maker.ask())
+    assert heard == ["drawing"]
     assert part.folder is None
     assert part._trouble == "stopped"
 
