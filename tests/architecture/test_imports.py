@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import os
 import subprocess
 import sys
@@ -18,6 +19,7 @@ FLOORS = (
     "identify", "lab", "control", "design", "fabricate", "rig", "interop", "report", "commands",
     "studies", "workbench", "laws", "cli",
 )  # fmt: skip
+BUILDERS = ("ezdxf", "OCP", "manifold3d", "typst", "matplotlib")
 HEAVY = ("jax", "numpy", "pandas", "pint", "typer", "scipy", "matplotlib", "xarray", "tomlkit")
 
 
@@ -134,6 +136,21 @@ print(*(name for name in {heavy!r} if name in sys.modules))
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "", "")
 
 
+@pytest.mark.parametrize(
+    "words", [("--help",), ("build", "--help"), ("show", "choi2018-kapton")], ids=" ".join
+)
+def test_only_a_build_pays_for_what_it_writes_with(words: tuple[str, ...]) -> None:
+    code = f"""
+import contextlib, io, sys
+from layerjam.cli.main import main
+with contextlib.redirect_stdout(io.StringIO()):
+    assert main({list(words)!r}) == 0
+print(*(name for name in {BUILDERS!r} if name in sys.modules))
+"""
+    done = python(code)
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "", "")
+
+
 BLOCKED = """
 import sys
 
@@ -160,6 +177,31 @@ FORCE = ("force", "choi2018-kapton", "--slip", "20mm", "--vacuum", "94.5kPa")
 def test_the_core_works_without_extras() -> None:
     code, out, err = without_extras(*FORCE, "--json")
     assert code == 0 and '"force": 133.9427' in out and err == ""
+
+
+def test_show_knows_the_drawn_mass_without_what_build_needs() -> None:
+    code, out, err = without_extras("show", "choi2018-kapton", "--json", blocked=BUILDERS)
+    assert code == 0 and err == "" and '"drawn_mass": 0.0209057' in out
+
+
+@pytest.mark.slow
+def test_a_build_without_step_says_so_and_goes_on(tmp_path: Path) -> None:
+    place = tmp_path / "made"
+    code, out, err = without_extras(
+        "build", "choi2018-kapton", "--out", str(place), "--json", blocked=("OCP",)
+    )
+    assert code == 0 and (place / "print" / "print.3mf").is_file()
+    assert not (place / "cad").exists() and "cad/" not in json.loads(out)["files"]
+    said = [w for w in json.loads(out)["warnings"] if "layerjam[step]" in w]
+    assert len(said) == 1 and "Traceback" not in err
+
+
+@pytest.mark.parametrize("missing", ["ezdxf", "manifold3d", "typst"])
+def test_a_build_without_its_libraries_writes_nothing(missing: str, tmp_path: Path) -> None:
+    words = ("build", "choi2018-kapton", "--out", str(tmp_path / "made"), "--json")
+    code, out, err = without_extras(*words, blocked=(missing,))
+    assert code == 2 and out == "" and list(tmp_path.iterdir()) == []
+    assert err.count("\n") == 1 and err.startswith("layerjam: ") and "layerjam[build]" in err
 
 
 @pytest.mark.parametrize(

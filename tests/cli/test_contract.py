@@ -15,9 +15,9 @@ from .conftest import Files, Run
 FORCE = ("force", "choi2018-kapton", "--slip", "20mm", "--vacuum", "94.5kPa")
 PULL = ("--vacuum", "94.5kPa", "--speed", "13mm/s", "--travel", "40mm")
 SHOW = {
-    "mass": "kg", "stiffness_before_slip": "N/m", "stiffness_sliding": "N/m",
-    "stiffness_measured": "N/m", "usable_travel": "m", "max_force": "N", "holding_force": "N",
-    "energy_capacity": "J", "force_density": "N/kg", "buckling_force": "N",
+    "mass": "kg", "drawn_mass": "kg", "stiffness_before_slip": "N/m",
+    "stiffness_sliding": "N/m", "stiffness_measured": "N/m", "usable_travel": "m", "max_force": "N",
+    "holding_force": "N", "energy_capacity": "J", "force_density": "N/kg", "buckling_force": "N",
 }  # fmt: skip
 
 

@@ -75,6 +75,7 @@ class BrakeSummary(Result):
 
     name: str = fact("name of the brake")
     mass: float = number("kg", "mass of the brake")
+    drawn_mass: float | None = number("kg", "mass as `build` draws it; null where it cannot")
     stiffness_before_slip: float = number("N/m", "stiffness before slip, eq. 1")
     stiffness_sliding: float = number("N/m", "stiffness while sliding, eq. 6, at rest lengths")
     stiffness_measured: float | None = number("N/m", "measured stiffness of brake and rig")
@@ -103,6 +104,7 @@ class BrakeSummary(Result):
 def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     """What a brake weighs, holds, stores and bears, and where each of its numbers comes from."""
     from layerjam.device.brake import mass
+    from layerjam.fabricate.drawn_mass import drawn_mass
     from layerjam.mechanics import energy, friction, limits, pull, stiffness
 
     device = replace(brake.brake, hyperelastic=None)
@@ -129,6 +131,7 @@ def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     return BrakeSummary(
         name=brake.name,
         mass=weight,
+        drawn_mass=drawn_mass(brake),
         stiffness_before_slip=float(stiffness.stiffness_before_slip(device)),
         stiffness_sliding=float(stiffness.stiffness_sliding(0.0, device)),
         stiffness_measured=device.stiffness_measured,

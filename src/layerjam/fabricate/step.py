@@ -24,10 +24,12 @@ DIRECTIONS: dict[Axis, tuple[float, float, float]] = {
 
 
 def available() -> bool:
-    """Whether the extra is installed."""
-    from importlib.util import find_spec
-
-    return find_spec("OCP") is not None
+    """Whether the extra is installed and its libraries load."""
+    try:
+        import OCP  # noqa: F401
+    except ImportError:
+        return False
+    return True
 
 
 def step(part: Solid, version: str = "") -> bytes:
