@@ -13,14 +13,18 @@ from layerjam.commands.quantities import (
     Atmosphere,
     BrakeInput,
     Height,
+    Held,
     Horizontal,
+    LeakTime,
     Mass,
     RopeDamping,
     RopeStiffness,
     StopTravel,
     Tuned,
     Vacuum,
+    VacuumShare,
     vacuum_within,
+    with_share,
 )
 from layerjam.commands.reading import LogOptions
 from layerjam.commands.results import fact, number, result
@@ -118,6 +122,9 @@ def drop(
         Help("CSV of time and vacuum, instead of one vacuum.", metavar="FILE"),
     ] = None,
     log: LogOptions = LogOptions(),
+    vacuum_share: VacuumShare | None = None,
+    leak_time: LeakTime | None = None,
+    held: Held | None = None,
     duration: Annotated[
         float | str | None, DURATION, Help("Follow the rebound for this long.")
     ] = None,
@@ -135,17 +142,20 @@ def drop(
     vacuum; with `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a History) or a
     `duration` (to follow the rebound) it is marched in time. `reading` says what a file's pressure
     counts from (absolute, gauge or vacuum) where its column does not; `columns` and `decimal` are
-    as for every log. A mass that has not stopped when `duration` is over has the outcome FINISHED
-    and no `stopping_time`; one that creeps to rest on an overdamped rope has neither.
+    as for every log. `vacuum_share` of what the gauge reads presses the sheets. With `leak_time`
+    the line is shut off `held` before the rope is taut, and the vacuum leaks away. A mass that has
+    not stopped when `duration` is over has the outcome FINISHED and no `stopping_time`; one that
+    creeps to rest on an overdamped rope has neither.
     """
     site = brake.brake.site
     arrives = arrival(speed, height, horizontal, site.gravity)
     known = {"mass": mass, "speed": arrives, "rope_stiffness": rope_stiffness}
     case = {**known, "gravity": 0.0 if horizontal else site.gravity}
     damping = rope_damping or 0.0
-    if rope_damping is not None and rope_stiffness is None:
-        raise QuantityError("rope damping: there is no rope; give its stiffness too")
+    _check_rope(rope_damping, rope_stiffness)
     _check(vacuum, travel, vacuum_history, log, no_brake, duration)
+    _check_leak((vacuum_share, leak_time, held), vacuum_history, no_brake)
+    brake = with_share(brake, vacuum_share)
     if no_brake:
         return observed(_without_brake(case, damping, site.gravity), sensing)
     pressure: Any = vacuum
@@ -158,16 +168,36 @@ def drop(
         pressure = found.vacuum
     else:
         vacuum_within(vacuum, brake.brake)
-    made = observed(
-        _with_brake(brake, case, pressure, damping, duration, progress), sensing, warmth
-    )
-    if not (damping and vacuum == "tuned" and made.slip is not None):
+    if leak_time is not None:
+        pressure = History.leaking(pressure, leak_time, site.atmosphere, held or 0.0)
+    made = _with_brake(brake, case, pressure, damping, duration, progress)
+    if leak_time is not None:
+        made = replace(made, vacuum=float(pressure.at(0.0)))
+    made = observed(made, sensing, warmth)
+    if vacuum != "tuned":
         return made
-    said = (
-        "the vacuum is tuned for a rope without damping; with it the brake slips "
-        f"{show(made.slip, 'm')}, not {show(travel, 'm')}"
-    )
-    return made.noting(Notice(said, "tuned-without-damping"))
+    return _not_tuned_for(bool(damping), leak_time is not None, made, travel)
+
+
+def _not_tuned_for(damping: bool, leak: bool, made: Stop, travel: Any) -> Stop:
+    """The stop with a notice of what its tuned vacuum leaves out."""
+    for there, what, words in (
+        (damping, "damping", "for a rope without damping"),
+        (leak, "leak", "without the leak"),
+    ):
+        if there and made.slip is not None:
+            said = (
+                f"the vacuum is tuned {words}; with it the brake slips {show(made.slip, 'm')}, "
+                f"not {show(travel, 'm')}"
+            )
+            made = made.noting(Notice(said, f"tuned-without-{what}"))
+    return made
+
+
+def _check_rope(damping: float | None, stiffness: float | None) -> None:
+    """That a rope that damps is one."""
+    if damping is not None and stiffness is None:
+        raise QuantityError("rope damping: there is no rope; give its stiffness too")
 
 
 def _check(
@@ -198,6 +228,19 @@ def _check(
         raise QuantityError("travel: missing; a tuned vacuum needs the slip to stop within")
     elif vacuum != "tuned" and travel is not None:
         raise QuantityError("travel: goes only with a tuned vacuum")
+
+
+def _check_leak(values: tuple[Any, Any, Any], history: Any, no_brake: bool) -> None:
+    """That share, leak time and held go with a brake and with one vacuum."""
+    given = dict(zip(("vacuum share", "leak time", "held"), values, strict=True))
+    for name, value in given.items():
+        if value is not None and no_brake:
+            raise QuantityError(f"{name}: without a brake there is no vacuum")
+    if given["leak time"] is None:
+        if given["held"] is not None:
+            raise QuantityError("held: goes only with a leak; give its leak time too")
+    elif history is not None:
+        raise QuantityError("leak time: a history holds the vacuum itself, its leak included")
 
 
 def _with_brake(

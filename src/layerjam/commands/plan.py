@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
@@ -12,18 +13,21 @@ from layerjam.commands.quantities import (
     Atmosphere,
     BrakeInput,
     Horizontal,
+    LeakTime,
     Mass,
     RopeStiffness,
     Seed,
     StopTravel,
+    VacuumShare,
     vacuum_within,
+    with_share,
 )
 from layerjam.commands.results import Result, fact, number, prefixed, result
 from layerjam.commands.tuning import apart, tune
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.file import LineFile
-from layerjam.fluid.line import Line, water_compliance
+from layerjam.fluid.line import Leak, Line, water_compliance
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, VACUUM
 from layerjam.simulate.record import Outcome
 from layerjam.simulate.speed import in_a_stop
@@ -171,6 +175,8 @@ def plan(
     rope_stiffness: RopeStiffness | None = None,
     horizontal: Horizontal = False,
     fluid: Fluid = "air",
+    vacuum_share: VacuumShare | None = None,
+    leak_time: LeakTime | None = None,
     samples: Annotated[int | str, SAMPLES, Help("Masses and speeds to try, at least.")] = 40_000,
     seed: Annotated[Seed, Help("Seed of their random shifts.")] = 1,
     atmosphere: Atmosphere = None,
@@ -178,13 +184,15 @@ def plan(
     """Whether the vacuum is there when a collision comes, and what to build if not.
 
     The estimate is the mean of mass and speed. The reservoir begins as low as pump and leak come
-    to unless `stored` says otherwise.
+    to unless `stored` says otherwise. `vacuum_share` of what the gauge reads presses the sheets.
+    `leak_time` is a laminar leak of the chamber, which goes on during the stop.
     """
     from layerjam.control.plan import Arrival
     from layerjam.control.plan import plan as make_plan
     from layerjam.control.plan_spread import spread
 
     water = fluid == "water"
+    brake, line = with_share(brake, vacuum_share), _leaking(line, leak_time, water)
     case = Arrival(
         mass=mass,
         speed=speed,
@@ -198,16 +206,14 @@ def plan(
     )
     most = _check(case, line, brake, water)
     kept = None if stored is None else _kept(stored, line.line)
-    made = make_plan(brake, line.line, case, stored=kept, water=water)
+    made = make_plan(brake, line.line, case, stored=kept, water=water, leaks=leak_time is not None)
     full = spread(made.reached, brake.brake, case, samples, seed)
     tuned = full if made.capped else spread(made.tuned.vacuum, brake.brake, case, samples, seed)
     fine, build = made.full.within(travel), _build(made)
-    at_full, at_tuned = made.full.coupled, made.tuned.coupled
     return CollisionPlan.of(
         case,
         made,
-        *(made.full, at_full, prefixed("coupling_", at_full)),
-        prefixed("tuned_", made.tuned, at_tuned, prefixed("coupling_", at_tuned)),
+        *_stops(made),
         _chances(full, tuned),
         _sizes(made, build),
         _cost(made),
@@ -220,6 +226,29 @@ def plan(
         warnings=[*line.warnings(), *brake.warnings(), *_remarks(made, build)],
         record=made,
     )
+
+
+def _stops(made: Plan) -> tuple[Any, ...]:
+    """Both stops, and how each was brought together with the line."""
+    full, tuned = made.full.coupled, made.tuned.coupled
+    other = prefixed("tuned_", made.tuned, tuned, prefixed("coupling_", tuned))
+    return made.full, full, prefixed("coupling_", full), other
+
+
+def _leaking(line: LineFile, leak_time: Any, water: bool) -> LineFile:
+    """The line with a leak of the chamber that empties it with this time constant [s]."""
+    if leak_time is None:
+        return line
+    if water:
+        raise QuantityError.of("leak_time", "is a leak of gas; leave it out in water")
+    if line.line.leak != Leak():
+        raise QuantityError.of(
+            "leak_time", f"{line.name} states a leak of its own; leave one of the two out"
+        )
+    leak = Leak(laminar=line.line.chamber.volume / leak_time)
+    made = replace(line, line=replace(line.line, leak=leak))
+    made.check(made.line)
+    return made
 
 
 def _kept(stored: float, line: Line) -> float:

@@ -21,6 +21,8 @@ from layerjam.simulate.quantities import (
     DURATION,
     ELONGATION,
     FORCE,
+    HELD,
+    LEAK_TIME,
     MASS,
     SEED,
     SLIP,
@@ -46,6 +48,7 @@ ROPE_STIFFNESS = replace(
     spec_of(Rope, "stiffness"), text="stiffness of the rope", example="16.8kN/m"
 )
 ROPE_DAMPING = replace(spec_of(Rope, "damping"), example="'20 N s/m'")
+SHARE = replace(spec_of(Brake, "vacuum_share"), example="80%")
 AREA = QuantitySpec("m^2", "area", lo=1e-9, hi=1.0, example="625mm^2")
 LOG_TIME = QuantitySpec("s", "time in the log", lo=-1e9, hi=1e9, example="2s")
 
@@ -67,6 +70,15 @@ RopeStiffness = Annotated[float | str, ROPE_STIFFNESS]
 RopeDamping = Annotated[float | str, ROPE_DAMPING]
 Duration = Annotated[float | str, DURATION]
 Seed = Annotated[int | str, SEED]
+VacuumShare = Annotated[
+    float | str, SHARE, Help("Share of the vacuum that presses the sheets; all of it if not given.")
+]
+LeakTime = Annotated[
+    float | str, LEAK_TIME, Help("Time constant of the leak, as `leak` prints it.")
+]
+Held = Annotated[
+    float | str, HELD, Help("With a leak: from shutting the line off to the taut rope (0 s).")
+]
 Tuned = Literal["tuned"]
 Horizontal = Annotated[bool, Help("No gravity along the pull.")]
 Overwrite = Annotated[bool, Help("Replace files that exist.")]
@@ -127,6 +139,15 @@ BrakeInput = Annotated[
 TargetBrake = Annotated[
     AnyBrake, Input("Brake to write the result into.", metavar="BRAKE", convert=_brake)
 ]
+
+
+def with_share(file: BrakeFile, share: Any) -> BrakeFile:
+    """The file with the share of the vacuum that a command was given, if any."""
+    if share is None:
+        return file
+    stated = {"vacuum_share": Source(kind="unstated", text="given with the command")}
+    made = replace(file.brake, vacuum_share=share)
+    return replace(file, brake=made, sources={**file.sources, **stated})
 
 
 def si(value: float | str, spec: QuantitySpec, name: str) -> float:

@@ -11,8 +11,11 @@ from layerjam.commands.quantities import (
     BrakeInput,
     CrossheadSpeed,
     Elongation,
+    LeakTime,
     Vacuum,
+    VacuumShare,
     vacuum_within,
+    with_share,
 )
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
@@ -32,6 +35,7 @@ SCATTER = QuantitySpec(
 SAMPLES = QuantitySpec(
     "1", "stacks pulled to estimate the scatter", lo=2, hi=10_000_000, whole=True
 )
+LUMPED = "needs the model 'lumped'; the stack keeps the vacuum it starts with"
 STACK = "belongs to the model 'stack'; the lumped brake has one friction"
 
 
@@ -98,6 +102,8 @@ def tensile(
     scatter: Annotated[float | str | None, SCATTER, Help("Stack: relative SD of friction.")] = None,
     samples: Annotated[int | str | None, SAMPLES, Help("Stack: stacks pulled (1000).")] = None,
     seed: Annotated[int | str | None, SEED, Help("Stack: seed of the scatter (1).")] = None,
+    vacuum_share: VacuumShare | None = None,
+    leak_time: LeakTime | None = None,
     progress: Progress | None = None,
     atmosphere: Atmosphere = None,
 ) -> Tensile:
@@ -107,20 +113,25 @@ def tensile(
     model "stack": `static` friction before an interface slides, `interfaces` that differ, a
     `housing` that rubs, and `scatter`, the relative SD of the interfaces' friction: then `samples`
     (1000) stacks, drawn from `seed` (1), give mean and SD of peak, stiffness and onset; interrupted
-    from the keyboard, of those that are done. Raises ProcedureError or QuantityError for what
-    contradicts itself.
+    from the keyboard, of those that are done. `vacuum_share` of what the gauge reads presses the
+    sheets. With `leak_time` the line is shut off after every evacuation and the vacuum leaks away
+    from then on; not in the stack, which keeps the vacuum it starts with. Raises ProcedureError or
+    QuantityError for what contradicts itself.
     """
+    brake = with_share(brake, vacuum_share)
     steps = _steps(brake, vacuum, speed, travel, procedure)
     layout = {"static": static, "interfaces": interfaces, "housing": housing}
     scattered = {"scatter": scatter, "samples": samples, "seed": seed}
     if model == "stack":
+        if leak_time is not None:
+            raise QuantityError.of("leak_time", LUMPED)
         return _stack(brake, steps, layout, **scattered, tell=progress or (lambda *_: None))
     for name, value in {**layout, **scattered}.items():
         if value is not None and value is not False:
             raise QuantityError(f"{name}: {STACK}")
     from layerjam.simulate.tensile import tensile as pull_lumped
 
-    return _shown(pull_lumped(brake, steps))
+    return _shown(pull_lumped(brake, steps, leak_time=leak_time))
 
 
 def _shown(record: Any, notices: Sequence[Notice] = (), **scatter: Any) -> Tensile:

@@ -107,11 +107,11 @@ def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
 def stop_at(
     file: BrakeFile, case: Arrival, vacuum: float, during: During | None = None, water: bool = False
 ) -> Mode:
-    """The stop of the estimate at a vacuum [Pa], coupled to a line that has a volume per slip."""
+    """The stop of the estimate at a vacuum [Pa], coupled to a line with volume per slip or leak."""
     spring = spring_of(file.brake, case.rope_stiffness)
     made: Stop | TimedStop = stop(case.mass, case.speed, vacuum, spring, case.gravity, file.brake)
     coupled = None
-    if during is not None and during.line.chamber.volume_per_slip > 0:
+    if during is not None and (during.leaks or during.line.chamber.volume_per_slip > 0):
         coupled = coupled_drop(
             file,
             during.line,
@@ -138,6 +138,8 @@ class During(NamedTuple):
     drive: Drive
     state: Array | None = None
     """Its state at the taut rope; None: all of it at the vacuum of the chamber."""
+    leaks: bool = False
+    """Whether its leak goes on during the stop; without volume per slip it is left out else."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -158,9 +160,18 @@ class Plan:
 
 
 def plan(
-    file: BrakeFile, line: Line, case: Arrival, *, stored: float | None = None, water: bool = False
+    file: BrakeFile,
+    line: Line,
+    case: Arrival,
+    *,
+    stored: float | None = None,
+    water: bool = False,
+    leaks: bool = False,
 ) -> Plan:
-    """Plan one collision; all in SI, checked by the caller."""
+    """Plan one collision; all in SI, checked by the caller.
+
+    `leaks`: the line goes on leaking during the stop, even without a volume per slip.
+    """
     standby = Standby(line, case.standing, stored, water)
     rising = standby.warned(case.warning)
     state = rising.states[-1]
@@ -168,11 +179,11 @@ def plan(
     needed = needed_vacuum(file.brake, case)
     opened = line.reservoir is not None and line.reservoir.delay < case.warning
     drive = Drive(store=1.0 if opened else 0.0)
-    full = tuned = stop_at(file, case, reached, During(line, drive, state), water)
+    full = tuned = stop_at(file, case, reached, During(line, drive, state, leaks), water)
     capped = needed is None or needed >= reached
     if needed is not None and not capped:
         least = standby.vented(case.warning) if needed < case.standing else 0.0
-        shut = During(line, Drive(pump=0.0))
+        shut = During(line, Drive(pump=0.0), leaks=leaks)
         tuned = stop_at(file, case, max(needed, least), shut, water)
     return Plan(
         case=case,

@@ -187,6 +187,7 @@ def brake_of(point: Point, base: Brake) -> Brake:
         pressure_exponent=base.pressure_exponent,
         test_pressure=base.test_pressure,
         speed_law=base.speed_law,
+        vacuum_share=base.vacuum_share,
         site=base.site,
     )
     if base.stiffness_measured is None:

@@ -47,6 +47,13 @@ class Brake:
     )
     speed_law: SpeedLaw | None = nested(SpeedLaw, default=None)
     hyperelastic: Hyperelastic | None = nested(Hyperelastic, default=None)
+    vacuum_share: float | None = quantity(
+        "1",
+        "share of the gauge's vacuum that presses the sheets on average; all of it if not given",
+        lo=0.01,
+        hi=1,
+        default=None,
+    )
     rope: Rope | None = nested(Rope, default=None)
     site: Site = nested(Site, default=Site())
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -106,6 +106,22 @@ def _by_stretches(start: float, end: float, line: Line) -> float:
         if more != less:
             taken += (high - low) * math.log(more / less) / (more - less)
     return line.chamber.volume * taken / pump.count
+
+
+def held_vacuum(time: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
+    """Vacuum [Pa] that a laminar leak leaves in a closed rigid chamber; times [s] broadcast.
+
+    V p' = G (a^2 - p^2)/(2a) from the vacuum `start` [Pa]; `rate` = G/V [1/s]. A small vacuum falls
+    as exp(-rate t), a deep one more slowly. Pressure above the atmosphere is a negative vacuum.
+    """
+    left = start / (2 * atmosphere - start) * np.exp(-rate * time)
+    return 2 * atmosphere * left / (1 + left)
+
+
+def holding_time(end: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
+    """Time [s] in which that leak takes a vacuum from `start` to `end` [Pa], both above zero."""
+    whole = 2 * atmosphere
+    return np.log(start * (whole - end) / (end * (whole - start))) / rate
 
 
 def rise_time(target: float, line: Line, water: bool = False) -> float | None:

@@ -12,13 +12,23 @@ from layerjam.mechanics.fan import Sheets, fan_of, force_of
 from layerjam.mechanics.law import law, within
 
 
+def pressure_on_sheets(vacuum: Any, brake: Brake) -> Any:
+    """What presses the sheets [Pa] when the gauge reads a vacuum [Pa].
+
+    Less than that where the vacuum does not reach the middle of the stack; the enclosure is pressed
+    by all of it, since behind its wall stands the atmosphere.
+    """
+    return vacuum if brake.vacuum_share is None else brake.vacuum_share * vacuum
+
+
 def friction_per_contact(vacuum: Any, brake: Brake) -> Any:
     """c [N/m]: what one metre of overlap resists with, all interfaces together.
 
     The calibration factor multiplies the friction; with a fitted `pressure_exponent` m the factor
-    (P/P_test)^m comes in. With a `speed_law` it is that at its `test_speed`, to be multiplied by
-    `growth`.
+    (P/P_test)^m comes in. P is what presses the sheets. With a `speed_law` it is that at its
+    `test_speed`, to be multiplied by `growth`.
     """
+    vacuum = pressure_on_sheets(vacuum, brake)
     c = brake.scale_factor * brake.film.kinetic * (brake.sheets.count - 1)
     c = c * brake.sheets.width * vacuum
     if brake.pressure_exponent is None:
@@ -34,7 +44,8 @@ def sheets_at(vacuum: Any, brake: Brake) -> Sheets:
     pressed: Any = 1.0
     if brake.pressure_exponent is not None:
         test: Any = brake.test_pressure
-        pressed = (jnp.where(vacuum > 0, vacuum, test) / test) ** brake.pressure_exponent
+        pressure = pressure_on_sheets(vacuum, brake)
+        pressed = (jnp.where(vacuum > 0, pressure, test) / test) ** brake.pressure_exponent
     return Sheets(c, brake.sheets.overlap, fan_of(brake, pressed))
 
 

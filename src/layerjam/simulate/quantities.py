@@ -31,6 +31,14 @@ STOP_TRAVEL = QuantitySpec(
 )
 ELONGATION = QuantitySpec("m", "elongation to pull to", lo=1e-6, hi=10, example="40mm", symbol="u")
 DURATION = QuantitySpec("s", "time to simulate", open_lo=True, hi=1e5, example="20s")
+LEAK_TIME = QuantitySpec(
+    "s",
+    "time constant of a laminar leak, volume over conductance",
+    lo=1e-3,
+    hi=1e7,
+    example="500s",
+)
+HELD = QuantitySpec("s", "time from shutting the line off to the taut rope", hi=1e7, example="60s")
 SEED = QuantitySpec("1", "seed of the random numbers", hi=2**63 - 1, whole=True)
 
 

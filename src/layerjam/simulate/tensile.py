@@ -10,6 +10,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import ProcedureError, QuantityError
+from layerjam.fluid.closed_forms import held_vacuum
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.friction import growth_of, sheet_friction
 from layerjam.mechanics.hysteresis import Cycle, brake_cycle
@@ -19,12 +20,15 @@ from layerjam.mechanics.pull import least_stiffness, peak
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.first_pull import check_first_pull, first_events, first_pull
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return, Vent
+from layerjam.simulate.quantities import LEAK_TIME, check_given
 from layerjam.simulate.record import Outcome, TensileRecord
 from layerjam.simulate.speed import follows_speed, in_a_pull
 from layerjam.units import show
 
 SAMPLES = 400
 RISE = 80
+HOLDING = 100
+"""Samples of a hold in which the vacuum leaks away."""
 _BLOCK = 512
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -38,7 +42,9 @@ def _events(vacuum: float, brake: Brake) -> tuple[float, float, float]:
     return onset, peak(vacuum, overlap, brake).elongation, apart
 
 
-def _path(procedure: Procedure, brake: Brake) -> tuple[Array, Array, Array, Array]:
+def _path(
+    procedure: Procedure, brake: Brake, leak_time: float | None
+) -> tuple[Array, Array, Array, Array]:
     """Time, elongation, vacuum and crosshead's speed at every sample.
 
     Onset, peak and separation are samples. While the crosshead stands the speed is that of its last
@@ -47,6 +53,14 @@ def _path(procedure: Procedure, brake: Brake) -> tuple[Array, Array, Array, Arra
     moves = [step.speed for step in procedure.steps if isinstance(step, Pull | Return)]
     pace = moves[0] if moves else 0.0
     rows: list[tuple[float, float, float, float]] = [(0.0, 0.0, 0.0, pace)]
+    shut = (0.0, 0.0)
+    rate = None if leak_time is None else 1 / leak_time
+
+    def left(now: float) -> float:
+        if rate is None:
+            return shut[1]
+        return float(held_vacuum(now - shut[0], shut[1], rate, brake.site.atmosphere))
+
     for step in procedure.steps:
         time, start, vacuum, pace = rows[-1]
         if isinstance(step, Evacuate):
@@ -55,10 +69,14 @@ def _path(procedure: Procedure, brake: Brake) -> tuple[Array, Array, Array, Arra
             rows.append((time, start, step.to, pace))
             if step.hold:
                 rows.append((time + step.hold, start, step.to, pace))
+            shut = (time + step.hold, step.to)
         elif isinstance(step, Vent):
             rows.append((time, start, 0.0, pace))
+            shut = (time, 0.0)
         elif isinstance(step, Hold):
-            rows.append((time + step.duration, start, vacuum, pace))
+            samples = 1 if rate is None else HOLDING
+            passed = [time + step.duration * (i + 1) / samples for i in range(samples)]
+            rows += [(now, start, left(now), pace) for now in passed]
         else:
             faster = brake
             if brake.speed_law is not None:
@@ -66,7 +84,8 @@ def _path(procedure: Procedure, brake: Brake) -> tuple[Array, Array, Array, Arra
                 faster = replace(brake, scale_factor=factor)
             positions = _positions(step, start, vacuum, faster)
             pace = step.speed
-            rows += [(time + abs(p - start) / pace, float(p), vacuum, pace) for p in positions]
+            moved = [(time + abs(p - start) / pace, float(p)) for p in positions]
+            rows += [(now, place, left(now), pace) for now, place in moved]
     times, elongations, vacuums, speeds = np.array(rows).T
     return times, elongations, vacuums, speeds
 
@@ -127,9 +146,13 @@ def remarks(
     return said
 
 
-def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
+def tensile(
+    file: BrakeFile, procedure: Procedure, *, leak_time: float | None = None
+) -> TensileRecord:
     """Pull a brake through a procedure.
 
+    With `leak_time` [s] the line is shut off after every evacuation and its hold, and the vacuum
+    leaks away (laminar, rigid chamber) until the next evacuation or vent. Without one it is kept.
     The outcome is FINISHED, SEPARATED (the overlap was used up; the record ends there),
     CLOSED_BY_SLEEVE (unloaded, the enclosure drew the brake back by itself) or SNAPS (the rig is
     softer than the brake's softening; the record ends before it). Raises QuantityError for a
@@ -142,7 +165,8 @@ def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
         raise QuantityError(
             f"vacuum: {show(highest, 'Pa')} is more than the atmosphere, {show(atmosphere, 'Pa')}"
         )
-    time, elongation, vacuum, speed = _path(procedure, brake)
+    check_given({"leak time": leak_time}, {"leak time": LEAK_TIME})
+    time, elongation, vacuum, speed = _path(procedure, brake, leak_time)
     if brake.hyperelastic is not None:
         check_first_pull(elongation, vacuum, brake)
     cycle = _run(elongation, vacuum, speed, brake)
@@ -159,6 +183,11 @@ def tensile(file: BrakeFile, procedure: Procedure) -> TensileRecord:
     elif cycle.closed.any() and _fell(cycle.slip) > 1e-9 * brake.sheets.overlap:
         outcome = Outcome.CLOSED_BY_SLEEVE
     warnings = remarks(outcome, highest, elongation[:end], cycle.slip[:end], brake)
+    if leak_time is not None:
+        warnings.append(
+            "the line is shut off after every evacuation; the vacuum leaks away with a time "
+            f"constant of {show(leak_time, 's')}"
+        )
     return TensileRecord(
         time=time[:end],
         elongation=elongation[:end],

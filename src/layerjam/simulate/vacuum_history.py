@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 
 from layerjam.errors import QuantityError
+from layerjam.fluid.closed_forms import holding_time
 from layerjam.simulate.quantities import VACUUM
 from layerjam.units import QuantitySpec, show
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+LEAK_SAMPLES = 2048
 TIME = QuantitySpec("s", "time from the taut rope", lo=-1e9, hi=1e9)
 
 
@@ -51,6 +53,21 @@ class History:
                 f"history: time of sample {at + 1}, {show(float(time[at]), 's')}, is not after the "
                 f"one before, {show(float(time[at - 1]), 's')}; times must rise"
             )
+
+    @classmethod
+    def leaking(
+        cls, vacuum: float, leak_time: float, atmosphere: float, held: float = 0.0
+    ) -> History:
+        """A vacuum [Pa] shut off `held` [s] before the rope is taut, and its laminar leak.
+
+        `leak_time` [s] is the chamber's volume over the leak's conductance. Its samples follow
+        `fluid.closed_forms.held_vacuum` to 1.2e-7 of `vacuum` and end at 2.4e-7 of it.
+        """
+        if not vacuum > 0:
+            return cls(np.array([-held, 1.0 - held]), np.full(2, vacuum))
+        # equal steps of the root: an exponential is then met equally well everywhere
+        left = vacuum * np.linspace(1.0, 1.0 / LEAK_SAMPLES, LEAK_SAMPLES) ** 2
+        return cls(holding_time(left, vacuum, 1 / leak_time, atmosphere) - held, left)
 
     def at(self, time: Any) -> Array:
         """The vacuum [Pa] at times [s]."""

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.errors import FitError, UnknownNameError
+from layerjam.fluid.closed_forms import held_vacuum
 from layerjam.identify.logs.correlated import Series, fit_series
 from layerjam.measure.trace import Array
 from layerjam.units import show
@@ -40,8 +41,8 @@ def pressure(model: str, time: Array, start: float, rate: float, atmosphere: flo
     if model == "linear":
         return atmosphere * (1 + (y0 - 1) * np.exp(-rate * time))
     if model == "laminar":
-        left = (y0 - 1) / (y0 + 1) * np.exp(-rate * time)
-        return atmosphere * (1 + left) / (1 - left)
+        left: Array = held_vacuum(time, atmosphere - start, rate, atmosphere)
+        return atmosphere - left
     if model == "orifice":
         if y0 >= 1:
             return atmosphere / _ratio_over(_clock_over(1 / y0) + rate * time)

@@ -19,7 +19,7 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.fan import fan_of, ratio_of
-from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.friction import friction_per_contact, pressure_on_sheets
 from layerjam.mechanics.law import law, within
 from layerjam.mechanics.stick_slip.laws import static_left
 from layerjam.units import quantity, record
@@ -85,8 +85,8 @@ def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -
     stress = wet_stress(speed, vacuum, film, factor)
     force, fan = contact * stress, fan_of(brake)
     if fan is not None:
-        # the fan acts on whatever holds the sheets: its friction is the stress over the vacuum
-        share = stress / jnp.where(jammed, vacuum, 1.0)
+        # the fan acts on whatever holds the sheets: its friction is the stress over the pressure
+        share = stress / pressure_on_sheets(jnp.where(jammed, vacuum, 1.0), brake)
         share = share / (brake.scale_factor * brake.film.kinetic)
         force = force * ratio_of(slip, fan._replace(strength=fan.strength * share))
     force = force + backbone(slip, enclosure_at(vacuum, brake))
