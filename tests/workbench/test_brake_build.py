@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import io
 import json
 import sys
 import zipfile
 
+import numpy as np
 import pytest
 
 from layerjam.commands.build import build, verdict
 from layerjam.device.load import load
+from layerjam.report.build_scene import CORE, LEFT, PLATE, PRINTED, RIGHT, SILICONE
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.brake import Brake
 from layerjam.workbench.pages.brake_build import checks_table
+from layerjam.workbench.pages.brake_parts import UNIT
 from layerjam.workbench.state import State
 from workbench.standing import standing
 
@@ -79,6 +83,33 @@ def test_every_check_is_a_row_with_its_number_and_limit():
     assert ">69 MPa<" in bearing
     (girth,) = (r for r in rows if "over the head" in r)
     assert ">22.5%<" in girth
+
+
+def volume(surface) -> float:
+    """Inside the triangles that the browser is given [mm³]."""
+    places = np.frombuffer(base64.b64decode(surface.corners), "<f4").reshape(-1, 3) * UNIT
+    faces = np.frombuffer(base64.b64decode(surface.triangles), "<u4").reshape(-1, 3)
+    a, b, c = (places[faces[:, k]].astype(float) for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def test_the_browser_is_given_the_parts_that_are_made():
+    """Volumes by the triangles as sent, in 32 bits, and by the closed form of the solids."""
+    found = shown(page_of(drawn="mould"))
+    solid = {part.name: part.solid.volume for part in found.result.record.parts}
+    sent = {surface.colour: volume(surface) for surface in found.parts.surfaces}
+    halves = solid["mould-top"] + solid["mould-bottom"]
+    assert sent[PRINTED] == pytest.approx(halves, rel=2e-3)
+    assert sent[CORE] == pytest.approx(solid["core"], rel=1e-5)
+    apart = shown(page_of())
+    sent = {surface.colour: volume(surface) for surface in apart.parts.surfaces}
+    assert sent[PRINTED] == pytest.approx(2 * solid["cap"], rel=2e-3)
+    assert sent[PLATE] == pytest.approx(2 * solid["plate"], rel=2e-3)
+    assert sent[SILICONE] == pytest.approx(solid["sleeve"], rel=1e-5)
+    lengths = apart.result.record.lengths
+    sheets = lengths.count * lengths.width * lengths.sheet_length * lengths.thickness
+    assert 0.97 * sheets < sent[LEFT] + sent[RIGHT] < sheets  # holes and corners are missing
+    assert shown(page_of("choi2018-ptfe", cutter="laser")).parts is None
 
 
 def test_what_is_copied_writes_the_folder():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import zipfile
+
 import pytest
 
 from layerjam.commands.tensile import tensile
@@ -88,4 +90,22 @@ def test_the_stack_is_drawn_when_it_looks_different_and_not_otherwise(tab):
     cell(tab, "tab-pull").click()
     assert settled() == before  # it turns on unseen, and nothing is drawn
     drawn_after(cell(tab, "tab-brake").click)
+    assert not [e for e in tab.errors if "WebGL" not in e]
+
+
+def test_a_build_is_drawn_and_its_folder_downloaded(tab, tmp_path):
+    tab.wait_for_selector("[data-testid=brake-numbers]", timeout=90_000)
+    tab.get_by_role("button", name="Build", exact=True).click()
+    tab.wait_for_selector("[data-testid=brake-build-checks]", timeout=60_000)
+    view = tab.evaluate_handle(
+        "() => getElement(+document.querySelector('[data-testid=brake-build-scene]').id.slice(1))"
+    )
+    tab.wait_for_function("view => view.renderer?.info.render.triangles > 5000", arg=view)
+    with tab.expect_download(timeout=60_000) as download:
+        cell(tab, "brake-build-download").click()
+    assert download.value.suggested_filename == "choi2018-kapton-build.zip"
+    folder = tmp_path / "folder.zip"
+    download.value.save_as(folder)
+    with zipfile.ZipFile(folder) as archive:
+        assert "choi2018-kapton-build/assembly.pdf" in archive.namelist()
     assert not [e for e in tab.errors if "WebGL" not in e]

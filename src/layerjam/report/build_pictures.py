@@ -54,33 +54,35 @@ def _middle(body: Body) -> Point:
     return float(x), float(y), float(z)
 
 
-def _exploded(world: Scene) -> Seen:
-    """Every part of one brake, apart, on both sides."""
+def exploded(world: Scene) -> dict[str, list[Body]]:
+    """{name: bodies} of every part of one brake, apart, on both sides."""
     lengths = world.lengths
     out = 0.35 * lengths.free + 20
     lift = lengths.cap_height + 8
-    bodies: list[Body] = []
     alike: dict[str, list[Body]] = {}
     fan = min(4.0, 36 / lengths.count)
     for index in range(lengths.count):
         raised = (index - (lengths.count - 1) / 2) * fan
         sheet, spacer = parts.layer(world, index, raised)
         own, word = (-1, "left") if index % 2 == 0 else (1, "right")
-        sheet, spacer = sheet.moved(own * out * 0.35), spacer.moved(-own * out * 0.62)
-        bodies += [sheet, spacer]
-        alike.setdefault(f"{word} sheet", []).append(sheet)
-        alike.setdefault("spacer", []).append(spacer)
+        alike.setdefault(f"{word} sheet", []).append(sheet.moved(own * out * 0.35))
+        alike.setdefault("spacer", []).append(spacer.moved(-own * out * 0.62))
     for side in lengths.sides:
         for name, body in _of_side(world, side, -1 if side.name == "left" else 1, out, lift):
-            bodies.append(body)
             alike.setdefault(name, []).append(body)
     below = -(lengths.count * fan / 2 + lengths.cap_height + 12)
-    tube = parts.sleeve(world).moved(z=below)
-    bodies.append(tube)
-    shot = shoot(bodies)
+    alike["enclosure"] = [parts.sleeve(world).moved(z=below)]
+    return alike
+
+
+def _exploded(world: Scene) -> Seen:
+    """Every part of one brake with its name."""
+    alike = exploded(world)
+    shot = shoot([body for some in alike.values() for body in some])
+    (tube,) = alike["enclosure"]
     points = [Label("enclosure", tube)]
     for name, some in alike.items():
-        if "sheet" not in name:  # of equal parts the first one that is seen well
+        if "sheet" not in name and name != "enclosure":  # of equal parts the first one seen well
             shown = [int(shot.seen(body).sum()) for body in some]
             first = next(i for i, area in enumerate(shown) if area >= 0.5 * max(shown))
             points.append(Label(name, some[first]))
@@ -154,12 +156,24 @@ def _shown(count: int) -> list[int]:
     return [*range(SHOWN // 2), *range(count - SHOWN // 2, count)]
 
 
+def mould_apart(world: Scene) -> dict[str, Body]:
+    """Both halves ("top", "bottom") and the "core", apart."""
+    found, lift = parts.tools(world), _mould_lift(world)
+    return found | {
+        "top": found["top"].moved(z=2 * lift),
+        "core": found["core"].moved(z=lift),
+    }
+
+
+def _mould_lift(world: Scene) -> float:
+    return 1.2 * world.lengths.mould.half + 14
+
+
 def _mould(world: Scene) -> Seen:
-    """Both halves and the core, apart."""
-    lengths, found = world.lengths, parts.tools(world)
-    lift = 1.2 * lengths.mould.half + 14
-    top, core = found["top"].moved(z=2 * lift), found["core"].moved(z=lift)
-    roof = 2 * lift + lengths.mould.half
+    """The mould and its bolts, apart."""
+    lengths, found = world.lengths, mould_apart(world)
+    top, core = found["top"], found["core"]
+    roof = 2 * _mould_lift(world) + lengths.mould.half
     (low, sprue), *vents = mould.openings(lengths, world.build)
     bolts, keys = mould.places(lengths)
     raised = parts.bolts(world, roof + 12 + 2 * lengths.mould.half)

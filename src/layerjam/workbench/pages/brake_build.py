@@ -18,6 +18,7 @@ from layerjam.workbench import live
 from layerjam.workbench.call import Call, Options, key_of
 from layerjam.workbench.controls import Choice, choice
 from layerjam.workbench.page import Box, Figures, Notes, Page, View
+from layerjam.workbench.pages.brake_parts import Parts, PartsView, parts_of
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import Runner, waiting_line
 from layerjam.workbench.tables import Cell, html
@@ -50,6 +51,13 @@ COUPONS = Choice(
     "Test pieces too",
     "A comb for the kerf and strips for the friction",
 )
+DRAWN = Choice(
+    "drawn",
+    {"brake": "parts of the brake", "mould": "mould of the enclosure"},
+    "brake",
+    "Drawn",
+    "What the picture shows",
+)
 REFUSED = ("✗ refused", "no font-medium whitespace-nowrap")
 WORDS: Mapping[bool | None, tuple[str, str]] = {
     True: ("✓ ok", "yes whitespace-nowrap"),
@@ -63,6 +71,7 @@ class Found:
     """What is said of a build, or the sentence that an optional part is not installed."""
 
     result: Built | None = None
+    parts: Parts | None = None
     lacking: str = ""
 
 
@@ -105,6 +114,9 @@ class BuildPart(View):
                 self.after = status("brake-build-after", "text-sm")
             with ui.column().style("width: 280px; flex: none"):
                 self.figures = Figures("brake-build", "build", NUMBERS)
+        with ui.column().classes("w-full gap-1") as self.picture:
+            choice(self.desk, self.name, DRAWN)
+            self.view = PartsView("brake-build-scene")
         self.table = live.Table()
         self.notes = Notes()
         with fold("What nobody has measured or given", "brake-build-assumed") as self.assumed:
@@ -129,17 +141,22 @@ class BuildPart(View):
         return [self.call()]
 
     def compute(self) -> Found:
-        """The verdict; no file is made."""
+        """The verdict and the drawn parts; no file is made."""
         cutter = self.call().options.get("cutter")
         try:
-            return Found(verdict(self.desk.brake, None if cutter is None else str(cutter)))
+            result = verdict(self.desk.brake, None if cutter is None else str(cutter))
         except MissingExtraError as error:
             return Found(lacking=one_line(error))
+        mould = self.word(DRAWN) == "mould"
+        return Found(result, parts_of(result.record, mould) if result.feasible else None)
 
     def draw(self, found: Found) -> None:
         """Show the verdict."""
         result = found.result
         self.after.set_text("")
+        self.picture.set_visibility(found.parts is not None)
+        if found.parts is not None:
+            self.view.show(found.parts, self.page.dark)
         self.button.set_enabled(result is not None and result.feasible)
         if result is None:
             self.verdict.set_text("")

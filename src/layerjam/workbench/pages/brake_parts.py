@@ -1,0 +1,132 @@
+"""The drawn parts of a build in space: the bodies of its pictures, to turn around."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+from nicegui.elements.scene.scene_object3d import Object3D
+
+from layerjam.fabricate.drawing import Drawing
+from layerjam.report import build_pictures, build_scene
+from layerjam.report.shading import Body
+from layerjam.workbench.scene import GROUND, NIGHT
+from layerjam.workbench.widgets import button, dressed, hint
+
+UNIT = 10.0
+"""Millimetres in one unit of the scene."""
+VIEWS: Mapping[str, tuple[float, float, float]] = {
+    "whole": (0.4, -0.98, 0.45),
+    "from the left": (-1.05, -0.4, 0.3),
+    "above": (0.0, -0.02, 1.15),
+    "below": (0.25, -0.75, -0.8),
+}
+"""From where it is seen, in the longest side of what is drawn, from its middle."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """All bodies of one colour as one surface: corners and triangles as the browser takes them."""
+
+    colour: str
+    corners: str
+    triangles: str
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What is drawn; `length` is its longest side in units of the scene."""
+
+    surfaces: tuple[Surface, ...]
+    length: float
+
+
+def parts_of(made: Drawing, mould: bool) -> Parts:
+    """The parts of one brake apart, or its mould opened."""
+    world = build_scene.scene(made.build, made.lengths)
+    if mould:
+        return surfaces(build_pictures.mould_apart(world).values())
+    return surfaces(body for some in build_pictures.exploded(world).values() for body in some)
+
+
+def surfaces(bodies: Iterable[Body]) -> Parts:
+    """Bodies by their colour, around the middle of all."""
+    by_colour: dict[str, list[Body]] = {}
+    for body in bodies:
+        by_colour.setdefault(body.colour, []).append(body)
+    every = np.concatenate([body.corners for some in by_colour.values() for body in some])
+    low, high = every.min(axis=0), every.max(axis=0)
+    made = tuple(_surface(colour, some, (low + high) / 2) for colour, some in by_colour.items())
+    return Parts(made, float((high - low).max()) / UNIT)
+
+
+def _surface(colour: str, bodies: list[Body], middle: Any) -> Surface:
+    first = np.cumsum([0, *(len(body.corners) for body in bodies)])
+    corners = np.concatenate([body.corners - middle for body in bodies]) / UNIT
+    triangles = np.concatenate([b.triangles + k for b, k in zip(bodies, first, strict=False)])
+    packed = (corners.astype("<f4"), triangles.astype("<u4"))
+    return Surface(colour, *(base64.b64encode(a.tobytes()).decode() for a in packed))
+
+
+class Solid(Object3D, component=Path(__file__).parents[1] / "solid.js"):
+    """A closed surface in one colour."""
+
+    def __init__(self, surface: Surface) -> None:
+        super().__init__(surface.colour, surface.corners, surface.triangles)
+
+
+class PartsView:
+    """The 3-D view; surfaces are sent only where they have changed."""
+
+    def __init__(self, ident: str) -> None:
+        self._shown: dict[str, tuple[Surface, Solid]] = {}
+        self._length = 0.0
+        self._view = VIEWS["whole"]
+        self._dark = False
+        camera = ui.scene.perspective_camera(fov=28)
+        look: dict[str, Any] = {"grid": False, "background_color": GROUND, "fps": 20}
+        self.scene = ui.scene(width=640, height=360, camera=camera, click_events=[], **look)
+        about = "The parts to make, apart"
+        dressed(self.scene, ident, "w-full h-96", role="img", aria_label=about)
+        self.scene.on("init", js_handler=f"() => layerjamStill(getElement({self.scene.id}))")
+        with ui.row().classes("gap-1 items-center"):
+            ui.label("Seen").classes("text-sm")
+            for name, place in VIEWS.items():
+                key = f"{ident}-{name.replace(' ', '-')}"
+                seen = button(name, partial(self._look, place), key, how="flat dense no-caps")
+                dressed(seen, aria_label=f"Parts seen: {name}")
+            hint("drag to turn, wheel to come nearer")
+
+    def show(self, parts: Parts, dark: bool) -> None:
+        """Bring the scene up to date."""
+        if dark != self._dark:
+            self._dark = dark
+            ground = NIGHT if dark else GROUND
+            self.scene.client.run_javascript(
+                f"const view = getElement({self.scene.id}); view.ground = '{ground}'; "
+                "view.renderer.setClearColor(view.ground)"
+            )
+        wanted = {surface.colour: surface for surface in parts.surfaces}
+        for colour, (surface, solid) in [*self._shown.items()]:
+            if wanted.get(colour) != surface:
+                self._shown.pop(colour)
+                solid.delete()
+        with self.scene:
+            for colour, surface in wanted.items():
+                if colour not in self._shown:
+                    self._shown[colour] = (surface, Solid(surface))
+        if self._length != parts.length:
+            self._length = parts.length
+            self._look(self._view)
+
+    def _look(self, place: tuple[float, float, float]) -> None:
+        self._view = place
+        x, y, z = (side * self._length for side in place)
+        middle = {"look_at_x": 0.0, "look_at_y": 0.0, "look_at_z": 0.0}
+        self.scene.move_camera(x=x, y=y, z=z, duration=0.3, **middle)
