@@ -6,6 +6,7 @@ import asyncio
 import base64
 import io
 import json
+import subprocess
 import sys
 import zipfile
 
@@ -127,6 +128,14 @@ def test_without_the_extra_a_sentence_says_so(monkeypatch):
     found = shown(page_of())
     assert found.result is None
     assert "pip install 'layerjam[build]'" in found.lacking
+
+
+def test_the_brakes_page_loads_nothing_that_draws_or_builds():
+    names = "('numba', 'manifold3d', 'ezdxf', 'layerjam.fabricate.drawing')"
+    code = "import sys, layerjam.workbench.pages.brake; "
+    code += f"print([n for n in {names} if n in sys.modules])"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert said.stdout.strip() == "[]"
 
 
 def test_a_build_is_stopped(monkeypatch):

@@ -7,17 +7,18 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from nicegui import ui
 from nicegui.elements.scene.scene_object3d import Object3D
 
-from layerjam.fabricate.drawing import Drawing
-from layerjam.report import build_pictures, build_scene
-from layerjam.report.shading import Body
 from layerjam.workbench.scene import GROUND, NIGHT
 from layerjam.workbench.widgets import button, dressed, hint
+
+if TYPE_CHECKING:
+    from layerjam.fabricate.drawing import Drawing
+    from layerjam.report.shading import Body
 
 UNIT = 10.0
 """Millimetres in one unit of the scene."""
@@ -49,6 +50,9 @@ class Parts:
 
 def parts_of(made: Drawing, mould: bool) -> Parts:
     """The parts of one brake apart, or its mould opened."""
+    # the page of the brake is opened without what draws
+    from layerjam.report import build_pictures, build_scene
+
     world = build_scene.scene(made.build, made.lengths)
     if mould:
         return surfaces(build_pictures.mould_apart(world).values())
