@@ -135,6 +135,39 @@ def test_bad_input_is_one_sentence(name: str, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+LATE = ('tie_depth = "5 mm"', 'air_bore = "4.2 mm"', 'mould_wall = "1 mm"', 'key = "11 mm"')
+
+
+@pytest.mark.parametrize("row", LATE)
+def test_what_is_found_after_reading_names_file_and_line(row: str, tmp_path: Path) -> None:
+    """Of the brake's file or the workshop's, whichever gives it; an option has no line."""
+    brake, shop = tmp_path / "mine.toml", tmp_path / "shop.toml"
+    head = KAPTON.text.count("\n") + 3
+    brake.write_text(f"{KAPTON.text}\n[build]\n{row}\n", "utf-8")
+    with pytest.raises(FileError) as raised:
+        lj.build(brake, out=tmp_path / "x")
+    assert (raised.value.path, raised.value.line) == (str(brake), head)
+    assert f"build.{row.split(maxsplit=1)[0]}: " in str(raised.value)
+    shop.write_text(f"# ours\n\n[build]\ncutter = 'knife'\n{row}\n", "utf-8")
+    with pytest.raises(FileError) as raised:
+        lj.build(KAPTON, out=tmp_path / "x", workshop=shop)
+    assert (raised.value.path, raised.value.line) == (str(shop), 5)
+    assert sorted(tmp_path.iterdir()) == [brake, shop]
+
+
+def test_the_brakes_file_is_named_where_it_counts_more_than_the_workshops(tmp_path: Path) -> None:
+    brake, shop = tmp_path / "mine.toml", tmp_path / "shop.toml"
+    brake.write_text(f'{KAPTON.text}\n[build]\ntie_depth = "5 mm"\n', "utf-8")
+    shop.write_text('[build]\ntie_depth = "0.5 mm"\nkerf = "0.2 mm"\n', "utf-8")
+    with pytest.raises(FileError, match=r"mine\.toml, line \d+: build\.tie_depth"):
+        lj.build(brake, out=tmp_path / "x", workshop=shop)
+    with pytest.raises(FileError, match=r"shop\.toml, line 3: build\.kerf: 0\.2 mm is given for"):
+        lj.build(KAPTON, out=tmp_path / "x", workshop=shop, cutter="knife")
+    shop.write_text('[build]\ngap = "0.5 mm"\nkerf = "0.2 mm"\n', "utf-8")
+    with pytest.raises(QuantityError, match=r"^build\.kerf: 0\.9 mm is not less than build\.gap"):
+        lj.build(KAPTON, out=tmp_path / "x", workshop=shop, kerf="0.9 mm")
+
+
 def test_sizes_and_counts_are_checked(tmp_path: Path) -> None:
     for more in ({"stock": "0.5x10mm"}, {"laser_bed": "600mm"}, {"parallel": 0}, {"kerf": "3 mm"}):
         with pytest.raises(QuantityError):

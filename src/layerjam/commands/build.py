@@ -230,7 +230,8 @@ def _can_write_step() -> bool:
 def _drawn(file: BrakeFile, chosen: Any, parallel: int, series: int) -> Drawing:
     from layerjam.fabricate.drawing import drawing
 
-    return drawing(file, chosen, greatest_force(file.brake), parallel, series)
+    with chosen.located():
+        return drawing(file, chosen, greatest_force(file.brake), parallel, series)
 
 
 def greatest_force(brake: Brake) -> float:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.workshop import Build, Making, agree
-from layerjam.errors import FileError
+from layerjam.errors import FileError, QuantityError
 from layerjam.records.reader import Reader
 from layerjam.records.source import Source
-from layerjam.records.toml import read_text
+from layerjam.records.toml import line_of, read_text
 from layerjam.records.values import entries
 from layerjam.units import check
 
@@ -27,6 +28,17 @@ class Choices:
 
     build: Build = Build()
     sources: Mapping[str, Source] = field(default_factory=dict)
+    texts: Mapping[str, tuple[str, str]] = field(default_factory=dict, repr=False)
+    """{dotted path: (file that gives it, its text)} of all that a file gives and counts."""
+
+    @contextmanager
+    def located(self) -> Iterator[None]:
+        """A QuantityError inside becomes a FileError with file and line where a file is at fault.
+
+        What the command or nobody gave has no line, and stays a QuantityError.
+        """
+        with _located(self.texts):
+            yield
 
     @property
     def assumed(self) -> tuple[str, ...]:
@@ -45,9 +57,13 @@ def choices(
     """
     values: dict[str, Any] = {}
     sources: dict[str, Source] = {}
+    texts: dict[str, tuple[str, str]] = {}
     if workshop is not None:
         reader = _workshop(Path(workshop))
         values, sources = dict(reader.values), dict(reader.sources)
+        texts = dict.fromkeys(values, (str(reader.path), reader.text))
+    if file.path:
+        texts |= dict.fromkeys(file.sources, (file.path, file.text))
     for path, source in file.sources.items():
         if path in _BUILD:
             values[path] = getattr(file.making.build, path.removeprefix("build."))
@@ -56,10 +72,24 @@ def choices(
         if value is not None:
             values[f"build.{name}"] = value
             sources[f"build.{name}"] = TYPED
+            texts.pop(f"build.{name}", None)
     made = replace(Build(), **{p.removeprefix("build."): v for p, v in values.items()})
-    check(made, "build.")
-    agree(file.brake, made)
-    return Choices(build=made, sources=sources)
+    with _located(texts):
+        check(made, "build.")
+        agree(file.brake, made)
+    return Choices(build=made, sources=sources, texts=texts)
+
+
+@contextmanager
+def _located(texts: Mapping[str, tuple[str, str]]) -> Iterator[None]:
+    try:
+        yield
+    except QuantityError as error:
+        named = error.quantity or ""
+        if named not in texts:
+            raise
+        path, text = texts[named]
+        raise FileError(path, str(error), line_of(text, named)) from None
 
 
 def _workshop(path: Path) -> Reader:

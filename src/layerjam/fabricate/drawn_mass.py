@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from layerjam.device.file import BrakeFile
-from layerjam.errors import QuantityError
+from layerjam.errors import FileError, QuantityError
 from layerjam.fabricate.checks import agree_drawn, clamp_checks, wall_check
 from layerjam.fabricate.choices import choices
 from layerjam.fabricate.lengths import CannotBuildError, lengths
@@ -25,6 +25,6 @@ def drawn_mass(file: BrakeFile) -> float | None:
         if refusals([*clamp_checks(build, found), wall_check(build, found)]):
             return None
         rows = mass_rows(file.brake, build, found, parts(found, build))
-    except (CannotBuildError, QuantityError):
+    except (CannotBuildError, FileError, QuantityError):
         return None
     return sum(row.mass for row in rows)

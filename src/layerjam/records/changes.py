@@ -81,6 +81,8 @@ class RecordFile(ABC, Generic[R]):
     sources: Mapping[str, Source] = field(repr=False)
     text: str = field(repr=False)
     title: str = ""
+    path: str = field(default="", repr=False, compare=False)
+    """What the text was read from, for errors that are found later; empty where there is none."""
 
     fields: ClassVar[Mapping[str, Entry]]
     """All that such a file may set, by dotted path."""
@@ -113,7 +115,7 @@ class RecordFile(ABC, Generic[R]):
         name, (pattern, wrong) = reader.words.get("name", ""), cls.named
         if not re.fullmatch(pattern, name):
             raise reader.fail("name", wrong)
-        held: dict[str, Any] = {cls.holds: record, **more}
+        held: dict[str, Any] = {cls.holds: record, "path": str(reader.path), **more}
         title = reader.words.get("title", "")
         return cls(name=name, title=title, sources=reader.sources, text=reader.text, **held)
 
