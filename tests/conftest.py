@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
+import gc
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import jax
+import pytest
 from hypothesis import settings
 
 jax.config.update("jax_enable_x64", True)
@@ -18,3 +22,27 @@ jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 settings.register_profile("quick", derandomize=True, deadline=None, max_examples=60, database=None)
 settings.register_profile("deep", deadline=None, max_examples=2000, database=None)
 settings.load_profile(os.environ.get("LAYERJAM_HYPOTHESIS", "quick"))
+
+
+MOST_MEMORY = 2_000_000_000
+"""Bytes of a worker beyond which compiled functions are given up; the cache on disk has them."""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _memory() -> Iterator[None]:
+    """What one module has compiled does not stay in memory to the end of all tests."""
+    yield
+    if resident() > MOST_MEMORY:
+        jax.clear_caches()
+        gc.collect()
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc's alone
+        if trim is not None:
+            trim(0)
+
+
+def resident() -> int:
+    """Bytes of memory that this process holds; zero where the system does not say."""
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        return 0
+    return int(statm.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
