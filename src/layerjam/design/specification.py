@@ -25,6 +25,7 @@ from layerjam.design.stopping import StopRequirement
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load, materials
 from layerjam.device.sheets import Film
+from layerjam.device.workshop import FilmCutting
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, lines, load_line
 from layerjam.records.reader import DESCRIBING, Reader
@@ -271,7 +272,8 @@ def _film(use: str, named: Named, file: BrakeFile, notes: list[str]) -> Stock:
         return _stock(known)
     if use not in films:
         raise UnknownNameError("film", use, [*films, *catalogue()], quantity=use)
-    reader = Reader(films[use], f"film {use}", dict(entries(Film)))
+    known = {**dict(entries(Film)), **dict(entries(FilmCutting))}
+    reader = Reader(films[use], f"film {use}", known)
     reader.take({k: v for k, v in parse_toml(films[use], use).items() if k not in DESCRIBING})
     reader.require()
     notes.append(f"{use}: handbook friction and a scale factor of 1, not measured on a brake")

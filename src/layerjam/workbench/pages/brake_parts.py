@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 UNIT = 10.0
 """Millimetres in one unit of the scene."""
 VIEWS: Mapping[str, tuple[float, float, float]] = {
-    "whole": (0.4, -0.98, 0.45),
+    "whole": (0.46, -1.13, 0.52),
     "from the left": (-1.05, -0.4, 0.3),
     "above": (0.0, -0.02, 1.15),
     "below": (0.25, -0.75, -0.8),
