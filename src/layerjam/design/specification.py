@@ -272,8 +272,8 @@ def _film(use: str, named: Named, file: BrakeFile, notes: list[str]) -> Stock:
         return _stock(known)
     if use not in films:
         raise UnknownNameError("film", use, [*films, *catalogue()], quantity=use)
-    known = {**dict(entries(Film)), **dict(entries(FilmCutting))}
-    reader = Reader(films[use], f"film {use}", known)
+    keys = {**dict(entries(Film)), **dict(entries(FilmCutting))}
+    reader = Reader(films[use], f"film {use}", keys)
     reader.take({k: v for k, v in parse_toml(films[use], use).items() if k not in DESCRIBING})
     reader.require()
     notes.append(f"{use}: handbook friction and a scale factor of 1, not measured on a brake")
