@@ -266,6 +266,7 @@ def test_a_stop_is_the_marched_one_and_keeps_its_energy(brake):
     )
 
 
+@pytest.mark.slow
 def test_tuned_vacuum_stop_and_batch_say_the_same():
     mass, gravity, rope = 6.0, 9.80665, 1.2e6
     spring = 1 / (1 / 400e3 + 1 / rope)

@@ -213,6 +213,7 @@ def test_after_the_standstill_the_sheets_creep_on_and_come_to_rest() -> None:
     assert (np.diff(record.dissipated_energy) >= -1e-12).all()
 
 
+@pytest.mark.slow
 def test_tune_plan_drop_and_a_line_agree() -> None:
     found = lj.tune(FAST, mass=1.0, speed=2.5, travel=0.03, rope_stiffness=16.8e3)
     assert found.vacuum is not None
