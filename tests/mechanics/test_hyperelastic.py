@@ -176,6 +176,11 @@ def test_beyond_the_strain_that_was_fitted_there_is_no_force() -> None:
         tensile(replace(load("choi2018-kapton"), brake=brake), simple_pull(FULL, 0.01, 0.04))
 
 
+def test_a_brake_with_one_modulus_has_no_fitted_strain() -> None:
+    with pytest.raises(QuantityError, match=r"hyperelastic: this takes a hyperelastic enclosure"):
+        greatest_slip(FULL, replace(brake_of("yeoh"), hyperelastic=None))
+
+
 def test_a_pull_peaks_where_the_strain_is_q_over_c() -> None:
     brake = brake_of("yeoh")
     record = tensile(replace(load("choi2018-kapton"), brake=brake), simple_pull(FULL, 0.01, 0.03))

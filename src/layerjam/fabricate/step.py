@@ -105,7 +105,8 @@ def _swept(prism: Prism) -> Any:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
     from OCP.gp import gp_Vec
 
-    wire = _rectangle(prism) if isinstance(prism.section, Box) else _ellipse(prism)
+    section = prism.section
+    wire = _rectangle(prism, section) if isinstance(section, Box) else _ellipse(prism, section)
     face = BRepBuilderAPI_MakeFace(wire, True).Face()
     direction = gp_Vec(*DIRECTIONS[prism.axis]).Multiplied(prism.end - prism.start)
     return BRepPrimAPI_MakePrism(face, direction).Shape()
@@ -120,12 +121,10 @@ def _point(prism: Prism, u: float, v: float) -> Any:
     return gp_Pnt(known["x"], known["y"], known["z"])
 
 
-def _rectangle(prism: Prism) -> Any:
-    """The wire of a rectangle, its corners rounded by arcs."""
+def _rectangle(prism: Prism, section: Box) -> Any:
+    """The wire of a prism's rectangle, its corners rounded by arcs."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 
-    section = prism.section
-    assert isinstance(section, Box)
     (a, b), (c, d), r = section.low, section.high, section.radius
     made = BRepBuilderAPI_MakeWire()
     if not r:
@@ -147,12 +146,10 @@ def _rectangle(prism: Prism) -> Any:
     return made.Wire()
 
 
-def _ellipse(prism: Prism) -> Any:
-    """The wire of an ellipse or a circle."""
+def _ellipse(prism: Prism, section: Ellipse) -> Any:
+    """The wire of a prism's ellipse or a circle."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 
-    section = prism.section
-    assert isinstance(section, Ellipse)
     curve = _round(prism, section.centre, section.first, section.second)
     return BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve).Edge()).Wire()
 

@@ -24,6 +24,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.hyperelastic import Hyperelastic
+from layerjam.errors import QuantityError
 from layerjam.mechanics.law import law, rising_zero
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
@@ -102,11 +103,15 @@ class Stretched(NamedTuple):
 
 
 def strip_at(vacuum: Any, brake: Brake) -> Strip:
-    """Half a face at a vacuum [Pa]; the brake has a hyperelastic law."""
+    """Half a face at a vacuum [Pa]; QuantityError for a brake with one modulus only."""
+    if brake.hyperelastic is None:
+        raise QuantityError.of(
+            "hyperelastic",
+            "this takes a hyperelastic enclosure only; give the brake [hyperelastic]",
+        )
     sheets = brake.sheets
     reach = (sheets.free_left + sheets.overlap + sheets.free_right) / 2
     friction = brake.film.friction_on_silicone * sheets.width * vacuum
-    assert brake.hyperelastic is not None
     return Strip(sheets.width * brake.enclosure.wall, friction, reach, brake.hyperelastic)
 
 

@@ -176,25 +176,19 @@ def _enclosure(axes: Axes, world: Scene, far: float) -> None:
         axes.add_patch(Polygon(points, facecolor=SILICONE, edgecolor=INK, lw=0.7))
 
 
+def _dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float]) -> None:
+    """The line of a dimension, an arrow at either end."""
+    line = {"arrowstyle": "<->", "lw": 0.7, "color": INK, "mutation_scale": 6}
+    axes.annotate("", start, stop, arrowprops={**line, "shrinkA": 0, "shrinkB": 0})
+
+
 def _chain(axes: Axes, parts: Sequence[Part], level: float, unit: float) -> None:
     """Dimensions side by side below the drawing; words of narrow ones stand on a lower row."""
     taken = [-1e9, -1e9, -1e9]
     for words, start, stop in parts:
         for x in (start, stop):
             axes.plot((x, x), (level + 1.6 * unit, level - 0.6 * unit), color=GREY, lw=0.5)
-        axes.annotate(
-            "",
-            (start, level),
-            (stop, level),
-            arrowprops={
-                "arrowstyle": "<->",
-                "lw": 0.7,
-                "shrinkA": 0,
-                "shrinkB": 0,
-                "color": INK,
-                "mutation_scale": 6,
-            },
-        )
+        _dimension(axes, (start, level), (stop, level))
         text = f"{words} {stop - start:.4g}"
         wide = len(text) * 1.02 * unit * _LETTER / 0.097
         middle = (start + stop) / 2
@@ -209,19 +203,7 @@ def _upright(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
     for words, low, high in parts:
         for z in (low, high):
             axes.plot((x - 1.2 * unit, x + 0.6 * unit), (z, z), color=GREY, lw=0.5)
-        axes.annotate(
-            "",
-            (x, low),
-            (x, high),
-            arrowprops={
-                "arrowstyle": "<->",
-                "lw": 0.7,
-                "shrinkA": 0,
-                "shrinkB": 0,
-                "color": INK,
-                "mutation_scale": 6,
-            },
-        )
+        _dimension(axes, (x, low), (x, high))
         text = f"{words} {high - low:.4g}"
         ha = "left" if unit > 0 else "right"
         axes.text(x + unit, (low + high) / 2, text, ha=ha, va="center", fontsize=style.WORDS)

@@ -12,6 +12,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
+from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import FitError, Notice
 from layerjam.mechanics.enclosure import backbone_dissipated, enclosure_at
 from layerjam.mechanics.energy import slip_heat
@@ -93,8 +94,9 @@ def drop(
         raise FitError("speed_law: the stop has more steps than can be followed")
     outcome = OUTCOMES[int(found.outcome)]
     columns, said = _course(found.slip, *case), []
-    if follows_speed(brake) and found.slip > 0:
-        columns, fastest, error = _slid(columns, *case)
+    law = brake.speed_law if follows_speed(brake) else None
+    if law is not None and found.slip > 0:
+        columns, fastest, error = _slid(columns, law, *case)
         said = in_a_stop(file, fastest, error)
         if outcome is Outcome.STOPPED and not holds(found.slip, vacuum, mass * pull, brake):
             said.append(
@@ -176,8 +178,11 @@ def _course(
     The columns of a DropRecord.
     """
     case = (mass, speed, vacuum, spring, gravity, brake)
-    law = follows_speed(brake)
-    first = float(course_of(*case)[0]) if law and end > 0 else float(time_at_slip(0.0, *case))
+    law = brake.speed_law if follows_speed(brake) else None
+    if law is not None and end > 0:
+        first = float(course_of(law, *case)[0])
+    else:
+        first = float(time_at_slip(0.0, *case))
     omega = (spring / mass) ** 0.5
     time = np.linspace(0, first, SAMPLES // 4 + 1)
     sag, swing = gravity / omega**2, speed / omega
@@ -208,14 +213,16 @@ def _course(
     }
 
 
-def _slid(elastic: Mapping[str, Array], *case: Any) -> tuple[dict[str, Array], float, float]:
+def _slid(
+    elastic: Mapping[str, Array], law: SpeedLaw, *case: Any
+) -> tuple[dict[str, Array], float, float]:
     """The columns with the sliding part of a stop with a speed law, as integrated.
 
     Also the fastest slip [m/s], and how much a coarser run differs in slip, time and force, as a
     share of them.
     """
     vacuum, spring, brake = case[2], case[3], case[5]
-    first, course = course_of(*case)
+    first, course = course_of(law, *case)
     rows = np.vstack([np.asarray(course.rows)[: min(int(course.count), ROWS)], course.end])
     time, slip, speed, pace, rubbed, force = rows[np.append(np.diff(rows[:, 0]) > 0, True)].T
     exact, coarse = np.asarray(course.end)[[0, 1, 5]], np.asarray(course.coarse)[[0, 1, 5]]

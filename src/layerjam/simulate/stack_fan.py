@@ -88,12 +88,11 @@ def fanned_friction(
     interface's own friction, not how its neighbours press it. Raises QuantityError for a fan
     steeper than 45 degrees.
     """
-    if brake.mount.spacers is None:
+    kinetic, still = sheets_at(vacuum, brake).fan, static_at(vacuum, brake).fan
+    if kinetic is None or still is None:
         return None
     if not bool(is_flat(brake)):
         raise QuantityError.of("mount.spacers", "the sheets leave their caps at over 45 degrees")
-    kinetic, still = sheets_at(vacuum, brake).fan, static_at(vacuum, brake).fan
     ratio = float(brake.film.static / brake.film.kinetic) if static else 1.0
-    assert kinetic is not None and still is not None
     plain, most = (Fan(*map(float, fan)) for fan in (kinetic, still))
     return FannedFriction(rest, length, ratio, plain, most if static else plain)

@@ -169,11 +169,10 @@ def _fanned_stop(
 
 @law
 def course_of(
-    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
+    law: SpeedLaw, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> tuple[Any, Course]:
     """Time of the onset [s] and the course after it, of one stop that slides with a speed law."""
-    assert brake.speed_law is not None
-    of = paced_setup(mass, speed, vacuum, spring, gravity, brake, brake.speed_law)
+    of = paced_setup(mass, speed, vacuum, spring, gravity, brake, law)
     return _elastic_time(mass, speed, gravity, spring, of.at.onset, True), paced_course(of, speed)
 
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.enclosure import (
     EnclosureLaw,
     backbone,
@@ -163,14 +164,15 @@ def resting(at: Setting) -> Any:
     return at.c if at.law is None else at.c * growth(0.0, at.law)
 
 
-def _meet_paced(motion: Motion, alpha: Any, beta: Any, at: Setting, dt: Any) -> tuple[_Pulled, Any]:
+def _meet_paced(
+    motion: Motion, alpha: Any, beta: Any, at: Setting, law: SpeedLaw, dt: Any
+) -> tuple[_Pulled, Any]:
     """`_meet` where friction depends on the sliding speed: the slip is what is looked for.
 
     The force goes evenly from the old one to that of the new slip and its speed, so that the
     spring's work is exact; the speed at the end is that of a parabola through the last two steps.
     """
-    assert at.law is not None
-    law, start, force = at.law, motion.slip, motion.force
+    start, force = motion.slip, motion.force
     share = dt / (dt + motion.lapse)
 
     def there(slip: Any) -> tuple[Any, Any]:
@@ -237,7 +239,7 @@ def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load) -> Motion:
     if at.law is None:
         pulled, distance = _meet(motion, alpha, beta, at, c)
     else:
-        pulled, distance = _meet_paced(motion, alpha, beta, at, dt)
+        pulled, distance = _meet_paced(motion, alpha, beta, at, at.law, dt)
     mean = alpha - beta * distance
     place = v * dt + (g - mean / m) * dt**2 / 2
     stretch = place - distance if damped else jnp.zeros_like(distance)
