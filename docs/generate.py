@@ -145,7 +145,9 @@ def _entry(value: object) -> tuple[str, str]:
         return str(value), ""
     words = [f"{value.get('kind', 'unstated')}: {value.get('source', '')}".rstrip(": ")]
     words += [f"{k}: {value[k]}" for k in ("spread", "conflict") if value.get(k)]
-    return str(value["value"]), html.escape("; ".join(words), quote=False)
+    said = value["value"]
+    shown = ", ".join(map(str, said)) if isinstance(said, list) else str(said)
+    return shown, html.escape("; ".join(words), quote=False)
 
 
 def _materials(folder: str) -> Iterator[str]:

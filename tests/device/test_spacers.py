@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from layerjam.device.file import updated_text
 from layerjam.device.load import catalogue, load
 from layerjam.errors import QuantityError
+from layerjam.mechanics import friction
 from layerjam.mechanics.fan import straight
 from layerjam.records.source import Source
 
@@ -54,3 +57,25 @@ def test_a_model_with_a_straight_line_takes_spacers_and_refuses_a_fan():
     assert flat.mount.spacers is None and flat.amplification_held is None
     with pytest.raises(QuantityError, match="x does not know the self-amplified friction"):
         straight(KAPTON.brake.with_(spacers=False), "x")
+
+
+@pytest.mark.parametrize("name", ["choi2018-kapton", "choi2018-ptfe"])
+def test_either_word_would_move_forces_that_were_checked(name: str) -> None:
+    """A held factor is that of the brake at rest: while it slides the fan closes, and less is held.
+
+    Sheet friction with `spacers = false` over that without a word, by the factor's own formula.
+    """
+    file = load(name)
+    brake, held = file.brake, file.brake.amplification_held
+    assert held is not None and brake.mount.spacers is None
+    mu = brake.scale_factor / held * brake.film.kinetic
+    for slip, moved in ((0.0, 1e-4), (0.04, 5e-3)):
+        alpha = mu * 0.254e-3 * (11 / 4) ** 2 * 2 / (11e-3 + slip)
+        factor = math.sqrt(math.pi / 4 / alpha) * math.exp(alpha) * math.erf(math.sqrt(alpha))
+        silent, fans, flat = (
+            float(friction.sheet_friction(slip, 94.5e3, one.brake))
+            for one in (file, file.with_(spacers=False), file.with_(spacers=True))
+        )
+        assert fans / silent == pytest.approx(factor / held, rel=1e-12)
+        assert flat / silent == pytest.approx(1 / held, rel=1e-12)
+        assert (abs(fans / silent - 1) < moved) is (slip == 0)

@@ -104,6 +104,7 @@ class BrakeSummary(Result):
 def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     """What a brake weighs, holds, stores and bears, and where each of its numbers comes from."""
     from layerjam.device.brake import mass
+    from layerjam.device.gauge import unsold
     from layerjam.fabricate.drawn_mass import drawn_mass
     from layerjam.mechanics import energy, friction, limits, pull, stiffness
 
@@ -113,7 +114,7 @@ def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     weight, strength = mass(device), device.film.strength
     clamped = float(limits.clamp_stress(peak.force, device))
     mount = float(stiffness.mount_stiffness(device))
-    notices = list(brake.warnings())
+    notices = [*brake.warnings(), *unsold(brake)]
     if brake.brake.hyperelastic is not None:
         said = "these numbers take the enclosure's one modulus, not its [hyperelastic] law"
         notices.append(Notice(said, "one-modulus"))

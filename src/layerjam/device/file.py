@@ -156,7 +156,7 @@ def _take_material(reader: Reader, table: str, use: object, known: Mapping[str, 
     inner = Reader(known[use], f"material {use}", reader.fields)
     material = parse_toml(known[use], f"material {use}")
     inner.take({k: v for k, v in material.items() if k not in DESCRIBING}, table)
-    reader.values |= inner.values
+    reader.values |= {f"{table}.product": material["name"], **inner.values}
     reader.sources |= inner.sources
 
 

@@ -10,13 +10,15 @@ from typing import Any
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
-from layerjam.records.values import AsItIs, TextSpec, value
+from layerjam.records.values import AsItIs, ListSpec, TextSpec, value
 from layerjam.units import QuantitySpec, exact_text, nested, quantity, record, show
 
 CUTTERS = ("service", "laser", "knife")
 LASER = ("never", "with care", "yes")
 TUBE = QuantitySpec("m", "outer diameter of the tube", lo=1e-3, hi=0.02)
 SIDE = QuantitySpec("m", "side", lo=1e-3, hi=100)
+GAUGE = QuantitySpec("m", "a thickness in which the film is sold", lo=1e-6, hi=0.01)
+PRODUCT = TextSpec(text="what it is called in a shop", blank=False)
 M5 = "M5"
 LEAST_SCREW_HOLE = 2e-3
 """The smallest screw that is drawn is M2."""
@@ -171,8 +173,10 @@ class Build:
 
 @record
 class FilmCutting:
-    """What is known of cutting a film; beside the numbers of [film]."""
+    """What is known of buying and cutting a film; beside the numbers of [film]."""
 
+    product: str | None = value(PRODUCT, None)
+    gauges: tuple[float, ...] | None = value(ListSpec(each=GAUGE), None)
     laser: str | None = value(
         TextSpec(text="whether the film may be cut by a CO2 laser", choices=LASER), None
     )
@@ -180,8 +184,9 @@ class FilmCutting:
 
 @record
 class Casting:
-    """What is known of casting a silicone; beside the numbers of [enclosure]."""
+    """What is known of buying and casting a silicone; beside the numbers of [enclosure]."""
 
+    product: str | None = value(PRODUCT, None)
     mix: str | None = value(TextSpec(text="parts to mix, such as '1A:1B'"), None)
     viscosity: float | None = quantity(
         "Pa s", "viscosity of the mixed silicone", lo=1e-3, hi=1e5, default=None

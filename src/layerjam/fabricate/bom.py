@@ -111,7 +111,7 @@ def bolt(made: Drawing) -> str:
     if thread is None:
         return f"for a hole of {hole:g} mm"
     least = 2 * made.lengths.mould.half + thread.nut_height
-    length = length_for(least)
+    length = length_for(least, thread)
     return f"{thread.name} × {length}" if length else f"{thread.name}, at least {least:.0f} mm long"
 
 

@@ -8,7 +8,7 @@ from itertools import permutations
 
 from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
 from layerjam.device.workshop import Build, Casting
-from layerjam.errors import QuantityError
+from layerjam.errors import Notice, QuantityError
 from layerjam.fabricate.cap import air_height
 from layerjam.fabricate.lengths import KEY_DEPTH, PORT_WALL, Lengths, ellipse_girth, mm
 from layerjam.fabricate.masses import MassRow
@@ -71,6 +71,24 @@ def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
         if not ok:
             text += ": fewer build.screws, wider sheets, or a smaller mount.screw_hole"
         yield _must("C4", ok, text, pitch, need, f"{what}-width")
+
+
+def screw_notices(lengths: Lengths) -> Iterator[Notice]:
+    """What is to be warned of: a screw that no list has, and one that may jam in the film."""
+    thread = lengths.thread
+    if lengths.screw_length > thread.longest:
+        yield Notice(
+            f"ISO 4762 lists {thread.name} up to {thread.longest} mm long; {thread.name} × "
+            f"{lengths.screw_length} is made, and has to be found before anything is printed",
+            "screw-length",
+        )
+    if lengths.hole < thread.close - 1e-9:
+        hole, close = (show(value * 1e-3, "m") for value in (lengths.hole, thread.close))
+        yield Notice(
+            f"{thread.name} through film holes of {hole}: cutting is good to about 0.1 mm, the "
+            f"screw may jam; mount.screw_hole = '{close}' (ISO 273, fine) leaves room",
+            "tight-hole",
+        )
 
 
 def sleeve_checks(brake: Brake, build: Build, known: Casting, lengths: Lengths) -> Iterator[Check]:

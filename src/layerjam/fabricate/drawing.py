@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from layerjam.device.file import BrakeFile
+from layerjam.device.gauge import unsold
 from layerjam.device.workshop import Build
 from layerjam.errors import Notice
 from layerjam.fabricate import checks as rules
@@ -149,7 +150,7 @@ def drawing(
 def _notices(made: Drawing) -> list[Notice]:
     """Warnings beside the checks."""
     brake, found = made.file.brake, made.lengths
-    said = []
+    said = [*unsold(made.file), *rules.screw_notices(found)]
     for side in found.sides:
         surplus = side.clamped * 1e-3 - brake.mount.clamped_length
         if surplus > 1e-6:

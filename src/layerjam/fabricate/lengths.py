@@ -220,7 +220,7 @@ def _clamp(brake: Brake, build: Build) -> tuple[Thread, int, float, tuple[float,
         )
     stack = int(brake.sheets.count) * mm(brake.sheets.thickness)
     least = stack + 2 * mm(build.floor) + thread.nut_height
-    screw = length_for(least)
+    screw = length_for(least, thread)
     if screw is None:
         raise CannotBuildError(
             "screw-length",

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from layerjam.device.brake import Brake
 from layerjam.device.workshop import Build
+from layerjam.fabricate.cap import pin_hole
 from layerjam.fabricate.lengths import Lengths, mm
 from layerjam.fabricate.verdicts import Check
 from layerjam.units import show
@@ -15,12 +16,18 @@ PROOF = 580e6
 """Stress that a steel screw of class 8.8 bears without lasting stretch (ISO 898-1) [Pa]."""
 SHARE = 0.75
 """Of that, to which a screw is usually tightened."""
-STRESSED = {2: 2.07, 2.5: 3.39, 3: 5.03, 4: 8.78, 5: 14.2, 6: 20.1}
-"""Area of a thread that bears stress (ISO 898-1) [mm²]."""
+SHEAR = 1 / math.sqrt(3)
+"""Of the tensile strength, what shear may reach (von Mises)."""
 
 
 def preload(force: float, brake: Brake, lengths: Lengths) -> float:
-    """Force [N] of each screw at which friction alone holds the sheets in the clamp."""
+    """Force [N] of each screw at which friction alone holds the sheets in the clamp, F/(2 mu m).
+
+    Coulomb's law on the two outer faces of the clamped stack: one rubs on the shelf, the other on
+    the plate, which hands its half on through screw and nut by friction of steel on plastic.
+    Between the layers nothing more is gained: what a sheet gives to a spacer must leave the stack
+    as well.
+    """
     return force / (2 * brake.film.kinetic * lengths.screws)
 
 
@@ -36,11 +43,16 @@ def strength_checks(
     clamp = _clamp(force, brake, build, lengths, friction_source)
     yield from _sheets(force, brake, lengths, bool(clamp.ok))
     yield clamp
-    yield from _cap(force, build, lengths)
+    yield from _cap(force, preload(force, brake, lengths), build, lengths)
 
 
 def _sheets(force: float, brake: Brake, lengths: Lengths, held: bool) -> Iterator[Check]:
-    """C7: the sheets of the side with fewer of them, at the screws' holes."""
+    """C7: the sheets of the side with fewer of them, at the screws' holes.
+
+    A sheet with its hole is a lug on a pin: force over what is left beside the holes, over the
+    holes' projection, and over two planes of shear from each hole to the sheet's end. These are
+    taken as short as the strip behind the hole, and bear 1/sqrt(3) of the strength (von Mises).
+    """
     few, many, hole = lengths.count // 2, lengths.screws, lengths.hole
     net = lengths.width - many * hole
     shorter = min(side.clamped for side in lengths.sides)
@@ -51,17 +63,17 @@ def _sheets(force: float, brake: Brake, lengths: Lengths, held: bool) -> Iterato
         "bearing on the screw": few * many * hole * lengths.thickness,
         "tearing out at the end": 2 * few * many * rest * lengths.thickness,
     }
-    strength = brake.film.strength
     for where, area in areas.items():
         stress = force / area * 1e6 if area > 0 else math.inf
         spared = where != "net section" and held
+        strength, kind = _bears(brake.film.strength, where)
         text = f"sheets, {where}: {_pascals(stress)}"
         ok: bool | None = None
         if strength is None:
             text += "; the film's strength is not known (film.strength)"
         else:
             ok = stress <= strength
-            text += f" of {_pascals(strength)} that the film bears"
+            text += f" of {_pascals(strength)} that the film bears{kind}"
             if spared:
                 text += ", if the clamp did not hold by friction"
                 ok = True
@@ -76,10 +88,17 @@ def _sheets(force: float, brake: Brake, lengths: Lengths, held: bool) -> Iterato
         )
 
 
+def _bears(strength: float | None, where: str) -> tuple[float | None, str]:
+    """What a material of a tensile strength bears there, and the word for it."""
+    if strength is None or "tearing" not in where:
+        return strength, ""
+    return strength * SHEAR, " in shear"
+
+
 def _clamp(force: float, brake: Brake, build: Build, lengths: Lengths, source: str) -> Check:
     """C8: the preload that holds by friction, and whether a screw of class 8.8 gives it."""
     need = preload(force, brake, lengths)
-    most = SHARE * PROOF * STRESSED[lengths.thread.size] * 1e-6
+    most = SHARE * PROOF * lengths.thread.stressed * 1e-6
     turn = torque(force, brake, build, lengths)
     return Check(
         code="C8",
@@ -95,21 +114,37 @@ def _clamp(force: float, brake: Brake, build: Build, lengths: Lengths, source: s
     )
 
 
-def _cap(force: float, build: Build, lengths: Lengths) -> Iterator[Check]:
-    """C9: stresses in the cap, judged only where the plastic's strength was given."""
+def cap_stresses(force: float, pressed: float, build: Build, lengths: Lengths) -> dict[str, float]:
+    """Greatest stresses [MPa] in the printed parts, by place; `pressed` is a screw's preload [N].
+
+    The tray by `tray_factor`; the neck at its groove, less the air bore; the head as a lug on the
+    dowel pin, its two planes of shear as short as the wall behind the pin's hole; and the pressure
+    below the screw's head or above its nut, whichever has the smaller seat.
+    """
     depth, bore = mm(build.tie_depth), mm(build.air_bore)
     neck = math.pi * ((lengths.neck_a - depth) * (lengths.neck_b - depth) - bore**2 / 4)
-    hole = mm(build.pin) + mm(build.pin_clearance)
-    stresses = {
+    hole, thread = pin_hole(build), lengths.thread
+    beside = lengths.head - hole
+    seat = min(math.pi / 4 * thread.head**2, math.sqrt(3) / 2 * thread.nut**2)
+    seat -= math.pi / 4 * thread.clearance**2
+    return {
         "tray": force * tray_factor(build, lengths),
         "neck": force / neck,
-        "pin, net section": force / ((lengths.head - hole) * lengths.head_height),
-        "pin, tearing out": force / (2 * mm(build.pin_wall) * lengths.head_height),
+        "pin, net section": force / (beside * lengths.head_height),
+        "pin, tearing out": force / (beside * lengths.head_height),
+        "seat of head and nut": pressed / seat,
     }
-    for where, stress in stresses.items():
-        limit = build.print_strength
+
+
+def _cap(force: float, pressed: float, build: Build, lengths: Lengths) -> Iterator[Check]:
+    """C9: stresses in the cap, judged only where the plastic's strength was given."""
+    for where, stress in cap_stresses(force, pressed, build, lengths).items():
+        limit, kind = _bears(build.print_strength, where)
         said = f"cap, {where}: {_pascals(stress * 1e6)}"
-        said += "; build.print_strength is not given" if limit is None else f" of {_pascals(limit)}"
+        if limit is None:
+            said += "; build.print_strength is not given"
+        else:
+            said += f" of {_pascals(limit)}{kind}"
         yield Check(
             code="C9",
             ok=None if limit is None else stress * 1e6 <= limit,
