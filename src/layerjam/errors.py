@@ -130,3 +130,9 @@ class MissingExtraError(LayerjamError, ImportError):
             yield
         except ImportError:
             raise cls(what, extra) from None
+
+
+class CompilerError(LayerjamError):
+    """No C compiler is installed, or it does not build what was asked for."""
+
+    key = "compiler"

@@ -1,0 +1,1 @@
+"""The brake in other programs: one C kernel, and what wraps it."""

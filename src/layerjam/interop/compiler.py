@@ -1,0 +1,117 @@
+"""The machine's C compiler, and libraries built by it once and kept."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.util
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from layerjam.errors import CompilerError
+
+SOURCES = Path(__file__).parent / "c"
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
+"""No contraction: a fused multiply-add would give other last bits on other processors."""
+KNOWN = ("cc", "gcc", "clang")
+ENDINGS = {"darwin": ".dylib", "win32": ".dll"}
+
+
+def compiler() -> tuple[str, ...]:
+    """The command of a C compiler: $CC, cc, gcc, clang, or that of the Python package ziglang.
+
+    Raises CompilerError where there is none.
+    """
+    named = shlex.split(os.environ.get("CC", ""))
+    if named:
+        if shutil.which(named[0]) is None:
+            raise CompilerError(f"CC: '{named[0]}' is not found; name a C compiler, or unset CC")
+        return tuple(named)
+    for name in KNOWN:
+        if shutil.which(name) is not None:
+            return (name,)
+    if importlib.util.find_spec("ziglang") is not None:
+        return (sys.executable, "-m", "ziglang", "cc")
+    raise CompilerError("no C compiler found: install gcc or clang, or pip install 'layerjam[fmu]'")
+
+
+@functools.cache
+def version(command: tuple[str, ...]) -> str:
+    """What the compiler says of itself, first line."""
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    return (done.stdout or done.stderr).strip().split("\n")[0]
+
+
+def cache() -> Path:
+    """The folder where libraries are kept: the user's cache, else the system's for short files."""
+    import platformdirs
+
+    for folder in (
+        Path(platformdirs.user_cache_dir("layerjam")) / "interop",
+        Path(tempfile.gettempdir()) / f"layerjam-interop-{os.getuid() if _has_users() else 0}",
+    ):
+        try:
+            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK) and _is_ours(folder):
+            return folder
+    raise CompilerError("no folder to keep a compiled library in: set XDG_CACHE_HOME to one")
+
+
+def _has_users() -> bool:
+    return hasattr(os, "getuid")
+
+
+def _is_ours(folder: Path) -> bool:
+    """Nobody else may put a library there that we would load."""
+    return not _has_users() or folder.stat().st_uid == os.getuid()
+
+
+def library(
+    sources: Sequence[Path],
+    defines: Sequence[str] = (),
+    *,
+    flags: Sequence[str] = (),
+    includes: Sequence[Path] = (),
+    ending: str = "",
+) -> Path:
+    """The path of a shared library of C sources, compiled unless that was done before.
+
+    Every file beside the sources and in `includes` counts: when one changes, or the compiler does,
+    it is compiled again. Raises CompilerError with what the compiler said.
+    """
+    command = compiler()
+    folders = dict.fromkeys([*(source.parent for source in sources), *includes])
+    written = [file for folder in folders for file in sorted(folder.glob("*.[ch]"))]
+    more = [*FLAGS, *flags, *(f"-D{name}" for name in defines)]
+    said = [*command, version(command), sys.platform, *more, *(s.name for s in sources)]
+    stamp = hashlib.sha256("\n".join(said).encode())
+    for file in written:
+        stamp.update(file.name.encode() + file.read_bytes())
+    ending = ending or ENDINGS.get(sys.platform, ".so")
+    kept = cache() / f"{sources[0].stem}-{stamp.hexdigest()[:24]}{ending}"
+    if not kept.exists():
+        shared = ["-shared"] if sys.platform == "win32" else ["-shared", "-fPIC"]
+        about = [f"-I{folder}" for folder in folders]
+        build([*command, *more, *shared, *about, *map(str, sources)], kept, libraries=("-lm",))
+    return kept
+
+
+def build(command: Sequence[str], target: Path, *, libraries: Sequence[str] = ()) -> None:
+    """Run a compiler that writes `target`, whole or not at all; CompilerError with what it says."""
+    with tempfile.TemporaryDirectory(dir=target.parent, prefix=".build-") as folder:
+        made = Path(folder) / target.name
+        done = subprocess.run(
+            [*command, "-o", str(made), *libraries], capture_output=True, text=True, check=False
+        )
+        if done.returncode or not made.exists():
+            said = "\n".join((done.stderr or done.stdout).strip().split("\n")[:12])
+            raise CompilerError(f"{command[0]} cannot build {target.stem}: {said}")
+        os.replace(made, target)

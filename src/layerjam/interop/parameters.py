@@ -1,0 +1,89 @@
+"""The eight numbers of a brake that the C kernel computes with."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile
+from layerjam.errors import QuantityError
+from layerjam.mechanics.enclosure import enclosure_at, one_modulus
+from layerjam.mechanics.fan import straight
+from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.stiffness import working_stiffness
+
+
+class Parameters(NamedTuple):
+    """What `lj_brake` of `layerjam.h` holds, in its order and under its names."""
+
+    contact: float
+    """Friction of the sheets per vacuum and overlap, a mu_k (n-1) W [m]."""
+    overlap: float
+    """Overlap at rest [m]."""
+    stiffness: float
+    """Of brake, mount and rope in series [N/m]."""
+    enclosure_stiffness: float
+    """EA of one face [N]."""
+    enclosure_contact: float
+    """Friction of one face per vacuum and length, mu_e W [m]."""
+    reach: float
+    """Half the free length of the enclosure [m]."""
+    exponent: float
+    """Of the friction over pressure; 0: proportional."""
+    test_pressure: float
+    """Vacuum that the exponent refers to [Pa]."""
+
+
+def brake_of(given: Brake | BrakeFile) -> Brake:
+    """The brake as the kernel knows it; QuantityError for a law that is not in it.
+
+    Spacers leave their word, since without a fan they change nothing but the scale factor.
+    """
+    brake = given.brake if isinstance(given, BrakeFile) else given
+    one_modulus(brake)
+    if brake.speed_law is not None:
+        raise QuantityError.of(
+            "speed_law",
+            "the exported law knows the path only and no speed; without [speed_law] friction "
+            "counts as at the speed at which it was measured",
+        )
+    return straight(brake, "the exported law")
+
+
+def parameters(given: Brake | BrakeFile, rope_stiffness: float | None = None) -> Parameters:
+    """The kernel's numbers; a rope [N/m] stands in series with the brake.
+
+    A share of the vacuum that presses the sheets is part of `contact` and `test_pressure`. Raises
+    QuantityError for what the kernel does not know: sheets that fan out, a speed law, a
+    hyperelastic enclosure.
+    """
+    brake = brake_of(given)
+    share = 1.0 if brake.vacuum_share is None else brake.vacuum_share
+    unit = enclosure_at(1.0, brake)
+    stiffness = float(working_stiffness(brake))
+    if rope_stiffness is not None:
+        if not rope_stiffness > 0:
+            raise QuantityError.of(
+                "rope_stiffness", f"{rope_stiffness:g} N/m is not allowed; it must be above zero"
+            )
+        stiffness = 1 / (1 / stiffness + 1 / rope_stiffness)
+    exponent: Any = brake.pressure_exponent
+    return Parameters(
+        contact=_contact(brake),
+        overlap=float(brake.sheets.overlap),
+        stiffness=stiffness,
+        enclosure_stiffness=float(unit.stiffness),
+        enclosure_contact=float(unit.friction),
+        reach=float(unit.reach),
+        exponent=0.0 if exponent is None else float(exponent),
+        test_pressure=1.0 if exponent is None else float(brake.test_pressure or 1.0) / share,
+    )
+
+
+def _contact(brake: Brake) -> float:
+    """c over the vacuum [m], at the test pressure where friction is not proportional to it."""
+    if brake.pressure_exponent is None:
+        return float(friction_per_contact(1.0, brake))
+    share = 1.0 if brake.vacuum_share is None else brake.vacuum_share
+    at: Any = float(brake.test_pressure or 1.0) / share
+    return float(friction_per_contact(at, brake)) / at
