@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
@@ -148,9 +148,14 @@ R = TypeVar("R", bound=DesignResult)
 
 
 def _spec(value: str | Path | DesignSpecification, _: Mapping[str, Any]) -> DesignSpecification:
+    """The specification, with what draws its brakes as `build` does."""
     from layerjam.design.specification import load_spec
+    from layerjam.fabricate.choices import choices
+    from layerjam.fabricate.drawn_mass import Draws
 
-    return load_spec(value) if isinstance(value, str | Path) else value
+    spec = load_spec(value) if isinstance(value, str | Path) else value
+    draws = Draws(choices(spec.brake).build)
+    return replace(spec, evaluation=replace(spec.evaluation, draw=draws))
 
 
 SpecInput = Annotated[
@@ -270,21 +275,23 @@ def best(make: Callable[..., R], search: Search, found: SweepResult) -> R:
         robustness={k: chance._asdict() for k, chance in chances.items()},
         warnings=[
             *_notices(spec),
-            *_unspaced(spec, int(numbers[0])),
+            *_of_the_chosen(spec, int(numbers[0])),
             *_about(spec, len(front), runner is None, bool(chances)),
         ],
         record=Designed(spec, search, refined),
     )
 
 
-def _unspaced(spec: DesignSpecification, number: int) -> Iterator[Notice]:
-    """What spacers would change in the brake that was chosen, where its base does not say."""
+def _of_the_chosen(spec: DesignSpecification, number: int) -> Iterator[Notice]:
+    """What spacers would change in the brake that was chosen, and whether its film is sold."""
     from layerjam.design.design_file import design_file
+    from layerjam.device.gauge import unsold
 
     with precision():
         file = design_file(spec, spec.grid.point(number), spec.grid.values(number), "the design")
     known = {notice.key for notice in spec.brake.fanning()}
     yield from (notice for notice in file.fanning() if notice.key not in known)
+    yield from unsold(file)
 
 
 def _about(

@@ -50,6 +50,7 @@ def fingerprint(spec: DesignSpecification, block: int) -> str:
     parts += [repr(asked.base), repr(asked.stick_slip), repr(asked.stop)]
     parts += [None if asked.line is None else asked.line.tolist()]
     parts += [[repr(c) for c in spec.constraints], [repr(o) for o in spec.objectives]]
+    parts += [repr(asked.draw)] if spec.drawn else []
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
@@ -66,8 +67,10 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
     pq = parquet()
     import pyarrow as pa  # type: ignore[import-untyped]
 
-    grid, names = search.spec.grid, search.spec.evaluation.all_names
-    values = search.kernel.at(numbers) if len(numbers) else np.empty((len(names), 0))
+    grid, names = search.spec.grid, search.spec.merits
+    values = np.empty((len(names), 0))
+    if len(numbers):
+        values = np.concatenate([search.kernel.at(numbers), search.drawn(numbers)])
     # the travel of all brakes in series is a merit; that of one is the variable
     rows = {("travel_of_one" if n in names else n): v for n, v in grid.columns(numbers).items()}
     rows |= dict(zip(names, values, strict=True))

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from layerjam.design.grid import Array, Numbers
-from layerjam.design.merit import STOP_MERITS, VARIABLES
+from layerjam.design.merit import LATE_MERITS, VARIABLES
 from layerjam.design.requirements import Constraint
 from layerjam.design.search import Search
 from layerjam.design.stopping import gravity, least_peak
@@ -140,7 +140,7 @@ class Boxes:
 
     def prove(self, constraints: Sequence[Constraint]) -> Proof:
         """Whether designs meet all constraints that are bounded by corners."""
-        rules = [c for c in constraints if c.name not in STOP_MERITS]
+        rules = [c for c in constraints if c.name not in LATE_MERITS]
         if not rules:
             return Proof(UNKNOWN)
         whole = len(rules) == len(constraints)
@@ -258,7 +258,7 @@ def impossible(
             return _excluded(boxes, c, [])
     if boxes.prove(rules).outcome != IMPOSSIBLE:
         return None
-    core = [c for c in rules if c.name not in STOP_MERITS]
+    core = [c for c in rules if c.name not in LATE_MERITS]
     for c in tuple(core):
         rest = [o for o in core if o is not c]
         if boxes.prove(rest).outcome == IMPOSSIBLE:

@@ -10,9 +10,11 @@ from typing import Any
 from layerjam.design.merit import OF_A_FIT, Point, Stock, brake_of
 from layerjam.design.requirements import DesignSpecification
 from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile
+from layerjam.device.file import BrakeFile, film_cutting
 from layerjam.device.load import catalogue, load, materials
+from layerjam.device.workshop import FilmCutting, Making
 from layerjam.records.source import Source
+from layerjam.records.values import entries
 from layerjam.units import get, quantities
 
 CARRIED = (*OF_A_FIT, "stiffness_measured", "fittings_mass")
@@ -43,10 +45,12 @@ def design_file(
             sources[path] = base.sources.get(path, Source())
         else:
             sources[path] = Source(kind="inferred", text=f"chosen by the design {spec.name}")
+    making, said = _making(film, base)
     file = BrakeFile(
         name=name,
         brake=made,
-        sources=sources,
+        making=making,
+        sources=sources | said,
         text="",
         title=f"{spec.name}, designed from {base.name}",
     )
@@ -80,6 +84,24 @@ def _film_sources(film: str, base: BrakeFile) -> Mapping[str, Source]:
         said = Source(kind="handbook", text=f"catalogue film {film}")
         return {f"film.{n}": said for n in Stock._fields if n not in OF_A_FIT}
     return base.sources if film == base.name else {}
+
+
+def _making(film: str, base: BrakeFile) -> tuple[Making, dict[str, Source]]:
+    """What the base's file says of building and casting, and what is known of cutting the film."""
+    known = dict(entries(Making))
+    said = {path: source for path, source in base.sources.items() if path in known}
+    if film == base.name:
+        return base.making, said
+    said = {path: source for path, source in said.items() if not path.startswith("film.")}
+    if film in catalogue():
+        other = load(film)
+        cutting, sources = other.making.film, other.sources
+    elif film in materials()["films"]:
+        cutting, sources = film_cutting(film)
+    else:
+        cutting, sources = FilmCutting(), {}
+    said |= {p: s for p, s in sources.items() if p in known and p.startswith("film.")}
+    return replace(base.making, film=cutting), said
 
 
 def _carried(path: str, sources: Mapping[str, Source], base: BrakeFile) -> Source:

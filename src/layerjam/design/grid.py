@@ -12,7 +12,10 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
+from layerjam.design.bill import Draw, bills
 from layerjam.design.merit import (
+    DRAWN_MERITS,
+    LATE_MERITS,
     LINE_MERITS,
     MERITS,
     STOP_MERITS,
@@ -101,11 +104,13 @@ class Evaluation:
     stop: StopRequirement | None = None
     line: Array | None = None
     """LINE_MERITS of one brake for every vacuum of the grid, shape (2, vacuums)."""
+    draw: Draw | None = None
+    """What draws a brake for DRAWN_MERITS."""
 
     @property
     def names(self) -> tuple[str, ...]:
         """The merits of the kernel's rows, in order."""
-        out = [n for n in MERITS if n not in (*LINE_MERITS, *STOP_MERITS, "judder_margin")]
+        out = [n for n in MERITS if n not in (*LINE_MERITS, *LATE_MERITS, "judder_margin")]
         out += ["judder_margin"] * (self.stick_slip is not None)
         return (*out, *(LINE_MERITS if self.line is not None else ()))
 
@@ -162,6 +167,18 @@ class Kernel:
         point, asked = self.grid.point(_padded(numbers)), self.evaluation
         made = _stops(point, asked.base, asked.stop, row=self.grid.most_in_row)
         return np.asarray(made)[:, : len(numbers)]
+
+    def drawn(self, numbers: Numbers) -> dict[str, Array]:
+        """DRAWN_MERITS of the designs with these numbers; NaN without what draws them."""
+        asked = self.evaluation
+        if asked.draw is None or len(numbers) == 0:
+            return {name: np.full(len(numbers), math.nan) for name in DRAWN_MERITS}
+        made = []
+        for start in range(0, len(numbers), PIECE):
+            part = numbers[start : start + PIECE]
+            found = bills(self.grid.point(_padded(part)), asked.base, asked.draw)
+            made.append([found[name][: len(part)] for name in DRAWN_MERITS])
+        return dict(zip(DRAWN_MERITS, np.concatenate(made, axis=1), strict=True))
 
     def at(self, numbers: Numbers, stop: bool = True) -> Array:
         """All merits of any number of designs, in the order of `asked.all_names`."""

@@ -70,11 +70,19 @@ MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
         "judder_margin": QuantitySpec("1", "stiffness over the least without stick–slip"),
         "stop_slip": QuantitySpec("m", "slip at standstill"),
         "stop_peak": QuantitySpec("N", "greatest force of the stop"),
+        "film_area": QuantitySpec("m^2", "sheets and spacers of all brakes, as drawn"),
+        "print_volume": QuantitySpec(
+            "m^3", "plastic to print for all brakes, one mould and core included, as drawn"
+        ),
+        "drawn_mass": QuantitySpec("kg", "mass of all brakes, as drawn"),
     }
 )
 """Every figure of merit with its unit and meaning; those that need more than a brake come last."""
 LINE_MERITS = ("rise_time", "gas_work")
 STOP_MERITS = ("stop_slip", "stop_peak")
+DRAWN_MERITS = ("film_area", "print_volume", "drawn_mass")
+LATE_MERITS = (*STOP_MERITS, *DRAWN_MERITS)
+"""Merits that are computed only for designs that may yet be chosen."""
 
 
 OF_A_FIT = ("scale_factor", "amplification_held")

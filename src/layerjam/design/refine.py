@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +17,16 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.design.merit import LINE_MERITS, MERITS, VARIABLES, Point, Stock, line_merits
+from layerjam.design.bill import bills
+from layerjam.design.merit import (
+    DRAWN_MERITS,
+    LINE_MERITS,
+    MERITS,
+    VARIABLES,
+    Point,
+    Stock,
+    line_merits,
+)
 from layerjam.design.requirements import Constraint, DesignSpecification
 from layerjam.design.stopping import judged
 
@@ -24,7 +34,7 @@ Array = npt.NDArray[np.float64]
 LENGTHS = tuple(n for n, spec in VARIABLES.items() if not spec.whole and n != "usable_travel")
 FILM = tuple(n for n in Stock._fields if n != "strength")
 NEAR = 1e-5
-"""Step of the vacuum, relative, for slopes on the line, whose closed forms are not traced."""
+"""Relative step for slopes of closed forms that are not traced: of the line, of a drawn brake."""
 ACCURACY = 1e-9
 ROUNDS = 200
 BAD = 1e3
@@ -55,10 +65,14 @@ _slopes = jax.jit(jax.jacfwd(_values), static_argnames=("names", "row"))
 class Smooth:
     """ln of one design's merits as a function of its lengths, vacuum and film, and the slopes.
 
-    Always of all of them, so that every specification uses the same compiled function.
+    Always of all of them, so that every specification uses the same compiled function. Those of the
+    drawn brake are not traced: their slopes are differences, and only where they are asked for.
     """
 
-    def __init__(self, spec: DesignSpecification, point: Point) -> None:
+    def __init__(
+        self, spec: DesignSpecification, point: Point, among: Collection[str] | None = None
+    ) -> None:
+        """`among`: the only variables whose slopes will be asked for; all of them without it."""
         self.spec = spec
         self.point = jax.tree.map(float, point)
         travel = () if point.usable_travel is None else ("usable_travel",)
@@ -71,13 +85,47 @@ class Smooth:
         own = {n for n in asked.all_names if n not in LINE_MERITS}
         self.order = tuple(sorted(own))
         self.brakes = float(point.series) * float(point.parallel)
+        self.among = [i for i, n in enumerate(self.names) if among is None or n in among]
+        self.last: tuple[bytes, dict[str, float]] = (b"", {})
 
     def at(self, x: Array) -> dict[str, float]:
         """ln of every merit and of every variable in `names`."""
         made = _values(jnp.asarray(x), self.point, self.more, names=self.names, row=self.row)
         out = dict(zip(self.order, np.asarray(made).tolist(), strict=True))
         out |= self._line(self._vacuum(x))
+        if self.spec.drawn:
+            out |= self._bill(x)
         return {**{n: _log(v) for n, v in zip(self.names, x, strict=True)}, **out}
+
+    def drawn(self, x: Array) -> dict[str, Array]:
+        """DRAWN_MERITS at values of `names`, shape (n, names)."""
+        asked = self.spec.evaluation
+        if asked.draw is None:
+            return {n: np.full(len(x), math.nan) for n in DRAWN_MERITS}
+        point = changed(self.point, dict(zip(self.names, x.T, strict=True)))
+        return bills(point, asked.base, asked.draw)
+
+    def _bill(self, x: Array) -> dict[str, float]:
+        """ln of DRAWN_MERITS; asked for several times at one place, and drawn once."""
+        if self.last[0] != x.tobytes():
+            found = {n: _log(float(row[0])) for n, row in self.drawn(x[None, :]).items()}
+            self.last = (x.tobytes(), found)
+        return self.last[1]
+
+    def _drawn_slopes(self, x: Array) -> dict[str, Array]:
+        """d ln(merit)/d variable by differences of NEAR, to one side if the other is no brake."""
+        step = (NEAR * np.diag(np.where(x > 0, x, 1e-3)))[self.among]
+        up, down = x + step, np.maximum(x - step, 0.0)
+        found, here = self.drawn(np.concatenate([up, down])), self._bill(x)
+        out = {}
+        for name, values in found.items():
+            high, low = np.split(np.log(values), 2)
+            over = np.where(np.isfinite(high), (up - x).sum(axis=1), 0.0)
+            under = np.where(np.isfinite(low), (x - down).sum(axis=1), 0.0)
+            rise = np.where(over > 0, high, here[name]) - np.where(under > 0, low, here[name])
+            out[name] = np.zeros(len(x))
+            out[name][self.among] = rise / np.where(over + under > 0, over + under, math.nan)
+        return out
 
     def slopes(self, x: Array) -> dict[str, Array]:
         """d ln(merit)/d variable for every merit and variable in `names`."""
@@ -91,6 +139,8 @@ class Smooth:
             up, down = self._line(at * (1 + NEAR)), self._line(at * (1 - NEAR))
             place = unit[self.names.index("vacuum")]
             out |= {n: place * (up[n] - down[n]) / (2 * NEAR * at) for n in LINE_MERITS}
+        if self.spec.drawn:
+            out |= self._drawn_slopes(x)
         own = {n: unit[i] / x[i] for i, n in enumerate(self.names) if x[i] > 0}
         return {**own, **out}
 
@@ -127,12 +177,12 @@ def refine(spec: DesignSpecification, number: int) -> Refined | None:
     if not spec.grid.ranges:
         return None
     point = spec.grid.point(number)
-    free = {*spec.evaluation.all_names, *spec.grid.ranges}
+    free = {*spec.merits, *spec.grid.ranges}
     fixed = [c for c in spec.constraints if c.name not in free]
     if not all(c.holds(float(getattr(point, c.name))) for c in fixed):
         return None
     live = [c for c in spec.constraints if c.name in free and c.limit > 0]
-    search = LocalSearch(Smooth(spec, point), live)
+    search = LocalSearch(Smooth(spec, point, spec.grid.ranges), live)
     y = search.best()
     if y is None or not search.cost(y) < BAD:
         return None
@@ -143,6 +193,8 @@ def refine(spec: DesignSpecification, number: int) -> Refined | None:
             binding.append(f"{n} at its {'least' if part < 0.5 else 'greatest'}")
     values = dict(zip(spec.grid.ranges, search.moved(y).tolist(), strict=True))
     known = {n: math.exp(found[n]) if n in found else math.nan for n in MERITS}
+    last = search.full(y)[None, :]
+    known |= {n: float(row[0]) for n, row in search.smooth.drawn(last).items()}
     design = {**spec.grid.values(number), **values, **known, "binding": binding}
     return Refined(number, values, search.cost(y), design)
 

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from layerjam.design.grid import Evaluation, Grid
-from layerjam.design.merit import MERITS, VARIABLES
+from layerjam.design.merit import DRAWN_MERITS, MERITS, VARIABLES
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile
@@ -160,3 +160,14 @@ class DesignSpecification:
     scatter: Scatter | None
     text: str = field(repr=False)
     notes: tuple[str, ...] = ()
+
+    @property
+    def drawn(self) -> tuple[str, ...]:
+        """Merits of the drawn brake that a constraint or an objective names."""
+        named = {c.name for c in self.constraints} | {o.name for o in self.objectives}
+        return tuple(name for name in DRAWN_MERITS if name in named)
+
+    @property
+    def merits(self) -> tuple[str, ...]:
+        """Every merit that is computed of designs, in the order of their rows."""
+        return (*self.evaluation.all_names, *self.drawn)

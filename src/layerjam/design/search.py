@@ -7,7 +7,7 @@ depend on how many cores there are or in which order they finish.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.design.grid import PIECE, Array, Kernel, Numbers
-from layerjam.design.merit import MERITS, STOP_MERITS
+from layerjam.design.merit import DRAWN_MERITS, LATE_MERITS, MERITS, STOP_MERITS
 from layerjam.design.pareto import front
 from layerjam.design.requirements import DesignSpecification
+from layerjam.errors import QuantityError
 from layerjam.mechanics.threads import Workers
 
 CHUNK = PIECE
@@ -68,8 +69,11 @@ class Search:
     def __init__(self, spec: DesignSpecification, block: int = BLOCK) -> None:
         self.size = block
         self.spec, self.kernel = spec, Kernel(spec.grid, spec.evaluation)
-        names = spec.evaluation.all_names
-        self.row = {n: i for i, n in enumerate(names)}
+        self.row = {n: i for i, n in enumerate(spec.merits)}
+        if spec.drawn and spec.evaluation.draw is None:
+            raise QuantityError.of(
+                spec.drawn[0], "needs `draw` in the evaluation: what draws a brake"
+            )
         self.wanted = [*(c.name for c in spec.constraints), *(o.name for o in spec.objectives)]
         self.signs = np.array([o.sign for o in spec.objectives])
         self.weights = np.array([o.weight for o in spec.objectives])
@@ -111,6 +115,8 @@ class Search:
         numbers, values = numbers[built], values[:, built]
         if self.spec.evaluation.stop is not None:
             values = np.concatenate([values, self._stops(numbers, values)])
+        if self.spec.drawn:
+            values = np.concatenate([values, self._drawn(numbers, values)])
         asked = np.stack([self.quantity(name, values, numbers) for name in self.wanted])
         held = self.held(asked)
         low, high = (np.where(np.isfinite(values), values, end) for end in (math.inf, -math.inf))
@@ -128,14 +134,32 @@ class Search:
 
     def _stops(self, numbers: Numbers, values: Array) -> Array:
         """The stop's merits of designs that may meet all but one constraint, else NaN."""
-        early = [c for c in self.spec.constraints if c.name not in STOP_MERITS]
-        broken = np.zeros(len(numbers), int)
-        for c in early:
-            broken += ~c.holds(self.quantity(c.name, values, numbers))
-        near = (broken <= 1) & self.may_stop(values)
+        near = self._near(numbers, values, LATE_MERITS) & self.may_stop(values)
         made = np.full((len(STOP_MERITS), len(numbers)), math.nan)
         made[:, near] = self.kernel.stops(numbers[near])
         return made
+
+    def _drawn(self, numbers: Numbers, values: Array) -> Array:
+        """The drawn merits of designs that may meet all but one constraint, else NaN."""
+        near = self._near(numbers, values, DRAWN_MERITS)
+        made = np.full((len(self.spec.drawn), len(numbers)), math.nan)
+        made[:, near] = self.drawn(numbers[near])
+        return made
+
+    def drawn(self, numbers: Numbers) -> Array:
+        """The drawn merits that are asked for, shape (merits, n)."""
+        found = self.kernel.drawn(numbers) if self.spec.drawn else {}
+        return np.array([found[n] for n in self.spec.drawn]).reshape(-1, len(numbers))
+
+    def _near(
+        self, numbers: Numbers, values: Array, later: Collection[str]
+    ) -> npt.NDArray[np.bool_]:
+        """Designs that meet all constraints but one, those on merits that come later left out."""
+        broken = np.zeros(len(numbers), int)
+        for c in self.spec.constraints:
+            if c.name not in later:
+                broken += ~c.holds(self.quantity(c.name, values, numbers))
+        return np.asarray(broken <= 1)
 
     def may_stop(self, values: Array) -> npt.NDArray[np.bool_]:
         """Designs whose whole travel and stretch take up the energy that the mass brings."""
@@ -227,8 +251,10 @@ class Search:
 
     def design(self, number: int) -> dict[str, Any]:
         """One design: its variables and all its merits."""
-        values = self.kernel.at(np.array([number], np.int64))[:, 0]
+        numbers = np.array([number], np.int64)
+        values = self.kernel.at(numbers)[:, 0]
         found = dict(zip(self.spec.evaluation.all_names, values.tolist(), strict=True))
+        found |= {name: float(row[0]) for name, row in self.kernel.drawn(numbers).items()}
         return {
             "number": int(number),
             **self.spec.grid.values(number),

@@ -88,6 +88,12 @@ def why_none(search: Search, found: SweepResult, told: Told) -> Exclusion:
     constraints = search.spec.constraints
     if not found.built:
         return Exclusion(None, UNBUILDABLE)
+    if found.feasible:
+        wanted = " and ".join(o.name for o in search.spec.objectives)
+        reason = f"of {found.feasible} designs that meet the constraints none has a {wanted}"
+        if search.spec.drawn:
+            reason += ": their parts would not fit together as `build` draws them"
+        return Exclusion(None, reason)
     reached = {i: float(found.asked[i, at]) for i, at in told.reach.items()}
     if reached:
         _, i, value = min((constraints[i].short(value), i, value) for i, value in reached.items())

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self
 
 from layerjam.device.brake import Brake, validate
 from layerjam.device.fan import MATTERS, fan_exponent, fan_factor
-from layerjam.device.workshop import Making, agree
+from layerjam.device.workshop import FilmCutting, Making, agree
 from layerjam.errors import Notice, UnknownNameError
 from layerjam.records.changes import RecordFile, paths_of, values_of
 from layerjam.records.reader import DESCRIBING, Reader
@@ -146,6 +146,13 @@ class BrakeFile(RecordFile[Brake]):
 def materials() -> dict[str, dict[str, str]]:
     """{"films": {name: TOML text}, "silicones": ...} of the catalogue."""
     return {folder: shipped("layerjam.device", "catalogue", folder) for folder in _USE.values()}
+
+
+def film_cutting(use: str) -> tuple[FilmCutting, Mapping[str, Source]]:
+    """What the catalogue says of buying and cutting a film, and where from by dotted path."""
+    reader = Reader("", f"material {use}", BrakeFile.fields)
+    _take_material(reader, "film", use, materials()["films"])
+    return reader.record(FilmCutting, "film."), reader.sources
 
 
 def _take_material(reader: Reader, table: str, use: object, known: Mapping[str, str]) -> None:

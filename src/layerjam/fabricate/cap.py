@@ -5,6 +5,7 @@ x = 0 at the cap's face, the sheets towards +x; z = 0 in the middle of the stack
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator
 
@@ -89,6 +90,7 @@ def pin_hole(build: Build) -> float:
     return mm(build.pin) + mm(build.pin_clearance)
 
 
+@functools.lru_cache(maxsize=256)
 def crossing(bore: float, port: float, length: float) -> float:
     """Volume that the air bore and half the port have in common, by radii and the bore's length.
 
