@@ -6,6 +6,7 @@ import asyncio
 import base64
 import io
 import json
+import shlex
 import subprocess
 import sys
 import zipfile
@@ -16,6 +17,7 @@ import pytest
 from layerjam.commands.build import build, verdict
 from layerjam.device.load import load
 from layerjam.report.build_scene import CORE, LEFT, PLATE, PRINTED, RIGHT, SILICONE
+from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.brake import Brake
 from layerjam.workbench.pages.brake_build import checks_table
@@ -121,6 +123,61 @@ def test_what_is_copied_writes_the_folder():
     )
     assert 'lj.build("choi2018-kapton", cutter="knife", coupons=True, out=' in call.python()
     assert [c.name for c in page_of(part="brake").calls()] == ["show", "force"]
+
+
+def test_every_input_of_the_command_is_offered():
+    """From its declaration; the folder is downloaded, so that it is nowhere to be replaced."""
+    part = page_of().making
+    offered = {p.name for p in part.more.inputs} | {"cutter", "coupons"}
+    declared = {p.name for p in parameters("build").values() if not p.positional}
+    assert offered == declared - {"out", "force", "progress"}
+    assert list(part.more.files) == ["workshop"]
+
+
+SET = {
+    "cutter": "laser",
+    "coupons": "yes",
+    "kerf": "0.15 mm",
+    "stock": "300x200mm",
+    "laser_bed": "600x400mm",
+    "print_bed": "200x145x175mm",
+    "parallel": "2",
+    "series": "3",
+    "no_step": True,
+}
+
+
+def test_what_is_set_counts_in_the_verdict():
+    result = shown(page_of(**SET)).result
+    assert result.brakes == 6
+    assert result.film_pieces == 2  # 66 sheets, three times eleven on a piece
+    rows = {(check["code"], check["key"]): check for check in result.checks}
+    assert rows["C2", "laser-bed"]["ok"]
+    assert rows["C2", "print-bed"]["ok"]
+    assert rows["C15", "film-and-laser"]["ok"]
+    small = shown(page_of(**{**SET, "print_bed": "145x145x145mm"})).result
+    assert not small.feasible
+    assert "too large for the printer" in small.reason
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["python", "command"])
+def test_what_is_copied_runs_in_a_fresh_process(kind, tmp_path):
+    page = page_of(**SET)
+    (call,) = page.calls()
+    if kind == "python":
+        words = [sys.executable, "-c", call.python()]
+    else:
+        code = "from layerjam.cli.start import run; run()"
+        words = [sys.executable, "-c", code, *shlex.split(call.command())[1:]]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    listed = json.loads((tmp_path / call.out / "build.json").read_text("utf-8"))
+    said = json.loads(shown(page).result.json())
+    for key in said.keys() - {"files", "warnings", "file"}:
+        assert said[key] == listed[key], key
+    assert (tmp_path / call.out / "cut" / "coupon.dxf").is_file()
+    assert not (tmp_path / call.out / "cad").exists()
 
 
 def test_without_the_extra_a_sentence_says_so(monkeypatch):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam._version import __version__
 from layerjam.commands.array import PARALLEL, SERIES
-from layerjam.commands.declare import Help, Input, Progress, command, precision
+from layerjam.commands.declare import REGISTRY, Help, Input, Progress, command, precision
 from layerjam.commands.quantities import BrakeInput, Overwrite
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.brake import Brake
@@ -21,6 +21,7 @@ from layerjam.errors import Notice, QuantityError
 from layerjam.units import show, spec_of
 
 if TYPE_CHECKING:
+    from layerjam.fabricate.choices import Choices
     from layerjam.fabricate.drawing import Drawing
 
 MOST = 100
@@ -138,15 +139,11 @@ def build(
     False where the brake cannot be built as drawn; `reason` says why, and nothing is written.
     Nothing here was cut, printed or cast by us. Raises FileError, QuantityError, MissingExtraError.
     """
-    from layerjam.fabricate.choices import choices
     from layerjam.fabricate.files import require
     from layerjam.fabricate.folder import LIST, check_folder, write_folder
 
     rows, row = _counts(parallel, series)
-    given = {"cutter": cutter, "kerf": kerf, "laser_bed": laser_bed, "print_bed": print_bed}
-    if stock is not None:
-        given |= dict(zip(("stock_length", "stock_width"), stock, strict=True))
-    chosen = choices(brake, workshop, given)
+    chosen = _chosen(brake, workshop, cutter, kerf, stock, laser_bed, print_bed)
     check_folder(out, force)
     require()
     with_step = not no_step and _can_write_step()
@@ -167,20 +164,45 @@ def build(
     return done
 
 
-def verdict(brake: BrakeFile, cutter: str | None = None) -> Built:
-    """What `build` says of one brake before it makes a file: its numbers and checks.
+CHOICES = ("workshop", "cutter", "kerf", "stock", "laser_bed", "print_bed")
+"""Inputs that say how it is built."""
 
-    Raises QuantityError, and MissingExtraError without the extra `build`.
+
+def verdict(brake: Any, **options: Any) -> Built:
+    """What `build` says of a brake before it makes a file: its numbers and checks.
+
+    `options` are those of `build`, of which the files' do not matter. Raises what `build` does.
     """
-    from layerjam.fabricate.choices import choices
     from layerjam.fabricate.files import require
 
     require()
+    notices: list[Notice] = []
     with precision():
-        return _verdict(brake, choices(brake, given={"cutter": cutter}), 1, 1)
+        made = REGISTRY["build"].arguments((brake,), {**options, "out": ""}, notices)
+        chosen = _chosen(made["brake"], *(made.get(name) for name in CHOICES))
+        counts = _counts(made["parallel"], made["series"])
+        return _verdict(made["brake"], chosen, *counts)
 
 
-def _verdict(file: BrakeFile, chosen: Any, parallel: int, series: int) -> Built:
+def _chosen(
+    brake: BrakeFile,
+    workshop: str | Path | None,
+    cutter: str | None,
+    kerf: Any,
+    stock: Any,
+    laser_bed: Any,
+    print_bed: Any,
+) -> Choices:
+    """The choices of brake, workshop and command together."""
+    from layerjam.fabricate.choices import choices
+
+    given = {"cutter": cutter, "kerf": kerf, "laser_bed": laser_bed, "print_bed": print_bed}
+    if stock is not None:
+        given |= dict(zip(("stock_length", "stock_width"), stock, strict=True))
+    return choices(brake, workshop, given)
+
+
+def _verdict(file: BrakeFile, chosen: Choices, parallel: int, series: int) -> Built:
     """The result without files; its record is the drawing where there is one."""
     from layerjam.fabricate.lengths import CannotBuildError
 
@@ -227,7 +249,7 @@ def _can_write_step() -> bool:
     return available()
 
 
-def _drawn(file: BrakeFile, chosen: Any, parallel: int, series: int) -> Drawing:
+def _drawn(file: BrakeFile, chosen: Choices, parallel: int, series: int) -> Drawing:
     from layerjam.fabricate.drawing import drawing
 
     with chosen.located():

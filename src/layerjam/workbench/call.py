@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -85,10 +85,13 @@ class Call:
         given = [*self.subjects, *(v for v in self.options.values() if isinstance(v, Subject))]
         return [] if self.made else [s.name for s in given if s.file is not None]
 
-    def run(self, **more: Any) -> Any:
-        """The result, with the user's names of files; raises LayerjamError as the command does."""
+    def run(self, by: Callable[..., Any] | None = None, **more: Any) -> Any:
+        """The result, with the user's names of files; raises LayerjamError as the command does.
+
+        `by` is asked instead of the command, where only a part of its answer is wanted.
+        """
         try:
-            result = load(self.name)(
+            result = (by or load(self.name))(
                 *(_real(v) for v in self._alone()),
                 **{key: _real(v) for key, v in self.options.items()},
                 **more,

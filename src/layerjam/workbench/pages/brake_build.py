@@ -17,6 +17,7 @@ from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, Options, key_of
 from layerjam.workbench.controls import Choice, choice
+from layerjam.workbench.more import More
 from layerjam.workbench.page import Box, Figures, Notes, Page, View
 from layerjam.workbench.pages.brake_parts import Parts, PartsView, parts_of
 from layerjam.workbench.rest import elsewhere
@@ -51,6 +52,8 @@ COUPONS = Choice(
     "Test pieces too",
     "A comb for the kerf and strips for the friction",
 )
+OWN = ("cutter", "coupons", "out", "force")
+"""Inputs of the command that have a control of their own or none; the rest is in the fold."""
 DRAWN = Choice(
     "drawn",
     {"brake": "parts of the brake", "mould": "mould of the enclosure"},
@@ -92,6 +95,7 @@ class BuildPart(View):
     def __init__(self, page: Page) -> None:
         super().__init__(page.desk)
         self.page = page
+        self.more = More(page, "build", OWN)
         self.maker = Runner(self.make, self._made, elsewhere)
         self.folder: Folder | None = None
         self._trouble = ""
@@ -105,6 +109,7 @@ class BuildPart(View):
                 self.reason = Alert("brake-build-reason", "text-sm")
                 choice(self.desk, self.name, CUTTER)
                 choice(self.desk, self.name, COUPONS)
+                self.more.build()
                 with ui.row().classes("w-full items-center gap-3"):
                     act, text = self.download, "Folder for the workshop (ZIP)"
                     self.button = button(text, act, "brake-build-download", "folder_zip")
@@ -129,6 +134,7 @@ class BuildPart(View):
             options["cutter"] = self.word(CUTTER)
         if self.word(COUPONS) == "yes":
             options["coupons"] = True
+        options |= self.more.options()
         return Call("build", (self.desk.brake_subject(),), options, out=self.stem)
 
     @property
@@ -142,9 +148,8 @@ class BuildPart(View):
 
     def compute(self) -> Found:
         """The verdict and the drawn parts; no file is made."""
-        cutter = self.call().options.get("cutter")
         try:
-            result = verdict(self.desk.brake, None if cutter is None else str(cutter))
+            result = self.call().run(by=verdict)
         except MissingExtraError as error:
             return Found(lacking=one_line(error))
         mould = self.word(DRAWN) == "mould"
