@@ -84,7 +84,8 @@ def test_arrays_have_everything_several_times(tmp_path: Path) -> None:
     rows = (tmp_path / "a" / "bom.csv").read_text("utf-8")
     for row in ("sheet,", "yoke,", "link,"):
         assert row in rows
-    assert "\nsheet,film 0.254 mm thick,44,pieces" in rows
+    assert '\nsheet,"film 0.254 mm thick, Kapton HN polyimide film",44,pieces' in rows
+    assert "cad/" not in rows  # without STEP no file of it is named
 
 
 @pytest.mark.parametrize(("count", "moment"), [(2, 1.37), (3, 2.73), (5, 8.20)])

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import csv
 import io
+import math
+from dataclasses import replace
 from typing import Any, NamedTuple
 
+import numpy as np
 import pypdfium2
 import pytest
 
 from layerjam.commands.build import greatest_force
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
-from layerjam.fabricate.bom import bom_csv
+from layerjam.fabricate.bom import bom_csv, items
 from layerjam.fabricate.choices import choices
 from layerjam.fabricate.drawing import Drawing, drawing
+from layerjam.fabricate.lengths import lengths
 from layerjam.report.assembly import assembly
 
 KAPTON = load("choi2018-kapton")
@@ -70,7 +74,12 @@ def test_the_papers_brake() -> None:
         "522 N",
         "126 mm",
         "layerjam leak hold.csv",
-        "layerjam calibrate my-brake.toml",
+        "layerjam new my-brake --from choi2018-kapton --out my-brake.toml",
+        "layerjam calibrate my-brake-friction.toml",
+        "film 0.254 mm thick, Kapton HN polyimide film",
+        "Ecoflex 5",
+        "hexagon keys of 2.5 mm and 3 mm",
+        "to go around 42 mm",
         "weighed_mass",
         "dab",
     ):
@@ -110,6 +119,49 @@ def test_who_cuts_decides_what_is_said() -> None:
     never = read(assembly(made(load("choi2018-ptfe")), PICTURES)).text
     assert "Never cut this film with a laser" in never
     assert "tell the service: this film must never go into a laser" in never
+
+
+def test_caps_lie_level_on_the_jig() -> None:
+    """What is packed under tray and head makes them as low as the neck, by lengths of their own."""
+    text = read(assembly(made(), PICTURES)).text
+    neck = 1.25 * 2 * (13 + 2.794) / (2 * math.pi)
+    tray, head = 2.794 / 2 + 4.003, 8.2 / 2
+    said = f"pack {neck - tray:.1f} mm under the trays and {neck - head:.1f} mm under the heads"
+    assert said in text, said
+
+
+def test_what_is_not_in_the_folder_is_not_named() -> None:
+    found = made()
+    every = {row.file for row in items(found) if row.file}
+    assert "cad/sleeve.step" in every
+    there = every - {"cad/sleeve.step"}
+    assert {row.file for row in items(found, there)} == {*there, ""}
+    text = read(assembly(found, PICTURES, False, there)).text
+    assert "cad/" not in text and "there is no pattern to cut by hand" in text
+    whole = read(assembly(found, PICTURES, False, {*every, "cut/pattern.pdf"})).text
+    assert "cut/pattern.pdf printed at 100 %" in whole
+
+
+def test_each_casting_is_mixed_by_itself() -> None:
+    one, four = (read(assembly(made(parallel=n), PICTURES)).text for n in (1, 4))
+    assert "Mix 3.37 g of A with 3.37 g of B (1A:1B) and draw" in one
+    assert "Mix 3.37 g of A with 3.37 g of B (1A:1B) for each casting and draw" in four
+    assert "silicone A Ecoflex 5, to mix, waste included 13.5 g" in four
+
+
+@pytest.mark.parametrize("screws", [1, 3])
+def test_each_label_of_the_clamp_names_its_part(screws: int) -> None:
+    from layerjam.report.build_pictures import _stacking
+    from layerjam.report.build_scene import scene
+
+    build = replace(choices(KAPTON).build, screws=screws)
+    world = scene(build, lengths(KAPTON.with_(width="40 mm").brake, build))
+    thread, found = world.lengths.thread, world.lengths
+    high = {"nut": thread.nut_height, "screw": thread.head_height + found.screw_length,
+            "clamp plate": found.plate_height}  # fmt: skip
+    labels = {label.words.split(",")[0]: label.what for label in _stacking(world)[1]}
+    for name, height in high.items():
+        assert np.ptp(labels[name].corners[:, 2]) == pytest.approx(height), name
 
 
 def test_arrays_are_joined() -> None:

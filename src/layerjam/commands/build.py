@@ -219,12 +219,13 @@ def _content(
 ) -> dict[str, str | bytes]:
     """{path: content} of all files but the list; `notices` hears of one that cannot be made."""
     from layerjam.fabricate.files import files
-    from layerjam.report.build_files import PATTERN, papers
+    from layerjam.report.assembly_steps import PATTERN
+    from layerjam.report.build_files import papers
 
     progress("patterns and parts", 0.3)
     content = files(made, with_step=with_step, coupons=coupons)
     progress("pictures and instructions", 0.5)
-    content |= papers(made, coupons)
+    content |= papers(made, coupons, content)
     if PATTERN not in content:
         notices.append(
             Notice("no pattern on paper: a piece of film is larger than any paper", "no-pattern")

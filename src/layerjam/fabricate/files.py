@@ -26,8 +26,7 @@ def files(made: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | b
 
     Raises MissingExtraError without the extra `build`, or `step` where STEP is asked for.
     """
-    content: dict[str, str | bytes] = {"bom.csv": bom_csv(made)}
-    content |= made.film.files()
+    content: dict[str, str | bytes] = {**made.film.files()}
     content |= more_files(made.build, made.lengths, made.parallel, made.series, coupons)
     meshes = [mesh(part.solid) for part in made.parts if part.printed]
     content["print/print.3mf"] = three_mf(meshes, "layer-jamming brake")
@@ -36,4 +35,4 @@ def files(made: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | b
     if with_step:
         for part in made.parts:
             content[f"cad/{part.name}.step"] = step(part.solid, __version__)
-    return content
+    return {"bom.csv": bom_csv(made, content), **content}

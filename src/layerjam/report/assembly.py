@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from layerjam._version import __version__
@@ -16,10 +16,16 @@ Block = dict[str, Any]
 MARKS = {True: "ok", False: "LOOK", None: "-"}
 
 
-def assembly(made: Drawing, named: Mapping[str, str], coupons: bool = False) -> bytes:
+def assembly(
+    made: Drawing,
+    named: Mapping[str, str],
+    coupons: bool = False,
+    there: Collection[str] | None = None,
+) -> bytes:
     """The PDF's bytes; `named` holds the pictures as SVG by name.
 
-    Raises MissingExtraError without typst.
+    `there` are the files beside it, all that there can be without it. Raises MissingExtraError
+    without typst.
     """
     data = {
         "title": f"How to build {made.file.name}",
@@ -31,7 +37,7 @@ def assembly(made: Drawing, named: Mapping[str, str], coupons: bool = False) -> 
             *made.film.notes,
         ],
         "numbers": _numbers(made),
-        "parts": _parts(made, coupons),
+        "parts": _parts(made, coupons, there),
     }
     return typeset("assembly", data, {f"{name}.svg": svg for name, svg in named.items()})
 
@@ -48,13 +54,17 @@ def _numbers(made: Drawing) -> list[tuple[str, str]]:
     ]
 
 
-def _parts(made: Drawing, coupons: bool) -> list[dict[str, Any]]:
+def _parts(made: Drawing, coupons: bool, there: Collection[str] | None) -> list[dict[str, Any]]:
     chapters: list[tuple[str, bool, list[Block]]] = [
-        ("1  Parts", False, [picture("exploded"), _list(made)]),
+        (
+            "1  Parts",
+            False,
+            [picture("exploded"), _list(made, there), {"kind": "text", "text": steps.tools(made)}],
+        ),
         (
             "2  Cut the film",
             True,
-            [numbered(steps.film(made, coupons)), picture("film", _share(made))],
+            [numbered(steps.film(made, coupons, there)), picture("film", _share(made))],
         ),
         ("3  Print caps and plates", True, [numbered(steps.caps(made)), picture("section")]),
         ("4  Cast the enclosure", True, [picture("mould", 0.8), numbered(steps.sleeve(made))]),
@@ -97,7 +107,7 @@ def _share(made: Drawing) -> float:
     return min(0.8, 0.8 * piece.length / piece.width)
 
 
-def _list(made: Drawing) -> Block:
+def _list(made: Drawing, there: Collection[str] | None) -> Block:
     rows = [
         [
             row.item,
@@ -106,7 +116,7 @@ def _list(made: Drawing) -> Block:
             row.file,
             row.basis,
         ]
-        for row in items(made)
+        for row in items(made, there)
     ]
     return {
         "kind": "table",

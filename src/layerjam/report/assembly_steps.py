@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
+from layerjam.device.load import catalogue
 from layerjam.device.workshop import M5
-from layerjam.fabricate.bom import bolt
+from layerjam.fabricate.bom import bolt, mould_thread
 from layerjam.fabricate.cutting import PUNCHED_BELOW
 from layerjam.fabricate.drawing import Drawing
 from layerjam.fabricate.lengths import mm
 from layerjam.fabricate.masses import screw_name
+from layerjam.fabricate.silicone import cavity
 from layerjam.units import show
 
 
@@ -30,8 +33,11 @@ def _said(made: Drawing, *codes: str) -> str:
     return " ".join(f"{check.code}: {check.text}." for check in made.checks if check.code in codes)
 
 
-def film(made: Drawing, coupons: bool) -> list[Step]:
-    """From the film to a pile of sheets."""
+PATTERN = "cut/pattern.pdf"
+
+
+def film(made: Drawing, coupons: bool, there: Collection[str] | None = None) -> list[Step]:
+    """From the film to a pile of sheets; `there` are the files that are made, else all."""
     found, build = made.lengths, made.build
     made_of = ", ".join(f"{part.count} × cut/{part.name}.dxf" for part in made.film.parts)
     cutter = {
@@ -51,19 +57,26 @@ def film(made: Drawing, coupons: bool) -> list[Step]:
         Step(_said(made, "C15")),
     ]
     if coupons:
+        measured = {
+            "service": "ask the service to compensate it.",
+            "laser": "give it with --kerf, and build again.",
+            "knife": "a knife leaves next to none.",
+        }[build.cutter]
         out.append(
             Step(
                 "Cut cut/coupon.dxf first, from the same film. Push the ten slats of the comb "
-                "together in their frame: the gap that is left, divided by 11, is the kerf. Give "
-                "it with --kerf, and build again."
+                "together in their frame: the gap that is left, divided by 11, is the kerf; "
+                f"{measured}"
             )
         )
+    by_hand = f" By hand, cut through {PATTERN} printed at 100 %; its ruler must measure 100 mm."
+    if there is not None and PATTERN not in there:
+        by_hand = " A piece is larger than any paper: there is no pattern to cut by hand."
     out += [
         Step(f"Cut {made_of}. {cutter}"),
         Step(
             "Keep every part along the film's direction, as it lies in the picture: film is not "
-            "the same along and across. By hand, cut through cut/pattern.pdf printed at 100 %; "
-            "its ruler must measure 100 mm."
+            f"the same along and across.{by_hand}"
         ),
     ]
     if found.hole < PUNCHED_BELOW and build.cutter == "knife":
@@ -121,9 +134,10 @@ def sleeve(made: Drawing) -> list[Step]:
     found, build, known = made.lengths, made.build, made.file.making.enclosure
     halves = made.silicone_parts
     if halves is None:
-        amount = f"Mix {show(made.silicone_mass, 'kg', 3)} of silicone as its maker says"
+        each = show(made.silicone_mass / made.brakes, "kg", 3)
+        amount = f"Mix {each} of silicone as its maker says"
     else:
-        a, b = (show(half, "kg", 3) for half in halves)
+        a, b = (show(half / made.brakes, "kg", 3) for half in halves)
         amount = f"Mix {a} of A with {b} of B ({known.mix})"
     life = (
         f"It flows for {show(known.pot_life, 's')}."
@@ -136,6 +150,7 @@ def sleeve(made: Drawing) -> list[Step]:
         else "Let it cure as its maker says"
     )
     count = 2 * (found.mould.bolts - 1)
+    amount += " for each casting" if made.brakes > 1 else ""
     castings = "" if made.brakes == 1 else f" {made.brakes} castings are needed."
     return [
         Step(
@@ -178,9 +193,9 @@ def stack(made: Drawing) -> list[Step]:
     screw = "the screw" if found.screws == 1 else "the screws in turn"
     return [
         Step(
-            f"Cut a board from cut/jig.dxf, or drill two holes {where}. Set the caps on dowels in "
-            "it, trays towards each other, and slide "
-            f"{many} of each cap into the shelf from the front."
+            f"Slide {many} of each cap into the shelf from the front. Cut a board from "
+            f"cut/jig.dxf, or drill two holes {where}, and set the caps on dowels in it, trays "
+            f"towards each other.{_level(made)}"
         ),
         Step(
             f"Stack from below as drawn above: a left sheet, a spacer behind it in the right cap; "
@@ -190,13 +205,30 @@ def stack(made: Drawing) -> list[Step]:
         ),
         Step(
             "A screw through each hole as a pin keeps the layers in place. Lay the plates on and "
-            f"tighten {screw}. {_said(made, 'C8')}"
+            f"tighten {screw}. {_said(made, 'C8')} Tighten again after an hour and after a "
+            "day: plastic creeps under the screw, and the clamp holds by its force alone."
         ),
         Step(
             f"Measure: {_m(found.free)} between the faces of the caps. Pull by hand: all sheets "
             "slide, none buckles, and every hole lies under its screw."
         ),
     ]
+
+
+def _level(made: Drawing) -> str:
+    """How the caps lie level on a flat board, where neck, tray and head are not equally low."""
+    found = made.lengths
+    below = {
+        "necks": found.neck_b,
+        "trays": found.stack / 2 + found.shelf_height,
+        "heads": found.head_height / 2,
+    }
+    lowest = max(below.values())
+    packed = {where: lowest - depth for where, depth in below.items() if lowest - depth > 0.05}
+    if not packed:
+        return ""
+    words = " and ".join(f"{_m(round(gap, 1))} under the {where}" for where, gap in packed.items())
+    return f" Not all of a cap is equally low: pack {words}, with strips of card or film."
 
 
 def close(made: Drawing) -> list[Step]:
@@ -257,9 +289,34 @@ def array(made: Drawing) -> list[Step]:
     return out
 
 
+def tools(made: Drawing) -> str:
+    """What lies on the table beside the parts, as one sentence."""
+    found, build = made.lengths, made.build
+    keys = {found.thread.key}
+    if (thread := mould_thread(made)) is not None:
+        keys.add(thread.key)
+    cutters = {"service": "", "laser": "a CO2 laser with extraction; ", "knife": "a plotter; "}
+    cast = show(cavity(found) * (1 + build.waste), "m^3", 2)
+    things = [
+        f"hexagon keys of {' and '.join(f'{key:g} mm' for key in sorted(keys))}, one with a torque",
+        "calliper and a balance that shows 0.1 g",
+        *(["a tap M5 x 0.8"] if build.port == M5 else ["glue for the tubes"]),
+        f"a syringe or mixing cartridge that holds {cast}",
+        "a cup, vinyl gloves and a sealer for printed moulds",
+        "side cutters, thread tape, isopropyl alcohol, soapy water",
+        "a board for the jig",
+    ]
+    return f"On the table: {cutters[build.cutter]}{'; '.join(things)}."
+
+
 def first(made: Drawing, coupons: bool) -> list[Step]:
     """Checks of the first brake, each by a command of ours."""
     found = made.lengths
+    begun = (
+        (f"layerjam new my-brake --from {made.file.name} --out my-brake.toml",)
+        if made.file.name in catalogue() and not made.file.path.endswith(".toml")
+        else ()
+    )
     mass = sum(row.mass for row in made.masses)
     strips = (
         "Drag a sled with a patch of the film over the strip of cut/coupon.dxf, along the film"
@@ -271,19 +328,28 @@ def first(made: Drawing, coupons: bool) -> list[Step]:
         Step(
             f"Weigh it. As drawn it is {show(mass, 'kg', 3)} without ties, fittings, tube and "
             "dowels. Write what the balance says into the brake's file, as weighed_mass.",
-            ("layerjam show my-brake.toml",),
+            (*begun, "layerjam show my-brake.toml"),
         ),
         Step(
             "Look for leaks: pump to full vacuum, close the valve, log the pressure for ten "
             "minutes, hold the ties and the ports under soapy water if it rises.",
             ("layerjam leak hold.csv --reading vacuum",),
         ),
-        Step(f"{strips}.", ("layerjam friction friction-*.csv --normal-force 2.45N",)),
+        Step(
+            f"{strips}.",
+            (
+                "layerjam friction friction-*.csv --normal-force 2.45N "
+                "--brake my-brake.toml --out my-brake-friction.toml",
+            ),
+        ),
         Step(
             f"Pull it slowly under vacuum in a test machine, no further than "
             f"{show(made.file.brake.sheets.usable_travel, 'm')} and behind a shield. The greatest "
             f"force that was computed is {show(made.force, 'N', 3)}.",
-            ("layerjam calibrate my-brake.toml pull-*.csv --out my-brake-calibrated.toml",),
+            (
+                "layerjam calibrate my-brake-friction.toml pull-*.csv "
+                "--out my-brake-calibrated.toml",
+            ),
         ),
         Step(
             f"Open the clamps again: no hole is drawn out, no sheet has crept, and the pins lie "

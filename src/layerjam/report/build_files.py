@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 from layerjam.device.workshop import Build
@@ -12,12 +12,11 @@ from layerjam.fabricate.lengths import Lengths
 from layerjam.fabricate.nest import Piece
 from layerjam.report import build_drawings as drawings
 from layerjam.report.assembly import assembly
+from layerjam.report.assembly_steps import PATTERN
 from layerjam.report.build_pictures import labelled, shots
 from layerjam.report.build_scene import scene
 from layerjam.report.page import drawn
 from layerjam.report.pattern import pattern
-
-PATTERN = "cut/pattern.pdf"
 
 
 class Pictures(NamedTuple):
@@ -51,19 +50,22 @@ def pictures(build: Build, lengths: Lengths, pieces: Sequence[Piece]) -> Picture
     )
 
 
-def papers(made: Drawing, coupons: bool = False) -> dict[str, bytes]:
+def papers(
+    made: Drawing, coupons: bool = False, others: Collection[str] | None = None
+) -> dict[str, bytes]:
     """{path: bytes} of the pictures, assembly.pdf and cut/pattern.pdf of a build.
 
-    No pattern where a piece of film is larger than any paper. Raises MissingExtraError without
-    matplotlib, manifold3d or typst.
+    `others` are its other files, all that there can be without it. No pattern where a piece of film
+    is larger than any paper. Raises MissingExtraError without matplotlib, manifold3d or typst.
     """
     drawn_ones = pictures(made.build, made.lengths, made.film.pieces)
     if made.brakes > 1:
         flat_parts = plates(made.build, made.lengths, made.parallel, made.series)
         drawn_ones.named["boards"] = drawn(drawings.plates(list(flat_parts.items())))
     content = drawn_ones.files()
-    content["assembly.pdf"] = assembly(made, drawn_ones.named, coupons)
     flat = pattern(made.film.pieces, made.film.notes)
     if flat is not None:
         content[PATTERN] = flat
+    there = None if others is None else {*others, *content}
+    content["assembly.pdf"] = assembly(made, drawn_ones.named, coupons, there)
     return content

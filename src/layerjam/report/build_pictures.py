@@ -144,7 +144,7 @@ def _stacking(world: Scene) -> Seen:
     bodies += [nut.moved(x=side.clamped + 4, z=-1) for nut in parts.nuts(world, side)]
     named["clamp plate"] = bodies[-2 * lengths.screws - 1]
     named["screw"] = bodies[-lengths.screws - 1]
-    named["nut, slid in from the front"] = bodies[-2 * lengths.screws]
+    named["nut, slid in from the front"] = bodies[-lengths.screws]
     named["cap"] = bodies[0]
     return shoot(bodies, View(-58, 24), width=1000), [Label(*each) for each in named.items()]
 
