@@ -82,6 +82,7 @@ def random_brakes(
         mount=Mount(
             clamped_length=np.full(n, 0.006),
             screw_hole=width / 4,
+            screws=np.arange(n) % 3 + 1,
             spacers=np.arange(n) % 4 == 0 if spacers else None,
         ),
         fittings_mass=np.full(n, 0.012),

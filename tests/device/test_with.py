@@ -73,6 +73,8 @@ def test_a_name_without_its_record_is_never_that_of_an_optional_record():
         ({"usable_travel": "69 mm"}, "sheets.usable_travel", "more than the overlap"),
         ({"kinetic": 0.9}, "film.kinetic", "at most the static one"),
         ({"screw_hole": "13 mm"}, "mount.screw_hole", "leaves nothing"),
+        ({"screws": 5}, "mount.screw_hole", "3 mm, 5 side by side, leaves nothing"),
+        ({"screws": 1.5}, "mount.screws", "whole number"),
         ({"pressure_exponent": 0.1}, "pressure_exponent", "together with test_pressure"),
     ],
 )

@@ -149,7 +149,7 @@ def test_holes_that_nobody_can_cut() -> None:
     assert check(made(), "holes").value == pytest.approx(1.5e-3)
     thick = KAPTON.with_(thickness="2 mm", screw_hole="2.5 mm", count=2)
     assert not check(made(thick), "holes").ok  # less than 1.5 sheets
-    assert not check(made(screws=4), "holes").ok  # 13 mm hold no four of 3 mm
+    assert not check(made(KAPTON.with_(screws=4)), "holes").ok  # 13 mm hold no four of 3 mm
     assert check(made(KAPTON.with_(screw_hole="4.1 mm")), "holes").ok is False  # 0.95 mm of rim
     with pytest.raises(QuantityError, match=r"build\.clamp_radius: 4 mm is more than half of"):
         made(clamp_radius=4e-3)

@@ -91,6 +91,8 @@ def test_the_table_is_read_with_its_sources_and_written_again() -> None:
         ('laser_bed = "600 mm"', "2 lengths"),
         ('print_bed = "0.5mm x 1m x 1m"', "at least 1 mm"),
         ('stock_width = "50 mm"', "give both or neither"),
+        ("screws = 26", "at most 25"),
+        ("screws = 5", "5 side by side, leaves nothing of sheets 13 mm wide"),
     ],
 )
 def test_what_contradicts_itself_is_refused_with_its_line(rows: str, said: str) -> None:

@@ -87,7 +87,7 @@ class BrakeSummary(Result):
     force_density: float = number("N/kg", "greatest force over mass")
     buckling_force: float = number("N", "compression at which one sheet buckles, fixed–free")
     sheet_stress: float = number("Pa", "stress of the sheets at the greatest force")
-    clamp_stress: float = number("Pa", "stress of the sheets beside the screw's hole")
+    clamp_stress: float = number("Pa", "stress of the sheets beside the screws' holes")
     film_strength: float | None = number("Pa", "stress the film bears without lasting stretch")
     scale_factor: float = number("1", "calibration factor on the sheets' friction")
     peak_vacuum: float = number("Pa", "vacuum above which a pull has a peak")

@@ -59,7 +59,7 @@ MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
         "energy_density": QuantitySpec("J/kg", "energy_capacity over mass"),
         "stiffness": QuantitySpec("N/m", "before slip; the sheets' own on the given brake's mount"),
         "sheet_stress": QuantitySpec("Pa", "greatest stress in a sheet's free part"),
-        "clamp_stress": QuantitySpec("Pa", "greatest stress at the screw hole"),
+        "clamp_stress": QuantitySpec("Pa", "greatest stress at the screw holes"),
         "stress_margin": QuantitySpec("1", "strength of the film over clamp_stress"),
         "buckling_force": QuantitySpec("N", "compression at which one sheet buckles, at rest"),
         "self_closing_vacuum": QuantitySpec(
@@ -206,10 +206,11 @@ def brake_of(point: Point, base: Brake) -> Brake:
 
 
 def can_be_built(point: Point, brake: Brake) -> Any:
-    """True where the design is a brake: travel within the overlap, hole within the width, ..."""
+    """True where the design is a brake: travel within the overlap, holes within the width, ..."""
     sheets = brake.sheets
     fine = (sheets.usable_travel > 0) & (sheets.usable_travel <= sheets.overlap * (1 + 1e-12))
-    fine = fine & (point.width > brake.mount.screw_hole) & (point.count >= 2)
+    holes = brake.mount.screws_across(point.width) * brake.mount.screw_hole
+    fine = fine & (point.width > holes) & (point.count >= 2)
     fine = fine & (point.vacuum > 0) & (point.vacuum <= brake.site.atmosphere) & is_flat(brake)
     return fine & (brake.stiffness_measured > 0 if brake.stiffness_measured is not None else True)
 

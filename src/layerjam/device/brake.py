@@ -86,10 +86,12 @@ def validate(brake: Brake) -> None:
             f"{show(sheets.length, 'm')} is shorter than free length, overlap and "
             f"clamped part together, {show(needed, 'm')}",
         )
-    if mount.screw_hole >= sheets.width:
+    screws = mount.screws_across(sheets.width)
+    if screws * mount.screw_hole >= sheets.width:
+        row = "" if screws == 1 else f", {screws} side by side,"
         raise QuantityError.of(
             "mount.screw_hole",
-            f"{show(mount.screw_hole, 'm')} leaves nothing of sheets "
+            f"{show(mount.screw_hole, 'm')}{row} leaves nothing of sheets "
             f"{show(sheets.width, 'm')} wide",
         )
     steep = sheets.count * sheets.thickness / (4 * min(sheets.free_left, sheets.free_right))

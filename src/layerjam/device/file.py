@@ -28,6 +28,7 @@ from layerjam.units import check
 
 _USE = {"film": "films", "enclosure": "silicones"}
 _LASER = "film.laser"
+_SCREWS, _DRAWN = "mount.screws", "build.screws"
 _MATTERS = {
     "film.static",
     "film.kinetic",
@@ -87,6 +88,7 @@ class BrakeFile(RecordFile[Brake]):
         before = dict(reader.values), dict(reader.sources)
         reader.take(tables)
         _remember(reader, *before)
+        _count_screws(reader)
         with reader.located():
             making = reader.record(Making)
             check(making)
@@ -173,6 +175,13 @@ def _remember(reader: Reader, values: Mapping[str, Any], sources: Mapping[str, S
     if values.get(_LASER) == "never" and now != "never" and not reader.sources[_LASER].was:
         was = f"never: {sources[_LASER].text}"
         reader.sources[_LASER] = replace(reader.sources[_LASER], was=was)
+
+
+def _count_screws(reader: Reader) -> None:
+    """Screws that only [build] states are those of [mount]: a brake has them once."""
+    if _DRAWN in reader.values:
+        reader.values.setdefault(_SCREWS, reader.values[_DRAWN])
+        reader.sources.setdefault(_SCREWS, reader.sources[_DRAWN])
 
 
 def updated_text(

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from layerjam.units import flag, quantity, record
+
+WIDTH_OF_A_SCREW = 20e-3
+"""Width of the sheets to which a cap has one screw, unless it is stated how many there are [m]."""
 
 
 @record
@@ -11,9 +16,28 @@ class Mount:
 
     clamped_length: float = quantity("m", "length of a sheet inside the cap", lo=0, hi=1)
     screw_hole: float = quantity("m", "diameter of the screw's hole through the sheets", hi=0.1)
+    screws: int | None = quantity(
+        "1",
+        "screws in each cap, side by side (one for every 20 mm of width if not given)",
+        lo=1,
+        hi=25,
+        whole=True,
+        default=None,
+    )
     spacers: bool | None = flag(
         "whether spacers of the film's thickness lie between the sheets in both caps", default=None
     )
+
+    def screws_across(self, width: Any) -> Any:
+        """How many screws each cap has: as stated, or as many as sheets of a width [m] get.
+
+        Takes arrays too.
+        """
+        if self.screws is not None:
+            return self.screws
+        share = width / WIDTH_OF_A_SCREW
+        nearest = round(share) if isinstance(share, float) else share.round()
+        return nearest + (nearest < 1)
 
 
 @record

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from layerjam.device.brake import Brake
+from layerjam.device.mount import Mount
 from layerjam.errors import QuantityError
 from layerjam.records.values import AsItIs, ListSpec, TextSpec, value
-from layerjam.units import QuantitySpec, exact_text, nested, quantity, record, show
+from layerjam.units import QuantitySpec, exact_text, like, nested, quantity, record, show, spec_of
 
 CUTTERS = ("service", "laser", "knife")
 LASER = ("never", "with care", "yes")
@@ -113,7 +114,9 @@ class Build:
     gap: float = _length("distance between two parts on the film", 3e-3)
     tip_radius: float = _length("radius of a sheet's corners at its free end", 1e-3)
     clamp_radius: float = _length("radius of a sheet's corners at its clamped end", 0.5e-3)
-    screws: int | None = quantity("1", "screws in each cap", lo=1, hi=20, whole=True, default=None)
+    screws: int | None = like(
+        spec_of(Mount, "screws"), "screws in each cap, as in [mount], which decides", default=None
+    )
     floor: float = _length("least printed floor under a nut or a head", 1.2e-3, 0.4e-3, 0.01)
     wall: float = _length("least printed wall", 1.2e-3, 0.4e-3, 0.01)
     cheek: float = _length("thickness of the tray's sides", 1.6e-3, 0.4e-3, 0.02)
@@ -216,6 +219,16 @@ def agree(brake: Brake, build: Build) -> None:
     def refuse(key: str, what: str) -> None:
         raise QuantityError.of(f"build.{key}", f"{show(getattr(build, key), 'm')} {what}")
 
+    screws = int(brake.mount.screws_across(width))
+    if build.screws not in (None, screws):
+        said = f"it states {screws}"
+        if brake.mount.screws is None:
+            said = f"it states none, and sheets {show(width, 'm')} wide get {screws}"
+        raise QuantityError.of(
+            "build.screws",
+            f"{build.screws} contradicts [mount], which decides: {said}; write "
+            f"screws = {build.screws} in [mount]",
+        )
     if build.kerf and build.cutter == "knife":
         refuse("kerf", "is given for a knife; the plotter's own offset counts, leave it at 0")
     if build.kerf and build.kerf >= hole:

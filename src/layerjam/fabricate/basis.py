@@ -16,7 +16,7 @@ BASIS: Mapping[str, str] = MappingProxyType(
         "gap": OURS,
         "tip_radius": "ours; no sharp corner under the enclosure",
         "clamp_radius": OURS,
-        "screws": "ours; the paper says 'corresponding screw'",
+        "screws": "",
         "floor": "ours; least printed thickness",
         "wall": "ours; least printed thickness",
         "cheek": OURS,
@@ -59,6 +59,9 @@ BASIS: Mapping[str, str] = MappingProxyType(
     }
 )
 """{key of [build]: what its default rests on}."""
+
+SCREWS = "ours, one for every 20 mm of width; the paper says 'corresponding screw'"
+"""What the number of screws rests on where nobody stated it."""
 
 DRAWN = (
     "the paper prints no dimension of cap, clamp, neck, enclosure's end or mould: all are ours",

@@ -10,7 +10,7 @@ from layerjam.device.gauge import unsold
 from layerjam.device.workshop import Build
 from layerjam.errors import Notice
 from layerjam.fabricate import checks as rules
-from layerjam.fabricate.basis import BASIS, DRAWN
+from layerjam.fabricate.basis import BASIS, DRAWN, SCREWS
 from layerjam.fabricate.choices import Choices
 from layerjam.fabricate.film import Film, film, pitch
 from layerjam.fabricate.lengths import Lengths, lengths
@@ -99,6 +99,8 @@ class Drawing:
             if value is None:
                 continue
             said.append(f"build.{name} = {spec.written(value)}: {BASIS[name]}")
+        if self.file.brake.mount.screws is None:
+            said.append(f"mount.screws = {self.lengths.screws}: {SCREWS}")
         return [*said, *DRAWN]
 
     def notices(self) -> list[Notice]:

@@ -177,7 +177,7 @@ def lengths(brake: Brake, build: Build) -> Lengths:
         thickness=mm(sheets.thickness),
         sheet_length=mm(sheets.length),
         hole=mm(brake.mount.screw_hole),
-        screws=build.screws or max(1, round(width / 20)),
+        screws=int(brake.mount.screws_across(sheets.width)),
         stack=stack,
         free=free,
         left=left,

@@ -39,12 +39,13 @@ def sheet_stress(force: Any, brake: Brake) -> Any:
 
 @law
 def clamp_stress(force: Any, brake: Brake) -> Any:
-    """Tensile stress [Pa] in the net section at the screw hole, same side; force [N].
+    """Tensile stress [Pa] in the net section at the screw holes, same side; force [N].
 
-    Shared as in `sheet_stress`.
+    Shared as in `sheet_stress`. The holes lie side by side, so the section lacks all of them.
     """
-    force = force * concentration(brake)
-    net = (brake.sheets.width - brake.mount.screw_hole) * brake.sheets.thickness
+    force, width = force * concentration(brake), brake.sheets.width
+    holes = brake.mount.screws_across(width) * brake.mount.screw_hole
+    net = (width - holes) * brake.sheets.thickness
     return force / (jnp.floor(brake.sheets.count / 2) * net)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,6 +13,7 @@ from nicegui import ui
 from nicegui.elements.scene.scene_object3d import Object3D
 
 from layerjam.device.brake import Brake
+from layerjam.fabricate.outline import clamp_holes
 from layerjam.report.style import BLUE, GREY, ORANGE
 from layerjam.units import show
 from layerjam.workbench.widgets import button, dressed, hint
@@ -102,10 +104,7 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
     for name, inner, side in (("cap left", start, -1), ("cap right", end, 1)):
         middle = inner + side * cap / 2
         boxes.append(_box(name, (middle, 0, 0), (cap, 1.25 * sheets.width, tall), GREY))
-        hole = max(brake.mount.screw_hole, 0.001)
-        boxes.append(
-            _box(f"screw {name}", (middle, 0, tall / 2), (hole, hole, 0.5 * hole), "#39424b")
-        )
+        boxes += _screws(name, middle, tall / 2, brake)
     room = (0.25 + 1.5 * (1 - share)) * thick
     around = (end - start, sheets.width + 2 * room, height + 2 * room)
     boxes.append(_box("enclosure", ((start + end) / 2, 0, 0), around, "#9fb4c4", 0.28))
@@ -134,6 +133,15 @@ def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float,
     size = (ends[1] - ends[0], sheets.width, thick)
     color = ORANGE if number % 2 else BLUE
     return _box(f"sheet {number}", (sum(ends) / 2, 0, z), size, color)
+
+
+def _screws(name: str, x: float, z: float, brake: Brake) -> Iterator[Box]:
+    """The screws of a cap, in the row in which the sheets have their holes."""
+    width, hole = brake.sheets.width, max(brake.mount.screw_hole, 0.001)
+    row = clamp_holes(0.0, width, int(brake.mount.screws_across(width)), hole)
+    for number, place in enumerate(row):
+        size = (hole, hole, 0.5 * hole)
+        yield _box(f"screw {number} {name}", (x, place.y, z), size, "#39424b")
 
 
 def _at(x: float, y: float, z: float) -> Point:
