@@ -69,7 +69,7 @@ def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
         text = f"{_mm(pitch)} of width a screw; a {what} of {thread.name} with its walls needs "
         text += _mm(need)
         if not ok:
-            text += ": fewer build.screws, wider sheets, or a smaller mount.screw_hole"
+            text += ": fewer screws (mount.screws), wider sheets, or a smaller mount.screw_hole"
         yield _must("C4", ok, text, pitch, need, f"{what}-width")
 
 
