@@ -1,0 +1,1 @@
+"""Real hardware and its virtual twin: firmware, line, gateway, driver."""

@@ -1,0 +1,72 @@
+"""Where a bench is: `serial:/dev/ttyACM0`, `tcp:host:5025`, `sim:choi2018?speed=10`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from layerjam.errors import QuantityError, UnknownNameError
+
+KINDS = {
+    "serial": "serial:/dev/ttyACM0",
+    "tcp": "tcp:127.0.0.1:5025",
+    "sim": "sim:choi2018",
+}
+"""Kind: an example."""
+OPTIONS = ("speed", "rest", "range", "noise", "at", "seed", "python")
+"""What follows the question mark of a `sim:` address."""
+
+
+@dataclass(frozen=True)
+class Address:
+    """A bench's address, read; `where` is a port, `host:port` or a vacuum line."""
+
+    kind: str
+    where: str
+    options: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether no hardware is behind it."""
+        return self.kind == "sim"
+
+    @property
+    def host_port(self) -> tuple[str, int]:
+        """Of a `tcp:` address."""
+        host, _, port = self.where.rpartition(":")
+        return host.strip("[]"), int(port)
+
+    def __str__(self) -> str:
+        more = "&".join(f"{name}={value}" for name, value in self.options.items())
+        return f"{self.kind}:{self.where}" + (f"?{more}" if more else "")
+
+
+def address_of(text: str | Address) -> Address:
+    """The address that a text states; QuantityError or UnknownNameError where it states none."""
+    if isinstance(text, Address):
+        return text
+    kind, colon, rest = text.partition(":")
+    if not colon or not rest:
+        shown = " or ".join(f"'{example}'" for example in KINDS.values())
+        raise QuantityError.of("address", f"'{text[:80]}' is none; write {shown}")
+    if kind not in KINDS:
+        raise UnknownNameError("kind of address", kind, KINDS, quantity="address")
+    where, options = rest, {}
+    if kind == "sim":
+        where, _, more = rest.partition("?")
+        for pair in more.split("&") if more else []:
+            name, equals, value = pair.partition("=")
+            if name not in OPTIONS:
+                raise UnknownNameError(
+                    "option of a virtual board", name, OPTIONS, quantity="address"
+                )
+            if not equals or not value or name in options:
+                raise QuantityError.of("address", f"'{pair[:80]}' is not one '{name}=value'")
+            options[name] = value
+    if kind == "tcp":
+        port = where.rpartition(":")[2]
+        if ":" not in where or not port.isdecimal() or not 1 <= int(port) <= 65535:
+            raise QuantityError.of(
+                "address", f"'{text[:80]}' has no port of 1 to 65535; write '{KINDS['tcp']}'"
+            )
+    return Address(kind, where, options)

@@ -1,0 +1,148 @@
+"""A board without a board: the firmware's own files in a folder, run by MicroPython or CPython.
+
+`firmware/` is no package: its files are flat on a board, and nothing of ours may import them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from layerjam.control import law
+from layerjam.control.settings import FAULTS
+from layerjam.errors import LayerjamError, MissingExtraError, QuantityError
+from layerjam.rig.address import Address, address_of
+from layerjam.rig.line import Line, Pipes, Serial
+from layerjam.rig.plant import PlantThread, VirtualPlant, behind
+
+HERE = Path(__file__).parent
+PATIENCE = 15.0
+"""Seconds that a board may take to start."""
+
+
+def parts() -> dict[str, str]:
+    """{file name: text} of everything that runs on a board, the law as `control/` has it."""
+    files = {
+        path.name: path.read_text("utf-8") for path in sorted((HERE / "firmware").glob("*.py"))
+    }
+    files["frame.py"] = (HERE / "frame.py").read_text("utf-8")
+    files["law.py"] = Path(law.__file__).read_text("utf-8")
+    whole = hashlib.sha256("".join(name + text for name, text in sorted(files.items())).encode())
+    names = {code: name for code, name in FAULTS.items() if code}
+    files["built.py"] = (
+        '"""Written where the firmware is put together."""\n\n'
+        f"LAW = {law_hash()!r}\nFIRMWARE = {whole.hexdigest()!r}\nFAULTS = {names!r}\n"
+    )
+    return files
+
+
+def law_hash() -> str:
+    """SHA-256 of the law's text; a board states the first eight digits of its own."""
+    return hashlib.sha256(Path(law.__file__).read_bytes()).hexdigest()
+
+
+def stage(folder: Path) -> None:
+    """Write the firmware into a folder, flat, as a board has it."""
+    for name, text in parts().items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+def interpreter(python: str = "") -> list[str]:
+    """The command that runs firmware: MicroPython where it is installed, else this Python.
+
+    `python` names one: "micropython" or "cpython".
+    """
+    beside = Path(sys.executable).parent / "micropython"
+    found = str(beside) if beside.exists() else shutil.which("micropython")
+    if python == "cpython" or (not python and found is None):
+        return [sys.executable, "-S", "-E", "-s", "-B"]
+    if found is None:
+        raise MissingExtraError("MicroPython", "bench")
+    return [found]
+
+
+class VirtualBoard:
+    """The firmware in a child process, its plant in a thread of this one, a line to it.
+
+    `name` is what runs it. Raises MissingExtraError where MicroPython is asked for and missing.
+    """
+
+    def __init__(self, address: Address) -> None:
+        made = behind(address)
+        python = address.options.get("python", "")
+        if python not in ("", "micropython", "cpython"):
+            raise QuantityError.of(
+                "address", f"python={python[:40]} is not 'micropython' or 'cpython'"
+            )
+        command = interpreter(python)
+        self.name = "MicroPython" if "micropython" in command[0] else "CPython"
+        self.plant = VirtualPlant(made)
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._folder = tempfile.TemporaryDirectory(prefix="layerjam-board-")
+        stage(Path(self._folder.name))
+        told, shown, heard, said = os.pipe(), os.pipe(), os.pipe(), os.pipe()
+        # the firmware reads what is there and goes on with its samples
+        os.set_blocking(heard[0], False)
+        words = [shown[0], told[1], made.speed, f"SIM-{made.name}"]
+        self._process = subprocess.Popen(
+            [*command, str(Path(self._folder.name) / "main.py"), *(str(word) for word in words)],
+            stdin=heard[0],
+            stdout=said[1],
+            stderr=subprocess.DEVNULL,
+            pass_fds=(shown[0], told[1]),
+            start_new_session=True,
+        )
+        for descriptor in (shown[0], told[1], heard[0], said[1]):
+            os.close(descriptor)
+        self._thread = PlantThread(self.plant, told[0], shown[1])
+        self._thread.start()
+        self._ends = (said[0], heard[1])
+        self.line = Line(Pipes(*self._ends, self.close), str(address))
+
+    @property
+    def pid(self) -> int:
+        """Of the child process."""
+        return self._process.pid
+
+    def close(self) -> None:
+        """End the board: its line closes, it puts its outputs to rest and goes."""
+        if self._folder is None:
+            return
+        for descriptor in self._ends:
+            os.close(descriptor)
+        try:
+            self._process.wait(2)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._thread.join(2)
+        self._folder.cleanup()
+        self._folder = None
+
+
+def connect(address: str | Address) -> tuple[Line, VirtualBoard | None]:
+    """The line that an address of a board names, its board started where it is a virtual one.
+
+    Raises LineError where nobody answers, FileError where the port cannot be had.
+    """
+    where = address_of(address)
+    if where.kind == "sim":
+        board = VirtualBoard(where)
+        line = board.line
+    elif where.kind == "serial":
+        board, line = None, Line(Serial(where.where), str(where))
+    else:
+        raise QuantityError.of(
+            "address", f"{where} is no board's own line; write 'serial:...' or 'sim:...'"
+        )
+    try:
+        line.greet(PATIENCE)
+    except LayerjamError:
+        line.close()
+        raise
+    return line, board

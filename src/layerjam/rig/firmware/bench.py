@@ -1,0 +1,319 @@
+"""The instrument: its states, its safe state, and what happens in one sample of 10 ms.
+
+The host is never trusted: silent for longer than its lease, and the outputs go to the safe state.
+"""
+
+import math
+import os
+import struct
+
+import law
+import status
+import store
+import ticks
+from built import FAULTS
+from ring import Ring
+from scpi import ScpiError
+
+SAFE, RUN, FAULT, DRIVE = 0, 1, 2, 3
+STATES = ("SAFE", "RUN", "FAULT", "DRIVE")
+RELEASE, HOLD = 1, 2
+OPEN, CLOSED = 1, 2
+SESSIONS = 16
+LEASE = 2.0
+"""Seconds that a silent host keeps its outputs on, unless it asks for others."""
+OVERRUN = 100000
+"""A sample so late [us] is a fault."""
+SUPPLY_SAMPLES = 3
+DAY = 8640000
+"""Samples after which a zero is old."""
+NEVER = 1 << 40
+VENTS, VENT_WINDOW = 3, 6000
+"""So many openings of the vent within so many samples at one target make the sensor doubtful."""
+STEPS = 100
+"""Samples a second."""
+SELF_TEST = (
+    (1.0, 1e-4, 1e-6, 0.0, 950.0, 0.0, 0.02, 0.0, 0.0, 0.0, 0.1, 10.0, 95000.0, 1.0, 1.0),
+    (
+        0.1, 95000.0, 1.0, 0.01, 1.0, -5000.0, 103000.0, 3.0, 1900.0, 0.2, 0.5, 4.0, 4750.0,
+        100.0, 1e15, 30.0, 950.0, 0.0, 1e13, 0.0, 0.0, 1.3, 950.0,
+    ),
+)  # fmt: skip
+TESTED, DIES = 45, 30
+"""Steps of the law's own check, few because a sample waits for it, and when its pump dies."""
+"""Settings that the law's own check runs on."""
+
+
+class Bench:
+    """One board: a HAL, the law with its state, settings, sessions and a ring of samples."""
+
+    def __init__(self, hal) -> None:
+        self.hal = hal
+        self.ring = Ring()
+        self.sessions = [status.Session(number) for number in range(SESSIONS)]
+        self.boot = struct.unpack("<I", os.urandom(4))[0]
+        self.cause = hal.reset_cause()
+        self.settings, trouble = store.load(hal)
+        self.trouble = trouble
+        self.operation = self.questionable = 0
+        self.owner = -1
+        self.lease, self.left = LEASE, 0
+        self.state, self.fault = SAFE, 0
+        self.target, self.state_of_law = 0.0, law.fresh()
+        self.pump, self.vent, self.sync = 0.0, 0, 0
+        self.reading, self.raw, self.warmth = math.nan, 0, 0
+        self.count = self.micros = 0
+        self.last = hal.ticks_us()
+        self.late = self.worst = self.slowest = 0
+        self.lateness = [0, 0, 0, 0, 0]
+        self.low_supply = 0
+        self.zero, self.zeroed = 0.0, NEVER
+        self.vented = 0
+        self.openings: list[int] = []
+        self.until = 0
+        self.reach = 0.0
+        self.learn()
+        self.rest()
+        for code in (trouble, 124 if self.cause == "WATCHDOG" else 0):
+            if code:
+                self.tell(code)
+
+    def tell(self, code: int, more: str = "") -> None:
+        """A device's own error, into every queue."""
+        for session in self.sessions:
+            session.push(code, more)
+
+    def learn(self) -> None:
+        """Work out what the law's own plant reaches: full pump and leak in balance [Pa]."""
+        self.reach = 0.0
+        if self.settings.law is None:
+            return
+        watch = self.settings.law[1]
+        rise, top, fall, leak = watch[:4]
+        lo, hi = 0.0, top
+        for _ in range(60):
+            half = 0.5 * (lo + hi)
+            gives = law.given(1.0, half, rise, top, fall, watch[18], watch[19], watch[20])
+            if gives > leak * half:
+                lo = half
+            else:
+                hi = half
+        self.reach = lo
+
+    def may(self, session, flags: str) -> None:
+        """Refuse what is locked by another or not for this state."""
+        if "L" in flags and self.owner >= 0 and self.owner != session.number:
+            raise ScpiError(-203, "locked by session %d" % self.owner)
+        if "S" in flags and self.state != SAFE:
+            raise ScpiError(-221, "only in SAFE, and this is " + STATES[self.state])
+
+    def renew(self, session) -> None:
+        """Somebody who may, talks: the lease begins anew."""
+        if self.owner < 0 or self.owner == session.number:
+            self.left = int(self.lease * 1e6)
+
+    def leave(self, number: int) -> None:
+        """A client is gone: its lock, its registers and its queue; outputs stay till the lease."""
+        if self.owner == number:
+            self.owner = -1
+        self.ring.leave(number)
+        fresh = status.Session(number)
+        fresh.standard = 0
+        fresh.operation.condition = self.operation
+        fresh.questionable.condition = self.questionable
+        self.sessions[number] = fresh
+
+    def set_output(self, pump: float, vent: int) -> None:
+        """Pump -1 to 1, vent 1 for open; what its rest state does not do, the valve is given."""
+        rest = self.settings.rest
+        self.pump, self.vent = pump, vent
+        self.hal.output(pump, 0 if rest == 0 or vent == (rest == OPEN) else 1)
+
+    def rest(self) -> None:
+        """The safe state: pump off, and the vent without power."""
+        self.set_output(0.0, 1 if self.settings.rest == OPEN else 0)
+
+    def trip(self, code: int) -> None:
+        """A fault: outputs safe at once, latched, and said to everybody."""
+        self.rest()
+        self.state, self.fault = FAULT, code
+        self.tell(code if code >= 100 else 100 + code)
+
+    def off(self) -> None:
+        """Outputs off; a latched fault stays."""
+        self.rest()
+        if self.state in (RUN, DRIVE):
+            self.state = SAFE
+
+    def why_not(self) -> str:
+        """What keeps the outputs from being switched on, "" where nothing does."""
+        made = self.settings
+        if self.state == FAULT:
+            return "a fault is latched; OUTP:PROT:CLE"
+        if not made.safe:
+            return "OUTP:SAFE is not declared"
+        if not made.rest:
+            return "OUTP:VENT:REST is not declared"
+        if (made.safe == RELEASE) != (made.rest == OPEN):
+            return "without power the vent does not go to the safe state"
+        if made.law is None:
+            return "no regulator; CONT:LAW"
+        if made.law[0][14] != (1.0 if made.safe == RELEASE else 0.0):
+            return "the regulator's safe state is another than OUTP:SAFE"
+        watch = made.law[1]
+        if not watch[5] <= self.reading < watch[6]:
+            return "the sensor shows no vacuum within its range"
+        if self.hal.estop():
+            return "the emergency stop is open"
+        if self.target > self.reach:
+            return "the target is beyond the regulator's reach"
+        return ""
+
+    def on(self) -> None:
+        """Let the law run, from a fresh state."""
+        if self.state == RUN:
+            return
+        why = self.why_not()
+        if why or self.state == DRIVE:
+            raise ScpiError(-221, why or "DIAG:DRIV is running")
+        self.hal.arm()
+        self.state_of_law = law.fresh()
+        self.openings = []
+        self.state = RUN
+
+    def drive(self, pump: float, vent: int, time: float) -> None:
+        """Outputs by hand for a while, for looking after the wiring."""
+        if not self.settings.rest:
+            raise ScpiError(-221, "OUTP:VENT:REST is not declared")
+        if self.hal.estop():
+            raise ScpiError(-221, "the emergency stop is open")
+        self.until = int(time * 1e6)
+        self.state = DRIVE
+        self.hal.arm()
+        self.set_output(pump, vent)
+
+    def tick(self, late: int) -> None:
+        """One sample: read, judge, command, remember; `late` is how late it is [us]."""
+        begun = self.hal.ticks_us()
+        self.hal.feed()
+        passed = ticks.diff(begun, self.last)
+        self.last = begun
+        self.micros = (self.micros + passed) & 0xFFFFFFFF
+        self.count += 1
+        self.left = max(self.left - passed, 0)
+        reading, self.raw, self.warmth, diagnostic = self.hal.sensor()
+        self.reading = (reading - self.settings.offset) * self.settings.gain
+        stopped = self.hal.estop()
+        self.low_supply = 0 if self.hal.supply() else self.low_supply + 1
+        if self.state == RUN:
+            self.regulate(late, stopped, diagnostic)
+        elif self.state == DRIVE:
+            self.until -= passed
+            if stopped or self.left == 0 or self.until <= 0 or self.low_supply >= SUPPLY_SAMPLES:
+                self.off()
+        self.watch_zero()
+        flags = self.vent | (2 if self.pump < 0 else 0) | self.sync << 2 | (8 if stopped else 0)
+        power = min(int(abs(self.pump) * 255 + 0.5), 255)
+        if self.ring.put(
+            self.micros, self.reading, self.target, self.raw, self.warmth, power, flags,
+            self.state, self.fault,
+        ) and self.ring.lost == 1:  # fmt: skip
+            self.tell(127)
+        self.conditions(late)
+        self.slowest = max(self.slowest, ticks.diff(self.hal.ticks_us(), begun))
+
+    def regulate(self, late: int, stopped: bool, diagnostic: int) -> None:
+        """What RUN does with a sample: faults first, then the law."""
+        if stopped:
+            self.trip(123)
+        elif self.low_supply >= SUPPLY_SAMPLES:
+            self.trip(122)
+        elif self.left == 0:
+            self.trip(120)
+        elif late > OVERRUN:
+            self.trip(121)
+        else:
+            was = self.vent
+            self.state_of_law, pump, vent, fault = law.step(
+                self.settings.law, self.state_of_law, self.reading, self.target
+            )
+            if fault:
+                self.trip(fault)
+                if diagnostic:
+                    self.tell(129)
+                return
+            self.set_output(pump, vent)
+            if vent and not was and self.target > 0.0:
+                self.openings = self.openings[1 - VENTS :] + [self.count]
+
+    def watch_zero(self) -> None:
+        """With the vent open for long enough, what the sensor shows is its zero."""
+        self.vented = self.vented + 1 if self.vent and self.pump == 0.0 else 0
+        self.zeroed = min(self.zeroed + 1, NEVER)
+        made = self.settings.law
+        if made is not None and self.vented > made[1][15] and self.reading == self.reading:
+            self.zero, self.zeroed = self.reading, 0
+
+    def conditions(self, late: int) -> None:
+        """The registers' conditions of this sample, and how late it was."""
+        place = 0 if late <= 100 else 1 if late <= 1000 else 2 if late <= 10000 else 3
+        self.lateness[place if late <= OVERRUN else 4] += 1
+        self.late += late > 1000
+        self.worst = max(self.worst, late)
+        now = status.VENT_OPEN if self.vent else 0
+        if self.state == RUN:
+            now |= status.OUTPUTS_ON
+            if not abs(self.target - self.reading) <= 0.01 * self.target:
+                now |= status.SETTLING
+            if self.left < self.lease * 250000:
+                now |= status.LEASE_SHORT
+        doubt = 0
+        if late > 1000:
+            doubt |= status.LATE
+        if self.low_supply:
+            doubt |= status.SUPPLY
+        if self.zeroed > DAY or not self.settings.sensor:
+            doubt |= status.ZERO_OLD
+        if self.state == FAULT:
+            doubt |= status.LATCHED
+        if self.state == RUN and self.state_of_law[1][1] > 0.0:
+            doubt |= status.DOUBTFUL
+        if len(self.openings) == VENTS and self.openings[-1] - self.openings[0] <= VENT_WINDOW:
+            doubt |= status.DOUBTFUL
+        if self.ring.lost:
+            doubt |= status.LOST
+        if self.cause == "WATCHDOG":
+            doubt |= status.BY_WATCHDOG
+        if now == self.operation and doubt == self.questionable:
+            return
+        self.operation, self.questionable = now, doubt
+        for session in self.sessions:
+            session.operation.follow(now)
+            session.questionable.follow(doubt)
+
+    def self_test(self) -> int:
+        """The sum of what is wrong: 1 sensor, 2 settings, 4 law, 8 supply, 16 e-stop, 32 flash."""
+        found = 0 if self.reading == self.reading else 1
+        found |= 32 if self.trouble == -314 else 2 if self.trouble else 0
+        found |= 0 if law_is_sound() else 4
+        found |= 8 if self.low_supply else 0
+        return found | (16 if self.hal.estop() else 0)
+
+    def fault_text(self) -> str:
+        """`5,"NO_VACUUM"`; `0,"HEALTHY"` where there is none."""
+        name = FAULTS.get(self.fault) or status.DEVICE.get(self.fault, "HEALTHY")
+        return '%d,"%s"' % (self.fault, name)
+
+
+def law_is_sound() -> bool:
+    """Whether the law, closed over a plant of its own, regulates and then names a dead pump."""
+    state, vacuum, code, pump, n = law.fresh(), 0.0, 0, 0.0, 0
+    for n in range(TESTED):
+        state, pump, _vent, code = law.step(SELF_TEST, state, vacuum, 60000.0)
+        if code:
+            break
+        gives = pump * 0.1 * (95000.0 - vacuum) if n < DIES else 0.0
+        vacuum += gives - 0.01 * vacuum
+        if n == DIES - 1 and abs(vacuum - 60000.0) > 600.0:
+            return False
+    return n >= DIES and code == law.NO_VACUUM and pump == 0.0

@@ -1,0 +1,190 @@
+"""A board of pipes under MicroPython's unix port: the line on stdin and stdout, a plant on two.
+
+The clock has 30 bits and starts five seconds before it wraps. It runs `speed` times as fast as the
+host's; 0: as fast as samples are computed. While the host does not run this process, or its plant,
+the clock stands still but for 60 ms: the virtual board's time is not the host's to lose.
+"""
+
+import select
+import struct
+import sys
+import time
+
+import ticks
+from scpi import ScpiError
+
+BEGIN = ticks.WRAP - 5000000
+LEAP = 60000
+"""Microseconds that the clock goes on at most between two looks at it."""
+SERVED = 20
+"""Samples between two looks at the line at speed 0."""
+PIECE = 4096
+ASKED, TOLD = 1, 0
+OUT = "<dIBBH"
+IN = "<dHhBBH"
+SIZE = 16
+ESTOP, SUPPLY_LOW, DIAGNOSTIC = 1, 2, 4
+
+
+class Hal:
+    """words: descriptors of the plant's answers and of what it is told, speed, serial, rest."""
+
+    collects = True
+
+    def __init__(self, words: list, reset) -> None:
+        self.plant_in, self.plant_out, speed, self.serial = words[:4]
+        self.speed = float(speed)
+        self.reset_error = reset
+        self.cause = "POWER_ON"
+        self.collected = 0
+        self.slots: list = [None, None]
+        self.saved: int | None = None
+        self.now, self.part = BEGIN, 0.0
+        self.waits = 0
+        self.estop_open = self.supply_low = False
+        self.pump, self.power = 0.0, 0
+        self.open()
+        self.seen = self.host_us()
+
+    def open(self) -> None:
+        """Take hold of the four pipes."""
+        self.line_in, self.line_out = open(0, "rb"), open(1, "wb")
+        self.plant_in = open(int(self.plant_in), "rb")
+        self.plant_out = open(int(self.plant_out), "wb")
+        self.reading = select.poll()
+        self.reading.register(self.line_in, select.POLLIN)
+        self.writing = select.poll()
+        self.writing.register(self.line_out, select.POLLOUT)
+        self.both = select.poll()
+        self.both.register(self.line_in, select.POLLIN)
+        self.both.register(self.line_out, select.POLLOUT)
+
+    def host_us(self) -> int:
+        """The host's clock [us]."""
+        return time.ticks_us()
+
+    def readable(self, us: int, sending: bool) -> bool:
+        """Whether bytes came within so many microseconds; ends early where some may be sent."""
+        for file, event in (self.both if sending else self.reading).poll(us // 1000):
+            if file is self.line_in and event:
+                return True
+        if us < 1000 and not sending:
+            time.sleep_us(us)
+        return False
+
+    def read_line(self) -> bytes:
+        """What the line has; the host made it non-blocking."""
+        return self.line_in.read(1024)
+
+    def send(self, data: bytes) -> int:
+        """Give the line as much as it takes at once; how many bytes."""
+        if not self.writing.poll(0):
+            return 0
+        return self.line_out.write(data[:PIECE]) or 0
+
+    def read_plant(self) -> bytes:
+        """The plant's answer, whole."""
+        return self.plant_in.read(SIZE)
+
+    def write_plant(self, data: bytes) -> None:
+        """Tell the plant."""
+        self.plant_out.write(data)
+
+    def ticks_us(self) -> int:
+        """The board's clock [us], in 30 bits."""
+        if self.speed > 0.0:
+            host = self.host_us()
+            passed = (host - self.seen) * self.speed + self.part
+            self.seen = host
+            whole = int(passed)
+            self.part = passed - whole
+            self.now = ticks.add(self.now, min(whole, LEAP))
+        return self.now
+
+    def wait(self, due: int, reading: bool, sending: bool) -> bytes:
+        """Bytes of the line, or none where the time has come or something may be sent."""
+        if self.speed == 0.0:
+            self.waits += 1
+            if self.waits >= SERVED or sending:
+                self.waits = 0
+                if reading and self.readable(0, False):
+                    return self.received()
+            self.now = due
+            return b""
+        left = ticks.diff(due, self.ticks_us())
+        if left <= 0 or not reading:
+            left = 0
+        if self.readable(int(left / self.speed), sending) and reading:
+            return self.received()
+        return b""
+
+    def received(self) -> bytes:
+        """What can be read; an end of the line ends the board."""
+        data = self.read_line()
+        if data == b"":
+            raise EOFError
+        return data or b""
+
+    def tell(self, kind: int) -> None:
+        """Time and outputs, to the plant."""
+        self.write_plant(struct.pack(OUT, self.pump, self.ticks_us(), self.power, kind, 0))
+
+    def sensor(self) -> tuple:
+        """(vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
+        self.tell(ASKED)
+        data = self.read_plant()
+        if data is None or len(data) != SIZE:
+            raise EOFError
+        vacuum, raw, warmth, flags, _, _ = struct.unpack(IN, data)
+        self.estop_open = bool(flags & ESTOP)
+        self.supply_low = bool(flags & SUPPLY_LOW)
+        return vacuum, raw, warmth, flags & DIAGNOSTIC
+
+    def output(self, pump: float, power: int) -> None:
+        """Pump -1 to 1; whether the vent valve is given power."""
+        if pump != self.pump or power != self.power:
+            self.pump, self.power = pump, power
+            self.tell(TOLD)
+
+    def estop(self) -> bool:
+        """Whether the emergency stop is open, at the last sample."""
+        return self.estop_open
+
+    def supply(self) -> bool:
+        """Whether the supply is as it should be, at the last sample."""
+        return not self.supply_low
+
+    def arm(self) -> None:
+        """No watchdog: a process that hangs is not what the virtual board is for."""
+
+    def feed(self) -> None:
+        """No watchdog."""
+
+    def load(self, slot: int):
+        """The settings in a slot, None where there are none; they last as long as the process."""
+        return self.slots[slot]
+
+    def save(self, slot: int, data: bytes) -> None:
+        """Keep settings in a slot."""
+        self.slots[slot] = data
+        self.saved = self.host_us()
+
+    def since_save(self) -> int:
+        """Microseconds of the host's time since settings were kept."""
+        return 1 << 40 if self.saved is None else self.host_us() - self.saved
+
+    def identity(self) -> tuple:
+        """(model, serial)."""
+        return "virtual bench", self.serial
+
+    def reset_cause(self) -> str:
+        """POWER_ON, SOFT or WATCHDOG."""
+        return self.cause
+
+    def reset(self) -> None:
+        """Start anew."""
+        raise self.reset_error
+
+    def maintenance(self) -> None:
+        """There is no prompt behind a virtual board."""
+        raise ScpiError(-241, "a virtual board has no prompt " + sys.platform)

@@ -1,0 +1,65 @@
+"""The board's loop: a sample every 10 ms by absolute deadlines, the line in between."""
+
+import gc
+import sys
+
+import ticks
+from bench import Bench
+from port import Port
+
+COLLECT = 50
+"""Samples between two collections of garbage."""
+
+
+class Reset(Exception):
+    """The board starts anew."""
+
+
+def loop(hal) -> None:
+    """Serve until the line closes (EOFError) or a reset is asked for (Reset)."""
+    bench = Bench(hal)
+    port = Port(bench)
+    due = hal.ticks_us()
+    while True:
+        late = ticks.diff(hal.ticks_us(), due)
+        if late >= 0:
+            bench.tick(late)
+            if hal.collects and bench.count % COLLECT == 0:
+                begun = hal.ticks_us()
+                gc.collect()
+                hal.collected = max(hal.collected, ticks.diff(hal.ticks_us(), begun))
+            due = ticks.add(due, ticks.PERIOD)
+            if late > 10 * ticks.PERIOD:
+                due = ticks.add(hal.ticks_us(), ticks.PERIOD)
+        data = hal.wait(due, not port.full(), bool(port.outbox))
+        if data:
+            port.feed(data)
+        if port.outbox:
+            port.outbox = port.outbox[hal.send(port.outbox) :]
+
+
+def hal_of(words: list):
+    """The HAL of the machine that this runs on."""
+    if sys.implementation.name == "micropython":
+        import hal_pipe
+
+        return hal_pipe.Hal(words, Reset)
+    import hal_cpython
+
+    return hal_cpython.Hal(words, Reset)
+
+
+def main(words: list) -> None:
+    """Run until the line closes; a reset builds everything anew."""
+    hal = hal_of(words)
+    while True:
+        try:
+            loop(hal)
+        except Reset:
+            hal.cause = "SOFT"
+        except EOFError:
+            return
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,119 @@
+"""The board's end of the line: plain SCPI for whoever types, frames for gateway and driver."""
+
+import frame
+import scpi
+
+from commands import tree
+
+LONGEST = 1024
+"""Bytes of a line at most."""
+PLAIN = 0
+"""Session of those who type without frames."""
+QUIET = 200
+"""Samples after a frame in which a plain line is a torn frame's rest, not a command."""
+FULL = 4096
+"""Bytes waiting to be sent at which nothing more is read."""
+CORRUPT, CORRUPT_WINDOW = 10, 1000
+"""So many bad frames within so many samples are an error."""
+
+
+class Port:
+    """Lines in, answers out; nothing is executed twice."""
+
+    def __init__(self, bench) -> None:
+        self.bench = bench
+        self.root = tree()
+        self.inbox = bytearray()
+        self.outbox = b""
+        self.skipping = False
+        self.done: dict[int, tuple[int, bytes, bytes]] = {}
+        self.framed = -QUIET
+        self.bad: list[int] = []
+
+    def full(self) -> bool:
+        """Whether so much waits to be sent that nothing more should be read."""
+        return len(self.outbox) >= FULL
+
+    def feed(self, data: bytes) -> None:
+        """Take bytes from the line and answer every line that is whole."""
+        inbox = self.inbox
+        inbox.extend(data)
+        begin = 0
+        while True:
+            end = inbox.find(b"\n", begin)
+            if end < 0:
+                break
+            line = bytes(inbox[begin:end])
+            begin = end + 1
+            if self.skipping:
+                self.skipping = False
+                continue
+            self.line(line)
+        if begin:
+            self.inbox = inbox = bytearray(inbox[begin:])
+        if len(inbox) > LONGEST + frame.HEAD + 1:
+            if not self.skipping:
+                self.too_long(inbox[0] == 64)
+            self.skipping = True
+            self.inbox = bytearray()
+
+    def line(self, line: bytes) -> None:
+        """One line without its LF."""
+        if line[:1] == b"@":
+            found = frame.unpack(line + b"\n")
+            if found is None:
+                self.spoilt()
+            else:
+                self.framed = self.bench.count
+                self.frame(*found)
+        elif self.bench.count - self.framed < QUIET:
+            self.spoilt()
+        elif len(line) > LONGEST:
+            self.too_long(False)
+        else:
+            answer = self.execute(line[:-1] if line[-1:] == b"\r" else line, PLAIN)
+            if answer:
+                self.outbox += answer + b"\n"
+
+    def frame(self, number: int, count: int, payload: bytes) -> None:
+        """One frame: what was executed last is answered from store."""
+        before = self.done.get(number)
+        if before is not None and before[0] == count and before[1] == payload:
+            self.outbox += before[2]
+            return
+        if payload:
+            answer = self.execute(payload, number)
+        else:
+            answer = b""
+            self.bench.leave(number)
+        packed = frame.pack(number, count, answer)
+        self.done[number] = (count, payload, packed)
+        self.outbox += packed
+
+    def execute(self, line: bytes, number: int) -> bytes:
+        """The answer of one line, its error in the session's queue."""
+        session = self.bench.sessions[number]
+        if len(line) > LONGEST:
+            session.push(-363, "a line has at most %d bytes" % LONGEST)
+            return b""
+        answer, error = scpi.run(self.root, line, self.bench, session)
+        if error is None:
+            self.bench.renew(session)
+        else:
+            session.push(error.code, error.more)
+        return answer
+
+    def too_long(self, framed: bool) -> None:
+        """A line without end is thrown away up to its LF."""
+        if framed:
+            self.spoilt()
+        else:
+            self.bench.sessions[PLAIN].push(-363, "a line has at most %d bytes" % LONGEST)
+
+    def spoilt(self) -> None:
+        """A frame that is not intact is not answered; ten of them in ten seconds are said."""
+        now = self.bench.count
+        self.bad = self.bad[1 - CORRUPT :] + [now]
+        if len(self.bad) == CORRUPT and now - self.bad[0] <= CORRUPT_WINDOW:
+            self.bench.tell(126)
+            self.bad = []

@@ -1,0 +1,311 @@
+"""SCPI: a tree of headers, what their parameters may be, and the reading of one line.
+
+Names stand in the tree's nodes; what is done stands beside them, outside the name space of the
+mnemonics. Errors carry the standard's numbers. After an error the rest of a line is dropped.
+"""
+
+DIGITS = "0123456789"
+HEADER = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_:*"
+SPACE = " \t"
+SUFFIXES = {
+    "Pa": {
+        "PA": 1.0, "PAL": 1.0, "HPA": 1e2, "HPAL": 1e2, "KPA": 1e3, "KPAL": 1e3, "MBAR": 1e2,
+        "BAR": 1e5,
+    },
+    "s": {"S": 1.0, "MS": 1e-3, "US": 1e-6},
+    "Hz": {"HZ": 1.0, "KHZ": 1e3},
+    "g": {"G": 1.0},
+}  # fmt: skip
+"""Unit: suffix in capitals: factor."""
+TEXTS = {
+    0: "No error",
+    -101: "Invalid character",
+    -104: "Data type error",
+    -108: "Parameter not allowed",
+    -109: "Missing parameter",
+    -113: "Undefined header",
+    -131: "Invalid suffix",
+    -138: "Suffix not allowed",
+    -151: "Invalid string data",
+    -203: "Command protected",
+    -211: "Trigger ignored",
+    -221: "Settings conflict",
+    -222: "Data out of range",
+    -224: "Illegal parameter value",
+    -230: "Data corrupt or stale",
+    -241: "Hardware missing",
+    -311: "Memory error",
+    -314: "Save/recall memory lost",
+    -350: "Queue overflow",
+    -363: "Input buffer overrun",
+}
+
+
+class ScpiError(Exception):
+    """A line that is refused: (number, what is more to say)."""
+
+    def __init__(self, code: int, more: str = "") -> None:
+        super().__init__(code, more)
+        self.code = code
+        self.more = more
+
+
+class Node:
+    """One mnemonic's place in the tree: what may follow it, and what it does itself."""
+
+    def __init__(self) -> None:
+        self.below: dict[str, Node] = {}
+        self.command = None
+        self.query = None
+
+
+class Rule:
+    """What a header does: `do(bench, session, *values)`, its parameters, where it is allowed."""
+
+    def __init__(self, do, params: tuple = (), least: int = -1, flags: str = "") -> None:
+        self.do = do
+        self.params = params
+        self.least = len(params) if least < 0 else least
+        self.flags = flags
+
+
+def numeral(text: str) -> int:
+    """Length of the decimal number that a text begins with, 0 where there is none."""
+    size, at, digits = len(text), 0, 0
+    if at < size and text[at] in "+-":
+        at += 1
+    while at < size and text[at] in DIGITS:
+        at, digits = at + 1, digits + 1
+    if at < size and text[at] == ".":
+        at += 1
+        while at < size and text[at] in DIGITS:
+            at, digits = at + 1, digits + 1
+    if not digits:
+        return 0
+    if at < size and text[at] in "eE":
+        end = at + 1
+        if end < size and text[end] in "+-":
+            end += 1
+        first = end
+        while end < size and text[end] in DIGITS:
+            end += 1
+        if end > first:
+            at = end
+    return at
+
+
+def limit(value, bench) -> float:
+    """A bound, which may be a function of the bench."""
+    return value(bench) if callable(value) else value
+
+
+class Number:
+    """A number from `lo` to `hi` in `unit` ("" takes no suffix); MIN, MAX and DEF stand for it."""
+
+    def __init__(self, name: str, unit: str, lo, hi, default=None, whole: int = 0) -> None:
+        self.name, self.unit, self.lo, self.hi = name, unit, lo, hi
+        self.default, self.whole = default, whole
+
+    def named(self, word: str, bench) -> object:
+        """The bound that MIN, MAX or DEF stands for, None for another word."""
+        if word in ("MIN", "MINIMUM"):
+            return limit(self.lo, bench)
+        if word in ("MAX", "MAXIMUM"):
+            return limit(self.hi, bench)
+        if word in ("DEF", "DEFAULT") and self.default is not None:
+            return limit(self.default, bench)
+        return None
+
+    def read(self, text: str, bench) -> object:
+        """The value in SI units."""
+        named = self.named(text.upper(), bench)
+        if named is not None:
+            return named
+        end = numeral(text)
+        if not end:
+            raise ScpiError(-104, self.name + " is a number")
+        suffix, value = text[end:].strip().upper(), float(text[:end])
+        if suffix:
+            if not self.unit:
+                raise ScpiError(-138, self.name + " takes no unit")
+            factor = SUFFIXES[self.unit].get(suffix)
+            if factor is None:
+                raise ScpiError(-131, self.name + " is in " + self.unit)
+            value *= factor
+        lo, hi = limit(self.lo, bench), limit(self.hi, bench)
+        if not lo <= value <= hi:
+            raise ScpiError(-222, "%s is %.9g to %.9g %s" % (self.name, lo, hi, self.unit))
+        return int(value + 0.5 if value >= 0 else value - 0.5) if self.whole else value
+
+
+class Choice:
+    """One of some words, long or short (`RELease`), as its place in the list; `ON|OFF` also 1|0."""
+
+    def __init__(self, name: str, words: str) -> None:
+        self.name = name
+        self.words = words.split("|")
+        self.known: dict[str, int] = {}
+        for place, word in enumerate(self.words):
+            self.known[short(word)] = self.known[word.upper()] = place
+        if words == "OFF|ON":
+            self.known["0"], self.known["1"] = 0, 1
+
+    def read(self, text: str, bench) -> object:
+        """The place of the word."""
+        place = self.known.get(text.upper())
+        if place is None:
+            number = text[:1] in "\"'+-.(#" or (text[:1] in DIGITS and "0" not in self.known)
+            raise ScpiError(-104 if number else -224, self.name + " is " + "|".join(self.words))
+        return place
+
+
+class Text:
+    """A quoted string of at most so many characters."""
+
+    def __init__(self, name: str, most: int) -> None:
+        self.name, self.most = name, most
+
+    def read(self, text: str, bench) -> object:
+        """What stands between the quotes, a doubled quote once."""
+        if text[:1] not in ("'", '"'):
+            raise ScpiError(-104, self.name + " is a quoted string")
+        if len(text) < 2 or text[-1] != text[0]:
+            raise ScpiError(-151, self.name)
+        inner = text[1:-1].replace(text[0] * 2, text[0])
+        if len(inner) > self.most:
+            raise ScpiError(-222, "%s has at most %d characters" % (self.name, self.most))
+        return inner
+
+
+def short(word: str) -> str:
+    """The short form of a mnemonic: its capitals."""
+    return "".join(letter for letter in word if not "a" <= letter <= "z")
+
+
+def grow(root: Node, header: str, command, query) -> None:
+    """Put a header such as `[SOURce]:VACuum[:LEVel]` into the tree, every way it may be written."""
+    nodes = [root]
+    for piece in header.replace("[:", ":[").split(":"):
+        word = piece.strip("[]")
+        reached = []
+        for node in nodes:
+            child = node.below.get(short(word)) or Node()
+            node.below[short(word)] = node.below[word.upper()] = child
+            reached.append(child)
+        nodes = nodes + reached if piece[0] == "[" else reached
+    for node in nodes:
+        node.command, node.query = command or node.command, query or node.query
+
+
+def unit_end(line: str, at: int) -> int:
+    """Where the unit that begins at `at` ends: at a `;` outside of quotes, or the line's end."""
+    quote = ""
+    for place in range(at, len(line)):
+        letter = line[place]
+        if quote:
+            quote = "" if letter == quote else quote
+        elif letter in "\"'":
+            quote = letter
+        elif letter == ";":
+            return place
+    if quote:
+        raise ScpiError(-151, "a quote is not closed")
+    return len(line)
+
+
+def arguments(text: str) -> list:
+    """What stands between the commas outside of quotes."""
+    if not text:
+        return []
+    out, quote, begin = [], "", 0
+    for place in range(len(text)):
+        letter = text[place]
+        if quote:
+            quote = "" if letter == quote else quote
+        elif letter in "\"'":
+            quote = letter
+        elif letter == ",":
+            out.append(text[begin:place].strip(SPACE))
+            begin = place + 1
+    out.append(text[begin:].strip(SPACE))
+    if "" in out:
+        raise ScpiError(-109)
+    return out
+
+
+def header_of(unit: str) -> tuple:
+    """(header, whether it is a query, what follows) of one unit."""
+    at = 0
+    while at < len(unit) and unit[at] in HEADER:
+        at += 1
+    head, query = unit[:at], unit[at : at + 1] == "?"
+    if query:
+        at += 1
+    if not head or (at < len(unit) and unit[at] not in SPACE) or "*" in head[1:]:
+        raise ScpiError(-101, head)
+    return head, query, unit[at:].strip(SPACE)
+
+
+def found(root: Node, path: Node, head: str) -> tuple:
+    """(node, node above it) that a header names, from the root or along the path."""
+    if head[0] == "*":
+        if ":" in head:
+            raise ScpiError(-101, head)
+        node = root.below.get(head.upper())
+        if node is None:
+            raise ScpiError(-113, head)
+        return node, path
+    words = head.upper().split(":")
+    node = path
+    if not words[0]:
+        node = root
+        words = words[1:]
+    above = node
+    for word in words:
+        if not word:
+            raise ScpiError(-101, head)
+        above, node = node, node.below.get(word)
+        if node is None:
+            raise ScpiError(-113, head)
+    return node, above
+
+
+def values(rule: Rule, given: list, bench) -> list:
+    """The parameters read, as many as are allowed."""
+    if len(given) > len(rule.params):
+        raise ScpiError(-108)
+    if len(given) < rule.least:
+        raise ScpiError(-109, rule.params[len(given)].name)
+    return [param.read(text, bench) for param, text in zip(rule.params, given)]
+
+
+def run(root: Node, line: bytes, bench, session) -> tuple:
+    """(answer, error or None) of one line; the answer is that of the units before the error."""
+    out: list[bytes] = []
+    try:
+        for byte in line:
+            if not 32 <= byte < 127 and byte != 9:
+                raise ScpiError(-101, "byte %d" % byte)
+        text = str(line, "ascii")
+        path, at, size = root, 0, len(text)
+        while at <= size:
+            end = unit_end(text, at)
+            unit = text[at:end].strip(SPACE)
+            at = end + 1
+            if not unit:
+                continue
+            head, query, rest = header_of(unit)
+            node, path = found(root, path, head)
+            rule = node.query if query else node.command
+            if rule is None:
+                raise ScpiError(-113, head)
+            bench.may(session, rule.flags)
+            given = values(rule, arguments(rest), bench)
+            answer = rule.do(bench, session, *given)
+            if answer is not None:
+                out.append(answer if isinstance(answer, bytes) else str(answer).encode())
+    except ScpiError as error:
+        return b";".join(out), error
+    except MemoryError:
+        return b"", ScpiError(-311)
+    return b";".join(out), None

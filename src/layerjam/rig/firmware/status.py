@@ -1,0 +1,101 @@
+"""One client's registers and error queue (IEEE 488.2, SCPI-99 volume 1, chapter 20)."""
+
+from scpi import TEXTS
+
+DEEP = 16
+"""Errors that a queue holds; the last becomes "queue overflow"."""
+DEVICE = {
+    120: "LEASE_EXPIRED",
+    121: "TICK_OVERRUN",
+    122: "SUPPLY_LOW",
+    123: "EMERGENCY_STOP",
+    124: "WATCHDOG_RESET",
+    125: "SETTINGS_OLD_SLOT",
+    126: "LINE_CORRUPT",
+    127: "RING_OVERRUN",
+    128: "SENSORS_DISAGREE",
+    129: "SENSOR_DIAGNOSTIC",
+}
+SETTLING, CAPTURES, AWAITS, OUTPUTS_ON = 2, 16, 32, 256
+VENT_OPEN, LEASE_SHORT, MAINTENANCE = 512, 1024, 16384
+"""Bits of the operation register."""
+LATE, SUPPLY, ZERO_OLD, LATCHED = 4, 8, 256, 512
+DOUBTFUL, LOST, BY_WATCHDOG = 1024, 2048, 4096
+"""Bits of the questionable register."""
+COMPLETE, QUERY, DEVICE_ERROR, EXECUTION, COMMAND, POWER_ON = 1, 4, 8, 16, 32, 128
+"""Bits of the standard event register."""
+
+
+class Register:
+    """Condition, event and enable; the event remembers every rise of a condition."""
+
+    def __init__(self) -> None:
+        self.condition = 0
+        self.event = 0
+        self.enable = 0
+
+    def follow(self, condition: int) -> None:
+        """Take over the bench's condition."""
+        self.event |= condition & ~self.condition
+        self.condition = condition
+
+    def taken(self) -> int:
+        """The event, which reading clears."""
+        event, self.event = self.event, 0
+        return event
+
+
+class Session:
+    """What one client sees of the instrument's state."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        self.operation = Register()
+        self.questionable = Register()
+        self.standard = POWER_ON
+        self.standard_enable = 0
+        self.service_enable = 0
+        self.errors: list[tuple[int, str]] = []
+
+    def push(self, code: int, more: str = "") -> None:
+        """One more error; its class shows in the standard event register."""
+        if code > 0 or -399 <= code <= -300:
+            self.standard |= DEVICE_ERROR
+        elif -299 <= code <= -200:
+            self.standard |= EXECUTION
+        elif -199 <= code <= -100:
+            self.standard |= COMMAND
+        if len(self.errors) >= DEEP:
+            self.errors[-1] = (-350, "")
+        else:
+            self.errors.append((code, more))
+
+    def next(self, names: dict) -> str:
+        """The oldest error, `0,"No error"` where there is none."""
+        return described(*self.errors.pop(0), names) if self.errors else described(0, "", names)
+
+    def byte(self) -> int:
+        """The status byte; bit 6 sums up what `*SRE` lets through."""
+        byte = 4 if self.errors else 0
+        if self.questionable.event & self.questionable.enable:
+            byte |= 8
+        if self.standard & self.standard_enable:
+            byte |= 32
+        if self.operation.event & self.operation.enable:
+            byte |= 128
+        return byte | 64 if byte & self.service_enable & ~64 else byte
+
+    def clear(self) -> None:
+        """`*CLS`: events and the queue; enables stay."""
+        self.standard = 0
+        self.operation.event = self.questionable.event = 0
+        self.errors = []
+
+
+def described(code: int, more: str, names: dict) -> str:
+    """An error as SCPI prints it; `names` are those of the law's faults."""
+    text = names.get(code - 100) or DEVICE.get(code) if code > 0 else TEXTS.get(code)
+    text = text or "Error"
+    if more:
+        text += ";" + more.replace('"', "'")
+    return '%d,"%s"' % (code, text[:240])

@@ -1,0 +1,104 @@
+"""Settings that survive a power cut: two files in turn, a counter and a checksum in each."""
+
+import binascii
+import math
+import struct
+
+LAW = 38
+"""Doubles of the control law's settings: 15 of the regulator, 23 of its watch."""
+REGULATOR = 15
+MAGIC = b"LJ01"
+FIXED = "<4sIBBddB"
+FAR = 1e16
+LIMITS = (
+    (0, 2), (0, 1e3), (0, 1e3), (0, 1e5), (1e-9, 1.2e5), (-1, 0), (1e-6, 1), (0, 1e9), (0, 1e9),
+    (0, 1e9), (0, 1e12), (0, 1e12), (10, 1.2e5), (0, 1), (0, 1),
+    (1e-12, 1e6), (1, 1e6), (0, 1e3), (0, 1e3), (1e-12, 1), (-1e6, 0), (1e-3, 1e9), (1, 1e6),
+    (1e-9, 1e6), (0, 1), (0, 1), (1, 1e3), (1e-9, 1e6), (0, 1e9), (1, FAR), (0, 1e9),
+    (1e-9, 1e5), (0, 1e9), (-FAR, FAR), (-FAR, FAR), (-FAR, FAR), (0, 1e3), (1e-12, 1e7),
+)  # fmt: skip
+"""Least and greatest of each number of the law's settings, in their order."""
+WHOLE = (0, 5, 14)
+"""Those that are a kind or a yes and no."""
+
+
+class Settings:
+    """What is declared about a board; nothing has a default that could be wrong."""
+
+    def __init__(self) -> None:
+        self.safe = 0
+        """1 release, 2 hold, 0 not declared."""
+        self.rest = 0
+        """Vent without power: 1 open, 2 closed, 0 not declared."""
+        self.law = None
+        self.offset = 0.0
+        self.gain = 1.0
+        self.sensor = ""
+        """Name of the sensor's calibration."""
+        self.generation = 0
+
+    def packed(self) -> bytes:
+        """The settings as one file."""
+        name = self.sensor.encode()
+        law = b"" if self.law is None else flat(self.law)
+        body = struct.pack(
+            FIXED, MAGIC, self.generation, self.safe, self.rest, self.offset, self.gain, len(name)
+        )  # fmt: skip
+        body += name + law
+        return body + struct.pack("<I", binascii.crc32(body))
+
+
+def flat(law: tuple) -> bytes:
+    """The law's settings as little-endian doubles."""
+    return struct.pack("<%dd" % LAW, *law[0], *law[1])
+
+
+def law_of(raw: bytes) -> tuple:
+    """(law's settings, "") from their doubles, or (None, which cannot be and what could)."""
+    numbers = struct.unpack("<%dd" % LAW, raw)
+    for place, value in enumerate(numbers):
+        lo, hi = LIMITS[place]
+        if not lo <= value <= hi or math.isnan(value):
+            return None, "number %d of the law is %g to %g" % (place, lo, hi)
+        if place in WHOLE and value != int(value):
+            return None, "number %d of the law is whole" % place
+    return (tuple(numbers[:REGULATOR]), tuple(numbers[REGULATOR:])), ""
+
+
+def unpacked(raw: bytes) -> "Settings | None":
+    """The settings of one file, None where it is not whole."""
+    size = struct.calcsize(FIXED)
+    if raw is None or len(raw) < size + 4 or raw[:4] != MAGIC:
+        return None
+    body, (check,) = raw[:-4], struct.unpack("<I", raw[-4:])
+    if check != binascii.crc32(body):
+        return None
+    made = Settings()
+    _, made.generation, made.safe, made.rest, made.offset, made.gain, name = struct.unpack(
+        FIXED, body[:size]
+    )
+    made.sensor = str(body[size : size + name], "ascii")
+    law, wrong = body[size + name :], ""
+    if law:
+        made.law, wrong = law_of(law) if len(law) == 8 * LAW else (None, "its length")
+    return None if wrong else made
+
+
+def load(hal) -> tuple:
+    """(settings, error or 0): the newer of two slots; -314 where none of what is there is whole."""
+    raw = [hal.load(0), hal.load(1)]
+    good = [made for made in [unpacked(one) for one in raw if one is not None] if made]
+    if not good:
+        return Settings(), -314 if raw != [None, None] else 0
+    newest = good[0]
+    for made in good[1:]:
+        if made.generation > newest.generation:
+            newest = made
+    torn = sum(1 for one in raw if one is not None) > len(good)
+    return newest, 125 if torn else 0
+
+
+def save(hal, settings: Settings) -> None:
+    """Write the slot that does not hold the newest."""
+    settings.generation += 1
+    hal.save(settings.generation % 2, settings.packed())

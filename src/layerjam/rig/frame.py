@@ -1,0 +1,68 @@
+"""Frames on a serial line: session, number, payload and checksum; also the board's own file.
+
+    @ S NN LLLL CCCCCCCC <space> payload LF
+
+without the spaces but the one shown: S session, NN number, L length of the payload, C the CRC-32 of
+"SNNLLLL" and the payload, all in upper-case hexadecimal. One frame in, exactly one frame out with
+the same S and NN. An empty payload to the board ends the session.
+"""
+
+import binascii
+
+HEAD = 17
+"""Bytes before the payload."""
+LONGEST = 0xFFFF
+_HEX = b"0123456789ABCDEF"
+
+
+def pack(session: int, number: int, payload: bytes) -> bytes:
+    """The frame of a payload of at most 65,535 bytes; session 0 to 15, number 0 to 255."""
+    head = b"%X%02X%04X" % (session, number, len(payload))
+    check = binascii.crc32(payload, binascii.crc32(head))
+    return b"@" + head + b"%08X " % check + payload + b"\n"
+
+
+def length_of(head: bytes) -> int:
+    """Length of the payload that a frame's first 17 bytes announce, -1 where they are none."""
+    if len(head) != HEAD or head[0] != 64 or head[16] != 32:
+        return -1
+    for byte in head[1:16]:
+        if byte not in _HEX:
+            return -1
+    return int(head[4:8], 16)
+
+
+def unpack(frame: bytes) -> "tuple[int, int, bytes] | None":
+    """(session, number, payload) of one whole frame with its LF, None where it is not intact."""
+    size = length_of(frame[:HEAD])
+    if size < 0 or len(frame) != HEAD + size + 1 or frame[-1] != 10:
+        return None
+    payload = bytes(frame[HEAD:-1])
+    check = binascii.crc32(payload, binascii.crc32(bytes(frame[1:8])))
+    if check != int(frame[8:16], 16):
+        return None
+    return int(frame[1:2], 16), int(frame[2:4], 16), payload
+
+
+def first(buffer: bytes) -> "tuple[tuple[int, int, bytes] | None, int]":
+    """(first intact frame or None, bytes of the buffer that are done with).
+
+    What is no frame is passed over; of a frame not yet whole nothing is done with.
+    """
+    at = 0
+    while True:
+        at = buffer.find(b"@", at)
+        if at < 0:
+            return None, len(buffer)
+        head = buffer[at : at + HEAD]
+        if len(head) < HEAD:
+            return None, at
+        size = length_of(head)
+        if size >= 0:
+            end = at + HEAD + size + 1
+            if len(buffer) < end:
+                return None, at
+            found = unpack(buffer[at:end])
+            if found is not None:
+                return found, end
+        at += 1

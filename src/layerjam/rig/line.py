@@ -1,0 +1,167 @@
+"""One serial line to a board: a question in a frame, its answer, tried again where it is lost."""
+
+from __future__ import annotations
+
+import os
+import select
+import threading
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from layerjam.errors import FileError, LayerjamError, MissingExtraError
+from layerjam.rig import frame
+
+TRIES = 5
+WAIT = 0.5
+"""Seconds that an answer is waited for, each time."""
+PROMPTS = (b">>> ", b"Traceback (most recent call last)")
+"""What a board says whose firmware does not run."""
+
+
+class LineError(LayerjamError):
+    """A line that does not answer, or on which something else answers."""
+
+    key = "line"
+
+
+class Ends(Protocol):
+    """Both ends of a line of bytes."""
+
+    def read(self, wait: float) -> bytes:
+        """What came, waiting at most so many seconds; LineError where the line is closed."""
+
+    def write(self, data: bytes) -> None:
+        """Send all of it."""
+
+    def close(self) -> None:
+        """Give the line back."""
+
+
+class Pipes:
+    """A line of two descriptors; `closing` ends what is behind them."""
+
+    def __init__(self, incoming: int, outgoing: int, closing: Callable[[], None]) -> None:
+        self._in, self._out, self._closing = incoming, outgoing, closing
+
+    def read(self, wait: float) -> bytes:
+        """What came within so many seconds."""
+        if not select.select([self._in], [], [], wait)[0]:
+            return b""
+        data = os.read(self._in, 65536)
+        if not data:
+            raise LineError("the board's line is closed")
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Send all of it."""
+        try:
+            os.write(self._out, data)
+        except BrokenPipeError:
+            raise LineError("the board's line is closed") from None
+
+    def close(self) -> None:
+        """End what is behind it."""
+        self._closing()
+
+
+class Serial:
+    """A serial port, kept from everybody else."""
+
+    def __init__(self, port: str) -> None:
+        with MissingExtraError.without("a serial port", "bench"):
+            import serial
+        try:
+            self._port = serial.Serial(port, 115200, timeout=0, write_timeout=2, exclusive=True)
+        except (serial.SerialException, OSError) as error:
+            raise FileError(port, f"{error}".split(": ")[-1][:200]) from None
+
+    def read(self, wait: float) -> bytes:
+        """What came within so many seconds."""
+        try:
+            self._port.timeout = wait
+            data: bytes = self._port.read(1)
+            return data + self._port.read(self._port.in_waiting) if data else data
+        except OSError as error:
+            raise LineError(f"the serial line is gone: {error}") from None
+
+    def write(self, data: bytes) -> None:
+        """Send all of it."""
+        try:
+            self._port.write(data)
+        except OSError as error:
+            raise LineError(f"the serial line is gone: {error}") from None
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._port.close()
+
+
+class Line:
+    """Questions of up to 15 sessions, one after the other; may be asked from any thread."""
+
+    def __init__(self, ends: Ends, name: str) -> None:
+        self.name = name
+        self.tries = 0
+        """Frames sent, those sent again counted."""
+        self._ends = ends
+        self._lock = threading.Lock()
+        self._numbers = [0] * 16
+        self._buffer = b""
+
+    def ask(self, session: int, text: bytes, *, tries: int = TRIES) -> bytes:
+        """The answer to one line, empty where SCPI has none; executed once however often sent.
+
+        Raises LineError after `tries` times 0.5 s, and where a Python prompt answers.
+        """
+        with self._lock:
+            number = self._numbers[session] = (self._numbers[session] + 1) % 256
+            packed = frame.pack(session, number, text)
+            for attempt in range(tries):
+                # what is left of a torn frame ends with the LF before the next
+                self._ends.write(packed if not attempt else b"\n" + packed)
+                self.tries += 1
+                answer = self._answer(session, number)
+                if answer is not None:
+                    return answer
+            raise LineError(f"{self.name} does not answer: {tries} tries of {WAIT:g} s each")
+
+    def _answer(self, session: int, number: int) -> bytes | None:
+        """The payload of the frame asked for, None where it did not come in time."""
+        end = time.monotonic() + WAIT
+        while True:
+            found, done = frame.first(self._buffer)
+            if found is None and any(prompt in self._buffer for prompt in PROMPTS):
+                self._buffer = b""
+                raise LineError(
+                    f"{self.name}: a Python prompt or a traceback answers; the firmware is not "
+                    "running"
+                )
+            self._buffer = self._buffer[done:]
+            if found is not None:
+                if found[:2] == (session, number):
+                    return found[2]
+                continue
+            left = end - time.monotonic()
+            if left <= 0:
+                self._buffer = b""
+                return None
+            self._buffer += self._ends.read(left)
+
+    def greet(self, patience: float) -> str:
+        """The board's `*IDN?`, waited for while it starts; leftovers of earlier clients ended."""
+        end = time.monotonic() + patience
+        while True:
+            try:
+                said = self.ask(1, b"*IDN?", tries=1)
+                break
+            except LineError:
+                if time.monotonic() > end:
+                    raise LineError(f"{self.name} does not answer: {patience:g} s") from None
+        for session in range(1, 16):
+            self.ask(session, b"")
+        return said.decode("ascii", "replace")
+
+    def close(self) -> None:
+        """Give the line back."""
+        self._ends.close()
