@@ -50,6 +50,7 @@ class Bench:
     def __init__(self, hal) -> None:
         self.hal = hal
         self.ring = Ring()
+        self.headers: list[str] = []
         self.sessions = [status.Session(number) for number in range(SESSIONS)]
         self.boot = struct.unpack("<I", os.urandom(4))[0]
         self.cause = hal.reset_cause()

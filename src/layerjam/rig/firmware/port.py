@@ -22,7 +22,7 @@ class Port:
 
     def __init__(self, bench) -> None:
         self.bench = bench
-        self.root = tree()
+        self.root = tree(bench)
         self.inbox = bytearray()
         self.outbox = b""
         self.skipping = False

@@ -1,0 +1,262 @@
+"""The headers that every instrument has (IEEE 488.2, SCPI-99): what each does, and their table.
+
+Flags: L is refused to others while the instrument is locked, S is for SAFE alone.
+"""
+
+import built
+import status
+import store
+from bench import LEASE, STEPS
+from scpi import Number, Rule, ScpiError
+
+VERSION = "0.1"
+NO_NUMBER = "9.91E37"
+
+
+def shown(value: float) -> str:
+    """A number as SCPI prints it."""
+    return "%.9g" % value if value == value else NO_NUMBER
+
+
+def block(data: bytes) -> bytes:
+    """A definite-length block."""
+    size = b"%d" % len(data)
+    return b"#%d" % len(size) + size + data
+
+
+def clear(bench, session) -> None:
+    session.clear()
+
+
+def identity(bench, session) -> str:
+    model, serial = bench.hal.identity()
+    digits = "double" if 1.0 + 1e-12 != 1.0 else "single"
+    return "layerjam,%s,%s,%s/law-%s/%s" % (model, serial, VERSION, built.LAW[:8], digits)
+
+
+def events(bench, session) -> int:
+    seen, session.standard = session.standard, 0
+    return seen
+
+
+def enable(bench, session, mask: int) -> None:
+    session.standard_enable = mask
+
+
+def enabled(bench, session) -> int:
+    return session.standard_enable
+
+
+def serve(bench, session, mask: int) -> None:
+    session.service_enable = mask & ~64
+
+
+def served(bench, session) -> int:
+    return session.service_enable
+
+
+def complete(bench, session) -> None:
+    session.standard |= status.COMPLETE
+
+
+def one(bench, session) -> int:
+    return 1
+
+
+def none(bench, session) -> None:
+    return None
+
+
+def reset(bench, session) -> None:
+    bench.off()
+    bench.target, bench.sync = 0.0, 0
+
+
+def trigger(bench, session) -> None:
+    raise ScpiError(-211, "nothing waits for one")
+
+
+def byte(bench, session) -> int:
+    return session.byte()
+
+
+def self_test(bench, session) -> int:
+    return bench.self_test()
+
+
+def options(bench, session) -> str:
+    return "0"
+
+
+# ---- SYSTem and STATus
+
+
+def error(bench, session) -> str:
+    return session.next(built.FAULTS)
+
+
+def errors(bench, session) -> str:
+    out = [session.next(built.FAULTS)]
+    while session.errors:
+        out.append(session.next(built.FAULTS))
+    return ",".join(out)
+
+
+def error_count(bench, session) -> int:
+    return len(session.errors)
+
+
+def scpi_version(bench, session) -> str:
+    return "1999.0"
+
+
+def lock(bench, session) -> int:
+    if bench.owner < 0:
+        bench.owner = session.number
+    return 1 if bench.owner == session.number else 0
+
+
+def unlock(bench, session) -> None:
+    bench.owner = -1
+
+
+def owner(bench, session) -> str:
+    mine = bench.owner == session.number
+    return '"NONE"' if bench.owner < 0 else '"SELF"' if mine else '"SESSION %d"' % bench.owner
+
+
+def lease(bench, session, time: float) -> None:
+    bench.lease = time
+
+
+def leased(bench) -> float:
+    return bench.lease
+
+
+def boot(bench, session) -> str:
+    up = bench.count // STEPS
+    return '"%08X","%s",%d,"%s"' % (bench.boot, bench.cause, up, built.FIRMWARE[:16])
+
+
+def timing(bench, session) -> str:
+    bins = ",".join([str(count) for count in bench.lateness])
+    return "%d,%d,%s,%s,%s,%s" % (
+        bench.count, bench.late, shown(bench.worst * 1e-6), shown(bench.slowest * 1e-6),
+        shown(bench.hal.collected * 1e-6), bins,
+    )  # fmt: skip
+
+
+def settings_store(bench, session) -> None:
+    if bench.hal.since_save() < 1000000:
+        raise ScpiError(-221, "settings are stored once a second at most")
+    store.save(bench.hal, bench.settings)
+    bench.trouble = 0
+
+
+def settings_default(bench, session) -> None:
+    generation, bench.settings = bench.settings.generation, store.Settings()
+    bench.settings.generation = generation
+    bench.learn()
+    bench.rest()
+
+
+def settings_count(bench, session) -> int:
+    return bench.settings.generation
+
+
+def headers(bench, session) -> bytes:
+    return block("\n".join(bench.headers).encode())
+
+
+def maintenance(bench, session) -> None:
+    bench.hal.maintenance()
+
+
+def restart(bench, session) -> None:
+    bench.rest()
+    bench.hal.reset()
+
+
+def preset(bench, session) -> None:
+    session.operation.enable = session.questionable.enable = 0
+
+
+def register(name: str) -> list:
+    """The five headers of one of the two SCPI registers."""
+
+    def event(bench, session) -> int:
+        return getattr(session, name).taken()
+
+    def condition(bench, session) -> int:
+        return getattr(session, name).condition
+
+    def mask(bench, session, value: int) -> None:
+        getattr(session, name).enable = value
+
+    def masked(bench, session) -> int:
+        return getattr(session, name).enable
+
+    head = "STATus:" + ("OPERation" if name == "operation" else "QUEStionable")
+    return [
+        (head + "[:EVENt]", None, Rule(event)),
+        (head + ":CONDition", None, Rule(condition)),
+        (head + ":ENABle", Rule(mask, (Number("mask", "", 0, 32767, whole=1),)), Rule(masked)),
+    ]
+
+
+def setting(header: str, param: Number, take, now, flags: str) -> tuple:
+    """A header that sets a number and asks for it; the query also for MIN, MAX and DEF."""
+
+    def ask(bench, session, word=None) -> str:
+        return shown(now(bench) if word is None else word)
+
+    return header, Rule(take, (param,), flags=flags), Rule(ask, (Bound(param),), 0)
+
+
+class Bound:
+    """MIN, MAX or DEF of a setting."""
+
+    def __init__(self, param: Number) -> None:
+        self.param, self.name = param, param.name
+
+    def read(self, text: str, bench) -> float:
+        """The bound."""
+        value = self.param.named(text.upper(), bench)
+        if value is None:
+            raise ScpiError(-224 if text[:1].isalpha() else -104, "MIN, MAX or DEF")
+        return value
+
+
+BYTE = (Number("mask", "", 0, 255, whole=1),)
+COMMON = [
+    ("*CLS", Rule(clear), None),
+    ("*ESE", Rule(enable, BYTE), Rule(enabled)),
+    ("*ESR", None, Rule(events)),
+    ("*IDN", None, Rule(identity)),
+    ("*OPC", Rule(complete), Rule(one)),
+    ("*OPT", None, Rule(options)),
+    ("*RST", Rule(reset, flags="L"), None),
+    ("*SRE", Rule(serve, BYTE), Rule(served)),
+    ("*STB", None, Rule(byte)),
+    ("*TRG", Rule(trigger, flags="L"), None),
+    ("*TST", None, Rule(self_test)),
+    ("*WAI", Rule(none), None),
+    ("SYSTem:ERRor[:NEXT]", None, Rule(error)),
+    ("SYSTem:ERRor:ALL", None, Rule(errors)),
+    ("SYSTem:ERRor:COUNt", None, Rule(error_count)),
+    ("SYSTem:VERSion", None, Rule(scpi_version)),
+    ("SYSTem:LOCK:REQuest", None, Rule(lock)),
+    ("SYSTem:LOCK:RELease", Rule(unlock, flags="L"), None),
+    ("SYSTem:LOCK:OWNer", None, Rule(owner)),
+    setting("SYSTem:LEASe[:TIME]", Number("lease", "s", 0.2, 600.0, LEASE), lease, leased, "L"),
+    ("SYSTem:BOOT", None, Rule(boot)),
+    ("SYSTem:TIMing", None, Rule(timing)),
+    ("SYSTem:SETTings:STORe", Rule(settings_store, flags="SL"), None),
+    ("SYSTem:SETTings:DEFault", Rule(settings_default, flags="SL"), None),
+    ("SYSTem:SETTings:COUNt", None, Rule(settings_count)),
+    ("SYSTem:HELP:HEADers", None, Rule(headers)),
+    ("SYSTem:MAINtenance", Rule(maintenance, flags="SL"), None),
+    ("SYSTem:RESet", Rule(restart, flags="SL"), None),
+    ("STATus:PRESet", Rule(preset), None),
+]  # fmt: skip
+COMMON += register("operation") + register("questionable")
