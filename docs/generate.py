@@ -199,7 +199,10 @@ def command_table() -> str:
     parts = []
     for group, title in GROUPS.items():
         names = [entry.name for entry in commands().values() if entry.group == group]
-        rows = [row(f"[`{usage(index.load(n))}`](#{n})", index.load(n).summary) for n in names]
+        rows = [
+            row(f"[`{usage(index.load(n))}`](#{n.replace(' ', '-')})", index.load(n).summary)
+            for n in names
+        ]
         if rows:
             parts.append(f"### {title}\n\n{table(('command', 'what it does'), rows)}")
     return "\n\n".join(parts)
@@ -297,7 +300,9 @@ PARTS: dict[str, Callable[[], str]] = {
         command_functions,
     )
 }
-PARTS |= {f"options_{name.replace('-', '_')}": partial(described, name) for name in commands()}
+PARTS |= {
+    f"options_{entry.python_name}": partial(described, name) for name, entry in commands().items()
+}
 
 
 def generated(text: str) -> str:

@@ -6,13 +6,14 @@
 Kinds of block, and what is done with each:
 
     ```python     run; the blocks of one page share a namespace
-    ```text       what the python block before it prints
+    ```text       what the python or c block before it prints
     ```console    `$ layerjam ...` lines are run, the lines below are what each prints, errors
                   included; a command that ends with another code says so: `# exit 2`
     ```sh         like console, without output; `make ...` and `pip ...` lines are not run
     ```toml       read as TOML; with title="NAME.toml" also written, and read as what it is
     ```csv        needs title="NAME"; written, and read as a measurement
     ```json       read as JSON
+    ```c          needs title="FOLDER/NAME.c"; compiled in FOLDER with layerjam.c, and run
 
 In shown output a line `...` stands for any number of lines. Every page runs in a folder of its
 own that holds the practice files `make demo` leaves in out/demo/measurements.
@@ -25,6 +26,7 @@ import io
 import json
 import re
 import shlex
+import subprocess
 import sys
 import threading
 import tomllib
@@ -35,7 +37,9 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 FENCE = re.compile(r"^```([a-z]*)([^\n`]*)\n(.*?)^```[ ]*$", re.MULTILINE | re.DOTALL)
-KINDS = {"python", "text", "console", "sh", "toml", "csv", "json", "diff"}
+KINDS = {"python", "text", "console", "sh", "toml", "csv", "json", "diff", "c"}
+UNKNOWN = "what it prints is not known here"
+"""Stands for the output of a C program where there is no compiler."""
 NOT_RUN = ("make", "git", "pip")
 
 
@@ -164,6 +168,25 @@ def write_file(block: Block) -> None:
         load(path)
 
 
+def compiled(block: Block) -> str | None:
+    """What a C program prints that is compiled with the kernel beside it; None without compiler."""
+    from layerjam.errors import CompilerError
+    from layerjam.interop.compiler import FLAGS, compiler
+
+    source = Path(block.title)
+    source.write_text(block.text, encoding="utf-8")
+    program = source.with_suffix("").absolute()
+    try:
+        command = [*compiler(), *FLAGS, "-Wall", "-Wextra", "-Werror"]
+    except CompilerError:
+        return None
+    command += [str(source), str(source.with_name("layerjam.c")), "-lm", "-o", str(program)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise Mismatch(done.stderr)
+    return subprocess.run([program], capture_output=True, text=True, check=True).stdout
+
+
 class Page:
     """Runs the blocks of one page in the present folder; `text` is the page, updated if asked."""
 
@@ -188,15 +211,19 @@ class Page:
         """One block."""
         before, self.printed = self.printed, None
         if block.kind == "python":
-            said = io.StringIO()
+            out = io.StringIO()
             code = compile("\n" * block.line + block.text, str(self.path), "exec")
-            with contextlib.redirect_stdout(said):
+            with contextlib.redirect_stdout(out):
                 exec(code, self.namespace)
-            self.printed = said.getvalue()
+            self.printed = out.getvalue()
         elif block.kind == "text":
             if before is None:
                 raise Mismatch("a text block shows what a python block before it prints")
-            self.compare(block, block.text, before, 0)
+            if before != UNKNOWN:
+                self.compare(block, block.text, before, 0)
+        elif block.kind == "c":
+            said = compiled(block)
+            self.printed = UNKNOWN if said is None else said
         elif block.kind in ("console", "sh"):
             self.shell(block)
         elif block.kind == "json":

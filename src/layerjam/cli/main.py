@@ -14,47 +14,71 @@ from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
 from layerjam.commands.declare import GROUPS
-from layerjam.commands.index import Entry, commands, find, load
+from layerjam.commands.index import Entry, commands, family, find, load
 from layerjam.errors import LayerjamError, UnknownNameError
 
 
 class Commands(TyperGroup):
     """The declared commands: listed from their source, built when one is used."""
 
+    first = ""
+    """The word all of them begin with, where they have two."""
+
     def list_commands(self, ctx: Any) -> list[str]:
-        """Their names, by group and then most used first."""
-        return list(commands())
+        """What can be typed next: names, by group and then most used first."""
+        head = f"{self.first} " if self.first else ""
+        rest = (name.removeprefix(head) for name in self._listed())
+        return list(dict.fromkeys(name.split()[0] for name in rest))
+
+    def _listed(self) -> tuple[str, ...]:
+        return family(self.first) if self.first else tuple(commands())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """One command, under its name or a former one; None where there is none."""
-        entry = find(cmd_name)
-        return None if entry is None else _built(entry.name)
+        """One command, or all that begin with a word; None where there is none."""
+        entry = self._find(cmd_name)
+        if entry is not None:
+            return _built(entry.name)
+        return _family(cmd_name) if not self.first and family(cmd_name) else None
+
+    def _find(self, word: str) -> Entry | None:
+        return find(f"{self.first} {word}".lstrip())
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """The words typed; after the first of two there must be a second."""
+        if self.first and not args:
+            words = (f"layerjam {name}" for name in self._listed())
+            raise LayerjamError(f"say what to {self.first}: {' or '.join(words)}")
+        return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command typed; an unknown one is answered with the nearest names."""
-        entry = find(args[0])
+        entry = self._find(args[0])
         if entry is None:
             if args[0].startswith("-"):
                 return super().resolve_command(ctx, args)
-            raise UnknownNameError("command", args[0], commands())
-        if entry.name != args[0]:
+            if not self.first and family(args[0]):
+                return args[0], _family(args[0]), args[1:]
+            raise UnknownNameError("command", f"{self.first} {args[0]}".lstrip(), self._listed())
+        word = entry.name.split()[-1]
+        if word != args[0]:
             print(f"layerjam: {args[0]} is now called {entry.name}", file=sys.stderr)
-        return entry.name, _built(entry.name), args[1:]
+        return word, _built(entry.name), args[1:]
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """The groups with their commands, and examples under each."""
         self.format_usage(ctx, formatter)
         self.format_help_text(ctx, formatter)
-        listed = commands().values()
+        listed = [commands()[name] for name in self._listed()]
         wide = max(len(entry.name) for entry in listed) + 2
         for group, title in GROUPS.items():
             members = [entry for entry in listed if entry.group == group]
             if members:
                 with formatter.section(title):
                     _list(formatter, members, wide)
+        words = f"layerjam {self.first}".rstrip()
         formatter.write_paragraph()
         formatter.write_text(
-            "layerjam --help prints this list, layerjam COMMAND --help all of one command."
+            f"{words} --help prints this list, {words} COMMAND --help all of one command."
         )
 
 
@@ -64,6 +88,20 @@ def _list(formatter: Any, members: Sequence[Entry], wide: int) -> None:
     for entry in members[:2]:
         for example in entry.examples[:1]:
             formatter.write(f"{'':>{formatter.current_indent}}$ {example}\n")
+
+
+def _family(word: str) -> Any:
+    """The commands that begin with a word, as a group of their own."""
+    inner = typer.Typer(
+        name=word,
+        cls=type("Family", (Commands,), {"first": word}),
+        help=f"Say what to {word}.",
+        add_completion=False,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    inner.callback()(lambda: None)
+    return typer.main.get_command(inner)
 
 
 def _built(name: str) -> Any:

@@ -275,6 +275,12 @@ ARRAY = object()
 """Beside a specification: arrays are taken too, and broadcast."""
 
 
+def typed(python_name: str, under: str = "") -> str:
+    """The name on the command line of a function, whose first word is `under`: "export c"."""
+    rest = python_name.removeprefix(f"{under.replace('-', '_')}_") if under else python_name
+    return f"{under} {rest.replace('_', '-')}".lstrip()
+
+
 class Command:
     """A declared command: its parameters, its result, and how it is called."""
 
@@ -287,12 +293,13 @@ class Command:
         old: Sequence[str],
         computes: bool,
         record_endings: tuple[str, ...],
+        under: str = "",
     ) -> None:
         self.function, self.group, self.place = function, group, place
         self.examples, self.old, self.computes = tuple(examples), tuple(old), computes
         self.record_endings = record_endings
         self.python_name = function.__name__
-        self.name = function.__name__.replace("_", "-")
+        self.name = typed(self.python_name, under)
         self.module = function.__module__
 
     @property
@@ -414,17 +421,19 @@ def command(
     old: Sequence[str] = (),
     computes: bool = True,
     record: tuple[str, ...] = (),
+    under: str = "",
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Declare a command of a group of GROUPS; the most used come first, by `place`.
 
     `old` are former names; a command that does not compute (`computes=False`) loads no JAX;
-    `record` are the endings of the file that `--out` writes the result's record to.
+    `record` are the endings of the file that `--out` writes the result's record to. A command of
+    two words stands `under` the first: the function export_c under "export" is "export c".
     """
     if group not in GROUPS:
         raise UnknownNameError("group of commands", group, GROUPS)
 
     def declare(function: Callable[P, R]) -> Callable[P, R]:
-        declared = Command(function, group, place, examples, old, computes, record)
+        declared = Command(function, group, place, examples, old, computes, record, under)
 
         @functools.wraps(function)
         def call(*args: P.args, **named: P.kwargs) -> R:

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from layerjam.commands.declare import GROUPS, REGISTRY, Command
+from layerjam.commands.declare import GROUPS, REGISTRY, Command, typed
 from layerjam.errors import UnknownNameError
 
 HOME = Path(__file__).parent.parent
@@ -59,7 +59,7 @@ def _in_source(path: Path) -> Iterator[Entry]:
         more = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}
         doc = (ast.get_docstring(function) or "").split("\n\n")[0].replace("\n", " ")
         yield Entry(
-            name=function.name.replace("_", "-"),
+            name=typed(function.name, more.get("under", "")),
             python_name=function.name,
             module=module,
             group=ast.literal_eval(call.args[0]),
@@ -93,7 +93,15 @@ def commands() -> dict[str, Entry]:
 def find(name: str) -> Entry | None:
     """The command of a name as typed or as in Python; a former name will do."""
     wanted = name.replace("_", "-")
-    return next((e for e in commands().values() if wanted in (e.name, *e.old)), None)
+    return next(
+        (e for e in commands().values() if wanted in (e.name, *e.old) or name == e.python_name),
+        None,
+    )
+
+
+def family(word: str) -> tuple[str, ...]:
+    """Names of the commands of two words whose first is `word`."""
+    return tuple(name for name in commands() if name.startswith(f"{word} "))
 
 
 def load(name: str) -> Command:

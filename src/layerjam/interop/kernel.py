@@ -50,6 +50,11 @@ class _Structures:
 _ROW = ("force", "slip", "enclosure_force", "work", "heat", "stored")
 
 
+def state_bytes(precision: Precision) -> int:
+    """Size of `lj_state`."""
+    return ctypes.sizeof(_Structures(precision).state)
+
+
 @functools.cache
 def _loaded(precision: Precision) -> tuple[Any, _Structures]:
     """The library, compiled if need be, and its structures."""

@@ -34,6 +34,10 @@ class Parameters(NamedTuple):
     """Vacuum that the exponent refers to [Pa]."""
 
 
+UNITS = dict(zip(Parameters._fields, ("m", "m", "N/m", "N", "m", "m", "1", "Pa"), strict=True))
+"""{parameter: SI unit}."""
+
+
 def brake_of(given: Brake | BrakeFile) -> Brake:
     """The brake as the kernel knows it; QuantityError for a law that is not in it.
 

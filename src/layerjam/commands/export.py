@@ -1,0 +1,132 @@
+"""`export`: the brake for other programs and for microcontrollers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from layerjam.commands.declare import Help, command
+from layerjam.commands.quantities import BrakeInput, Overwrite, RopeStiffness
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.device.file import BrakeFile
+from layerjam.errors import Notice
+from layerjam.units import show
+
+if TYPE_CHECKING:
+    from layerjam.interop.parameters import Parameters
+
+Strict = Annotated[bool, Help("Write nothing if the brake could snap on its stiffness.")]
+
+
+def _in_words(parameters: Mapping[str, float]) -> str:
+    from layerjam.interop.parameters import UNITS
+
+    return ", ".join(f"{key} {show(value, UNITS[key])}" for key, value in parameters.items())
+
+
+@result
+class Exported(Result):
+    """What was written; `record` holds the eight numbers."""
+
+    kind: str = fact("what it was written for")
+    feasible: bool = fact("whether it was written; false with --strict where the brake could snap")
+    reason: str | None = fact("why not")
+    files: Sequence[str] = fact("files in the folder")
+    parameters: Mapping[str, float] = fact(
+        "the eight numbers of the brake, SI units", shown=_in_words
+    )
+    state_bytes: int = number("1", "bytes of memory that a brake's state takes")
+    holds: float = number("N", "what it holds at rest at the site's full vacuum, c L2")
+
+    @classmethod
+    def table_units(cls) -> Mapping[str, str]:
+        """{parameter: SI unit}."""
+        from layerjam.interop.parameters import UNITS
+
+        return UNITS
+
+
+@command(
+    "share",
+    place=30,
+    under="export",
+    examples=("layerjam export c choi2018-kapton --out firmware",),
+)
+def export_c(
+    brake: BrakeInput,
+    *,
+    out: Annotated[str | Path, Help("Folder to write into.", metavar="DIR")],
+    precision: Annotated[
+        Literal["double", "single"], Help("Of all numbers; single where the chip has no double.")
+    ] = "double",
+    rope_stiffness: RopeStiffness | None = None,
+    strict: Strict = False,
+    force: Overwrite = False,
+) -> Exported:
+    """Write the brake as C source for a microcontroller or a simulator.
+
+    C99 that allocates nothing, keeps no global data and needs `sqrt` alone (`pow` too with a
+    pressure exponent). A rope counts in series with the brake's stiffness. The law holds c L2 at
+    rest; static friction above it is not exported. Raises FileError where a file exists and `force`
+    is not set, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
+    """
+    from layerjam.interop.kernel import state_bytes
+    from layerjam.interop.parameters import parameters
+    from layerjam.interop.source import NAMES, c_files
+    from layerjam.report.folder import check_folder, write_folder
+
+    numbers = parameters(brake, rope_stiffness)
+    check_folder(Path(out), force, NAMES)
+    notices, snaps = said(brake, numbers)
+    stops = strict and snaps is not None
+    if not stops:
+        write_folder(Path(out), dict(c_files(brake.name, numbers, precision)))
+    return Exported(
+        kind="c",
+        feasible=not stops,
+        reason=str(snaps) if stops else None,
+        files=[] if stops else sorted(NAMES),
+        parameters=numbers._asdict(),
+        state_bytes=state_bytes(precision),
+        holds=holds(brake, numbers),
+        warnings=notices,
+        record=numbers,
+    )
+
+
+def friction_at_full_vacuum(file: BrakeFile, numbers: Parameters) -> float:
+    """c [N/m] at the site's full vacuum."""
+    full = file.brake.site.atmosphere
+    return numbers.contact * full * (full / numbers.test_pressure) ** numbers.exponent
+
+
+def holds(file: BrakeFile, numbers: Parameters) -> float:
+    """What the exported brake holds at rest at the site's full vacuum [N], c L2."""
+    return friction_at_full_vacuum(file, numbers) * numbers.overlap
+
+
+def said(file: BrakeFile, numbers: Parameters) -> tuple[list[str], Notice | None]:
+    """What to know of an exported brake; and, where it could snap, that."""
+    snaps = next(_snapping(file, numbers), None)
+    notices = [*file.warnings(), *([snaps] if snaps else [])]
+    if numbers.exponent:
+        notices.append(
+            Notice(
+                "the pressure exponent takes pow from the target's C library: the last bits of a "
+                "force may differ from one machine to another",
+                "pow",
+            )
+        )
+    return notices, snaps
+
+
+def _snapping(file: BrakeFile, numbers: Parameters) -> Iterator[Notice]:
+    least = friction_at_full_vacuum(file, numbers)
+    if numbers.stiffness <= least:
+        yield Notice(
+            f"the stiffness of {show(numbers.stiffness, 'N/m')} is not above the "
+            f"{show(least, 'N/m')} by which the friction falls at the site's full vacuum: the "
+            "brake would snap and its force jump",
+            "snaps",
+        )
