@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -73,6 +74,46 @@ def test_the_same_bytes_in_another_process_zone_and_locale(made, tmp_path: Path)
     assert done.returncode == 0, done.stderr
     json.loads(done.stdout)
     assert folder(tmp_path / "b") == folder(place)
+
+
+@pytest.mark.slow
+def test_it_takes_less_than_ten_seconds_of_one_core(tmp_path: Path) -> None:
+    """Everything, pictures and STEP too, warm; processor time, as the machine may be shared."""
+    code = "import sys; from layerjam.cli.main import main; sys.exit(main(sys.argv[1:]))"
+    spent = []
+    for name in ("first", "warm"):
+        words = ["build", "choi2018-kapton", "--out", str(tmp_path / name), "--coupons"]
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([sys.executable, "-c", code, *words], check=True, capture_output=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    assert spent[-1] < 10
+    assert folder(tmp_path / "first") == folder(tmp_path / "warm")
+
+
+REMEDIES = {
+    "a hard silicone": ({}, 'elongation_at_break = "150 %"', "C5", "softer silicone"),
+    "a weak tie": ({}, 'tie_tension = "2 N"', "C11", "pull it tighter"),
+    "a thick silicone": ({"wall": "0.25 mm"}, "", "C12", "a thicker wall"),
+    "a strong brake": ({"scale_factor": 20.0}, "", "C8", "more build.screws"),
+}
+
+
+@pytest.mark.parametrize("name", sorted(REMEDIES))
+def test_what_does_not_pass_says_what_to_change(name: str) -> None:
+    from layerjam.commands.build import verdict
+
+    changes, row, code, remedy = REMEDIES[name]
+    text = KAPTON.with_(**changes).text if changes else KAPTON.text
+    if code == "C5":
+        text = text.replace('use = "ecoflex-5"', f'use = "ecoflex-5"\n{row}')
+    elif code == "C12":
+        text = text.replace('use = "ecoflex-5"', 'use = "dragon-skin-10"')
+    elif row:
+        text += f"\n[build]\n{row}\n"
+    failed = [c for c in verdict(BrakeFile.read(text, "b")).checks if c["ok"] is False]
+    (said,) = (c["text"] for c in failed if c["code"] == code and remedy in c["text"])
+    assert f"{code}: " not in said
 
 
 def test_arrays_have_everything_several_times(tmp_path: Path) -> None:

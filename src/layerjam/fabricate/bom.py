@@ -137,7 +137,8 @@ def bolt(made: Drawing) -> str:
         return f"for a hole of {mm(made.build.mould_bolt):g} mm"
     least = 2 * made.lengths.mould.half + thread.nut_height
     length = length_for(least, thread)
-    return f"{thread.name} × {length}" if length else f"{thread.name}, at least {least:.0f} mm long"
+    size = f"{thread.name} × {length}" if length else f"{thread.name}, at least {least:.0f} mm long"
+    return f"{size}, ISO 4762"
 
 
 def _boards(made: Drawing) -> list[Item]:

@@ -107,7 +107,8 @@ def sleeve_checks(brake: Brake, build: Build, known: Casting, lengths: Lengths) 
         text = f"enclosure over the {where}: {stretch:+.0%} of its girth"
         text += " (enclosure.elongation_at_break is not given)" if limit is None else ""
         if limit is not None and stretch > limit:
-            text += f", more than a third of its elongation at break, {limit:.0%}"
+            text += f", more than a third of its elongation at break, {limit:.0%}: a softer "
+            text += "silicone, or a smaller mount.screw_hole, which lowers the cap"
         yield Check(
             code="C5",
             ok=None if limit is None else stretch <= limit,
@@ -175,11 +176,13 @@ def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
     a, b = lengths.neck_a * 1e-3, lengths.neck_b * 1e-3
     pressure = build.tie_tension * min(b / a**2, 1 / b) / build.tie_width
     need = ATMOSPHERES * brake.site.atmosphere
+    remedy = ": pull it tighter (build.tie_tension), or take a narrower one"
     return Check(
         code="C11",
         ok=pressure > need,
         text=f"a tie pulled to {show(build.tie_tension, 'N')} presses on the neck with "
-        f"{show(pressure, 'Pa')}; more than {show(need, 'Pa')} seals",
+        f"{show(pressure, 'Pa')}; more than {show(need, 'Pa')} seals"
+        + ("" if pressure > need else remedy),
         value=pressure,
         limit=need,
         unit="Pa",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,6 +38,7 @@ class Mesh:
         return 1 - (len(self.corners) - edges + len(self.triangles)) // 2
 
 
+@functools.lru_cache(maxsize=64)
 def mesh(part: Solid) -> Mesh:
     """The part's mesh, always the same for the same part.
 

@@ -17,6 +17,7 @@ from layerjam.units import show
 
 MOST_PRESSURE = 100e3
 """Above this a syringe by hand does not fill it [Pa]."""
+BY_HAND = ", too much for a hand: use a press, a thinner silicone or a thicker wall"
 BEND = 1e-4
 """By how much the core may bend before the wall is uneven [m]."""
 LEAST_PUSH = 1.0
@@ -110,7 +111,8 @@ def _fill(known: Casting, lengths: Lengths) -> Check:
     return Check(
         code="C12",
         ok=pressure <= MOST_PRESSURE,
-        text=f"filling in half the pot life takes {show(pressure, 'Pa', 2)}",
+        text=f"filling in half the pot life takes {show(pressure, 'Pa', 2)}"
+        + ("" if pressure <= MOST_PRESSURE else BY_HAND),
         value=pressure,
         limit=MOST_PRESSURE,
         unit="Pa",

@@ -106,7 +106,8 @@ def _clamp(force: float, brake: Brake, build: Build, lengths: Lengths, source: s
         text=f"tighten each {lengths.thread.name} to {show(turn, 'N m', 2)}: at least "
         f"{show(need, 'N', 3)} of preload holds {show(force, 'N')} by friction (film on film, "
         f"{brake.film.kinetic:.3g}, stands in for film on plastic; {source}); a screw of class "
-        f"8.8 gives {show(most, 'N', 3)}",
+        f"8.8 gives {show(most, 'N', 3)}"
+        + ("" if need <= most else ": more build.screws, or a larger mount.screw_hole"),
         value=need,
         limit=most,
         unit="N",

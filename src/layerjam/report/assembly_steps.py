@@ -298,7 +298,8 @@ def tools(made: Drawing) -> str:
     cutters = {"service": "", "laser": "a CO2 laser with extraction; ", "knife": "a plotter; "}
     cast = show(cavity(found) * (1 + build.waste), "m^3", 2)
     things = [
-        f"hexagon keys of {' and '.join(f'{key:g} mm' for key in sorted(keys))}, one with a torque",
+        f"hexagon keys of {' and '.join(f'{key:g} mm' for key in sorted(keys))}",
+        f"a torque driver for the one of {found.thread.key:g} mm",
         "calliper and a balance that shows 0.1 g",
         *(["a tap M5 x 0.8"] if build.port == M5 else ["glue for the tubes"]),
         f"a syringe or mixing cartridge that holds {cast}",

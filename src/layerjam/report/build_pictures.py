@@ -238,7 +238,7 @@ def labelled(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style.F
     figure = Figure(figsize=(width, tall + 2 * strip))
     whole = tall + 2 * strip
     axes = figure.add_axes((0, strip / whole, 1, tall / whole))
-    axes.imshow(shot.pixels, interpolation="antialiased", aspect="equal")
+    axes.imshow(shot.pixels, interpolation="none", aspect="equal")
     style.bare(axes)
     upper: list[tuple[str, float, float]] = []
     lower: list[tuple[str, float, float]] = []
