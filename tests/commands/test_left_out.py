@@ -91,6 +91,77 @@ def test_two_files_of_one_name_need_their_folder(files: list[Path], tmp_path: Pa
     assert found.excluded[0]["file"] == str(other)
 
 
+def specimens(path: Path, labels: tuple[str, ...]) -> Path:
+    """A file with a pull under each label, the second one with 1.2 times the friction."""
+    random = np.random.default_rng(8)
+    lines = []
+    for number, label in enumerate(labels):
+        factor = 0.9 * (1 + 0.01 * random.standard_normal()) * (1.2 if number == 1 else 1.0)
+        trace = virtual.pull(with_shape(KAPTON, factor, 12e4, 1.0), 60e3, 0.013, 0.04)
+        rows = zip(trace.time, 1e3 * trace.elongation, trace.force, strict=True)
+        lines += [label, "Time (s),Extension (mm),Load (N)"]
+        lines += [f"{t:.6f},{u:.6f},{f:.5f}" for t, u, f in rows] + [""]
+    path.write_text("\n".join(lines))
+    return path
+
+
+def test_one_specimen_of_a_file_may_be_left_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Named as results name it; what is left is the file without its lines."""
+    labels = tuple(f"Specimen A {n}" for n in range(1, 7))
+    path, why = specimens(tmp_path / "x.csv", labels), "the grip slipped"
+    given = {"vacuum": "60kPa", "speed": "13mm/s"}
+    whole = layerjam.calibrate(BRAKE, path, **given)
+    [odd] = [row["file"] for row in whole.pulls if row["odd"]]
+    assert odd.startswith("x.csv, specimen ") and odd.endswith("A 2")
+    out = tmp_path / "brake.toml"
+    less = layerjam.calibrate(BRAKE, path, exclude=odd, because=why, out=out, **given)
+    alone = tmp_path / "alone.csv"
+    text = path.read_text().split("Specimen A 2\n")
+    alone.write_text(text[0] + "Specimen A 3" + text[1].split("Specimen A 3")[1])
+    rest = layerjam.calibrate(BRAKE, alone, **given)
+    assert less.scale_factor == rest.scale_factor and len(less.pulls) == 5
+    left = f"{path}{odd.removeprefix('x.csv')}"
+    one = {"file": left, "because": why, "sha256": sha256(str(path))}
+    assert less.excluded == [one] and not less.refused and f"  {left}: {why}" in list(less.lines())
+    assert load(out).notes["excluded"] == [{"name": odd, "because": why, "sha256": one["sha256"]}]
+    assert layerjam.validate(out, path, exclude={left: why}, **given).excluded == [one]
+    command = [BRAKE, str(path), "--vacuum", "60kPa", "--speed", "13mm/s", "--json"]
+    both = ["--exclude", odd, "--because", why]
+    assert main(["calibrate", *command, *both]) == 0
+    assert json.loads(capsys.readouterr().out)["scale_factor"] == less.scale_factor
+    page = tmp_path / "report"
+    command = ["report", BRAKE, "--pulls", str(path), *command[2:], "--out", str(page)]
+    assert main([*command, *both]) == 0
+    assert f"{odd} (calibration): {why}" in (page / "report.html").read_text(encoding="utf-8")
+    # traces that were read in Python are named alike
+    from layerjam import read_traces
+
+    traces = read_traces(path)
+    found = layerjam.calibrate(BRAKE, traces, exclude={odd: why}, vacuum="60kPa")
+    assert found.scale_factor == less.scale_factor and found.excluded == [one]
+
+
+def test_a_specimen_that_is_not_there(files: list[Path], tmp_path: Path) -> None:
+    path = specimens(tmp_path / "x.csv", ("Specimen A 1", "Specimen A 2"))
+    names = [row["specimen"] for row in layerjam.pull(path).pulls]
+    for name, words in (
+        ("x.csv, specimen B", "holds no specimen 'B': '"),
+        ("pull-1.csv, specimen 1", "is one specimen; leave it out by the file's name alone"),
+        ("y.csv, specimen 1", "is none of the files given"),
+    ):
+        with pytest.raises(QuantityError, match=words):
+            layerjam.calibrate(BRAKE, [*files, path], exclude={name: "wet"}, vacuum="60kPa")
+    every = {f"x.csv, specimen {name}": "wet" for name in names}
+    with pytest.raises(QuantityError, match="none is left"):
+        layerjam.calibrate(BRAKE, path, exclude=every, vacuum="60kPa")
+    found = layerjam.calibrate(BRAKE, [*files, path], exclude=every, vacuum="60kPa")
+    assert found.scale_factor == layerjam.calibrate(BRAKE, files).scale_factor
+    with pytest.raises(QuantityError, match="named twice"):
+        layerjam.calibrate(BRAKE, files, exclude={"pull-1.csv": "a", str(files[1]): "b"})
+
+
 def test_on_the_command_line_and_in_the_report(
     files: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -6,15 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import chdtrc
 
 from identify.fitted import campaign
 from lab import bench as virtual
 from lab.bench import FULL
 from layerjam.errors import FitError
+from layerjam.identify.calibration.least_squares import fit_jointly
 from layerjam.identify.calibration.verdict import (
     drift,
     like_catalogue,
     off_bounds,
+    repeats_agree,
     sleeve_plausible,
 )
 from layerjam.identify.calibration.whole_curves import calibrate_curves
@@ -43,7 +46,7 @@ def test_a_good_campaign_passes_everything() -> None:
         "identifiable", "told apart", "settled", "bounds", "plausible", "catalogue", "stiffness",
         "sleeve", "repeats", "single curves", "residuals over slip", "scale factor over vacuum",
         "enclosure's factor over vacuum", "scale factor over speed", "leave one out",
-        "pull by pull", "seating", "stiffness repeats", "stiffness's trend over vacuum",
+        "shape", "pull by pull", "seating", "stiffness repeats", "stiffness's trend over vacuum",
     }  # fmt: skip
 
 
@@ -86,6 +89,28 @@ def test_a_law_that_does_not_fit_leaves_a_trend_over_slip() -> None:
 def test_repeats_that_disagree_and_a_single_file_that_carries_the_result() -> None:
     assert "repeats" in verdict(campaign((FULL,), 4, spread=(0.15, 0.01, 0.03)))
     assert "repeats" in verdict(campaign((FULL,), 1))
+
+
+def test_repeats_count_only_where_all_pulls_scatter_as_much() -> None:
+    """Six pairs of films that scatter by 4 % often show more than 5 % within pairs, seldom all."""
+    curves = campaign(THREE, 2, speeds=(0.005, 0.02), noise=0.1)
+    fit = fit_jointly(curves, KAPTON)
+    away, random = np.array(fit.own.own), np.random.default_rng(4)
+    fit = replace(fit, own=replace(fit.own, own=away))
+    falsely, truly, pairs = 0, 0, 0
+    for _ in range(500):
+        normal = random.standard_normal(len(curves))
+        for scatter in (0.04, 0.1):
+            away[:, 0] = fit.population.estimate[0] + scatter * normal
+            fails = not repeats_agree(fit).passed
+            falsely += fails and scatter == 0.04
+            truly += fails and scatter == 0.1
+        apart = [np.ptp(0.04 * normal[list(g)]) for g in fit.groups]
+        pairs += np.sqrt(np.mean(np.square(apart)) / 2) > 0.05
+    assert len(fit.groups) == 6 and pairs / 500 == pytest.approx(chdtrc(6, 6 / 0.64), abs=0.03)
+    # no more than Bonferroni's least of both, and little is lost where they do scatter
+    assert falsely / 500 < chdtrc(11, 11 / 0.64) + 0.02 < 0.9 * pairs / 500
+    assert truly / 500 == pytest.approx(chdtrc(6, 6 / 4), abs=0.03)
 
 
 UNITS = {

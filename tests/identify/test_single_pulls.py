@@ -6,12 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import ttest_1samp
 
 from layerjam.device.load import load
+from layerjam.identify.bayes.fit import calibrate_bayesian
 from layerjam.identify.calibration.peaks import calibrate_peaks
+from layerjam.identify.calibration.whole_curves import calibrate_curves
+from layerjam.identify.checks import SHARPEST
+from layerjam.identify.checks import shape as same_shape
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.pull.features import pull_features
 from layerjam.identify.single_pulls import TESTS, SinglePull, alike
+from layerjam.identify.validation.metrics import validate_curves
+from layerjam.identify.validation.table import validation_checks, with_pulls
 from layerjam.lab.campaign import campaign
 from layerjam.lab.faults import Faults
 from layerjam.lab.spec import Odd, Pulls, Scatter, Spec, Truth
@@ -95,6 +102,49 @@ def test_a_fault_of_all_pulls_is_seen_too(fault: dict[str, float], checks: set[s
     assert checks | {"pull by pull"} <= failed
     [test] = checks
     assert all(row.verdicts[test] == "odd" for row in rows)
+
+
+def checked(method: str, spec: Spec) -> dict[str, bool]:
+    """{check: passed} by each method that looks at pulls."""
+    curves, _ = pulled(spec)
+    if method == "validate":
+        found = with_pulls(validate_curves(curves, KAPTON), curves, KAPTON)
+        return {c.name: c.passed for c in validation_checks(found, 0)}
+    if method == "bayesian":
+        made = calibrate_bayesian(curves, KAPTON, (100, 1, 1), lambda _what, _share: None)
+        return {c.name: c.passed for c in made.checks}
+    fit = calibrate_peaks if method == "exact" else calibrate_curves
+    return {c.name: c.passed for c in fit(curves, KAPTON).checks}
+
+
+@pytest.mark.parametrize(
+    "method", ["exact", "curves", "validate", pytest.param("bayesian", marks=pytest.mark.slow)]
+)
+def test_a_small_overshoot_of_all_pulls_is_seen_by_every_method(method: str) -> None:
+    """No pull is unlike the others; only their mean tells."""
+    spec = SPEC
+    if method == "bayesian":
+        spec = replace(SPEC, pulls=replace(SPEC.pulls, speeds=(13e-3,), repeats=1))
+    over = checked(method, replace(spec, machine=replace(SPEC.machine, overshoot=0.05)))
+    assert not over["shape"] and over["pull by pull"]
+    if method != "bayesian":
+        fine = checked(method, spec)
+        assert fine["shape"] and fine["pull by pull"]
+
+
+@pytest.mark.parametrize(("count", "noise"), [(3, 0.02), (6, 0.02), (12, 0.04)])
+def test_the_mean_shape_has_the_false_alarms_it_is_given(count: int, noise: float) -> None:
+    """However narrow its interval, and beside a plain t test of the same numbers."""
+    random = np.random.default_rng(count)
+    drawn = noise * random.standard_normal((4000, count))
+    for half, most in ((np.inf, 0.01), (None, 0.01), (0.0, 0.05)):
+        found = [same_shape(row, half, alarms=0.01, least=SHARPEST) for row in drawn]
+        failed = np.array([not c.passed for c in found])
+        assert failed.mean() < most + 3 * (most / 4000) ** 0.5
+    chance = ttest_1samp(drawn, 0.0, axis=1).pvalue
+    assert np.array_equal(failed, (chance < 0.05) & (abs(drawn.mean(axis=1)) > SHARPEST))
+    [one] = {same_shape([off], None, alarms=0.01, least=SHARPEST).passed for off in (-0.04, 0.04)}
+    assert one and same_shape([], None, alarms=0.01, least=SHARPEST) is None
 
 
 def test_little_is_told_of_few_pulls_and_said_to_be() -> None:

@@ -172,10 +172,10 @@ def calibrate(
     peak and slope; "curves" fits whole curves, all at once, and the enclosure's factor with them,
     and what `free` names: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same
     parameters (`draws` of each of `chains`, from `seed`). `vacuum` serves files without a sidecar
-    that states it. With `out` the calibrated brake is written. `exclude` leaves files out, each
-    with its reason in `because` (in Python also {file: reason}); both stay with result and brake.
-    `within` asks how many more pulls, and where, narrow each interval to plus or minus this part of
-    its value.
+    that states it. With `out` the calibrated brake is written. `exclude` leaves files or specimens
+    out, each with its reason in `because` (in Python also {file: reason}); both stay with result
+    and brake. `within` asks how many more pulls, and where, narrow each interval to plus or minus
+    this part of its value.
     """
     from layerjam.identify.calibration.peaks import fit_pull
     from layerjam.identify.curves import usable
@@ -186,8 +186,8 @@ def calibrate(
         raise FitError(f"free: {', '.join(free)} can be fitted at depth 'curves' only")
     exact = depth == "exact"
     test = fit_pull if exact else lambda pull, pressure, _brake: usable(pull, pressure)
-    files, excluded = left_out.apart(files)
-    used, refused, odd = pulls(files, brake, vacuum, options, test, progress)
+    files, without, excluded = left_out.apart(files, options)
+    used, refused, odd = pulls(files, brake, vacuum, options, test, progress, without)
     found = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
 
     text = bound(calibrated_text, brake, found, depth, excluded=excluded)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -23,10 +23,11 @@ from layerjam.units import show
 
 if TYPE_CHECKING:
     from layerjam.identify.pull.features import PullFeatures
+    from layerjam.measure.readers.read import Opened as UnreadSpecimen
 
 S = TypeVar("S", bound=Measured)
 T = TypeVar("T")
-Opened = Sequence[tuple[str, Callable[[], T]]]
+Opened = Sequence[tuple[str, Callable[[], T] | None]]
 CURVE, PICTURE = 10_000, 2_000
 """Samples of a pull, and of a record that is only drawn, that are kept once it has been read, so
 that a gigabyte of files does not have to fit into memory. Means over neighbours: maxima, slopes and
@@ -38,22 +39,29 @@ def each(
     use: Callable[[Trace], T],
     options: ReadingOptions,
     progress: Progress | None = None,
+    without: Mapping[str, Collection[str]] | None = None,
 ) -> tuple[list[T], dict[str, str]]:
     """`use` of every trace and of every file that can be used, and {file: why} of the others.
 
-    What `use` returns is kept, so that it should not hold a long record.
+    What `use` returns is kept, so that it should not hold a long record. `without` names specimens
+    of files that are left out.
     """
     from layerjam.measure.readers.read import open_traces
 
     def opened(source: Measured) -> Opened[T]:
         if isinstance(source, Trace):
             return [("", partial(use, source))]
+        out = (without or {}).get(str(source), ())
         return [
-            (one.label, lambda one=one: use(one.read(options)))  # type: ignore[misc]
+            (one.label, None if one.label in out else partial(_used, use, one, options))
             for one in open_traces(source, options)
         ]
 
     return taken(_measurements(several(files)), opened, progress)
+
+
+def _used(use: Callable[[Trace], T], one: UnreadSpecimen, options: ReadingOptions) -> T:
+    return use(one.read(options))
 
 
 def taken(
@@ -61,9 +69,9 @@ def taken(
 ) -> tuple[list[T], dict[str, str]]:
     """What each specimen of each source gives, and {source: why} of those that give nothing.
 
-    `opened` names the specimens of a source and says how each is taken. Where none can be used, the
-    first one's reason is an error. Ctrl-C goes on with what was taken so far; the rest counts as
-    refused.
+    `opened` names the specimens of a source and says how each is taken, None for one that is left
+    out. Where none can be used, the first one's reason is an error. Ctrl-C goes on with what was
+    taken so far; the rest counts as refused.
     """
     done: list[T] = []
     refused: dict[str, str] = {}
@@ -80,6 +88,8 @@ def taken(
             refused[name] = _why(error, name)
             return
         for number, (label, one) in enumerate(found, 1):
+            if one is None:
+                continue
             own = f"{name}, specimen {label or number}" if len(found) > 1 else name
             try:
                 done.append(one())
@@ -219,10 +229,11 @@ def pulls(
     options: ReadingOptions,
     test: Callable[[PullFeatures, float, Brake], object],
     progress: Progress | None = None,
+    without: Mapping[str, Collection[str]] | None = None,
 ) -> tuple[list[tuple[Trace, PullFeatures, float]], dict[str, str], list[str]]:
     """Pulls with their features and vacuums [Pa], refused files, and what is odd about the rest.
 
-    `test` raises for a pull that cannot be used.
+    `test` raises for a pull that cannot be used; `without` are specimens left out by hand.
     """
     from layerjam.identify.pull.features import pull_features
 
@@ -243,7 +254,7 @@ def pulls(
         odd.extend(_odd_record(trace))
         return trace.thinned(PICTURE), pull.thinned(CURVE), pressure
 
-    used, refused = each(files, use, options, progress)
+    used, refused = each(files, use, options, progress, without)
     odd += [w for t, _, p in used for w in odd_facts(t, file, vacuum, p)]
     return used, refused, odd
 

@@ -1,24 +1,39 @@
-"""Files that are left out by hand, each with its reason, which stays with the result."""
+"""Files and specimens that are left out by hand, each with its reason, which stays with the result.
+
+A specimen of a file that holds several is named as results name it: `FILE, specimen LABEL`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from layerjam.commands.declare import Help, options
 from layerjam.commands.reading import Measured, several
 from layerjam.errors import QuantityError
+from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
+
+Name = TypeVar("Name", str, tuple[str, str])
+OF = ", specimen "
+"""Between a file and its specimen."""
+Specimens = Mapping[str, Collection[str]]
+"""{file: specimens of it that are left out}."""
 
 
 @options
 class LeftOut:
-    """Which files are left out, and why."""
+    """Which files and specimens are left out, and why."""
 
     exclude: Annotated[
         Sequence[str] | Mapping[str, str],
-        Help("Leave this file out; say why with --because.", metavar="FILE"),
+        Help(
+            "Leave this file out, or 'FILE, specimen NAME' of one that holds several; say why "
+            "with --because.",
+            metavar="FILE",
+        ),
     ] = ()
     because: Annotated[
         Sequence[str], Help("Why, one for each --exclude in their order.", metavar="TEXT")
@@ -41,36 +56,48 @@ class LeftOut:
         for name, why in zip(named, reasons, strict=True):
             if not why.strip():
                 raise QuantityError.of("because", f"is empty for {name}; say why it is left out")
-        if len(set(named)) < len(named):
-            twice = next(name for name in named if named.count(name) > 1)
-            raise QuantityError.of("exclude", f"{twice} is named twice")
-        return dict(zip(named, (why.strip() for why in reasons), strict=True))
+        return _once((n, why.strip()) for n, why in zip(named, reasons, strict=True))
 
     def apart(
-        self, files: Sequence[Measured] | Measured
-    ) -> tuple[list[Measured], list[dict[str, Any]]]:
-        """The other files, and of each that is left out `file`, `because` and `sha256`.
+        self, files: Sequence[Measured] | Measured, options: ReadingOptions
+    ) -> tuple[list[Measured], Specimens, list[dict[str, Any]]]:
+        """The other files, specimens left out of these, and all that is left out.
 
-        A file is named by its path, or by its name alone where only one has it. Raises
-        QuantityError for a name that is none of the files', and where no file is left.
+        Of each that is left out `file` (with its specimen), `because` and `sha256`. A file is named
+        by its path, or by its name alone where only one has it. Raises QuantityError for a name
+        that is none of the files', a specimen that the file does not hold, and where nothing is
+        left; FileError where a specimen is named of a file that cannot be read.
         """
-        kept, given = several(files), several(files)
-        out = []
-        for name, why in self.reasons().items():
-            source = _named(name, given)
-            kept.remove(source)
-            out.append({"file": _path(source), "because": why, "sha256": _digest(source)})
-        if out and not kept:
+        given, meant = several(files), self._meant(several(files))
+        known = {_called(f): f for f in given}
+        without: defaultdict[str, set[str]] = defaultdict(set)
+        for path, label in meant:
+            if label:
+                without[path].add(label)
+        held = {path: _specimens(known[path], labels, options) for path, labels in without.items()}
+        gone = {path for path, label in meant if not label}
+        gone |= {path for path, labels in without.items() if labels == held[path]}
+        kept = [f for f in given if _called(f) not in gone]
+        if meant and not kept:
             raise QuantityError.of("exclude", "names every file; none is left")
-        return kept, out
+        out = [
+            {"file": _named(path, label), "because": why, "sha256": _digest(known[path])}
+            for (path, label), why in meant.items()
+        ]
+        return kept, without, out
 
     def among(self, *groups: Sequence[Measured]) -> Iterator[LeftOut]:
         """The same for each of several groups of files; a name must be in one of them."""
-        reasons, known = self.reasons(), {_path(f): f for some in groups for f in some}
-        found = {_path(_named(name, [*known.values()])): why for name, why in reasons.items()}
+        meant = self._meant([*{_called(f): f for some in groups for f in some}.values()])
         for some in groups:
-            paths = {_path(f) for f in some}
-            yield LeftOut(exclude={p: why for p, why in found.items() if p in paths})
+            paths = {_called(f) for f in some}
+            yield LeftOut(
+                exclude={_named(p, label): w for (p, label), w in meant.items() if p in paths}
+            )
+
+    def _meant(self, files: Sequence[Measured]) -> dict[tuple[str, str], str]:
+        """{(path, specimen or "" for the whole file): why}."""
+        return _once((_meant(name, files), why) for name, why in self.reasons().items())
 
 
 def excluded_lines(excluded: Sequence[Mapping[str, Any]]) -> Iterator[str]:
@@ -85,25 +112,68 @@ def _texts(given: Sequence[str]) -> list[str]:
     return [given] if isinstance(given, str) else list(given)
 
 
-def _path(source: Measured) -> str:
-    return source.path if isinstance(source, Trace) else str(source)
+def _once(pairs: Iterable[tuple[Name, str]]) -> dict[Name, str]:
+    """A dictionary; QuantityError where two are of one name."""
+    made: dict[Name, str] = {}
+    for name, why in pairs:
+        if name in made:
+            twice = name if isinstance(name, str) else _named(*name)
+            raise QuantityError.of("exclude", f"{twice} is named twice")
+        made[name] = why
+    return made
 
 
-def _named(name: str, files: Sequence[Measured]) -> Measured:
-    """The one file of that path, or of that name."""
-    same = [f for f in files if _path(f) == name]
-    same = same or [f for f in files if Path(_path(f)).name == name]
-    if len(same) == 1:
-        return same[0]
-    if same:
-        paths = ", ".join(map(_path, same))
-        raise QuantityError.of("exclude", f"{name} is the name of several files: {paths}")
-    paths = ", ".join(_path(f) for f in files[:6]) + ", ..." * (len(files) > 6)
+def _named(path: str, specimen: str) -> str:
+    """The name that results give it."""
+    return f"{path}{OF}{specimen}" if specimen else path
+
+
+def _called(source: Measured) -> str:
+    """A path, or that of a trace with its specimen."""
+    return _named(source.path, source.specimen) if isinstance(source, Trace) else str(source)
+
+
+def _meant(name: str, files: Sequence[Measured]) -> tuple[str, str]:
+    """Path and specimen, "" for a whole file, that a name stands for."""
+    parts = name.split(OF)
+    for count in range(len(parts), 0, -1):
+        found = _path(OF.join(parts[:count]), files)
+        if found is not None:
+            return found, OF.join(parts[count:])
+    paths = ", ".join(map(_called, files[:6])) + ", ..." * (len(files) > 6)
     raise QuantityError.of("exclude", f"{name} is none of the files given: {paths}")
+
+
+def _path(name: str, files: Sequence[Measured]) -> str | None:
+    """The one file of that path, or of that name; None where there is none."""
+    same = [f for f in files if _called(f) == name]
+    same = same or [f for f in files if Path(_called(f)).name == name]
+    if len(same) > 1:
+        paths = ", ".join(map(_called, same))
+        raise QuantityError.of("exclude", f"{name} is the name of several files: {paths}")
+    return _called(same[0]) if same else None
+
+
+def _specimens(source: Measured, named: Collection[str], options: ReadingOptions) -> set[str]:
+    """The specimens that a file holds; QuantityError where it does not hold all those named."""
+    from layerjam.measure.readers.read import open_traces
+
+    path, labels = _called(source), []
+    if not isinstance(source, Trace):
+        labels = [one.label for one in open_traces(source, options)]
+    if len(labels) < 2:
+        why = "is one specimen; leave it out by the file's name alone"
+        raise QuantityError.of("exclude", f"{path} {why}")
+    for label in named:
+        if labels.count(label) != 1:
+            held = ", ".join(f"'{one[:30]}'" for one in labels[:6]) + ", ..." * (len(labels) > 6)
+            many = "no" if label not in labels else "more than one"
+            raise QuantityError.of("exclude", f"{path} holds {many} specimen '{label}': {held}")
+    return set(labels)
 
 
 def _digest(source: Measured) -> str | None:
     from layerjam.identify.provenance import sha256
 
-    path = _path(source)
+    path = source.path if isinstance(source, Trace) else str(source)
     return sha256(path) if path and Path(path).is_file() else None

@@ -143,8 +143,8 @@ def validate(
         with_pulls,
     )
 
-    files, excluded = left_out.apart(files)
-    used, refused, odd = pulls(files, brake, vacuum, options, compare, progress)
+    files, without, excluded = left_out.apart(files, options)
+    used, refused, odd = pulls(files, brake, vacuum, options, compare, progress, without)
     curves = curves_of(used)
     found, before = with_pulls(validate_curves(curves, brake.brake), curves, brake.brake), None
     warnings = [*brake.warnings(), *odd, *one_of_all(found.pulls)]

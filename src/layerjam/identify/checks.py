@@ -165,11 +165,22 @@ def end_of_curve(predicted: float, measured: float) -> Check:
     return check("shape", abs(off) <= 0.15, sentence)
 
 
-def shape(off: Sequence[float], half_width: float | None, end: Check) -> Check:
-    """The curve after the peak says the same scale factor, as sharply as its interval is narrow.
+def shape(
+    off: Sequence[float],
+    half_width: float | None,
+    *,
+    alarms: float,
+    least: float,
+    end: Check | None = None,
+) -> Check | None:
+    """The curves after the peak say the peaks' scale factor, on the mean over the pulls.
 
-    `off` is by which part the scale factor of each pull's sliding part lies off its peak's,
-    `half_width` the relative one of the factor's 95 % interval, `end` the check at the curves' end.
+    `off` is by which part the scale factor of each pull's sliding part lies off its peak's. What
+    lies within the factor's own 95 % interval (relative `half_width`, None where there is none) or
+    within Student's t of zero passes, so that the check is as sharp as the interval it vouches for.
+    However wide that is, a mean of more than `least` does not pass where Student's t has it with
+    `alarms` false alarms. `end` is the check at the curves' end, where that belongs to it; without,
+    None where no pull tells.
     """
     from scipy.special import stdtrit
 
@@ -177,16 +188,21 @@ def shape(off: Sequence[float], half_width: float | None, end: Check) -> Check:
     count = len(values)
     if not count:
         why = "; too little was recorded after the peaks to tell a scale factor there: pull further"
-        return check("shape", False, end.sentence, why)
+        return None if end is None else check("shape", False, end.sentence, why)
     mean = float(values.mean())
-    reach = 0.0
-    if count > 1:
-        reach = float(stdtrit(count - 1, 0.975)) * float(values.std(ddof=1)) / count**0.5
     limit = max(SMALL if half_width is None else half_width, SHARPEST)
-    fine = abs(mean) <= max(limit, reach)
+    if count > 1:
+        error = float(values.std(ddof=1)) / count**0.5
+        within, sure = (
+            float(stdtrit(count - 1, quantile)) * error for quantile in (0.975, 1 - alarms / 2)
+        )
+        limit = min(max(limit, within), max(least, sure))
+    fine = abs(mean) <= limit
     sentence = (
-        f"{end.sentence}; after the peak the curves have a scale factor {percent(mean)} off the "
-        f"peaks' (up to ±{max(limit, reach):.1%} passes)"
+        f"after the peak the curves have a scale factor {percent(mean)} off the peaks' "
+        f"(up to ±{limit:.1%} passes)"
     )
+    if end is not None:
+        sentence = f"{end.sentence}; {sentence}"
     why = ": the peaks are not the law's, as with static friction or stick-slip" * (not fine)
-    return check("shape", fine and end.passed, sentence, why)
+    return check("shape", fine and (end is None or end.passed), sentence, why)

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.identify.calibration.pull_fit import PullFit
-from layerjam.identify.checks import Check, check, no_trend, percent, repeats
+from layerjam.identify.checks import Check, check, no_trend, percent, repeats, shape
 from layerjam.identify.curves import ALIKE, Curve, levels
 from layerjam.identify.odd import FEWEST, group_apart, odd_ones
 from layerjam.measure.trace import Array
@@ -30,10 +30,11 @@ ALARMS: Mapping[str, float] = {
     "factor": 0.015,
     "slope": 0.003,
     "shape": 0.003,
-    "vacuum": 0.006,
+    "vacuum": 0.004,
     "speed": 0.003,
     "seating": 0.002,
     "seating of all": 0.002,
+    "shape of all": 0.002,
 }
 """Share of faultless campaigns that each test may call faulty; together below 5 %.
 
@@ -194,11 +195,11 @@ def _shape(found: _Findings, shapes: Sequence[float | None]) -> None:
     words = "after the peak {} off its own peak, unlike the others"
     logs = [None if s is None else float(np.log1p(max(s, -0.99))) for s in shapes]
     _each(found, "shape", logs, words, fewest=1)
-    for place, shape in enumerate(shapes):
-        if shape is not None and abs(shape) > OVERSHOOT:
+    for place, off in enumerate(shapes):
+        if off is not None and abs(off) > OVERSHOOT:
             found.verdicts[place]["shape"] = "odd"
             if not any(said.startswith("after the peak") for said in found.said[place]):
-                found.odd("shape", place, f"after the peak {percent(shape)} off its own peak")
+                found.odd("shape", place, f"after the peak {percent(off)} off its own peak")
 
 
 def _groups(found: _Findings, factors: Sequence[float | None], curves: Sequence[Curve]) -> Array:
@@ -283,13 +284,22 @@ def _soft(bends: Sequence[float]) -> bool:
     return mean > float(stdtrit(count - 1, 1 - ALARMS["seating of all"])) * error
 
 
-def pull_checks(rows: Sequence[SinglePull]) -> tuple[Check, ...]:
-    """Whether any pull is odd, whether all rises are straight, and what their slopes say."""
+def pull_checks(
+    rows: Sequence[SinglePull], half_width: float | None = None, end: Check | None = None
+) -> tuple[Check, ...]:
+    """Whether any pull is odd, or all are alike in shape and rise, and what their slopes say.
+
+    `half_width` is the relative one of the scale factor's 95 % interval and `end` the check at the
+    curves' end, as in `checks.shape`.
+    """
     odd = [f"{row.file}: {row.sentence}" for row in rows if row.odd]
     fine = f"none of {len(rows)} pulls is unlike the others"
     if len(rows) < 3:
         fine = "too few pulls to say which is unlike the others: three tell"
+    shapes = [row.shape for row in rows if row.shape is not None]
+    alarms, least = ALARMS["shape of all"], LEAST["shape"]
     checks: list[Check | None] = [
+        shape(shapes, half_width, alarms=alarms, least=least, end=end),
         check("pull by pull", not odd, "; ".join(odd) if odd else fine),
         _straight(rows),
     ]

@@ -106,23 +106,25 @@ def calibrate_bayesian(
     text = f"mean of the Bayesian posterior over {count} whole pulls"
     alone = fits_of(curves, brake)
     pulls = pull_table(curves, alone, brake)
+    intervals = {
+        name: Interval(
+            low=row.low,
+            high=row.high,
+            standard_error=row.sd,
+            degrees_of_freedom=float("inf"),
+            method="Bayesian posterior, central 95 %",
+        )
+        for name, row in rows.items()
+    }
+    half = intervals["scale_factor"].half_width / values["scale_factor"]
     return Calibration(
         values=values,
         standard_errors=errors,
         errors_rest_on=f"the posterior over {count} pull{'s' * (count > 1)}",
-        intervals={
-            name: Interval(
-                low=row.low,
-                high=row.high,
-                standard_error=row.sd,
-                degrees_of_freedom=float("inf"),
-                method="Bayesian posterior, central 95 %",
-            )
-            for name, row in rows.items()
-        },
+        intervals=intervals,
         **at_peaks(alone),
         pulls=pulls,
-        checks=(*fit.checks, *pull_checks(pulls)),
+        checks=(*fit.checks, *pull_checks(pulls, half)),
         curves=tuple(curves),
         sources=shape_sources(brake, values, errors, text, "standard deviation"),
         window=WINDOW,

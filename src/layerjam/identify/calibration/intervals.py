@@ -44,6 +44,11 @@ class Interval:
             method=method,
         )
 
+    @property
+    def half_width(self) -> float:
+        """Half of it, in the value's unit."""
+        return (self.high - self.low) / 2
+
     def of_logarithm(self, value: float) -> Interval:
         """That of a `value` whose logarithm this is about."""
         low, high = (float(np.exp(end)) for end in (self.low, self.high))

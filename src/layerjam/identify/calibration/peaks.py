@@ -22,7 +22,6 @@ from layerjam.identify.checks import (
     identifiable,
     no_trend,
     plausible,
-    shape,
     stiffness_possible,
 )
 from layerjam.identify.curves import Curve, conditions, curve_of
@@ -229,7 +228,6 @@ def calibration_checks(
     last = [(f, float(f.pull.elongation[-1])) for f in fits]
     ends = [float(force_at_elongation(u, f.vacuum, calibrated)) for f, u in last]
     measured = [float(f.pull.force[-max(3, len(f.pull.force) // 200) :].mean()) for f in fits]
-    half = None if interval is None else (interval.high - interval.low) / 2 / factor
     end = end_of_curve(float(np.mean(ends)), float(np.mean(measured)))
     checks = [
         identifiable(brake),
@@ -237,7 +235,6 @@ def calibration_checks(
         stiffness_possible(stiffness, float(stiffness_before_slip(brake)), few),
         agreement(factors, [f.scale_factor_se for f in fits]),
         no_trend(factors, [f.vacuum for f in fits], "vacuum", "Pa"),
-        shape([p.shape for p in pulls if p.shape is not None], half, end),
-        *pull_checks(pulls),
+        *pull_checks(pulls, None if interval is None else interval.half_width / factor, end),
     ]
     return tuple(c for c in checks if c is not None)

@@ -59,6 +59,8 @@ def calibrate_curves(
         reference = brake.test_pressure or fit.reference_pressure
     count, alone = len(curves), fits_of(curves, brake)
     pulls = pull_table(curves, alone, brake, _expected(fit, brake))
+    interval = told["intervals"]["scale_factor"]
+    half = None if interval is None else interval.half_width / told["values"]["scale_factor"]
     return Calibration(
         **told,
         **at_peaks(alone),
@@ -66,7 +68,7 @@ def calibrate_curves(
         errors_rest_on=f"the scatter between {count} pulls"
         if count > 1
         else "nothing: one pull says nothing about repeatability",
-        checks=(*checks, *(() if single is None else (single,)), *pull_checks(pulls)),
+        checks=(*checks, *(() if single is None else (single,)), *pull_checks(pulls, half)),
         curves=tuple(curves),
         sources=_sources(fit, told["values"], told["standard_errors"], brake),
         window=WINDOW,
