@@ -18,7 +18,7 @@ from layerjam.identify.bayes.checks import bayes_checks
 from layerjam.identify.bayes.model import Sites, known_of, priors, reduced, start
 from layerjam.identify.bayes.posterior import BayesFit, Population
 from layerjam.identify.calibration.intervals import Interval
-from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table
+from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table, with_enclosure
 from layerjam.identify.calibration.record import Calibration, shape_sources
 from layerjam.identify.calibration.whole_curves import WINDOW
 from layerjam.identify.curves import Curve
@@ -105,7 +105,7 @@ def calibrate_bayesian(
     errors = {name: row.sd for name, row in rows.items()}
     text = f"mean of the Bayesian posterior over {count} whole pulls"
     alone = fits_of(curves, brake)
-    pulls = pull_table(curves, alone, brake)
+    pulls = pull_table(curves, *with_enclosure(alone, brake, values["enclosure_factor"]))
     intervals = {
         name: Interval(
             low=row.low,

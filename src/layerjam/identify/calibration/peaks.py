@@ -26,6 +26,7 @@ from layerjam.identify.checks import (
 )
 from layerjam.identify.curves import Curve, conditions, curve_of
 from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, SLOPE, PullFeatures
+from layerjam.identify.shape import with_shape
 from layerjam.identify.single_pulls import SinglePull, pull_checks, single_pulls
 from layerjam.measure.trace import Array
 from layerjam.mechanics.enclosure import enclosure_at
@@ -104,6 +105,25 @@ def fits_of(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
         except FitError:
             fits.append(None)
     return fits
+
+
+def with_enclosure(
+    fits: Sequence[PullFit | None], brake: Brake, factor: float
+) -> tuple[list[PullFit | None], Brake]:
+    """The fits and the brake with the enclosure's force multiplied by a `factor` found elsewhere.
+
+    A peak alone takes the enclosure as the file has it; where that is off, its scale factor is too,
+    the more the lower the vacuum.
+    """
+    spring = brake.stiffness_measured
+    other = with_shape(brake, brake.scale_factor, spring, factor)
+    known = [f for f in fits if f is not None]
+    if not known:
+        return list(fits), other
+    peaks, vacuums = np.array([(f.pull.peak_force, f.vacuum) for f in known]).T
+    factors = iter(np.asarray(scale_factor_of_peak(peaks, vacuums, other)).tolist())
+    moved = [None if f is None else replace(f, scale_factor=next(factors)) for f in fits]
+    return [f if f is not None and np.isfinite(f.scale_factor) else None for f in moved], other
 
 
 def pull_table(

@@ -10,7 +10,7 @@ from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.calibration.influence import estimates
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
-from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table
+from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table, with_enclosure
 from layerjam.identify.calibration.record import Calibration, calibrated, shape_sources
 from layerjam.identify.calibration.verdict import (
     curve_checks,
@@ -58,7 +58,8 @@ def calibrate_curves(
     if "pressure_exponent" in fit.names:
         reference = brake.test_pressure or fit.reference_pressure
     count, alone = len(curves), fits_of(curves, brake)
-    pulls = pull_table(curves, alone, brake, _expected(fit, brake))
+    seen, fitted = with_enclosure(alone, brake, told["values"]["enclosure_factor"])
+    pulls = pull_table(curves, seen, fitted, _expected(fit, brake))
     interval = told["intervals"]["scale_factor"]
     half = None if interval is None else interval.half_width / told["values"]["scale_factor"]
     return Calibration(
