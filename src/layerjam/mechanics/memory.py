@@ -36,6 +36,8 @@ DEPTH = 16
 NEAR = 1e-9
 """Share within which two numbers count as equal. Histories reach equalities exactly (a loop that
 closes, a strip that just slides), and rounding must not decide what comes then."""
+NEAR_IN_SINGLE = 1e-4
+"""The same in single precision, whose rounding is coarser."""
 
 
 class Turns(NamedTuple):
@@ -82,6 +84,11 @@ def at_rest() -> Memory:
     return Memory(zero, zero, zero, base, zero, zero, void, turns, turns, yes, zero, zero, no)
 
 
+def near(number: Any) -> float:
+    """Share within which two numbers of this precision count as equal."""
+    return NEAR if jnp.result_type(number) == jnp.float64 else NEAR_IN_SINGLE
+
+
 def branch(strength: Any, enclosure: EnclosureLaw) -> EnclosureLaw:
     """The strip as it answers a move against a change of friction `strength` [N/m]."""
     return enclosure_of(enclosure.stiffness, strength, enclosure.reach)
@@ -105,7 +112,9 @@ def _innermost(turns: Turns, otherwise: Any) -> Any:
 
 def _unmoved(state: Memory) -> Any:
     """The strip has not moved since the vacuum was changed."""
-    return (state.base.count > 0) & (jnp.abs(state.slip - state.base.slip) <= NEAR * state.slip)
+    return (state.base.count > 0) & (
+        jnp.abs(state.slip - state.base.slip) <= near(state.slip) * state.slip
+    )
 
 
 def _sliding_back(state: Memory) -> Any:
@@ -201,7 +210,7 @@ def load_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     first = jnp.where(lows.count > 0, jnp.clip(highs.slip[0], state.slip, slip), state.slip)
     more, warmer = first_work(state, first, slip, enclosure)
     work, heat = work + more, heat + warmer
-    left = ((highs.slip * (1 - NEAR) > slip) & (index < highs.count)).sum()
+    left = ((highs.slip * (1 - near(slip)) > slip) & (index < highs.count)).sum()
     return state._replace(
         slip=slip,
         force=jnp.where(slip > state.slip, loading_force(state, slip, enclosure), state.force),
@@ -221,7 +230,7 @@ def unload_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     outer = jnp.where(index > 0, jnp.roll(lows.slip, 1), slip)
     end = jnp.where(on, jnp.clip(outer, slip, start), start)
     work, heat = _along(highs, on, start, end, enclosure.friction, enclosure)
-    left = ((lows.slip < slip * (1 - NEAR)) & (index < lows.count)).sum()
+    left = ((lows.slip < slip * (1 - near(slip))) & (index < lows.count)).sum()
     # a strip that slides back as a whole takes its base along
     slides = _sliding_back(state)
     distance = state.slip - slip
@@ -260,34 +269,34 @@ def at_vacuum(state: Memory, before: EnclosureLaw, after: EnclosureLaw) -> Memor
     from a force whose first loading would store no more energy than there is: softer than the
     strip, but nothing is won by pumping. An enclosure that pushes (force < 0) is let go.
     """
-    slip, new = state.slip, after.friction
+    slip, new, share = state.slip, after.friction, near(state.slip)
     straight = (state.highs.count == 0) & (state.lows.count == 0)
     gripped = _unmoved(state) & straight & (state.grip >= 0)
     q = jnp.where(gripped, state.grip, before.friction)
     raised = new > q
-    first = state.loading & (state.lows.count == 0) & (slip >= state.join * (1 - NEAR))
-    first = first & (jnp.abs(state.origin) <= NEAR * slip)
+    first = state.loading & (state.lows.count == 0) & (slip >= state.join * (1 - share))
+    first = first & (jnp.abs(state.origin) <= share * slip)
     whole = after.stiffness * slip / after.reach
     # without friction turns mean nothing, and the strip is stretched evenly
-    even = (q == 0) & (jnp.abs(state.force - whole) <= NEAR * whole)
+    even = (q == 0) & (jnp.abs(state.force - whole) <= share * whole)
     known = first | gripped | even
     least = whole - new * after.reach
     slid_back = _slid_back_stored(least, after)
-    back = ~known & (least > NEAR * whole) & (state.force <= least + NEAR * whole)
-    back = back & (state.stored >= slid_back * (1 - NEAR))
+    back = ~known & (least > share * whole) & (state.force <= least + share * whole)
+    back = back & (state.stored >= slid_back * (1 - share))
     most = backbone(slip, after)
     held = jnp.minimum(jnp.minimum(state.force, most), _force_of_stored(state.stored, after))
     unsure = jnp.maximum(jnp.where(raised, state.force, held), 0.0)
     force = jnp.where(known, jnp.where(raised, state.force, most), jnp.where(back, least, unsure))
     there = inverse_backbone(unsure, after)
     stored = jnp.where(raised, state.stored, backbone_stored(there, after))
-    stored = jnp.where(state.force < -NEAR * whole, 0.0, stored)
+    stored = jnp.where(state.force < -share * whole, 0.0, stored)
     stored = jnp.where(back, slid_back, stored)
     exact = jnp.where(raised, state.stored, backbone_stored(slip, after))
     stored = jnp.minimum(jnp.where(known, exact, stored), state.stored)
     zone = jnp.where(q > 0, state.force / 2 / jnp.where(q > 0, q, 1.0), after.reach)
     ends = inverse_backbone(force + 2 * (new - q) * jnp.minimum(zone, after.reach), after)
-    spare = known & raised & (slip > NEAR * after.reach)
+    spare = known & raised & (slip > share * after.reach)
     join = jnp.where(spare, ends, jnp.where(back, _crossing(slip, force, after), slip))
     changed = state._replace(
         force=force,

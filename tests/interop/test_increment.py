@@ -1,0 +1,106 @@
+"""The increment in JAX is the compiled kernel, in either precision, past the overlap too."""
+
+from __future__ import annotations
+
+import shutil
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from layerjam.device.load import load
+from layerjam.errors import QuantityError
+from layerjam.interop.increment import Increment, at_start, moved
+from layerjam.interop.kernel import SEPARATED, Kernel
+
+CC = pytest.mark.skipif(
+    shutil.which("cc") is None and shutil.which("gcc") is None, reason="no C compiler here"
+)
+STEPS = 300
+KAPTON = load("choi2018-kapton").brake
+NUMBERS = Kernel(KAPTON).parameters if shutil.which("cc") else None
+
+
+def walk(seed):
+    """Elongations that go slack, turn often and part the sheets; vacuums; compliances."""
+    rng = np.random.default_rng(seed)
+    ahead = np.cumsum(rng.normal(3e-4 * (seed % 3), 2e-3, STEPS))
+    path = np.clip(ahead, -1e-3, 0.12)
+    vacuum = np.repeat(rng.uniform(0, 1e5, STEPS // 10), 10)
+    return path, vacuum, rng.choice([0.0, 1e-6, 1e-5], STEPS)
+
+
+def traced(path, vacuum, compliance, dtype):
+    def step(state, point):
+        state = moved(state, point[0], point[1], NUMBERS, point[2])
+        return state, (state.force, state.slip, state.brake.heat)
+
+    points = tuple(np.asarray(each, dtype) for each in (path, vacuum, compliance))
+    return jax.lax.scan(step, at_start(dtype), points)[1]
+
+
+@CC
+@pytest.mark.parametrize(("dtype", "newtons"), [(jnp.float64, 1e-9), (jnp.float32, 5e-3)])
+def test_the_increment_is_the_kernel(dtype, newtons):
+    parted = 0
+    run = jax.jit(traced, static_argnums=3)
+    for seed in range(12):
+        path, vacuum, compliance = walk(seed)
+        force, slip, heat = map(np.asarray, run(path, vacuum, compliance, dtype))
+        assert force.dtype == dtype
+        kernel, rows = Kernel(KAPTON), []
+        for point in zip(path, vacuum, compliance, strict=True):
+            kernel.move(*point)
+            rows.append((kernel.force, kernel.slip, kernel.heat))
+        parted += kernel.flags & SEPARATED > 0
+        expected = np.array(rows)
+        assert np.abs(force - expected[:, 0]).max() <= newtons
+        assert np.abs(slip - expected[:, 1]).max() <= newtons * 1e-5
+        assert np.abs(heat - expected[:, 2]).max() <= newtons * 1e-1
+    assert parted >= 2
+
+
+@CC
+def test_the_twin_without_a_compiler_moves_refuses_and_remembers():
+    twin, kernel = Increment(NUMBERS), Kernel(KAPTON)
+    path, vacuum, compliance = walk(1)
+    for point in zip(path[:60], vacuum, compliance, strict=False):
+        assert twin.move(*point) == pytest.approx(kernel.move(*point), abs=1e-9)
+    kept = twin.state
+    before = (twin.force, twin.slip, twin.heat)
+    for elongation, bad in ((np.nan, 1e3), (0.01, -1.0), (0.01, np.inf)):
+        with pytest.raises(QuantityError):
+            twin.move(elongation, bad)
+    assert twin.state == kept
+    twin.move(0.05, 0.0)
+    twin.state = kept
+    assert (twin.force, twin.slip, twin.heat) == before
+
+
+@CC
+def test_a_held_load_changes_no_bit_however_often_it_is_asked_for():
+    """At 99.9 % of what friction holds; at 100.1 % it slides."""
+    hold = NUMBERS.contact * 94.5e3 * NUMBERS.overlap
+    for dtype in (jnp.float64, jnp.float32):
+        run = jax.jit(
+            lambda s, u: jax.lax.fori_loop(0, 10_000, lambda _, t: moved(t, u, 94.5e3, NUMBERS), s)
+        )
+        up = jnp.asarray(0.999 * hold / NUMBERS.stiffness, dtype)
+        first = moved(at_start(dtype), up, 94.5e3, NUMBERS)
+        last = run(first, up)
+        assert first.slip == 0
+        for a, b in zip(jax.tree.leaves(first), jax.tree.leaves(last), strict=True):
+            assert np.asarray(a).tobytes() == np.asarray(b).tobytes()
+        assert moved(last, 1.001 * hold / NUMBERS.stiffness, 94.5e3, NUMBERS).slip > 0
+
+
+@CC
+def test_numbers_that_mean_nothing_leave_the_last_vacuum():
+    """Traced code cannot raise: the plugin does the same with a control that is no number."""
+    state = moved(at_start(), 0.02, 5e4, NUMBERS)
+    for bad in (np.nan, -1.0, np.inf):
+        same = moved(state, 0.021, bad, NUMBERS)
+        assert same.force == moved(state, 0.021, 5e4, NUMBERS).force
+        assert same.brake.vacuum == 5e4
+    assert moved(state, np.nan, 5e4, NUMBERS).force == state.force
