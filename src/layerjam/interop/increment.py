@@ -98,11 +98,14 @@ def _whole(state: State, elongation: Any, at: Setting, separated: Any) -> tuple[
     first = _typed(move(state, elongation, at), state)
     parts = (first.enclosure.slip >= at.overlap) & ~separated
 
-    made = jax.lax.cond(
-        parts,
-        lambda: _typed(move(state, elongation, at._replace(c=0.0 * at.c)), state),
-        lambda: first,
-    )
+    left = jnp.maximum(at.overlap - state.enclosure.slip, 0.0)
+    rubbed = at.c * left**2 / 2  # up to the end of the overlap; beyond it the enclosure is alone
+
+    def alone() -> State:
+        free = move(state, elongation, at._replace(c=0.0 * at.c))
+        return _typed(free._replace(heat=free.heat + rubbed, work=free.work + rubbed), state)
+
+    made = jax.lax.cond(parts, alone, lambda: first)
     still = made.enclosure.slip == state.enclosure.slip
     # a move that changes no slip leaves no turning point: rounding is no turn
     memory = jax.tree.map(
