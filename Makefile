@@ -4,8 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 NEIGHBOURS := $(VENV)/.bench
+SIMULATORS := $(VENV)/interop
 
-.PHONY: demo test slow bench docs lint mutants coverage alarms fuzz lock clean
+.PHONY: demo test slow bench interop docs lint mutants coverage alarms fuzz lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -24,6 +25,10 @@ slow: $(STAMP)
 
 bench: $(NEIGHBOURS)
 	$(BIN)/python -m benchmarks.run
+
+# The brake in simulators that are too heavy for `make test`, in an environment of their own.
+interop: $(SIMULATORS)/.installed
+	$(SIMULATORS)/bin/python -m pytest -q tests/interop
 
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --site-dir out/site
@@ -69,16 +74,27 @@ $(NEIGHBOURS): benchmarks/requirements.lock $(STAMP)
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r benchmarks/requirements.lock
 	@touch $(NEIGHBOURS)
 
+$(SIMULATORS)/.installed: tests/interop/requirements.lock $(STAMP)
+	@echo "installing the simulators into $(SIMULATORS) (once)"
+	@$(PYTHON) -m venv $(SIMULATORS)
+	@$(SIMULATORS)/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r tests/interop/requirements.lock
+	@$(SIMULATORS)/bin/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation --no-index --editable .
+	@touch $@
+
 # uv writes no registry host with these options; a test greps for one.
 lock:
 	printf 'hatchling>=1.27\neditables\n' > build.in
 	uv pip compile --universal --generate-hashes --no-header --no-annotate \
-	  --no-emit-index-url --no-emit-find-links --python-version 3.11 --all-extras \
-	  pyproject.toml build.in --output-file requirements.lock
+	  --no-emit-index-url --no-emit-find-links --python-version 3.11 \
+	  --extra all --extra docs --extra test pyproject.toml build.in --output-file requirements.lock
 	rm build.in
 	uv pip compile --universal --generate-hashes --no-header --no-annotate \
 	  --no-emit-index-url --no-emit-find-links --python-version 3.11 -c requirements.lock \
 	  benchmarks/requirements.in --output-file benchmarks/requirements.lock
+	uv pip compile --universal --generate-hashes --no-header --no-annotate \
+	  --no-emit-index-url --no-emit-find-links --python-version 3.11 -c requirements.lock \
+	  --extra mjx --extra figures pyproject.toml tests/interop/requirements.in \
+	  --output-file tests/interop/requirements.lock
 
 clean:
 	rm -rf $(VENV) out
