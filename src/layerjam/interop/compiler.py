@@ -80,6 +80,7 @@ def library(
     *,
     flags: Sequence[str] = (),
     includes: Sequence[Path] = (),
+    libraries: Sequence[str] = (),
     ending: str = "",
 ) -> Path:
     """The path of a shared library of C sources, compiled unless that was done before.
@@ -92,6 +93,7 @@ def library(
     written = [file for folder in folders for file in sorted(folder.glob("*.[ch]"))]
     more = [*FLAGS, *flags, *(f"-D{name}" for name in defines)]
     said = [*command, version(command), sys.platform, *more, *(s.name for s in sources)]
+    said += libraries
     stamp = hashlib.sha256("\n".join(said).encode())
     for file in written:
         stamp.update(file.name.encode() + file.read_bytes())
@@ -100,7 +102,8 @@ def library(
     if not kept.exists():
         shared = ["-shared"] if sys.platform == "win32" else ["-shared", "-fPIC"]
         about = [f"-I{folder}" for folder in folders]
-        build([*command, *more, *shared, *about, *map(str, sources)], kept, libraries=("-lm",))
+        made = [*command, *more, *shared, *about, *map(str, sources)]
+        build(made, kept, libraries=(*libraries, "-lm"))
     return kept
 
 

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from layerjam.device.brake import Brake as _Brake
-from layerjam.device.file import BrakeFile
-from layerjam.errors import CompilerError, MissingExtraError
+from layerjam.errors import CompilerError
 from layerjam.interop.kernel import Kernel
+from layerjam.interop.mjcf import AnyBrake, attach, brake_file, mjcf
 from layerjam.interop.parameters import parameters
+from layerjam.interop.plugin import installed, load, plugin
 from layerjam.interop.tendon import (
     LOWEST,
     Coupling,
@@ -27,14 +27,7 @@ from layerjam.interop.tendon import (
     tendon_of,
 )
 
-AnyBrake = str | BrakeFile | _Brake
-
-
-def brake_file(brake: AnyBrake) -> BrakeFile | _Brake:
-    """A catalogue name or a path as its file; anything else as it is."""
-    from layerjam.device.load import load
-
-    return load(brake) if isinstance(brake, str) else brake
+__all__ = ["AnyBrake", "Brake", "Coupling", "attach", "load", "mjcf", "plugin"]
 
 
 class Brake:
@@ -58,8 +51,7 @@ class Brake:
         coupling: Coupling = "limited",
         rope_stiffness: float | None = None,
     ) -> None:
-        with MissingExtraError.without("a brake in MuJoCo", "mujoco"):
-            import mujoco  # noqa: F401
+        installed()
         given = brake_file(brake)
         numbers = parameters(given, rope_stiffness)
         check_integrator(model)

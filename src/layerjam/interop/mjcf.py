@@ -1,0 +1,178 @@
+"""Models with a brake: the actuator as MJCF, added to a mujoco.MjSpec, and one to look at."""
+
+from __future__ import annotations
+
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile
+from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.interop.parameters import Parameters, parameters
+from layerjam.interop.tendon import Coupling, checked
+
+AnyBrake = str | BrakeFile | Brake
+INSTANCE = "layerjam"
+PLUGIN = "layerjam.brake"
+SCENE = "layerjam"
+HELD = 50e3
+"""Vacuum of the keyframe [Pa]."""
+
+
+def brake_file(brake: AnyBrake) -> BrakeFile | Brake:
+    """A catalogue name or a path as its file; anything else as it is."""
+    from layerjam.device.load import load
+
+    return load(brake) if isinstance(brake, str) else brake
+
+
+def atmosphere_of(given: BrakeFile | Brake) -> float:
+    """The most vacuum there can be [Pa]."""
+    brake = given.brake if isinstance(given, BrakeFile) else given
+    return float(brake.site.atmosphere)
+
+
+def config(
+    numbers: Parameters, coupling: Coupling = "limited", rest_length: float | None = None
+) -> dict[str, str]:
+    """Attributes of the plugin; numbers in full."""
+    made = {name: repr(float(value)) for name, value in numbers._asdict().items()}
+    if rest_length is not None:
+        if not 0 <= rest_length < float("inf"):
+            raise QuantityError.of("rest_length", f"{rest_length} m is not allowed; zero or more")
+        made["rest_length"] = repr(float(rest_length))
+    return {**made, "coupling": checked(coupling)}
+
+
+def _lag(vacuum_lag: float | None) -> dict[str, str]:
+    """The vacuum line as the actuator's own dynamics: first order, exact at any step."""
+    if vacuum_lag is None:
+        return {}
+    if not 0 < vacuum_lag < float("inf"):
+        raise QuantityError.of("vacuum_lag", f"{vacuum_lag} s is not allowed; above zero")
+    return {"dyntype": "filterexact", "dynprm": repr(float(vacuum_lag))}
+
+
+def mjcf(
+    brake: AnyBrake,
+    tendon: str = "cable",
+    rest_length: float | None = None,
+    vacuum_lag: float | None = None,
+    *,
+    coupling: Coupling = "limited",
+    rope_stiffness: float | None = None,
+    name: str = "brake",
+) -> str:
+    """The brake as MJCF for `<include>`: the plugin's instance, and an actuator on a tendon.
+
+    `rest_length` [m] is the tendon's length at zero elongation, that at qpos0 unless it is given;
+    `vacuum_lag` [s] the time constant of the vacuum line. Raises QuantityError, UnknownNameError.
+    """
+    given = brake_file(brake)
+    numbers = config(parameters(given, rope_stiffness), coupling, rest_length)
+    keys = "\n".join(
+        f"        <config key={quoteattr(key)} value={quoteattr(value)}/>"
+        for key, value in numbers.items()
+    )
+    instance = f"{INSTANCE}-{name}"
+    actuator = {
+        "name": name,
+        "plugin": PLUGIN,
+        "instance": instance,
+        "tendon": tendon,
+        "ctrllimited": "true",
+        "ctrlrange": f"0 {atmosphere_of(given)!r}",
+        **_lag(vacuum_lag),
+    }
+    words = " ".join(f"{key}={quoteattr(value)}" for key, value in actuator.items())
+    return f"""<mujocoinclude>
+  <!-- the control is the vacuum [Pa] -->
+  <extension>
+    <plugin plugin="{PLUGIN}">
+      <instance name={quoteattr(instance)}>
+{keys}
+      </instance>
+    </plugin>
+  </extension>
+  <actuator>
+    <plugin {words}/>
+  </actuator>
+</mujocoinclude>
+"""
+
+
+def scene(tendon: str, include: str) -> str:
+    """A model to look at: 1 kg that hangs half a metre below the ceiling on a cable."""
+    return f"""<mujoco model="a layer-jamming brake">
+  <include file={quoteattr(include)}/>
+  <option timestep="0.0005"/>
+  <statistic center="0 0 -0.3" extent="0.6"/>
+  <worldbody>
+    <light pos="0.5 -1 1"/>
+    <geom type="box" size="0.2 0.2 0.01" pos="0 0 0.01" rgba="0.4 0.45 0.5 1"/>
+    <site name="{SCENE}-ceiling"/>
+    <body name="load" pos="0 0 -0.5">
+      <joint name="down" type="slide" axis="0 0 -1"/>
+      <geom type="box" size="0.035 0.035 0.035" mass="1" rgba="0.84 0.37 0 1"/>
+      <site name="{SCENE}-load"/>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name={quoteattr(tendon)} width="0.004" rgba="0 0.45 0.7 1">
+      <site site="{SCENE}-ceiling"/>
+      <site site="{SCENE}-load"/>
+    </spatial>
+  </tendon>
+  <keyframe>
+    <key name="held" ctrl="{HELD:g}"/>
+  </keyframe>
+</mujoco>
+"""
+
+
+def attach(
+    spec: Any,
+    tendon: str,
+    brake: AnyBrake,
+    *,
+    rest_length: float | None = None,
+    vacuum_lag: float | None = None,
+    coupling: Coupling = "limited",
+    rope_stiffness: float | None = None,
+    name: str = "brake",
+) -> Any:
+    """Add the brake to a mujoco.MjSpec, as an actuator on one of its tendons; the actuator.
+
+    Its control is the vacuum [Pa]. The tendon itself carries no stiffness, or the brake would have
+    a second spring beside it. Loads the plugin. Raises UnknownNameError, QuantityError,
+    MissingExtraError, CompilerError.
+    """
+    from layerjam.interop.plugin import installed, load
+
+    mujoco = installed()
+    load()
+    found = next((one for one in spec.tendons if one.name == tendon), None)
+    if found is None:
+        known = [one.name for one in spec.tendons] or ["(the model has no tendon)"]
+        raise UnknownNameError("tendon", tendon, known)
+    for quantity in ("stiffness", "frictionloss", "springyield"):
+        if any(float(value) != 0 for value in _numbers(getattr(found, quantity, 0.0))):
+            raise QuantityError.of(
+                f"tendon '{tendon}'", f"{quantity} would act beside the brake; leave it out"
+            )
+    given, lag = brake_file(brake), _lag(vacuum_lag)
+    numbers = config(parameters(given, rope_stiffness), coupling, rest_length)
+    spec.activate_plugin(PLUGIN)
+    instance = spec.add_plugin(name=f"{INSTANCE}-{name}", plugin_name=PLUGIN, active=True)
+    instance.config = numbers
+    actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
+    actuator.ctrllimited, actuator.ctrlrange = True, [0.0, atmosphere_of(given)]
+    if lag:
+        actuator.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
+        actuator.dynprm[0] = vacuum_lag
+    actuator.plugin = instance
+    return actuator
+
+
+def _numbers(value: Any) -> list[float]:
+    return list(value) if hasattr(value, "__len__") else [value]
