@@ -200,10 +200,11 @@ def test_the_verb_tells_the_spread_and_what_was_stopped():
 
 def test_options_of_the_stack_are_refused_for_the_lumped_brake():
     more = {"vacuum": "9kPa", "speed": "1mm/s", "travel": "3mm"}
-    for wrong in ({"static": True}, {"scatter": 0.1}, {"housing": Housing(friction=1.0)}):
+    rubs = {"housing": Housing(friction=1.0)}
+    for wrong in ({"static": True}, {"one_by_one": True}, {"scatter": 0.1}, rubs):
         with pytest.raises(QuantityError, match="model 'stack'"):
             tensile.tensile("choi2018-kapton", **more, **wrong)
-    for wrong in ({"scatter": "-1%"}, {"scatter": "0.1", "samples": 1}):
+    for wrong in ({"scatter": "-1%"}, {"scatter": "0.1", "samples": 1}, {"one_by_one": True}):
         with pytest.raises(QuantityError):
             tensile.tensile("choi2018-kapton", model="stack", **more, **wrong)
 
@@ -218,6 +219,14 @@ def test_the_command():
     assert answer["samples"] == 40
     assert answer["peak_mean"] > 190
     assert set(answer["units"]) >= {"peak_sd", "onset_mean"}
+
+
+def test_the_command_takes_the_order_of_breaks():
+    pulled = {"vacuum": "94.5kPa", "speed": "13mm/s", "travel": "3mm", "model": "stack"}
+    uneven = {"interfaces": Interfaces(friction=np.exp(0.4 * np.sin(np.arange(10) ** 2)))}
+    more = {"static": True, "scatter": "30%", "samples": 200, **pulled, **uneven}
+    peaks = [tensile.tensile("choi2018-kapton", one_by_one=o, **more) for o in (False, True)]
+    assert len({p.peak_force for p in peaks}) == len({p.peak_mean for p in peaks}) == 2
 
 
 def test_progress_is_said_after_two_seconds_only(capsys, monkeypatch):

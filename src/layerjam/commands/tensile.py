@@ -97,6 +97,9 @@ def tensile(
     static: Annotated[
         bool, Help("Stack: static friction holds an interface until it slides.")
     ] = False,
+    one_by_one: Annotated[
+        bool, Help("Stack, with --static: what a break overloads lets go one by one.")
+    ] = False,
     interfaces: Interfaces | None = None,
     housing: Housing | None = None,
     scatter: Annotated[float | str | None, SCATTER, Help("Stack: relative SD of friction.")] = None,
@@ -110,17 +113,19 @@ def tensile(
     """Pull a brake in a simulated test machine.
 
     Either vacuum, speed and travel (elongation of the crosshead), or a procedure. Only for the
-    model "stack": `static` friction before an interface slides, `interfaces` that differ, a
-    `housing` that rubs, and `scatter`, the relative SD of the interfaces' friction: then `samples`
-    (1000) stacks, drawn from `seed` (1), give mean and SD of peak, stiffness and onset; interrupted
-    from the keyboard, of those that are done. `vacuum_share` of what the gauge reads presses the
-    sheets. With `leak_time` the line is shut off after every evacuation and the vacuum leaks away
-    from then on; not in the stack, which keeps the vacuum it starts with. Raises ProcedureError or
-    QuantityError for what contradicts itself.
+    model "stack": `static` friction before an interface slides, and `one_by_one`: interfaces that a
+    break overloads let go one after the other, the most overloaded first, and not together;
+    `interfaces` that differ, a `housing` that rubs, and `scatter`, the relative SD of the
+    interfaces' friction: then `samples` (1000) stacks, drawn from `seed` (1), give mean and SD of
+    peak, stiffness and onset; interrupted from the keyboard, of those that are done. `vacuum_share`
+    of what the gauge reads presses the sheets. With `leak_time` the line is shut off after every
+    evacuation and the vacuum leaks away from then on; not in the stack, which keeps the vacuum it
+    starts with. Raises ProcedureError or QuantityError for what contradicts itself.
     """
     brake = with_share(brake, vacuum_share)
     steps = _steps(brake, vacuum, speed, travel, procedure)
-    layout = {"static": static, "interfaces": interfaces, "housing": housing}
+    layout: dict[str, Any] = {"static": static, "one_by_one": one_by_one}
+    layout |= {"interfaces": interfaces, "housing": housing}
     scattered = {"scatter": scatter, "samples": samples, "seed": seed}
     if model == "stack":
         if leak_time is not None:

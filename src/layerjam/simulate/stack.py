@@ -71,18 +71,21 @@ def tensile_stack(
     interfaces: Interfaces | None = None,
     housing: Housing | None = None,
     static: bool = False,
+    one_by_one: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[TensileRecord, StackPull]:
     """Pull a brake sheet by sheet: one evacuation, then pulls, returns and holds.
 
     Gives the record (slip is the mean over the interfaces) and what every sheet and interface did.
     Outcomes as for the lumped brake; CLOSED_BY_SLEEVE where, unloaded, every interface slid back.
-    `progress` is called with the share done. Raises ProcedureError for a procedure that changes the
-    vacuum or does not pull.
+    `interfaces`, `housing`, `static` and `one_by_one` are those of `stack_of`. `progress` is called
+    with the share done. Raises ProcedureError for a procedure that changes the vacuum or does not
+    pull.
     """
     brake, (first_step, moves) = file.brake, _checked(procedure)
     vacuum = first_step.to
-    stack = stack_of(brake, vacuum, interfaces=interfaces, housing=housing, static=static)
+    layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}
+    stack = stack_of(brake, vacuum, one_by_one=one_by_one, **layout)
     lengths, fan = stack.length.copy(), fan_of_stack(brake, vacuum, interfaces, static)
     time, path = _path(first_step, moves, brake)
     if fan is not None:

@@ -89,16 +89,23 @@ def stack_of(
     interfaces: Interfaces | None = None,
     housing: Housing | None = None,
     static: bool = False,
+    one_by_one: bool = False,
     enclosure: bool = True,
     mount: float | None = None,
 ) -> Stack:
     """The stack of a brake at a vacuum [Pa].
 
     `static` takes table I's static friction before an interface moves (the paper and the lumped
-    brake use the kinetic one throughout; of a housing it is not known). `mount` [N/m] is by default
-    what makes the stack as stiff as measured before onset; infinite where nothing was measured.
-    Raises QuantityError for interfaces or a housing that do not fit the brake.
+    brake use the kinetic one throughout; of a housing it is not known). With `one_by_one` too the
+    interfaces that a break overloads let go one by one, the most overloaded first, and otherwise
+    together. `mount` [N/m] is by default what makes the stack as stiff as measured before onset;
+    infinite where nothing was measured. Raises QuantityError for interfaces or a housing that do
+    not fit the brake, and for `one_by_one` without `static`.
     """
+    if one_by_one and not static:
+        raise QuantityError.of(
+            "one_by_one", "without static friction no interface breaks away; give static too"
+        )
     sheets, film = brake.sheets, brake.film
     count = int(sheets.count)
     each = interfaces or Interfaces()
@@ -122,6 +129,7 @@ def stack_of(
         mount=float(mount),
         ends=np.array([0, count - 1]),
         face=np.array(values if enclosure else [0.0, 0.0, 1.0]),
+        one_by_one=one_by_one,
     )
     fanned = fanned_friction(brake, vacuum, friction, length, static)
     if fanned is not None:

@@ -58,14 +58,15 @@ def peak_spread(
     interfaces: Interfaces | None = None,
     housing: Housing | None = None,
     static: bool = False,
+    one_by_one: bool = False,
     progress: Callable[[int, int], None] | None = None,
     chunk: int = CHUNK,
 ) -> Spread:
     """Pull many stacks whose interfaces' friction scatters log-normally, relative SD `scatter`.
 
-    Mean friction is kept. `interfaces`, `housing` and `static` hold for all of them. Numbers depend
-    on `seed` only, not on `chunk` or the number of threads. `progress` is called with (done, asked)
-    after each chunk; interrupted from the keyboard, what is done is returned.
+    Mean friction is kept. `interfaces`, `housing`, `static` and `one_by_one` hold for all of them.
+    Numbers depend on `seed` only, not on `chunk` or the number of threads. `progress` is called
+    with (done, asked) after each chunk; interrupted from the keyboard, what is done is returned.
     """
     if not 0 <= scatter <= 2:
         raise QuantityError(f"scatter: {scatter!r} is not allowed; 0 to 2 is")
@@ -76,7 +77,8 @@ def peak_spread(
             f"vacuum: at {vacuum!r} Pa the sheets do not rub and nothing scatters; more is allowed"
         )
     brake = file.brake
-    stack = stack_of(brake, vacuum, interfaces=interfaces, housing=housing, static=static)
+    layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}
+    stack = stack_of(brake, vacuum, one_by_one=one_by_one, **layout)
     top = float(peak(vacuum, brake.sheets.overlap, brake).force)
     end = brake.sheets.usable_travel + 2 * top / float(working_stiffness(brake))
     first, last = (int(e) for e in stack.ends)

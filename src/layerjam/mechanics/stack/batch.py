@@ -167,9 +167,11 @@ def _many() -> Any:
     ) -> None:  # pragma: no cover
         len(stamp)
         track = np.zeros((2, _MOST + 2))
-        springs, right, _, ratio, _, mount, ends, face = stack
+        springs, right, _, ratio, _, mount, ends, face, one_by_one = stack
         for j in range(len(friction)):
-            one = Stack(springs, right, friction[j], ratio, length[j], mount, ends, face)
+            one = Stack(
+                springs, right, friction[j], ratio, length[j], mount, ends, face, one_by_one
+            )
             states = at_rest(one), at_rest(one), at_rest(one)
             code = _one(probe, end, one, states, room_for(one), track, out[j])
             if code != DONE:

@@ -3,7 +3,9 @@
 One increment is a weighted one-dimensional fused lasso (`solve`), the enclosure's faces are in
 `enclosure`. Static over kinetic friction is a jump, not another bound: where the first interface
 reaches its static bound it drops to the kinetic one at that elongation, the rest is solved again,
-until none breaks. It returns to static friction when its sliding stops. Between jumps heat and
+until none breaks. What a break overloads lets go together, or one by one, the most overloaded
+first. An interface returns to static friction when its sliding stops: when it has not slid and its
+force has fallen below its kinetic friction. Between jumps heat and
 stored energy are exact whatever the increment: an interface that slides does so at its bound
 throughout.
 """
@@ -60,7 +62,7 @@ BLOCK = 200_000
 """Sheets times increments that are followed before anyone hears of it."""
 _ROUNDS = 100
 AT_BOUND = -1e-9
-"""Share of the static bound by which an interface may fall short of it and be at it."""
+"""Share of its bound by which an interface may fall short of it and be at it."""
 _LEAST = 1e-12  # of the elongation: no increment is cut to less
 _BREAKS = 500  # times the sheets, in one increment
 
@@ -124,7 +126,10 @@ def _accept(
         state.sheets[i] = t.sheets[i]
     for i in range(n - 1):
         state.past[i], state.slides[i] = t.slip[i], t.slides[i]
-        state.interface[i], state.moving[i] = t.force[i], t.slides[i] != 0
+        state.interface[i] = t.force[i]
+        # at a jump rounding would say whether one that slid and is still at its bound has stopped
+        least = (1.0 + AT_BOUND) * bound(i, t.slip[i], stack)
+        state.moving[i] = t.slides[i] != 0 or (state.moving[i] and abs(t.force[i]) >= least)
     if values[FORCE] > values[TOP]:
         values[TOP], values[TOP_ELONGATION] = values[FORCE], target
         slip, (first, last) = 0.0, stack.ends
@@ -210,6 +215,12 @@ def advance(
             return code
         over = _overload(AT_BOUND, stack, state, t, which) if brittle else -1.0
         if over > 0.0 and jump > 0.0:
+            if stack.one_by_one:
+                # the rest stays as this break left it; interfaces that tie go together
+                _overload(over + AT_BOUND, stack, state, t, which)
+                code = _accept(at, jump, stack, state, t)
+                if code != DONE:
+                    return code
             _release(which, state)
             continue
         if over > 0.0:

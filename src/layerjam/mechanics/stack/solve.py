@@ -57,6 +57,8 @@ class Stack(NamedTuple):
     """(2,) the sheets whose outer side the enclosure's faces touch."""
     face: Array
     """(3,) one face of the enclosure: EA [N], friction q [N/m], reach l [m]; EA = 0 for none."""
+    one_by_one: bool = False
+    """Whether of the interfaces that a break overloads only the most overloaded one breaks next."""
 
 
 class State(NamedTuple):
