@@ -19,7 +19,8 @@ class Hyperelastic:
 
     An Ogden term is mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3). What is not given is no part of
     the law. The rubber is incompressible; the law holds in tension up to the strain it was fitted
-    to.
+    to. It is the curve of the first loading; what is softer afterwards is Ogden and Roxburgh's
+    eta = 1 - erf((W_max - W)/(m + beta W_max))/r (1999, Proc. R. Soc. Lond. A 455, 2861).
     """
 
     strain: float = quantity(
@@ -45,6 +46,20 @@ class Hyperelastic:
         "Pa", "stress of the second Ogden term", lo=-_MOST, hi=_MOST, default=None
     )
     alpha2: float | None = quantity("1", "its exponent", lo=-_STEEPEST, hi=_STEEPEST, default=None)
+    softening_r: float | None = quantity(
+        "1",
+        "softening after the first loading: 1/r is the most that the stress loses",
+        lo=1.001,
+        hi=1e6,
+        symbol="r",
+        default=None,
+    )
+    softening_m: float | None = quantity(
+        "Pa", "energy a volume by which the stress has softened", lo=1, hi=_MOST, default=None
+    )
+    softening_beta: float | None = quantity(
+        "1", "what the greatest energy so far adds to that, as a share of it", hi=100, default=None
+    )
 
 
 NAMES: Mapping[str, Mapping[str, str]] = {
@@ -56,10 +71,11 @@ NAMES: Mapping[str, Mapping[str, str]] = {
 }
 """The models that `sleeve` fits, and what their parameters are called here."""
 _STEPS = 2000
+_SOFTENING = ("softening_r", "softening_m", "softening_beta")
 
 
 def validate_hyperelastic(rubber: Hyperelastic) -> None:
-    """Raise QuantityError for half an Ogden term, or a stress that does not rise with strain."""
+    """Raise QuantityError for half an Ogden term or softening, or a stress that does not rise."""
     for one in "12":
         mu, alpha = getattr(rubber, f"mu{one}"), getattr(rubber, f"alpha{one}")
         if (mu is None) != (alpha is None):
@@ -68,6 +84,11 @@ def validate_hyperelastic(rubber: Hyperelastic) -> None:
             )
         if alpha == 0:
             raise QuantityError.of(f"hyperelastic.alpha{one}", "must not be zero")
+    missing = [name for name in _SOFTENING if getattr(rubber, name) is None]
+    if 0 < len(missing) < len(_SOFTENING):
+        raise QuantityError.of(
+            f"hyperelastic.{missing[0]}", f"give {', '.join(_SOFTENING)} together, or none of them"
+        )
     stresses = [_stress(rubber, rubber.strain * i / _STEPS) for i in range(_STEPS + 1)]
     rises = [b > a for a, b in itertools.pairwise(stresses)]
     if not all(rises):

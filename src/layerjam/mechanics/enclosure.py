@@ -47,7 +47,8 @@ def one_modulus(brake: Brake) -> None:
         raise QuantityError.of(
             "hyperelastic",
             "this takes the enclosure's one modulus only; use the brake without [hyperelastic]. "
-            "Its force over slip, its work and a first pull at one vacuum take it",
+            "Its force, its work, pulls and returns at a vacuum that does not fall, and a stop at "
+            "one vacuum take it",
         )
 
 

@@ -10,8 +10,7 @@ W* being the complementary energy; with sigma = E e that is the law of `enclosur
 over the strip is its length times a mean over the strain with the weight sigma', which also holds
 without friction. The strain at the end is found by halving; it is the one unknown.
 
-First loading at constant vacuum only: Masing's rule needs a strain that is linear in the tension,
-so that unloading, cycles and a change of vacuum have no closed law here.
+First loading at constant vacuum only; `hyperelastic_cycle` follows what comes later.
 """
 
 from __future__ import annotations
@@ -26,6 +25,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.hyperelastic import Hyperelastic
 from layerjam.errors import QuantityError
 from layerjam.mechanics.law import law, rising_zero
+from layerjam.mechanics.softening import lost_energy
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
@@ -97,7 +97,7 @@ class Stretched(NamedTuple):
     stored: Any
     """Elastic energy [J]."""
     heat: Any
-    """Friction heat since it was relaxed [J]."""
+    """Friction heat since it was relaxed, and what the rubber lost in softening [J]."""
     rise: tuple[Any, Any]
     """Slopes of slip and force over the strain at the ends."""
 
@@ -115,7 +115,8 @@ def strip_at(vacuum: Any, brake: Brake) -> Strip:
     return Strip(sheets.width * brake.enclosure.wall, friction, reach, brake.hyperelastic)
 
 
-def _slope(strain: Any, rubber: Hyperelastic) -> Any:
+def rubber_slope(strain: Any, rubber: Hyperelastic) -> Any:
+    """Slope of `rubber_stress` over the strain [Pa]."""
     return jax.jvp(lambda e: rubber_stress(e, rubber), (strain,), (jnp.ones_like(strain),))[1]
 
 
@@ -126,7 +127,7 @@ def _middle(end: Any, strip: Strip) -> tuple[Any, Any]:
     whole = left > 0
     rest = jax.lax.stop_gradient((end, left, strip.rubber))
     guess = rising_zero(lambda e: rubber_stress(e, rest[2]) - rest[1], jnp.zeros_like(end), rest[0])
-    slope = jax.lax.stop_gradient(_slope(guess, strip.rubber))
+    slope = jax.lax.stop_gradient(rubber_slope(guess, strip.rubber))
     strain = guess + (left - rubber_stress(guess, strip.rubber)) / slope
     rubs = jnp.where(whole, 1.0, strip.friction)
     length = jnp.where(whole, strip.reach, strip.section * pull / rubs)
@@ -139,14 +140,16 @@ def stretched(end: Any, strip: Strip) -> Stretched:
     middle, length = _middle(end, strip)
     axis = (...,) + (None,) * jnp.ndim(end)
     strain = middle + (end - middle) * jnp.asarray(_NODES)[axis]
-    weight = _slope(strain, strip.rubber) * jnp.asarray(_WEIGHTS)[axis]
+    weight = rubber_slope(strain, strip.rubber) * jnp.asarray(_WEIGHTS)[axis]
     mean = weight.sum(axis=0)
     weight = weight / mean
     stress, pull = rubber_stress(strain, strip.rubber), rubber_stress(end, strip.rubber)
-    held = (rubber_energy(strain, strip.rubber) * weight).sum(axis=0)
+    energy = rubber_energy(strain, strip.rubber)
+    lost = lost_energy(energy, strip.rubber)
+    held = ((energy - lost) * weight).sum(axis=0)
     # a point is s = A (sigma0 - sigma)/q from the end; the integral of its slip is that of e s
-    rubbed = (strain * (pull - stress) * weight).sum(axis=0)
-    volume, steep = 4 * strip.section * length, _slope(end, strip.rubber)
+    rubbed = ((strain * (pull - stress) + lost) * weight).sum(axis=0)
+    volume, steep = 4 * strip.section * length, rubber_slope(end, strip.rubber)
     return Stretched(
         slip=2 * length * (strain * weight).sum(axis=0),
         force=2 * strip.section * pull,

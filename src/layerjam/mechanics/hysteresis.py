@@ -13,7 +13,8 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_at
+from layerjam.mechanics.cycle import Cycle
+from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_at, one_modulus
 from layerjam.mechanics.fan import Fan, along_tangents, force_of, tangent, work_of
 from layerjam.mechanics.friction import growth_of, sheets_at
 from layerjam.mechanics.law import law
@@ -29,34 +30,8 @@ from layerjam.mechanics.memory import (
     unload_to,
 )
 from layerjam.mechanics.pull import rising_root
+from layerjam.mechanics.rubber_cycle import rubber_cycle
 from layerjam.mechanics.stiffness import working_stiffness
-
-
-class Cycle(NamedTuple):
-    """What happened along an elongation history; every field has the history's shape (N,)."""
-
-    force: Any
-    """[N], never negative."""
-    slip: Any
-    """[m]"""
-    sleeve_force: Any
-    """[N]"""
-    work: Any
-    """External work done on the brake so far [J]."""
-    heat: Any
-    """Energy dissipated so far [J], summed on its own."""
-    stored: Any
-    """Elastic energy held now in enclosure, sheets and mount [J]."""
-    slack: Any
-    """True where the crosshead has come closer than the brake is long."""
-    closed: Any
-    """True once the enclosure has pulled the brake back by itself."""
-    separated: Any
-    """True once the overlap is used up; nothing after that point counts."""
-    overflow: Any
-    """True once the enclosure's memory of turning points was exceeded."""
-    snapped: Any
-    """True once the brake began to slide on a spring softer than `least_stiffness`."""
 
 
 class State(NamedTuple):
@@ -205,9 +180,15 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -
     `vacuum` [Pa] is one number or a history of the same shape, taken over before each move.
     Sheets stick at k and slide at F_f; the enclosure follows Masing's rule. Once the brake starts
     to slide on a k that is not above c (`least_stiffness`) it snaps, and forces from there are NaN.
+    A hyperelastic enclosure is followed as cells, at a vacuum that never falls (NaN from there).
     With `speed` [m/s], that of the crosshead as a number or a history, a speed law counts: the
     crosshead's speed stands for that of the slip, which is 1/(1 + F'/k) of it.
     """
+    if brake.hyperelastic is not None:
+        if speed is not None:
+            one_modulus(brake)
+        elongation = jnp.atleast_1d(elongation)
+        return rubber_cycle(elongation, jnp.broadcast_to(vacuum, elongation.shape), brake)
     if speed is not None:
         return _paced_cycle(elongation, vacuum, brake, speed)
     return _cycle(elongation, vacuum, None, brake)

@@ -30,6 +30,7 @@ from layerjam.mechanics.enclosure import (
     slipped_area,
 )
 from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.rubber_strip import along_slip
 
 DEPTH = 16
 """Turning points remembered in either direction, nested loops one inside the other."""
@@ -349,10 +350,13 @@ def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any
 
     The enclosure starts relaxed at zero slip; `vacuum` [Pa] is one number or a history of the same
     shape, taken over before each move. NaN from the point where more than `DEPTH` nested turns
-    were made, or where slip or vacuum are negative.
+    were made, or where slip or vacuum are negative. A hyperelastic enclosure is followed as cells:
+    NaN once the vacuum falls, or it would have to be pushed.
     """
     slip = jnp.atleast_1d(slip)
     vacuum = jnp.broadcast_to(vacuum, slip.shape)
+    if brake.hyperelastic is not None:
+        return along_slip(slip, vacuum, brake)
 
     def step(carry: tuple[Memory, Any], point: tuple[Any, Any]) -> Any:
         state, pressure = carry

@@ -30,6 +30,7 @@ from layerjam.mechanics.stop.exact import (
 )
 from layerjam.mechanics.stop.motion import series_of
 from layerjam.mechanics.stop.paced import ROWS
+from layerjam.simulate.first_pull import first_peak, overstretched
 from layerjam.simulate.paced_tune import holds
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.speed import follows_speed, in_a_stop
@@ -91,6 +92,8 @@ def drop(
     case = (mass, speed, vacuum, spring, pull, brake)
     found = Stop(*(float(v) for v in stop(*case)))
     if int(found.outcome) not in OUTCOMES:
+        if brake.hyperelastic is not None:
+            raise overstretched(vacuum, brake)
         raise FitError("speed_law: the stop has more steps than can be followed")
     outcome = OUTCOMES[int(found.outcome)]
     columns, said = _course(found.slip, *case), []
@@ -242,5 +245,9 @@ def _slid(
 
 def _peak_share(slip: float, vacuum: float, brake: Brake) -> list[float]:
     """Where the greatest force lies, as a part of the whole slip."""
-    top = float(peak(vacuum, brake.sheets.usable_travel, brake).slip)
+    if brake.hyperelastic is not None:
+        slip_at_peak, _, inside = first_peak(vacuum, brake)
+        top = float(slip_at_peak) if inside else 0.0
+    else:
+        top = float(peak(vacuum, brake.sheets.usable_travel, brake).slip)
     return [top / slip] if 0 < top < slip else []

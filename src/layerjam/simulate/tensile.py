@@ -11,14 +11,21 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import ProcedureError, QuantityError
 from layerjam.fluid.closed_forms import held_vacuum
+from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.friction import growth_of, sheet_friction
-from layerjam.mechanics.hysteresis import Cycle, brake_cycle
+from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import DEPTH
 from layerjam.mechanics.pull import least_stiffness, peak
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.first_pull import check_first_pull, first_events, first_pull
+from layerjam.simulate.first_pull import (
+    check_hyperelastic,
+    first_events,
+    first_pull,
+    is_first_pull,
+    overstretched,
+)
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return, Vent
 from layerjam.simulate.quantities import LEAK_TIME, check_given
 from layerjam.simulate.record import Outcome, TensileRecord
@@ -111,11 +118,11 @@ def _run(elongation: Array, vacuum: Array, speed: Array, brake: Brake) -> Cycle:
     pad = -count % _BLOCK
     histories = elongation, vacuum, speed
     longer = [np.pad(history, (0, pad), mode="edge") for history in histories]
-    if brake.hyperelastic is None:
+    if brake.hyperelastic is not None and is_first_pull(elongation, vacuum):
+        result = first_pull(longer[0], longer[1], brake)
+    else:
         paced = longer[2] if follows_speed(brake) else None
         result = brake_cycle(longer[0], longer[1], brake, paced)
-    else:
-        result = first_pull(longer[0], longer[1], brake)
     return Cycle(*(np.asarray(values)[:count] for values in result))
 
 
@@ -157,7 +164,7 @@ def tensile(
     CLOSED_BY_SLEEVE (unloaded, the enclosure drew the brake back by itself) or SNAPS (the rig is
     softer than the brake's softening; the record ends before it). Raises QuantityError for a
     vacuum above the site's atmosphere and ProcedureError where the nested turns exceed what the
-    enclosure's memory holds. A hyperelastic enclosure takes one pull out at one vacuum.
+    enclosure's memory holds. A hyperelastic enclosure refuses a vacuum that falls.
     """
     brake = file.brake
     highest, atmosphere = procedure.highest_vacuum(), brake.site.atmosphere
@@ -168,8 +175,10 @@ def tensile(
     check_given({"leak time": leak_time}, {"leak time": LEAK_TIME})
     time, elongation, vacuum, speed = _path(procedure, brake, leak_time)
     if brake.hyperelastic is not None:
-        check_first_pull(elongation, vacuum, brake)
+        check_hyperelastic(vacuum, brake)
     cycle = _run(elongation, vacuum, speed, brake)
+    if brake.hyperelastic is not None and np.isnan(cycle.force[~cycle.snapped]).any():
+        raise overstretched(highest, brake)
     end, outcome = len(time), Outcome.FINISHED
     if cycle.overflow.any():
         raise ProcedureError(

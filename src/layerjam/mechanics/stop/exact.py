@@ -16,9 +16,11 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.enclosure import backbone, backbone_work, enclosure_at
+from layerjam.mechanics.fan import force_of
 from layerjam.mechanics.friction import friction_per_contact, growth, sheets_at
+from layerjam.mechanics.hyperelastic import at_slip, strip_at
 from layerjam.mechanics.law import law, safe_sqrt, within
-from layerjam.mechanics.stop import fanned
+from layerjam.mechanics.stop import fanned, rubber
 from layerjam.mechanics.stop.algebra import (
     BOTTOMED_OUT,
     NEVER_SLID,
@@ -107,7 +109,8 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
 
     `spring` [N/m] is rope and brake in series, `gravity` [m/s^2] acts along the pull (0 for a
     horizontal one); all broadcast. Exact: closed-form work, one bracketed root, the first one. With
-    a speed law (of a power above 0) integrated, see `paced`, and not reversely differentiable.
+    a speed law (of a power above 0) integrated, see `paced`, and not reversely differentiable. With
+    a hyperelastic enclosure its work is a quadrature; NOT_A_CASE where that is stretched too far.
     """
     made = _exact(mass, speed, vacuum, spring, gravity, brake)
     law = brake.speed_law
@@ -130,6 +133,8 @@ def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
     mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(
         mass, speed, vacuum, spring, gravity
     )
+    if brake.hyperelastic is not None:
+        return _rubber_stop(mass, speed, vacuum, spring, gravity, brake)
     if brake.mount.spacers is not None:
         return _fanned_stop(mass, speed, vacuum, spring, gravity, brake)
     at = _setup(mass, speed, vacuum, spring, gravity, brake)
@@ -167,6 +172,28 @@ def _fanned_stop(
     return Stop(*(within(fine, x) for x in end))._replace(outcome=outcome)
 
 
+def _rubber(
+    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
+) -> rubber.Case:
+    sheets, strip = sheets_at(vacuum, brake), strip_at(vacuum, brake)
+    return rubber.Case(mass, mass * speed**2 / 2, mass * gravity, spring, sheets, strip)
+
+
+def _rubber_stop(
+    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
+) -> Stop:
+    """`stop` of a brake with a hyperelastic enclosure."""
+    fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
+    # outside the domain the search would meet NaN; there it is given a case of its own
+    mass, speed, vacuum, spring, gravity = (
+        jnp.where(fine, x, 1.0) for x in (mass, speed, vacuum, spring, gravity)
+    )
+    at = _rubber(mass, speed, vacuum, spring, gravity, brake)
+    end = rubber.stop_of(at, brake.sheets.usable_travel + 0.0 * at.arriving)
+    outcome = jnp.where(fine, end.outcome, NOT_A_CASE)
+    return Stop(*(within(outcome != NOT_A_CASE, x) for x in end))._replace(outcome=outcome)
+
+
 @law
 def course_of(
     law: SpeedLaw, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
@@ -195,7 +222,11 @@ def speed_at_slip(
 
     NaN with a speed law, where no closed form holds.
     """
-    if brake.mount.spacers is not None:
+    if brake.hyperelastic is not None:
+        rubbery = _rubber(mass, speed, vacuum, spring, gravity, brake)
+        left = rubber.energy(at_slip(slip, vacuum, brake)[1], rubbery)
+        size = rubbery.arriving + rubbery.weight * slip
+    elif brake.mount.spacers is not None:
         case = _fanned(mass, speed, vacuum, spring, gravity, brake)
         left, size = fanned.energy(slip, case), case.arriving + case.weight * slip
     else:
@@ -254,6 +285,12 @@ def time_at_slip(
     """
     arrays = jnp.broadcast_arrays(slip, mass, speed, vacuum, spring, gravity)
     slip, mass, speed, vacuum, spring, gravity = arrays
+    if brake.hyperelastic is not None:
+        rubbery = _rubber(mass, speed, vacuum, spring, gravity, brake)
+        onset = force_of(0.0 * slip, rubbery.sheets)
+        slides = rubbery.weight + jnp.sqrt(rubbery.weight**2 + spring * mass * speed**2) > onset
+        start = _elastic_time(mass, speed, gravity, spring, onset, slides)
+        return within(any_speed(brake), start + rubber.sliding_time(slip, rubbery))
     if brake.mount.spacers is not None:
         case = _fanned(mass, speed, vacuum, spring, gravity, brake)
         onset = fanned.force(jnp.zeros_like(slip), case)
