@@ -57,36 +57,47 @@ class Chain:
         """Move both ends by slip/2 each at a friction [N/m]; the force of both faces."""
         limit = friction * self.shares
         stiff = STIFF * 6 * self.rubber.c1 * self.section / self.h
-        w = self.w.copy()
-        w[0] = slip / 2
-        off, rubs, tension = self._balance(w, limit, stiff)
-        scale = 1e-7 * limit.max() + 1e-12
-        for _ in range(400):
-            if np.abs(off).max() < scale:
-                break
-            strain = -np.diff(w) / self.h
-            steep = self.section * self.rubber.slope(strain, self.held) / self.h
-            sticks = np.where(np.abs(rubs[1:]) < limit[1:], stiff, 0.0)
-            bands = np.zeros((3, len(off)))
-            bands[1] = steep[:-1] + steep[1:] + sticks
-            bands[0, 1:], bands[2, :-1] = -steep[1:-1], -steep[1:-1]
-            step, size, before = solve_banded((1, 1), bands, off), 1.0, np.linalg.norm(off)
-            while True:
-                near = w.copy()
-                near[1:-1] += size * step
-                off, rubs, tension = self._balance(near, limit, stiff)
-                flat = np.diff(near).max() < 0.3 * self.h  # no spring is crushed on the way
-                if flat and (np.linalg.norm(off) < before or size < 1e-4):
-                    break
-                size /= 2
-            w = near
-        else:
-            raise AssertionError("the chain found no balance")
+        found = self._found(slip / 2, limit, stiff)
+        w, rubs, tension = found
         slid = (w - self.w)[:-1] - (rubs - self.rubs) / stiff
         self.heat += 4 * float((rubs * slid).sum())
         self.w, self.rubs = w, rubs
         self.held = np.maximum(self.held, self.rubber.first(-np.diff(w) / self.h)[1])
         return 2 * float(tension[0] + rubs[0])
+
+    def _found(
+        self, end: float, limit: np.ndarray, stiff: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The nodes in balance, what they rub, and the springs' tension."""
+        w = self.w.copy()
+        # no spring is crushed at the start: the nodes behind the end come along
+        w = np.minimum(w, end) if end < w[0] else w
+        w[0] = end
+        for _ in range(300):
+            off, rubs, tension = self._balance(w, limit, stiff)
+            if np.abs(off).max() < 1e-7 * limit.max() + 1e-12:
+                return w, rubs, tension
+            steep = self.section * self.rubber.slope(-np.diff(w) / self.h, self.held) / self.h
+            sticks = np.where(np.abs(rubs[1:]) < limit[1:], stiff, 0.0)
+            bands = np.zeros((3, len(off)))
+            bands[1] = steep[:-1] + steep[1:] + sticks
+            bands[0, 1:], bands[2, :-1] = -steep[1:-1], -steep[1:-1]
+            step = np.zeros_like(w)
+            step[1:-1] = solve_banded((1, 1), bands, off)
+            # the energy is convex: along the step its slope rises, and is brought to zero
+            low, high, part = 0.0, 1.0, 1.0
+            for _ in range(30):
+                near = w + part * step
+                crushed = np.diff(near).max() > 0.5 * self.h
+                if not crushed and self._balance(near, limit, stiff)[0] @ step[1:-1] >= 0:
+                    low = part
+                else:
+                    high = part
+                if part == 1.0 and low == 1.0:
+                    break
+                part = (low + high) / 2
+            w = w + part * step
+        raise AssertionError("the chain found no balance")
 
     def given_back(self, parts: int = 400) -> float:
         """Elastic energy [J]: the area under the softened stress, down to no strain."""

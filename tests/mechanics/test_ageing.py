@@ -64,3 +64,23 @@ def test_growth_and_hold_belong_together() -> None:
         with pytest.raises(QuantityError, match="together with film.static_hold"):
             validate(change(KAPTON, **half))
     validate(AGED)
+
+
+def test_a_fan_amplifies_what_has_aged_by_more() -> None:
+    """The mean of the sheets' tensions, with the friction that has grown."""
+    brake = change(AGED, mount__spacers=False, sheets__count=41)
+    alone = change(brake, mount__spacers=True)
+    free, t = brake.sheets.free_left, brake.sheets.thickness
+    for hold in (10.0, 1e4):
+        static = brake.scale_factor / (brake.amplification_held or 1.0)
+        static = static * float(aged_static(hold, brake))
+        place = (np.arange(200_000) + 0.5) / 200_000
+        alpha = 2 * static * t * (41 / 4) ** 2 / free
+        factor = np.exp(alpha * (1 - place**2)).mean()
+        plain = float(aged_holding_force(hold, 5e4, alone))
+        found = float(aged_holding_force(hold, 5e4, brake))
+        assert found == pytest.approx(plain * factor, rel=1e-6)
+        if hold == 10.0:
+            assert found == pytest.approx(float(holding_force(5e4, brake)), rel=1e-12)
+    aged = found / float(holding_force(5e4, brake))
+    assert aged > 1.1 * float(aged_static(1e4, brake)) / 0.32

@@ -209,6 +209,93 @@ def test_the_first_compressed_sheet_buckles_as_euler_says() -> None:
     assert np.isfinite(float(buckling_moment(0.0, bare(3))))
 
 
+def framed(count: int, length: float, tensions: np.ndarray | None = None) -> np.ndarray:
+    """Angle at the end of sheets that fan out, under a unit moment there, and the outer one's pull.
+
+    Beams that share one deflection, each with an axial spring along its own line; the angles at 400
+    places and each sheet's end are found by the least energy. With `tensions` [N] of the sheets,
+    which have begun to slip, instead of their springs.
+    """
+    w, t, e, cells = 0.013, 0.254e-3, 2.5e9, 400
+    own = count * e * w * t**3 / 12
+    step = length / cells
+    heights = (np.arange(count) - (count - 1) / 2) * t
+    size = cells  # angles at the ends of the cells, the first one held
+    stiff, load = np.zeros((size, size)), np.zeros(size)
+    differ = np.eye(size) - np.eye(size, k=-1)
+    stiff += own / step * differ.T @ differ
+    mean = (np.eye(size) + np.eye(size, k=-1)) / 2
+    deflection = step * mean.sum(axis=0)
+    pulled = np.zeros(count) if tensions is None else tensions
+    for height, tension in zip(heights, pulled, strict=True):
+        # how much a line from `height` to twice it is stretched: by slope and by what turns its end
+        longer = height / length * deflection
+        longer[-1] -= 2 * height
+        if tensions is None:
+            stiff += e * w * t / length * np.outer(longer, longer)
+        load -= tension * longer
+    load[-1] += 1.0 if tensions is None else 0.0
+    made = np.linalg.solve(stiff, load)
+    return np.array([made[-1], e * w * t / length * abs(longer @ made)])
+
+
+@pytest.mark.parametrize("count", [3, 5, 11, 20])
+def test_a_fan_turns_as_a_frame_of_beams(count: int) -> None:
+    """Softer than with spacers; exact, as long as nothing slips."""
+    brake = change(bare(count), mount__spacers=False)
+    sheet, length, overlap = 2.5e9 * 0.013 * 0.254e-3**3 / 12, 0.011, 0.068
+    angle = sum(framed(side, length)[0] for side in ((count + 1) // 2, count // 2))
+    due = 1 / (angle + overlap / (count**3 * sheet))
+    assert float(turning_stiffness_jammed(0.0, brake)) == pytest.approx(due, rel=1e-4)
+    held = change(brake, mount__spacers=True)
+    assert float(turning_stiffness_jammed(0.0, held)) > 1.02 * due
+    plain = float(turning_stiffness_jammed(0.0, bare(count)))
+    assert float(turning_stiffness_jammed(0.0, held)) == pytest.approx(plain, rel=1e-12)
+    euler = 4 * np.pi**2 * sheet / length**2
+    pulls = [framed(side, length)[1] for side in ((count + 1) // 2, count // 2) if side > 1]
+    assert float(buckling_moment(0.0, brake)) == pytest.approx(euler / max(pulls), rel=1e-4)
+
+
+@pytest.mark.parametrize("count", [5, 9])
+def test_once_all_interfaces_slip_a_fan_turns_on_a_shorter_lever(count: int) -> None:
+    """The moment that sheets at their friction save, from beams under these tensions."""
+    brake = change(bare(count), mount__spacers=False, amplification_held=1.0)
+    sheet, length, overlap = 2.5e9 * 0.013 * 0.254e-3**3 / 12, 0.011, 0.068
+    heights = np.arange(count) - (count - 1) / 2
+    rubbed = np.where(np.abs(heights) == heights.max(), 1, 2) * np.sign(heights) * FLOW * overlap
+    saved = 0.0
+    for side in (heights[::2], heights[1::2]):
+        pulled = np.array([rubbed[heights == h][0] for h in side])
+        # a turn shortens what lies above, which is pulled: it is held back by so much
+        saved += framed(len(side), length, pulled)[0]
+    # in the overlap sheets hand their tension over evenly: half of it on average
+    couple = (rubbed * heights).sum() * 0.254e-3 / 2
+    saved += couple * overlap / (count * sheet)
+    due = saved * float(turning_stiffness_free(0.0, brake))
+    assert float(slip_moment(0.0, FULL, brake)) == pytest.approx(due, rel=1e-4)
+    assert due < float(slip_moment(0.0, FULL, bare(count)))
+
+
+def test_bending_takes_the_friction_of_flat_sheets() -> None:
+    """What a scale factor holds of a fan is no friction of sheets that bend."""
+    brake = change(bare(11), mount__spacers=True)
+    held = change(brake, scale_factor=1.3, amplification_held=1.3)
+    one = change(brake, scale_factor=1.0, amplification_held=1.0)
+    for of in (shear_at_first_slip, shear_at_full_slip, lambda p, b: slip_moment(0.0, p, b)):
+        assert float(of(FULL, held)) == pytest.approx(float(of(FULL, one)), rel=1e-12)
+    # what the fan presses on one half of the interfaces it takes from the other
+    heights = np.arange(1, 11) - 5.5
+    tensed = np.sign(heights) * np.abs(heights)
+    pressed = np.array(
+        [
+            (tensed[(heights > h) & (h > 0)] * heights[(heights > h) & (h > 0)]).sum()
+            - (np.abs(tensed * heights)[(heights < h) & (h < 0)]).sum()
+            for h in heights
+        ]
+    )
+    assert np.abs(heights * np.sign(heights)) @ pressed == pytest.approx(0, abs=1e-12)
+
+
 @given(seeds)
 def test_moments_do_not_depend_on_the_unit_of_length(seed: int) -> None:
     brakes = random_brakes(seed, 20)

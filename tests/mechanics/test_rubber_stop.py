@@ -29,6 +29,8 @@ from layerjam.mechanics.stop.exact import (
 from layerjam.simulate.drop import drop
 from strategies import KAPTON
 
+pytestmark = pytest.mark.slow
+
 G = 9.80665
 SOFT = replace(
     KAPTON,
@@ -41,7 +43,7 @@ SPRING = 14890.0
 CASES = {
     "quick": (1.0, 2.5, 94.5e3),
     "stops before the force has fallen to the weight": (12.0, 0.2, 101.325e3),
-    "softly": (1.0, 1.0, 12e3),
+    "softly": (1.0, 0.4, 12e3),
     "without vacuum": (0.02, 0.3, 0.0),
 }
 RESULTS = ("slip", "peak_force", "end_speed", "heat", "stored")
@@ -110,12 +112,12 @@ def test_other_ends() -> None:
     assert list(map(int, made.outcome)) == [NEVER_SLID, BOTTOMED_OUT, BOTTOMED_OUT, NOT_A_CASE]
     assert made.slip[0] == 0 and made.heat[0] == 0
     for i in (1, 2):
-        assert made.slip[i] == pytest.approx(SOFT.sheets.usable_travel)
+        assert float(made.slip[i]) == pytest.approx(SOFT.sheets.usable_travel)
         resist = float(brake_force(made.slip[i], vacuums[i], SOFT))
         left = speeds[i] ** 2 / 2 + G * (made.slip[i] + resist / SPRING)
         left -= made.heat[i] + made.stored[i]
-        assert made.end_speed[i] == pytest.approx((2 * left) ** 0.5, rel=1e-9)
-    snapped = stop(1.0, 2.5, 94.5e3, 1500.0, G, SOFT)
+        assert float(made.end_speed[i]) == pytest.approx(float(2 * left) ** 0.5, rel=1e-9)
+    snapped = stop(1.0, 6.0, 94.5e3, 1500.0, G, SOFT)
     assert int(snapped.outcome) == SNAPS
     # there the force falls as fast as the spring gives
     near = float(snapped.slip) * np.array([1 - 1e-5, 1 + 1e-5])

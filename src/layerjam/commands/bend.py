@@ -26,6 +26,17 @@ ANGLE = QuantitySpec("rad", "angle between the caps", open_lo=True, hi=math.pi, 
 RADIUS = QuantitySpec("m", "radius of the joint", lo=1e-3, hi=10, example="40mm")
 LIMB = QuantitySpec("1", "friction of the enclosure on the limb", lo=0, hi=5, example="0.5")
 
+FAN_WHEN_BENT = Notice(
+    "bent, sheets without spacers do not amplify their friction to first order: what they press on "
+    "one side of the middle they take from the other; their fan makes the free lengths softer",
+    "fan-when-bent",
+)
+LEAST_OVER_JOINT = Notice(
+    "sheets without spacers also press on each other where they leave the overlap; over the joint "
+    "that is left out, so that friction and stress are lower bounds",
+    "no-fan-over-joint",
+)
+
 
 @result
 class Bend(Result):
@@ -109,6 +120,8 @@ def bend(
         raise QuantityError(f"slip: {show(slip, 'm')} leaves no overlap to bend")
     if limb_friction is not None and radius is None:
         raise QuantityError("limb friction: it acts on a joint; give --radius too")
+    if device.mount.spacers is False:
+        notices.append(FAN_WHEN_BENT)
     turned = _turned(device, vacuum, angle, slip)
     notices += _buckling_notices(turned["moment"], turned["buckling_moment"])
     over = {}
@@ -173,6 +186,7 @@ def _over_joint(
 ) -> dict[str, float]:
     """What pulling over the joint does to friction and stress, with vacuum and without."""
     from layerjam.mechanics.enclosure import enclosure_force
+    from layerjam.mechanics.fan import flat
     from layerjam.mechanics.friction import sheet_friction
     from layerjam.mechanics.joint import joint_friction, joint_sheet_force
     from layerjam.mechanics.stiffness import sheet_section
@@ -182,7 +196,8 @@ def _over_joint(
 
     at = (slip, vacuum, angle, radius, outer(vacuum), device)
     force = float(joint_friction(*at))
-    straight = float(sheet_friction(slip, vacuum, device))
+    # over the joint nothing is known of a fan: both without it
+    straight = float(sheet_friction(slip, vacuum, flat(device)))
     made = {
         "joint_friction": force,
         "joint_friction_off": float(joint_friction(slip, 0.0, angle, radius, outer(0.0), device)),
@@ -196,6 +211,8 @@ def _joint_notices(
 ) -> list[Notice]:
     """Where the joint's numbers end."""
     out, overlap = [], device.sheets.overlap - slip
+    if device.mount.spacers is False:
+        out.append(LEAST_OVER_JOINT)
     if radius * angle > overlap:
         out.append(
             Notice(

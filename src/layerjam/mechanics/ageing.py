@@ -7,6 +7,7 @@ the pull, and a slip to wipe the growth out.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import jax.numpy as jnp
@@ -40,7 +41,8 @@ def aged_static(hold: Any, brake: Brake) -> Any:
 def aged_holding_force(hold: Any, vacuum: Any, brake: Brake) -> Any:
     """Static friction of the sheets [N] after resting jammed for a hold [s]; vacuum [Pa].
 
-    `holding_force` times what static friction has grown by. NaN for a negative hold or vacuum.
+    `holding_force` with the static friction that has grown: sheets without spacers amplify it by
+    more, since their factor grows with friction. NaN for a negative hold or vacuum.
     """
-    grown = _aged(hold, brake) / brake.film.static
-    return within(hold >= 0, holding_force(vacuum, brake) * grown)
+    grown = replace(brake, film=replace(brake.film, static=_aged(hold, brake)))
+    return within(hold >= 0, holding_force(vacuum, grown))

@@ -8,6 +8,11 @@ Two loads: a transverse force at the end of sheets that are all held at the othe
 beam theory), and equal and opposite moments that turn the caps, while the brake may shorten freely.
 The enclosure bends beside the sheets as a tube. All is for loading from the straight, unjammed
 state.
+
+Sheets without spacers amplify their friction in a pull, where all of a side are tensed. Bent, those
+outside are tensed and those inside compressed: what the fan presses on one half of the interfaces
+it takes from the other, so that the sum stays as it is to first order, and friction here is that of
+flat sheets. What changes is the lever: see `_fanned`.
 """
 
 from __future__ import annotations
@@ -18,6 +23,7 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
+from layerjam.mechanics.fan import flat
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law, rising_zero, within
 from layerjam.mechanics.stiffness import sheet_section, sides
@@ -30,7 +36,7 @@ def _one_sheet(brake: Brake) -> Any:
 
 def _shear_flow(vacuum: Any, brake: Brake) -> Any:
     """q [N/m]: what one interface bears along each metre."""
-    return friction_per_contact(vacuum, brake) / (brake.sheets.count - 1)
+    return friction_per_contact(vacuum, flat(brake)) / (brake.sheets.count - 1)
 
 
 @law
@@ -155,6 +161,45 @@ def _spread(count: Any, pitch: Any, brake: Brake) -> Any:
     return axial + count * _one_sheet(brake)
 
 
+def _fanned(count: Any, brake: Brake) -> tuple[Any, Any]:
+    """E I [N m^2] with the enclosure, of sheets that fan out from t to 2 t, and their couple.
+
+    The couple, over the moment: what their axial forces carry at the cap. It grows to twice that at
+    the overlap while the moment stays, so that Q(1 + s/L) of them and M - Q(1 + s/L) of the sheets'
+    own bending share M; with B = own and tube and A = E W t^3 count (count^2 - 1)/12 the least
+    energy has Q/M = 9 A/(14 A + 6 B) and E I = B/(1 - 27 A/(28 A + 12 B)). Lines that meet in one
+    point carry no pure moment: 28 B however stiff the sheets are.
+    """
+    own = count * _one_sheet(brake) + enclosure_bending_stiffness(brake)
+    axial = brake.film.modulus * sheet_section(brake) * brake.sheets.thickness**2
+    axial = axial * count * (count**2 - 1) / 12
+    stiffness = own / (1 - 27 * axial / (28 * axial + 12 * own))
+    return stiffness, 9 * axial / (14 * axial + 6 * own)
+
+
+def _side(count: Any, brake: Brake) -> Any:
+    """E I [N m^2] of a jammed brake's free length, without the enclosure's."""
+    spread = _spread(count, 2 * brake.sheets.thickness, brake)
+    if brake.mount.spacers is None:
+        return spread
+    fanned = _fanned(count, brake)[0] - enclosure_bending_stiffness(brake)
+    return jnp.where(jnp.asarray(brake.mount.spacers) > 0, spread, fanned)
+
+
+def _lever(slip: Any, brake: Brake) -> Any:
+    """Slip of the interfaces of a fan over that of flat sheets, once all slip [-].
+
+    In a free length that bends evenly a sheet of a fan draws 3/4 as far as one that runs straight.
+    """
+    if brake.mount.spacers is None:
+        return 1.0
+    tube, one = enclosure_bending_stiffness(brake), _one_sheet(brake)
+    (left, right), (a, b, c) = sides(brake), _lengths(slip, brake)
+    parts = a / (left * one + tube), b / (brake.sheets.count * one + tube), c / (right * one + tube)
+    fan = (0.75 * (parts[0] + parts[2]) + parts[1]) / (parts[0] + parts[1] + parts[2])
+    return jnp.where(jnp.asarray(brake.mount.spacers) > 0, 1.0, fan)
+
+
 def _lengths(slip: Any, brake: Brake) -> tuple[Any, Any, Any]:
     """Left free length, overlap and right free length [m] at a slip [m]."""
     sheets = brake.sheets
@@ -188,11 +233,12 @@ def turning_stiffness_jammed(slip: Any, brake: Brake) -> Any:
     """Moment over the angle between the caps [N m/rad] before any interface slips; slip [m].
 
     In the free lengths the sheets of one side lie two thicknesses apart, as spacers hold them, and
-    stretch and shorten by turns; in the overlap all bend as one.
+    stretch and shorten by turns; in the overlap all bend as one. Without spacers they fan out to
+    there, and the free lengths are several times softer.
     """
-    (left, right), t = sides(brake), brake.sheets.thickness
+    left, right = sides(brake)
     overlap = brake.sheets.count**3 * _one_sheet(brake)
-    parts = (_spread(left, 2 * t, brake), overlap, _spread(right, 2 * t, brake))
+    parts = (_side(left, brake), overlap, _side(right, brake))
     return within(_fine(slip, brake), _in_series(slip, parts, brake))
 
 
@@ -200,11 +246,12 @@ def turning_stiffness_jammed(slip: Any, brake: Brake) -> Any:
 def slip_moment(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """What friction adds to the moment of the caps [N m] once every interface slips.
 
-    F_f (n - 1) t/4 with F_f the sheets' friction in a pull: an interface slips by its distance from
-    the middle times the angle. A brake that slides along its pull has none of it left.
+    F_f (n - 1) t/4 with F_f the friction of flat sheets in a pull: an interface slips by its
+    distance from the middle times the angle; by 3/4 of it for what the free lengths turn without
+    spacers. A brake that slides along its pull has none of it left.
     """
-    force = friction_per_contact(vacuum, brake) * (brake.sheets.overlap - slip)
-    moment = force * (brake.sheets.count - 1) * brake.sheets.thickness / 4
+    force = friction_per_contact(vacuum, flat(brake)) * (brake.sheets.overlap - slip)
+    moment = force * (brake.sheets.count - 1) * brake.sheets.thickness / 4 * _lever(slip, brake)
     return within(_fine(slip, brake) & (vacuum >= 0), moment)
 
 
@@ -222,6 +269,9 @@ def buckling_moment(slip: Any, brake: Brake) -> Any:
     def of(count: Any, length: Any) -> Any:
         edge = (count - 1) * t
         strain = edge / (_spread(count, 2 * t, brake) + enclosure_bending_stiffness(brake))
+        if brake.mount.spacers is not None:
+            couple = _fanned(count, brake)[1] * 6 / (stretch * t * count * (count + 1))
+            strain = jnp.where(jnp.asarray(brake.mount.spacers) > 0, strain, couple)
         alone = count < 2
         moment = 4 * jnp.pi**2 * one / length**2 / jnp.where(alone, 1.0, strain * stretch)
         return jnp.where(alone, jnp.inf, moment)

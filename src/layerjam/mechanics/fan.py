@@ -203,9 +203,22 @@ def straight(brake: Brake, what: str) -> Brake:
             f"{what} does not know the self-amplified friction of sheets without spacers; "
             "spacers = true, or without a word of spacers it is computed without it",
         )
-    factor = brake.scale_factor / (brake.amplification_held or 1.0)
-    flat = replace(mount, spacers=None)
-    return replace(brake, scale_factor=factor, amplification_held=None, mount=flat)
+    return flat(brake)
+
+
+def flat(brake: Brake) -> Brake:
+    """The brake as if its sheets lay flat: its scale factor without what it holds of a fan.
+
+    A brake that does not say whether it has spacers stays as it is.
+    """
+    mount, held = brake.mount, brake.amplification_held
+    if mount.spacers is None:
+        return brake
+    factor = brake.scale_factor
+    if held is not None:
+        factor = factor / jnp.where(jnp.asarray(held) > 0, held, 1.0)  # NaN in a design
+    plain = replace(mount, spacers=None)
+    return replace(brake, scale_factor=factor, amplification_held=None, mount=plain)
 
 
 def steepness(brake: Brake) -> Any:

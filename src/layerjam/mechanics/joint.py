@@ -4,7 +4,8 @@ Over an arc of radius R an interface bears the vacuum and the tension C of all t
 P W + C/R per length. Interleaved sheets pull by turns to the left and to the right, so that C
 follows a capstan of its own on every interface, grows by exp(a mu_k phi) on each, and starts there
 from where the one outside it ended. Radii of all sheets are taken as one (the stack is thin), and
-the arc as lying in the middle of the overlap.
+the arc as lying in the middle of the overlap. Sheets without spacers press on each other where they
+leave the overlap too; that only adds, and is left out.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
+from layerjam.mechanics.fan import flat
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.law import law, within
 
@@ -32,7 +34,7 @@ def _arc(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: B
     pressed = vacuum * sheets.width + tension / radius
     # an exponent of the pressure counts at the least pressure on the joint
     at = jnp.where(pressed > 0, pressed, 1.0) / sheets.width
-    friction = friction_per_contact(at, brake) / ((sheets.count - 1) * sheets.width * at)
+    friction = friction_per_contact(at, flat(brake)) / ((sheets.count - 1) * sheets.width * at)
     growth = friction * on_joint / radius
     straight = friction * vacuum * sheets.width * (overlap - on_joint) / 2
     seed = pressed * radius * jnp.expm1(growth) + straight * (1 + jnp.exp(growth))

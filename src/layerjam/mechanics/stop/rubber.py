@@ -113,8 +113,9 @@ def _ends(at: Case, travel: Any) -> _Ends:
 
     top, falls = _falls(rise, zero, far)
     peak = jnp.where(falls, top, far)
-    # where the force rises again: its least, or the end
-    again, rises = _falls(lambda strain: -rise(strain), peak, far)
+    # where the force rises again, if it does; at the peak itself its slope is rounding
+    beyond = peak + 1e-6 * (far - peak)
+    again, rises = _falls(lambda strain: -rise(strain), beyond, far)
     least = jnp.where(rises, again, far)
 
     def over(strain: Any) -> Any:
