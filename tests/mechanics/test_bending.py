@@ -283,17 +283,26 @@ def test_bending_takes_the_friction_of_flat_sheets() -> None:
     one = change(brake, scale_factor=1.0, amplification_held=1.0)
     for of in (shear_at_first_slip, shear_at_full_slip, lambda p, b: slip_moment(0.0, p, b)):
         assert float(of(FULL, held)) == pytest.approx(float(of(FULL, one)), rel=1e-12)
-    # what the fan presses on one half of the interfaces it takes from the other
-    heights = np.arange(1, 11) - 5.5
-    tensed = np.sign(heights) * np.abs(heights)
-    pressed = np.array(
-        [
-            (tensed[(heights > h) & (h > 0)] * heights[(heights > h) & (h > 0)]).sum()
-            - (np.abs(tensed * heights)[(heights < h) & (h < 0)]).sum()
-            for h in heights
-        ]
-    )
-    assert np.abs(heights * np.sign(heights)) @ pressed == pytest.approx(0, abs=1e-12)
+
+
+def test_a_fan_amplifies_a_pull_to_first_order_and_a_bend_to_second() -> None:
+    """Sheets above are tensed and those below compressed: what one half gains the other loses."""
+    sheets, between = np.arange(11) - 5.0, np.arange(10) - 4.5
+    beyond = (np.sign(between)[:, None] * (sheets - between[:, None]) > 0) * np.abs(sheets)
+
+    def gained(strength: float, bent: bool) -> float:
+        rubs = np.ones(10)
+        for _ in range(60):  # friction gives tension, which presses what lies inside
+            tension = np.append(rubs, 0) + np.append(0, rubs)
+            tension = tension * np.sign(sheets) if bent else tension
+            rubs = 1 + strength * beyond @ tension
+        arms = np.abs(between) if bent else np.ones(10)
+        return float(rubs @ arms / arms.sum()) - 1
+
+    pull, bend = ([gained(a, bent) for a in (2e-4, 1e-4)] for bent in (False, True))
+    assert pull[0] / pull[1] == pytest.approx(2, rel=0.02)
+    assert bend[0] / bend[1] == pytest.approx(4, rel=0.02)
+    assert abs(bend[0]) < 0.02 * pull[0]
 
 
 @given(seeds)

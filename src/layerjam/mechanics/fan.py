@@ -214,7 +214,7 @@ def flat(brake: Brake) -> Brake:
     mount, held = brake.mount, brake.amplification_held
     if mount.spacers is None:
         return brake
-    factor = brake.scale_factor
+    factor: Any = brake.scale_factor
     if held is not None:
         factor = factor / jnp.where(jnp.asarray(held) > 0, held, 1.0)  # NaN in a design
     plain = replace(mount, spacers=None)
