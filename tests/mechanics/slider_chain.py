@@ -99,13 +99,13 @@ class Chain:
             w = w + part * step
         raise AssertionError("the chain found no balance")
 
-    def given_back(self, parts: int = 400) -> float:
+    def given_back(self, parts: int = 100) -> float:
         """Elastic energy [J]: the area under the softened stress, down to no strain."""
         grid = np.linspace(0, 1, parts + 1)[:, None] * (-np.diff(self.w) / self.h)
         area = np.trapezoid(self.rubber.stress(grid, self.held), grid, axis=0)
         return 4 * self.section * self.h * float(area.sum())
 
-    def softened(self, parts: int = 400) -> float:
+    def softened(self, parts: int = 100) -> float:
         """Energy [J] that the softening took: the greatest energies less what they give back."""
         total = 0.0
         top = np.linspace(0, 40, 40_001)

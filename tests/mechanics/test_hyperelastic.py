@@ -19,8 +19,13 @@ from layerjam.mechanics.energy import pull_work, slip_work
 from layerjam.mechanics.hyperelastic import at_slip, greatest_slip
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.law import double_precision, law
-from layerjam.mechanics.pull import brake_force, force_at_elongation, slip_at_elongation
-from layerjam.mechanics.stop.exact import stop
+from layerjam.mechanics.pull import (
+    brake_force,
+    force_at_elongation,
+    slip_at_elongation,
+    vacuum_for_force,
+)
+from layerjam.mechanics.stop.tune import tuned_vacuum
 from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.tensile import tensile
 from strategies import KAPTON
@@ -215,7 +220,9 @@ def test_what_has_no_hyperelastic_law_refuses() -> None:
     with pytest.raises(QuantityError, match="one modulus only"):
         brake_cycle(np.linspace(0, 0.01, 9), FULL, brake, 0.01)
     with pytest.raises(QuantityError, match="one modulus only"):
-        stop(1.0, 1.0, FULL, 1e4, 9.81, brake)
+        vacuum_for_force(50.0, 0.01, brake)
+    with pytest.raises(QuantityError, match="one modulus only"):
+        tuned_vacuum(1.0, 2.0, 0.02, 1e4, 9.81, brake)
 
 
 @pytest.mark.parametrize(
