@@ -33,7 +33,8 @@ FAN_WHEN_BENT = Notice(
 )
 LEAST_OVER_JOINT = Notice(
     "sheets without spacers also press on each other where they leave the overlap; over the joint "
-    "that is left out, so that friction and stress are lower bounds",
+    "that is left out, so that friction and stress are lower bounds, and the amplification is over "
+    "the friction of flat sheets",
     "no-fan-over-joint",
 )
 
