@@ -14,7 +14,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.interop.compiler import SOURCES, library
 from layerjam.interop.parameters import Parameters, parameters
-from layerjam.mechanics.hysteresis import Cycle
+from layerjam.mechanics.cycle import Cycle
 
 Precision = Literal["double", "single"]
 REFUSED, SLACK, SEPARATED, CLOSED, SNAPPED, OVERFLOW = (1 << bit for bit in range(6))
