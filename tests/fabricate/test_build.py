@@ -95,7 +95,7 @@ REMEDIES = {
     "a hard silicone": ({}, 'elongation_at_break = "150 %"', "C5", "softer silicone"),
     "a weak tie": ({}, 'tie_tension = "2 N"', "C11", "pull it tighter"),
     "a thick silicone": ({"wall": "0.25 mm"}, "", "C12", "a thicker wall"),
-    "a strong brake": ({"scale_factor": 20.0}, "", "C8", "more build.screws"),
+    "a strong brake": ({"scale_factor": 20.0}, "", "C8", "more screws (mount.screws)"),
 }
 
 

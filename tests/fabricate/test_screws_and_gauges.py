@@ -142,8 +142,8 @@ def test_a_clamp_rubs_on_two_faces() -> None:
     shear = np.concatenate([[0.0], np.cumsum(pull)]) - FORCE / 2
     assert np.abs(shear).max() == pytest.approx(FORCE / 2)  # at plate and shelf, nowhere more
     assert brake.film.kinetic * pressed * found.screws == pytest.approx(FORCE / 2)
-    many = replace(Build(), screws=2)
-    assert preload(FORCE, brake, lengths_of(build=many)) == pytest.approx(pressed / 2)
+    many = lengths_of(KAPTON.with_(screws=2).brake)
+    assert preload(FORCE, brake, many) == pytest.approx(pressed / 2)
 
 
 def test_filling_is_the_flow_through_the_walls_section() -> None:

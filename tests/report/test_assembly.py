@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -154,8 +153,10 @@ def test_each_label_of_the_clamp_names_its_part(screws: int) -> None:
     from layerjam.report.build_pictures import _stacking
     from layerjam.report.build_scene import scene
 
-    build = replace(choices(KAPTON).build, screws=screws)
-    world = scene(build, lengths(KAPTON.with_(width="40 mm").brake, build))
+    file = KAPTON.with_(width="40 mm", screws=screws)
+    build = choices(file).build
+    world = scene(build, lengths(file.brake, build))
+    assert world.lengths.screws == screws
     thread, found = world.lengths.thread, world.lengths
     high = {"nut": thread.nut_height, "screw": thread.head_height + found.screw_length,
             "clamp plate": found.plate_height}  # fmt: skip

@@ -270,7 +270,7 @@ def best(make: Callable[..., R], search: Search, found: SweepResult) -> R:
         binding=binding(chosen, spec),
         forbidden=forbidden(search, found, told),
         front_size=len(front),
-        front=[search.design(int(n)) for n in front[:MOST_SHOWN]],
+        front=search.designs(front[:MOST_SHOWN]),
         sensitivities=sensitivities(spec, point, tuple(sorted({*search.wanted} & {*MERITS}))),
         robustness={k: chance._asdict() for k, chance in chances.items()},
         warnings=[

@@ -251,15 +251,22 @@ class Search:
 
     def design(self, number: int) -> dict[str, Any]:
         """One design: its variables and all its merits."""
-        numbers = np.array([number], np.int64)
-        values = self.kernel.at(numbers)[:, 0]
-        found = dict(zip(self.spec.evaluation.all_names, values.tolist(), strict=True))
-        found |= {name: float(row[0]) for name, row in self.kernel.drawn(numbers).items()}
-        return {
-            "number": int(number),
-            **self.spec.grid.values(number),
-            **{n: found.get(n, math.nan) for n in MERITS},
-        }
+        return self.designs(np.array([number], np.int64))[0]
+
+    def designs(self, numbers: Numbers) -> list[dict[str, Any]]:
+        """Several designs at once, each with its variables and all its merits."""
+        if len(numbers) == 0:
+            return []
+        found = dict(zip(self.spec.evaluation.all_names, self.kernel.at(numbers), strict=True))
+        found |= self.kernel.drawn(numbers)
+        return [
+            {
+                "number": int(number),
+                **self.spec.grid.values(number),
+                **{n: float(found[n][at]) if n in found else math.nan for n in MERITS},
+            }
+            for at, number in enumerate(numbers.tolist())
+        ]
 
 
 def _least(values: Array, among: npt.NDArray[np.bool_]) -> int | None:

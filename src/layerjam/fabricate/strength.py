@@ -107,7 +107,7 @@ def _clamp(force: float, brake: Brake, build: Build, lengths: Lengths, source: s
         f"{show(need, 'N', 3)} of preload holds {show(force, 'N')} by friction (film on film, "
         f"{brake.film.kinetic:.3g}, stands in for film on plastic; {source}); a screw of class "
         f"8.8 gives {show(most, 'N', 3)}"
-        + ("" if need <= most else ": more build.screws, or a larger mount.screw_hole"),
+        + ("" if need <= most else ": more screws (mount.screws), or a larger mount.screw_hole"),
         value=need,
         limit=most,
         unit="N",
