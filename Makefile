@@ -26,10 +26,6 @@ slow: $(STAMP)
 bench: $(NEIGHBOURS)
 	$(BIN)/python -m benchmarks.run
 
-# The brake in simulators that are too heavy for `make test`, in an environment of their own.
-interop: $(SIMULATORS)/.installed
-	$(SIMULATORS)/bin/python -m pytest -q tests/interop
-
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --site-dir out/site
 
@@ -53,6 +49,20 @@ alarms: $(STAMP)
 
 fuzz: $(STAMP)
 	LAYERJAM_FUZZ=100000 $(BIN)/python -m pytest -q -n 2 -m slow tests/measure/test_fuzz.py
+
+# The brake in simulators that are too heavy for `make test`, in an environment of their own, and the
+# C kernel on other processors. Debian's cross compilers and emulators are installed where that is
+# possible; tests whose tools are missing say so.
+CROSS = gcc gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm qemu-user \
+  gcc-aarch64-linux-gnu libc6-dev-arm64-cross
+
+interop: $(SIMULATORS)/.installed
+	@( for tool in qemu-system-arm arm-none-eabi-gcc aarch64-linux-gnu-gcc qemu-aarch64; do \
+	  command -v $$tool >/dev/null || exit 1; done ) || \
+	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(CROSS); } || \
+	  echo "not installed: $(CROSS); what needs them is skipped"
+	$(SIMULATORS)/bin/python -m pytest -q -rs tests/interop
+	$(BIN)/python -m benchmarks.kernel
 
 # Installs exactly what requirements.lock names, hashes checked, then this package.
 # Debian ships python3 without ensurepip: the venv package is fetched once where that is so.

@@ -33,7 +33,10 @@ def history(brake: Brake, seed: int, n: int = 1024) -> tuple[np.ndarray, np.ndar
     steps = np.repeat(full * rng.random(n) ** 2, 16)[:n]
     ramps = full * np.abs(np.interp(np.arange(n), np.arange(0, n + 64, 64), _zigzag(rng, n)))
     steady = np.full(n, 0.9 * full)
-    vacuum = (steps, ramps, steady, np.where(rng.random(n) < 0.05, 0.0, steps))[seed // 4 % 4]
+    # so little that the enclosure closes the brake, and slides back as a whole
+    least = np.repeat(np.exp(rng.uniform(np.log(3e-5), np.log(0.03), n)) * full, 8)[:n]
+    weak = np.where(rng.random(n) < 0.03, 0.0, np.where(np.arange(n) % 64 < 48, least, steps))
+    vacuum = (steps, ramps, steady, weak)[seed // 4 % 4]
     return path, vacuum
 
 

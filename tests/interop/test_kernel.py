@@ -77,6 +77,11 @@ def test_a_held_load_is_held_bit_for_bit():
     assert k.state == held and k.slip == 0
     k.move(1.001 * onset, VACUUM)
     assert k.slip > 0
+    slid = k.slip, k.enclosure_force, k.heat, k._state.highs_count, k._state.lows_count
+    for shake in np.random.default_rng(1).uniform(0.1, 0.999, 1000):
+        k.move(shake * onset, VACUUM + 1e3 * (shake > 0.9))
+    now = k.slip, k.enclosure_force, k.heat, k._state.highs_count, k._state.lows_count
+    assert now == slid, "shaken below its friction, under a vacuum that rises, it does not creep"
 
 
 @CC

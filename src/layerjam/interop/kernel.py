@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -55,11 +56,17 @@ def state_bytes(precision: Precision) -> int:
     return ctypes.sizeof(_Structures(precision).state)
 
 
+CODE = (SOURCES / "layerjam.c", SOURCES / "history.c")
+
+
 @functools.cache
 def _loaded(precision: Precision) -> tuple[Any, _Structures]:
     """The library, compiled if need be, and its structures."""
-    defines = () if precision == "double" else ("LJ_SINGLE",)
-    path = library([SOURCES / "layerjam.c", SOURCES / "history.c"], defines)
+    return bound(library(CODE, () if precision == "double" else ("LJ_SINGLE",)), precision)
+
+
+def bound(path: Path, precision: Precision) -> tuple[Any, _Structures]:
+    """A compiled library, told what its functions take, and its structures."""
     library_, made = ctypes.CDLL(str(path)), _Structures(precision)
     brake, state, real = ctypes.POINTER(made.brake), ctypes.POINTER(made.state), made.real
     library_.lj_start.argtypes, library_.lj_start.restype = (state, real), None

@@ -180,8 +180,8 @@ static void add_first(const lj_state *s, lj_real start, lj_real end, const lj_en
         return;
     if (joined > start) {
         lj_enclosure strip = lj_branch(s->base.strength, e);
-        a = start - s->base.slip;
-        b = joined - s->base.slip;
+        a = lj_max(start - s->base.slip, 0);
+        b = lj_max(joined - s->base.slip, 0);
         *work += s->base.force * (joined - start);
         *work += lj_backbone_work(b, &strip) - lj_backbone_work(a, &strip);
         *heat += e->friction * (lj_slipped_area(b, &strip) - lj_slipped_area(a, &strip));
