@@ -1,1 +1,19 @@
-"""Real hardware and its virtual twin: firmware, line, gateway, driver."""
+"""Real hardware and its virtual twin: firmware, line, gateway, driver.
+
+`layerjam.rig.open("sim:choi2018")` is a bench.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from layerjam.rig.address import Address
+    from layerjam.rig.driver import Bench
+
+
+def open(address: str | Address) -> Bench:
+    """The bench at an address; see `layerjam.rig.driver.open_bench`."""
+    from layerjam.rig.driver import open_bench
+
+    return open_bench(address)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
-from layerjam.rig import frame
+from layerjam.rig.frame import first, pack
 
 TRIES = 5
 WAIT = 0.5
@@ -116,7 +116,7 @@ class Line:
         """
         with self._lock:
             number = self._numbers[session] = (self._numbers[session] + 1) % 256
-            packed = frame.pack(session, number, text)
+            packed = pack(session, number, text)
             for attempt in range(tries):
                 # what is left of a torn frame ends with the LF before the next
                 self._ends.write(packed if not attempt else b"\n" + packed)
@@ -130,7 +130,7 @@ class Line:
         """The payload of the frame asked for, None where it did not come in time."""
         end = time.monotonic() + WAIT
         while True:
-            found, done = frame.first(self._buffer)
+            found, done = first(self._buffer)
             if found is None and any(prompt in self._buffer for prompt in PROMPTS):
                 self._buffer = b""
                 raise LineError(

@@ -82,7 +82,7 @@ def behind(address: Address) -> Behind:
 class VirtualPlant:
     """Vacuum and sensor in the board's time; `injected` breaks them, `estop` and `supply_low` too.
 
-    Pump and vent are those of `outputs`, held until they are told anew. `trace`, where it is a
+    Pump and vent are those of `outputs`, held until set anew. `trace`, where it is a
     list, is given (time [s], pump, vent open, vacuum [Pa]) at each change of the outputs.
     """
 

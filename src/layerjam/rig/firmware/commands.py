@@ -240,7 +240,7 @@ TABLE = COMMON + TABLE
 
 
 def tree(bench) -> Node:
-    """The tree of all headers; their names are told to the bench."""
+    """The tree of all headers; the bench keeps their names."""
     root = Node()
     bench.headers = [header for header, _, _ in TABLE]
     for header, command, query in TABLE:

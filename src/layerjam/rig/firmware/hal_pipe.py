@@ -2,7 +2,8 @@
 
 The clock has 30 bits and starts five seconds before it wraps. It runs `speed` times as fast as the
 host's; 0: as fast as samples are computed. While the host does not run this process, or its plant,
-the clock stands still but for 60 ms: the virtual board's time is not the host's to lose.
+the clock stands still 2 ms after the sample that is due: it is not the host's to lose, and the law
+sees the even samples that a board gives it.
 """
 
 import select
@@ -14,8 +15,9 @@ import ticks
 from scpi import ScpiError
 
 BEGIN = ticks.WRAP - 5000000
-LEAP = 60000
-"""Microseconds that the clock goes on at most between two looks at it."""
+LEAP = 2000
+"""Microseconds that the clock goes on at most beyond the sample that is due."""
+MOST = 10000000
 SERVED = 20
 """Samples between two looks at the line at speed 0."""
 PIECE = 4096
@@ -27,7 +29,7 @@ ESTOP, SUPPLY_LOW, DIAGNOSTIC = 1, 2, 4
 
 
 class Hal:
-    """words: descriptors of the plant's answers and of what it is told, speed, serial, rest."""
+    """words: descriptors of the pipes from and to the plant, speed, serial, rest."""
 
     collects = True
 
@@ -40,6 +42,7 @@ class Hal:
         self.slots: list = [None, None]
         self.saved: int | None = None
         self.now, self.part = BEGIN, 0.0
+        self.due = BEGIN
         self.waits = 0
         self.estop_open = self.supply_low = False
         self.pump, self.power = 0.0, 0
@@ -98,11 +101,14 @@ class Hal:
             self.seen = host
             whole = int(passed)
             self.part = passed - whole
-            self.now = ticks.add(self.now, min(whole, LEAP))
+            self.now = ticks.add(self.now, min(whole, MOST))
+            if ticks.diff(self.now, self.due) > LEAP:
+                self.now = ticks.add(self.due, LEAP)
         return self.now
 
     def wait(self, due: int, reading: bool, sending: bool) -> bytes:
         """Bytes of the line, or none where the time has come or something may be sent."""
+        self.due = due
         if self.speed == 0.0:
             self.waits += 1
             if self.waits >= SERVED or sending:

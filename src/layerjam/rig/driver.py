@@ -1,0 +1,335 @@
+"""A bench in Python: properties in SI units, every write checked by the instrument's own error."""
+
+from __future__ import annotations
+
+import math
+import struct
+import time
+import zlib
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from layerjam.control.settings import Regulator
+from layerjam.errors import LayerjamError, QuantityError
+from layerjam.rig.address import Address, address_of
+from layerjam.rig.board import law_hash
+from layerjam.rig.link import BoardLink, Link, link_to
+from layerjam.rig.plant import VirtualPlant
+from layerjam.rig.telemetry import records
+from layerjam.units import QuantitySpec, check, parse
+
+SAFE_STATES = {"release": "REL", "hold": "HOLD"}
+VENT_RESTS = {"open": "OPEN", "closed": "CLOS"}
+NO_NUMBER = 9.9e37
+"""What SCPI writes for not a number, or more."""
+LEASE = QuantitySpec("s", "time for which a silent host keeps the outputs on", lo=0.2, hi=600)
+TARGET = QuantitySpec("Pa", "vacuum to hold", lo=0.0, hi=1.2e5)
+
+
+class InstrumentError(LayerjamError):
+    """What the instrument refused; `code` is SCPI's number, below zero."""
+
+    key = "instrument"
+    code: int
+
+    def __init__(self, code: int, text: str, line: str) -> None:
+        super().__init__(f"the instrument refused '{line[:60]}': {text} ({code})")
+        self.code = code
+
+
+class TrippedError(LayerjamError):
+    """A fault of the device that a wait met; `fault` is its name."""
+
+    key = "tripped"
+    fault: str
+
+    def __init__(self, fault: str) -> None:
+        super().__init__(f"the bench went to its safe state: {fault}")
+        self.fault = fault
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchStatus:
+    """What a bench is and does at one moment."""
+
+    identity: str
+    simulated: bool
+    state: str
+    fault: str | None
+    vacuum: float | None
+    """The last reading [Pa], None where the sensor gives none."""
+    target: float
+    pump: float
+    vent: str
+    safe_state: str | None
+    vent_rest: str | None
+    lease: float
+    boot: str
+    reset_cause: str
+    uptime: float
+    late_ticks: int
+    worst_lateness: float
+    samples_lost: int
+    law_matches: bool
+    """Whether the board's law is this package's, to the letter."""
+    double: bool
+    zero_age: float | None
+    errors: tuple[str, ...]
+
+
+class Bench:
+    """One instrument; made by `layerjam.rig.open`, and closed as a file is.
+
+    Outputs stay on only as long as somebody talks (`lease`): `wait` does. Device errors that were
+    in the queue are kept in `events`.
+    """
+
+    def __init__(self, link: Link, address: Address) -> None:
+        self._link = link
+        self.address = address
+        self.events: list[str] = []
+        self.identity = self.ask("*IDN?")
+
+    def ask(self, query: str) -> str:
+        """The answer to one query of SCPI. Raises InstrumentError where it is refused."""
+        return self._said(query).decode("ascii", "replace")
+
+    def tell(self, line: str) -> None:
+        """Send one command and make sure that it was taken; raises InstrumentError."""
+        self._said(line)
+
+    def _said(self, line: str) -> bytes:
+        answer, code, text = self._link.exchange(line)
+        refused: InstrumentError | None = None
+        while code:
+            if code > 0:
+                self.events.append(text)
+            elif refused is None:
+                refused = InstrumentError(code, text, line)
+            _, code, text = self._link.exchange("*WAI")
+        if refused is not None:
+            raise refused
+        return answer
+
+    def _number(self, query: str) -> float:
+        value = float(self.ask(query))
+        return math.nan if abs(value) >= NO_NUMBER else value
+
+    @property
+    def plant(self) -> VirtualPlant | None:
+        """What is behind a virtual board that this program started, to break it; else None."""
+        link = self._link
+        return link.board.plant if isinstance(link, BoardLink) and link.board else None
+
+    @property
+    def simulated(self) -> bool:
+        """Whether a virtual board answers."""
+        return ",virtual bench," in self.identity
+
+    @property
+    def vacuum(self) -> float:
+        """The last reading [Pa], NaN where the sensor gives none."""
+        return self._number("MEAS:VAC?")
+
+    @property
+    def reach(self) -> float:
+        """Greatest target [Pa] that the regulator's plant can hold; 0 without a regulator."""
+        return self._number("SOUR:VAC? MAX")
+
+    @property
+    def target(self) -> float:
+        """Vacuum to hold [Pa], number or text with a unit; 0 releases."""
+        return self._number("SOUR:VAC?")
+
+    @target.setter
+    def target(self, value: float | str) -> None:
+        self.tell(f"SOUR:VAC {_si(value, TARGET, 'target'):.17g}")
+
+    @property
+    def output(self) -> bool:
+        """Whether the law runs."""
+        return self.ask("OUTP?") == "1"
+
+    @output.setter
+    def output(self, on: bool) -> None:
+        self.tell("OUTP ON" if on else "OUTP OFF")
+
+    @property
+    def safe_state(self) -> str | None:
+        """`release` or `hold`, None while nobody has declared it."""
+        return _word(SAFE_STATES, self.ask("OUTP:SAFE?"))
+
+    @safe_state.setter
+    def safe_state(self, value: str) -> None:
+        self.tell(f"OUTP:SAFE {_choice(SAFE_STATES, value, 'safe_state')}")
+
+    @property
+    def vent_rest(self) -> str | None:
+        """What the vent valve is without power, `open` or `closed`; None while not declared."""
+        return _word(VENT_RESTS, self.ask("OUTP:VENT:REST?"))
+
+    @vent_rest.setter
+    def vent_rest(self, value: str) -> None:
+        self.tell(f"OUTP:VENT:REST {_choice(VENT_RESTS, value, 'vent_rest')}")
+
+    @property
+    def lease(self) -> float:
+        """Time [s] for which a silent host keeps the outputs on."""
+        return self._number("SYST:LEAS?")
+
+    @lease.setter
+    def lease(self, value: float | str) -> None:
+        self.tell(f"SYST:LEAS {_si(value, LEASE, 'lease'):.17g}")
+
+    @property
+    def regulator(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """The law's settings as the board has them; set from a Regulator, to the last bit.
+
+        Raises InstrumentError (-221) while the board has none.
+        """
+        raw = bytes.fromhex(self.ask("CONT:LAW?").split('"')[1])
+        numbers = struct.unpack(f"<{len(raw) // 8}d", raw)
+        return numbers[:15], numbers[15:]
+
+    @regulator.setter
+    def regulator(self, value: Regulator) -> None:
+        check(value)
+        first, second = value.packed()
+        raw = struct.pack(f"<{len(first) + len(second)}d", *first, *second)
+        self.tell(f'CONT:LAW "{raw.hex().upper()}","{zlib.crc32(raw):08X}"')
+
+    @property
+    def state(self) -> str:
+        """SAFE, RUN, FAULT or DRIVE."""
+        return self.ask("FETC:ALL?").split(",")[5]
+
+    @property
+    def fault(self) -> str | None:
+        """Name of the latched fault, None where there is none."""
+        code, name = self.ask("OUTP:PROT:FAUL?").split(",")
+        return name.strip('"') if int(code) else None
+
+    def clear(self) -> None:
+        """Clear a latched fault, the error queue and the registers; starts nothing."""
+        self.tell("*CLS;:OUTP:PROT:CLE")
+        self.events.clear()
+
+    def off(self) -> None:
+        """Pump off, vent as the safe state has it; obeyed whoever holds the lock."""
+        self.tell("OUTP OFF")
+
+    def lock(self) -> bool:
+        """Keep other clients from commanding; False where another has the lock."""
+        return self.ask("SYST:LOCK:REQ?") == "1"
+
+    def unlock(self) -> None:
+        """Give the lock back."""
+        self.tell("SYST:LOCK:REL")
+
+    def wait(self, seconds: float, *, until: float | None = None) -> float:
+        """Keep the lease alive for so many seconds of the host; the last vacuum [Pa].
+
+        With `until` it ends as soon as that vacuum [Pa] is reached, from below. Raises
+        TrippedError where the bench goes to its safe state by a fault.
+        """
+        end = time.monotonic() + seconds
+        pause = min(self.lease / 4, 0.1)
+        while True:
+            parts = self.ask("FETC:ALL?").split(",")
+            vacuum = float(parts[1])
+            if parts[5] == "FAULT":
+                raise TrippedError(self.fault or "unknown")
+            left = end - time.monotonic()
+            if left <= 0 or (until is not None and vacuum >= until):
+                return math.nan if vacuum >= NO_NUMBER else vacuum
+            time.sleep(min(pause, left))
+
+    def samples(self, count: int = 100) -> np.ndarray[Any, Any]:
+        """The oldest records not yet acknowledged, at most 200; see `telemetry.RECORD`."""
+        return records(self._said(f"FETC:STR? {count}"))
+
+    def acknowledge(self, seq: int) -> None:
+        """Give up the records up to and with `seq`."""
+        self.tell(f"STR:ACK {seq}")
+
+    def status(self) -> BenchStatus:
+        """What it is and does now."""
+        _, vacuum, target, pump, vent, state, _ = self.ask("FETC:ALL?").split(",")
+        boot, cause, uptime, _ = self.ask("SYST:BOOT?").split(",")
+        timing = self.ask("SYST:TIM?").split(",")
+        age = float(self.ask("SENS:VAC:ZERO?").split(",")[1])
+        last = self.identity.rpartition(",")[2].split("/")
+        return BenchStatus(
+            identity=self.identity,
+            simulated=self.simulated,
+            state=state,
+            fault=self.fault,
+            vacuum=None if float(vacuum) >= NO_NUMBER else float(vacuum),
+            target=float(target),
+            pump=float(pump),
+            vent="open" if vent == "1" else "closed",
+            safe_state=self.safe_state,
+            vent_rest=self.vent_rest,
+            lease=self.lease,
+            boot=boot.strip('"'),
+            reset_cause=cause.strip('"'),
+            uptime=float(uptime),
+            late_ticks=int(timing[1]),
+            worst_lateness=float(timing[2]),
+            samples_lost=int(self.ask("STR:LOST?")),
+            law_matches=f"law-{law_hash()[:8]}" in last,
+            double="double" in last,
+            zero_age=None if age >= NO_NUMBER else age,
+            errors=tuple(self.events),
+        )
+
+    def close(self) -> None:
+        """Switch the outputs off and leave."""
+        try:
+            self.off()
+        except LayerjamError:
+            pass  # a line that is down: the lease does it
+        finally:
+            self._link.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def open_bench(address: str | Address) -> Bench:
+    """The bench at an address, such as `sim:choi2018`, `serial:/dev/ttyACM0`, `tcp:host:5025`.
+
+    Raises FileError, LineError, QuantityError, UnknownNameError or MissingExtraError.
+    """
+    where = address_of(address)
+    link = link_to(where)
+    try:
+        return Bench(link, where)
+    except BaseException:
+        link.close()
+        raise
+
+
+def _si(value: float | str, spec: QuantitySpec, name: str) -> float:
+    """An SI number, from a text with a unit; QuantityError for what is none."""
+    number = parse(value, spec.unit, name) if isinstance(value, str) else float(value)
+    if not math.isfinite(number):
+        raise QuantityError.of(name, f"{number} is no number")
+    return number
+
+
+def _choice(words: dict[str, str], value: str, name: str) -> str:
+    """SCPI's word for ours."""
+    if value not in words:
+        raise QuantityError.of(name, f"'{value}' is not allowed; write {' or '.join(words)}")
+    return words[value]
+
+
+def _word(words: dict[str, str], said: str) -> str | None:
+    """Our word for SCPI's."""
+    return next((word for word, theirs in words.items() if theirs == said), None)

@@ -1,0 +1,122 @@
+"""How a driver reaches its instrument: as the line's owner, or as one client of a gateway."""
+
+from __future__ import annotations
+
+import re
+import socket
+from typing import Protocol
+
+from layerjam.errors import FileError
+from layerjam.rig.address import Address, address_of
+from layerjam.rig.board import VirtualBoard, connect
+from layerjam.rig.line import Line, LineError
+
+PATIENCE = 5.0
+"""Seconds that a gateway's answer is waited for."""
+SESSION = 1
+CHECK = "*OPC?;:SYST:ERR?"
+"""Its answer always begins with 1: it ends what came before, whether that was answered or not."""
+CHECKED = re.compile(rb'1;([+-]?\d+),"(.*)"')
+
+
+class Link(Protocol):
+    """One client's side of an instrument."""
+
+    def exchange(self, text: str) -> tuple[bytes, int, str]:
+        """(answer or nothing, oldest error's number or 0, its text) of one line of SCPI."""
+
+    def close(self) -> None:
+        """Leave; the session ends."""
+
+
+def checked(answer: bytes) -> tuple[int, str]:
+    """(number, text) of CHECK's answer; LineError where it is another's."""
+    found = CHECKED.fullmatch(answer)
+    if found is None:
+        raise LineError(f"the instrument answers {answer[:60]!r} where an error's number is due")
+    return int(found.group(1)), found.group(2).decode("ascii", "replace")
+
+
+class BoardLink:
+    """The line's owner, in frames."""
+
+    def __init__(self, line: Line, board: VirtualBoard | None) -> None:
+        self.line, self.board = line, board
+
+    def exchange(self, text: str) -> tuple[bytes, int, str]:
+        """The line, then what its session's queue holds."""
+        answer = self.line.ask(SESSION, text.encode("ascii"))
+        return answer, *checked(self.line.ask(SESSION, CHECK.encode()))
+
+    def close(self) -> None:
+        """End the session and give the line back."""
+        try:
+            self.line.ask(SESSION, b"", tries=1)
+        except LineError:
+            pass
+        finally:
+            self.line.close()
+
+
+class SocketLink:
+    """A client of a gateway, in plain SCPI."""
+
+    def __init__(self, address: Address) -> None:
+        host, port = address.host_port
+        try:
+            self._socket = socket.create_connection((host, port), PATIENCE)
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise FileError(str(address), f"nobody answers: {reason}") from None
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._buffer = b""
+        self._name = str(address)
+
+    def exchange(self, text: str) -> tuple[bytes, int, str]:
+        """The line and CHECK in one packet; a line that was refused has no answer before it."""
+        try:
+            self._socket.sendall(text.encode("ascii") + b"\n" + CHECK.encode() + b"\n")
+        except OSError as error:
+            raise LineError(f"{self._name} is gone: {error}") from None
+        first = self._answer()
+        found = CHECKED.fullmatch(first)
+        if found is not None:
+            return b"", *checked(first)
+        return first, *checked(self._answer())
+
+    def _answer(self) -> bytes:
+        """One answer: a block by its length, else up to the LF."""
+        while True:
+            end = self._end()
+            if end and len(self._buffer) >= end:
+                answer, self._buffer = self._buffer[: end - 1], self._buffer[end:]
+                return answer
+            try:
+                more = self._socket.recv(65536)
+            except OSError as error:
+                raise LineError(f"{self._name} does not answer: {error}") from None
+            if not more:
+                raise LineError(f"{self._name} closed the connection")
+            self._buffer += more
+
+    def _end(self) -> int:
+        """Where the answer at the buffer's beginning ends with its LF, 0 while that is not seen."""
+        if self._buffer[:1] == b"#":
+            digits = self._buffer[1:2]
+            begin = 2 + int(digits) if digits.isdigit() else 0
+            if not begin or len(self._buffer) < begin:
+                return 0
+            return begin + int(self._buffer[2:begin]) + 1
+        return self._buffer.find(b"\n") + 1
+
+    def close(self) -> None:
+        """Leave."""
+        self._socket.close()
+
+
+def link_to(address: str | Address) -> Link:
+    """A client of a gateway (`tcp:`), else the owner of the board's line."""
+    where = address_of(address)
+    if where.kind == "tcp":
+        return SocketLink(where)
+    return BoardLink(*connect(where))

@@ -1,0 +1,277 @@
+"""The gateway as strangers use it: sockets, a serial port, many at once, and bad manners."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import random
+import select
+import stat
+import termios
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from layerjam.errors import LayerjamError
+from layerjam.rig.serve import Listening, Splitter, serve
+from layerjam.rig.token import Door, token_of
+from rig.bad_lines import BAD
+from rig.boards import law_words, regulator
+from rig.gateways import Client, gateway
+
+
+@pytest.fixture(scope="module")
+def port() -> Iterator[int]:
+    with gateway("sim:choi2018") as (number, _):
+        yield number
+
+
+@pytest.fixture
+def client(port: int) -> Iterator[Client]:
+    made = Client(port)
+    yield made
+    made.close()
+
+
+def test_it_says_who_it_is(client: Client) -> None:
+    maker, model, serial, version = client.ask("*IDN?").split(",")
+    assert (maker, model, serial) == ("layerjam", "virtual bench", "SIM-choi2018")
+    assert version.startswith("0.1/law-") and version.endswith("/double")
+    assert client.ask(b"*OPC?\r") == "1"
+    client.send("")
+    client.send("\r")
+    assert client.error() == 0
+
+
+def test_bad_lines_have_their_numbers_through_the_gateway(client: Client) -> None:
+    for line, code in BAD:
+        client.send(line.encode("latin-1") if isinstance(line, str) else line)
+        assert client.error() == code, line
+    assert client.error() == 0
+
+
+def test_commands_in_one_packet_and_one_command_in_many(client: Client) -> None:
+    client.send("*ESE 5\n*ESE?\n*ESE 6;*ESE?")
+    assert [client.file.readline() for _ in range(2)] == [b"5\n", b"6\n"]
+    for letter in "*OPC?\n":
+        client.socket.sendall(letter.encode())
+        time.sleep(0.002)
+    assert client.file.readline() == b"1\n"
+
+
+@pytest.mark.parametrize("queries", [50, pytest.param(400, marks=pytest.mark.slow)])
+def test_eight_clients_are_never_mixed_up(port: int, queries: int) -> None:
+    """Mixed queries, with a mask of one's own that every answer carries."""
+    wrong: list[str] = []
+
+    def use(number: int) -> None:
+        draw, client = random.Random(number), Client(port)
+        client.send(f"*ESE {number}")
+        for n in range(queries):
+            kind = draw.randrange(4)
+            if kind == 0:
+                if client.ask("*ESE?") != str(number):
+                    wrong.append(f"{number}: mask")
+            elif kind == 1:
+                if not client.ask("MEAS:VAC?").lstrip("-").replace(".", "").isdigit():
+                    wrong.append(f"{number}: vacuum")
+            elif kind == 2:
+                client.send(f"FOO{number}")
+                if not client.ask("SYST:ERR?").endswith(f'header;FOO{number}"'):
+                    wrong.append(f"{number}: error")
+            elif client.ask(f"*ESE?;*OPC?;*ESE {number};*ESE?") != f"{number};1;{number}":
+                wrong.append(f"{number}: line {n}")
+        client.close()
+
+    threads = [threading.Thread(target=use, args=(n + 1,)) for n in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
+def test_a_lock_ends_with_its_client(port: int) -> None:
+    first, second = Client(port), Client(port)
+    assert first.ask("SYST:LOCK:REQ?") == "1" and second.ask("SYST:LOCK:REQ?") == "0"
+    second.send("SOUR:VAC 1")
+    assert second.error() == -203
+    second.send("OUTP OFF")
+    assert second.error() == 0
+    first.close()
+    end = time.monotonic() + 5
+    while second.ask("SYST:LOCK:REQ?") != "1" and time.monotonic() < end:
+        time.sleep(0.01)
+    assert second.ask("SYST:LOCK:OWN?") == '"SELF"'
+    second.close()
+
+
+def test_sessions_begin_afresh_and_are_fifteen(port: int) -> None:
+    time.sleep(0.1)
+    clients = [Client(port) for _ in range(15)]
+    for number, made in enumerate(clients):
+        assert made.ask("*ESE?") == "0", "what an earlier client left"
+        made.send(f"*ESE {number};FOO")
+    more = [Client(port) for _ in range(5)]
+    assert all(made.closed() for made in more)
+    assert [made.ask("*ESE?") for made in clients] == [str(n) for n in range(15)]
+    for made in clients + more:
+        made.close()
+    time.sleep(0.1)
+    again = Client(port)
+    assert again.ask("*ESE?;:SYST:ERR?") == '0;0,"No error"'
+    again.close()
+
+
+def test_two_megabytes_without_an_end(port: int, client: Client) -> None:
+    rude = Client(port)
+    with contextlib.suppress(ConnectionError):
+        rude.socket.sendall(b"A" * 2_000_000)
+    assert rude.closed()
+    rude.close()
+    assert client.ask("*OPC?") == "1"
+
+
+def test_a_client_that_never_reads_holds_nobody_up(port: int, client: Client) -> None:
+    deaf = Client(port)
+    deaf.socket.settimeout(0.2)
+    with contextlib.suppress(OSError):
+        for _ in range(3000):
+            deaf.send("SYST:HELP:HEAD?;HEAD?;HEAD?")
+    begun = time.monotonic()
+    assert client.ask("*OPC?") == "1" and time.monotonic() - begun < 5
+    deaf.close()
+
+
+def test_blocks_are_whole(client: Client) -> None:
+    time.sleep(0.3)
+    for _ in range(50):
+        client.send("FETC:STR? 20")
+        assert client.file.read(2) == b"#3"
+        size = int(client.file.read(3))
+        assert size % 24 == 0 and len(client.file.read(size)) == size
+        assert client.file.read(1) == b"\n"
+
+
+def test_a_serial_port(tmp_path: Path) -> None:
+    """Raw as a real one; the link goes when the gateway goes."""
+    link = tmp_path / "bench"
+    with gateway("sim:choi2018", pty=str(link)) as (number, _):
+        port = os.open(link, os.O_RDWR | os.O_NOCTTY)
+        assert not termios.tcgetattr(port)[3] & termios.ECHO
+
+        def ask(text: bytes) -> bytes:
+            os.write(port, text)
+            said = b""
+            while not said.endswith(b"\n"):
+                assert select.select([port], [], [], 10)[0]
+                said += os.read(port, 4096)
+            return said
+
+        assert ask(b"*IDN?\r\n").startswith(b"layerjam,virtual bench,")
+        os.write(port, b"AT+GCAP\r\nATE0\r\n")  # a modem manager looks for a modem
+        assert ask(b"SYST:ERR:COUN?\n") == b"2\n"
+        other = Client(number)
+        assert other.error() == 0
+        other.close()
+        os.close(port)
+    assert not link.exists()
+
+
+def test_terminate_switches_off_and_ends_with_zero() -> None:
+    with gateway("sim:choi2018") as (number, process):
+        client = Client(number)
+        client.send("OUTP:SAFE REL;VENT:REST OPEN")
+        client.send("CONT:LAW " + law_words(regulator()))
+        client.send("VAC 40 kPa;:OUTP ON;:SYST:LEAS 60")
+        assert client.ask("OUTP?;:SYST:ERR?") == '1;0,"No error"'
+        process.terminate()
+        assert process.wait(20) == 0
+        assert client.closed()
+        client.close()
+
+
+def test_one_port_is_served_once(port: int) -> None:
+    with pytest.raises(LayerjamError, match=f"127.0.0.1:{port}"):
+        serve("sim:choi2018", lambda at: None, port=port)
+
+
+def test_others_only_with_a_token() -> None:
+    with pytest.raises(LayerjamError, match="token"):
+        serve("sim:choi2018", lambda at: None, port=0, host="0.0.0.0")
+
+
+def test_a_token(tmp_path: Path) -> None:
+    file = tmp_path / "token"
+    with gateway("sim:choi2018", token_file=str(file)) as (number, _):
+        token = file.read_text().strip()
+        assert len(token) == 32 and stat.S_IMODE(file.stat().st_mode) == 0o600
+        client = Client(number)
+        assert (
+            client.ask("*IDN?").startswith("layerjam") and client.ask("SYST:PASS:CEN:STAT?") == "0"
+        )
+        for line in ("MEAS:VAC?", "OUTP ON", "*IDN?;OUTP ON", "SYST:PASS:CEN 'wrong'"):
+            client.send(line)
+            assert client.error() == -203, line
+        client.send("OUTP OFF")
+        assert client.error() == 0
+        client.send(f'SYST:PASS:CEN "{token}"')
+        assert client.ask("SYST:PASS:CEN:STAT?") == "1" and client.error() == 0
+        assert client.ask("MEAS:VAC?") != ""
+        guesser = Client(number)
+        for _ in range(5):
+            guesser.send("SYST:PASS:CEN 'guess'")
+        assert guesser.closed()
+        late = Client(number)
+        assert late.closed(), "nobody from there is heard for ten seconds"
+        assert client.ask("*OPC?") == "1"
+        for made in (client, guesser, late):
+            made.close()
+
+
+def test_a_token_that_others_may_read_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "token"
+    file.write_text("0" * 32)
+    file.chmod(0o644)
+    with pytest.raises(LayerjamError, match="chmod 600"):
+        token_of(file)
+    file.chmod(0o600)
+    assert token_of(file) == "0" * 32
+    file.write_text("short")
+    with pytest.raises(LayerjamError, match="16 to 128"):
+        token_of(file)
+
+
+def test_the_door_counts_what_it_denied() -> None:
+    door = Door("a" * 32)
+    assert door.through(b"syst:err?") == (True, b"")
+    for _ in range(40):
+        assert door.through(b"OUTP ON") == (False, b"")
+    said = [door.through(b"SYST:ERR?") for _ in range(17)]
+    assert [passes for passes, _ in said] == [False] * 16 + [True]
+    assert door.through(b"ABORt ;OUTP ON")[0] is False
+
+
+def test_lines_are_cut_out_of_any_pieces() -> None:
+    draw = random.Random(1)
+    text = b"".join(b"x" * draw.choice([0, 1, 5, 1024, 1025, 3000]) + draw.choice([b"\n", b"\r\n"])
+                    for _ in range(300))  # fmt: skip
+    wanted = [line.rstrip(b"\r")[:1025] for line in text.split(b"\n")]
+    wanted = [line for line in wanted if line]
+    splitter, got, rest = Splitter(), [], text
+    while rest:
+        size = draw.randrange(1, 700)
+        got += splitter.feed(rest[:size])
+        rest = rest[size:]
+    assert got == wanted
+
+
+def test_the_line_to_paste() -> None:
+    at = Listening("127.0.0.1", 5025, "sim:x", "", 1, None)
+    assert at.visa == (
+        'rm.open_resource("TCPIP::127.0.0.1::5025::SOCKET", '
+        'read_termination="\\n", write_termination="\\n")'
+    )
