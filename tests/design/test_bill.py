@@ -45,9 +45,12 @@ def found():
 
 
 def test_a_designs_bill_is_the_builds_own(found) -> None:
-    """Film, plastic and mass of designs on the front, one brake and three, by `build` itself."""
-    rows = [found.chosen, *found.front[:6]]
-    assert {row["parallel"] for row in found.front} == {1, 3} or len(found.front) < 3
+    """Film, plastic and mass of designs of the whole grid, one brake and three, by `build`."""
+    search = found.record.search
+    numbers = np.random.default_rng(3).choice(search.spec.grid.size, 12, replace=False)
+    rows = search.designs(np.sort(numbers))
+    assert {row["parallel"] for row in rows} == {1, 3}
+    assert {row["count"] % 2 for row in rows} == {0, 1}
     for row in rows:
         file, parallel = brake_of(found, row["number"]), int(row["parallel"])
         said = _verdict(file, choices(file), parallel, int(row["series"]))
