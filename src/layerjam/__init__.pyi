@@ -13,6 +13,7 @@ from layerjam.commands.design import design as design_brake
 from layerjam.commands.edit import edit as edit
 from layerjam.commands.edit import edit_line as edit_line
 from layerjam.commands.export import export_c as export_c
+from layerjam.commands.export import export_fmu as export_fmu
 from layerjam.commands.follow import follow as follow
 from layerjam.commands.friction import friction as friction
 from layerjam.commands.impact import drop as drop

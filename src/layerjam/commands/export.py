@@ -10,7 +10,7 @@ from layerjam.commands.declare import Help, command
 from layerjam.commands.quantities import BrakeInput, Overwrite, RopeStiffness
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
-from layerjam.errors import Notice
+from layerjam.errors import Notice, QuantityError
 from layerjam.units import show
 
 if TYPE_CHECKING:
@@ -92,6 +92,94 @@ def export_c(
         holds=holds(brake, numbers),
         warnings=notices,
         record=numbers,
+    )
+
+
+@result
+class ExportedFmu(Result):
+    """The FMU that was written."""
+
+    kind: str = fact("what it was written for")
+    feasible: bool = fact("whether it was written; false with --strict where the brake could snap")
+    reason: str | None = fact("why not")
+    files: Sequence[str] = fact("the file")
+    bytes: int | None = number("B", "its size; None if it was not written")
+    fmi_version: str = fact("version of the standard")
+    token: str = fact("instantiation token, the same for every brake")
+    platforms: Sequence[str] = fact("platforms that it has a library for")
+    compiler: str | None = fact("compiler of this machine's library; None with sources only")
+    variables: Sequence[str] = fact("names of all variables")
+    holds: float = number("N", "what it holds at rest at the site's full vacuum, c L2")
+
+
+@command(
+    "share",
+    place=31,
+    under="export",
+    examples=(
+        "layerjam export fmu choi2018-kapton --out kapton.fmu",
+        "layerjam export fmu choi2018-kapton --out kapton.fmu --fmi 2 --sources-only",
+    ),
+)
+def export_fmu(
+    brake: BrakeInput,
+    *,
+    out: Annotated[str | Path, Help("The FMU to write.", metavar="FILE.fmu")],
+    fmi: Annotated[Literal["3", "2"], Help("Version of the standard, 3.0 or 2.0.")] = "3",
+    platforms: Annotated[
+        str | None,
+        Help(
+            "Platforms with a library, separated by commas: linux, linux-arm, windows, macos, "
+            "macos-arm; this machine's own if not given. Others than its own need the extra fmu."
+        ),
+    ] = None,
+    sources_only: Annotated[
+        bool, Help("Put in no library; the importer compiles the sources.")
+    ] = False,
+    rope_stiffness: RopeStiffness | None = None,
+    strict: Strict = False,
+    force: Overwrite = False,
+) -> ExportedFmu:
+    """Write the brake as a functional mock-up unit for Simulink, Dymola, OpenModelica and others.
+
+    FMI 3.0 or 2.0, co-simulation and model exchange, compiled C: no Python at the target. Inputs
+    are elongation, velocity and vacuum, outputs force, slip and energies; parameters carry the
+    brake file's own names, units and bounds. Raises FileError where the file exists and `force` is
+    not set, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure, or a
+    platform that is not known; CompilerError where no compiler is found.
+    """
+    from layerjam.device.load import write_whole
+    from layerjam.interop import fmi as units
+    from layerjam.interop.compiler import compiler, version
+    from layerjam.interop.fmi_variables import token, variables
+    from layerjam.interop.parameters import parameters
+
+    numbers, values = parameters(brake, rope_stiffness), units.start_values(brake, rope_stiffness)
+    if sources_only and platforms is not None:
+        raise QuantityError.of("platforms", "sources only have no library for any of them")
+    named = None if platforms is None else [name.strip() for name in platforms.split(",")]
+    chosen = () if sources_only else units.chosen_platforms(fmi, named)
+    notices, snaps = said(brake, numbers)
+    stops, size = strict and snaps is not None, None
+    if not stops:
+        made = units.fmu(fmi, brake.name, values, {o: units.binary(fmi, o) for o in chosen})
+        write_whole(out, made, force)
+        size = len(made)
+    own = units.own_platform() in chosen
+    return ExportedFmu(
+        kind="fmu",
+        feasible=not stops,
+        reason=str(snaps) if stops else None,
+        files=[] if stops else [Path(out).name],
+        bytes=size,
+        fmi_version=f"{fmi}.0",
+        token=token(),
+        platforms=chosen,
+        compiler=version(compiler()) if own else None,
+        variables=[one.name for one in variables() if fmi == "3" or one.role != "local"],
+        holds=holds(brake, numbers),
+        warnings=notices,
+        record=values,
     )
 
 

@@ -74,6 +74,18 @@ def _is_ours(folder: Path) -> bool:
     return not _has_users() or folder.stat().st_uid == os.getuid()
 
 
+def cross_compiler(target: str) -> tuple[str, ...]:
+    """The command that compiles for another machine, such as "aarch64-macos".
+
+    Raises CompilerError without the Python package ziglang, which alone knows them all.
+    """
+    if importlib.util.find_spec("ziglang") is None:
+        raise CompilerError(
+            f"no compiler for {target} found: pip install 'layerjam[fmu]', or leave it out"
+        )
+    return (sys.executable, "-m", "ziglang", "cc", "-target", target)
+
+
 def library(
     sources: Sequence[Path],
     defines: Sequence[str] = (),
@@ -82,13 +94,15 @@ def library(
     includes: Sequence[Path] = (),
     libraries: Sequence[str] = (),
     ending: str = "",
+    target: str | None = None,
 ) -> Path:
     """The path of a shared library of C sources, compiled unless that was done before.
 
     Every file beside the sources and in `includes` counts: when one changes, or the compiler does,
-    it is compiled again. Raises CompilerError with what the compiler said.
+    it is compiled again. `target` names another machine than this one, as `cross_compiler` takes
+    it. Raises CompilerError with what the compiler said.
     """
-    command = compiler()
+    command = compiler() if target is None else cross_compiler(target)
     folders = dict.fromkeys([*(source.parent for source in sources), *includes])
     written = [file for folder in folders for file in sorted(folder.glob("*.[ch]"))]
     more = [*FLAGS, *flags, *(f"-D{name}" for name in defines)]
@@ -100,7 +114,7 @@ def library(
     ending = ending or ENDINGS.get(sys.platform, ".so")
     kept = cache() / f"{sources[0].stem}-{stamp.hexdigest()[:24]}{ending}"
     if not kept.exists():
-        shared = ["-shared"] if sys.platform == "win32" else ["-shared", "-fPIC"]
+        shared = ["-shared"] if ending == ENDINGS["win32"] else ["-shared", "-fPIC"]
         about = [f"-I{folder}" for folder in folders]
         made = [*command, *more, *shared, *about, *map(str, sources)]
         build(made, kept, libraries=(*libraries, "-lm"))

@@ -1,0 +1,167 @@
+"""The variables of a functional mock-up unit: one list for its XML and for its C code.
+
+`python -m layerjam.interop.fmi_variables` writes `c/fmu/variables.h` anew; a test compares.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from layerjam.device.brake import Brake
+from layerjam.units import quantities
+
+FILE = Path(__file__).parent / "c" / "fmu" / "variables.h"
+Role = Literal["independent", "input", "output", "flag", "local", "parameter"]
+TIME, FIRST_INPUT, FIRST_OUTPUT, FIRST_FLAG, TURNING, FIRST_PARAMETER = 0, 1, 10, 20, 30, 100
+"""Value references; a parameter that is added later moves none of the others."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable as an importer sees it."""
+
+    reference: int
+    name: str
+    role: Role
+    unit: str
+    text: str
+    least: float | None = None
+    most: float | None = None
+    whole: bool = False
+    optional: bool = False
+    """Zero stands for "not measured" or "none"."""
+
+    @property
+    def symbol(self) -> str:
+        """Its name in C."""
+        return "LJ_" + self.name.upper().replace(".", "_")
+
+
+_PARAMETERS = (
+    "sheets.count",
+    "sheets.width",
+    "sheets.thickness",
+    "sheets.overlap",
+    "sheets.free_left",
+    "sheets.free_right",
+    "film.modulus",
+    "film.kinetic",
+    "film.friction_on_silicone",
+    "enclosure.wall",
+    "enclosure.modulus",
+    "scale_factor",
+    "stiffness_measured",
+    "pressure_exponent",
+    "test_pressure",
+    "vacuum_share",
+    "rope.stiffness",
+)
+"""What the law needs of a brake file, under the file's own names."""
+_OPTIONAL = {"stiffness_measured", "pressure_exponent", "test_pressure", "rope.stiffness"}
+_INPUTS = (
+    ("elongation", "m", "how far the ends of the brake and its rope are pulled apart"),
+    ("velocity", "m/s", "its rate; leads co-simulation through a step"),
+    ("vacuum", "Pa", "below the atmosphere, zero or more"),
+)
+_OUTPUTS = (
+    ("force", "N", "pull of the brake, never negative"),
+    ("slip", "m", "how far the sheets have slid"),
+    ("stiffness", "N/m", "slope of the force over the elongation, going on as now"),
+    ("work", "J", "external work done on the brake so far"),
+    ("heat", "J", "energy dissipated so far"),
+    ("stored", "J", "elastic energy in it"),
+)
+_FLAGS = (
+    ("slack", "the brake is longer than the elongation and carries nothing"),
+    ("separated", "the overlap was used up; the enclosure alone pulls"),
+    ("closed", "the enclosure has pulled the brake back"),
+    ("snapped", "it slid on a stiffness below its friction's slope and may have jumped"),
+    ("forgotten", "more nested turns than are remembered; the force goes on without the last"),
+)
+
+
+def parameter_list() -> tuple[Variable, ...]:
+    """The parameters, with bounds as a brake file has them."""
+    known = {path: spec for path, spec, _ in quantities(Brake)}
+    return tuple(
+        Variable(
+            FIRST_PARAMETER + i,
+            path,
+            "parameter",
+            known[path].unit,
+            known[path].text + ("; 0: none" if path in _OPTIONAL else ""),
+            known[path].lo,
+            known[path].hi,
+            known[path].whole,
+            path in _OPTIONAL,
+        )
+        for i, path in enumerate(_PARAMETERS)
+    )
+
+
+def variables() -> tuple[Variable, ...]:
+    """All of them, in the order of their value references."""
+    made = [Variable(TIME, "time", "independent", "s", "simulated time")]
+    for i, (name, unit, text) in enumerate(_INPUTS):
+        made.append(Variable(FIRST_INPUT + i, name, "input", unit, text))
+    for i, (name, unit, text) in enumerate(_OUTPUTS):
+        made.append(Variable(FIRST_OUTPUT + i, name, "output", unit, text))
+    for i, (name, text) in enumerate(_FLAGS):
+        made.append(Variable(FIRST_FLAG + i, name, "flag", "", text))
+    made.append(
+        Variable(TURNING, "turning", "local", "m/s", "the velocity; its zeros are reversals")
+    )
+    return (*made, *parameter_list())
+
+
+def token() -> str:
+    """What ties a description to a binary: the same for every brake."""
+    digest = hashlib.sha256(repr(variables()).encode()).hexdigest()
+    return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
+
+
+def printed() -> str:
+    """The list as a C header."""
+    named = "".join(
+        f"#define {one.symbol} {one.reference}u\n"
+        for one in variables()
+        if one.role not in ("parameter", "flag")
+    )
+    places = "".join(f"#define {one.symbol} {i}\n" for i, one in enumerate(parameter_list()))
+    rows = "".join(
+        f'    {{"{one.name}", {one.least!r}, {one.most!r}, {int(one.whole)}, '
+        f"{int(one.optional)}}},\n"
+        for one in parameter_list()
+    )
+    return f"""/* Printed by layerjam/interop/fmi_variables.py. Apache License 2.0. */
+
+#define LJ_TOKEN "{token()}"
+
+/* value references */
+{named}#define LJ_FIRST_INPUT {FIRST_INPUT}u
+#define LJ_INPUTS {len(_INPUTS)}
+#define LJ_FIRST_OUTPUT {FIRST_OUTPUT}u
+#define LJ_OUTPUTS {len(_OUTPUTS)}
+#define LJ_FIRST_FLAG {FIRST_FLAG}u
+#define LJ_FLAGS {len(_FLAGS)}
+#define LJ_FIRST_PARAMETER {FIRST_PARAMETER}u
+#define LJ_PARAMETERS {len(_PARAMETERS)}
+
+/* places among the parameters */
+{places}
+typedef struct {{
+    const char *name;
+    double least, most;
+    int whole, optional;
+}} lj_variable;
+
+static const lj_variable lj_parameters[LJ_PARAMETERS] = {{
+{rows}}};
+"""
+
+
+if __name__ == "__main__":
+    FILE.write_text(printed(), encoding="utf-8")
