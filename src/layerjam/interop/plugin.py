@@ -59,7 +59,7 @@ def load() -> None:
 def register() -> None:
     """What MuJoCo calls when it is imported; without a C compiler there is no plugin, in silence.
 
-    Who asks for it then is told: by `load`, by `attach`, and by `layerjam export mujoco`.
+    `load`, `attach` and `layerjam export mujoco` say so to whoever asks for it.
     """
     try:
         if not _loaded and "mujoco" in sys.modules:
