@@ -62,6 +62,7 @@ interop: $(SIMULATORS)/.installed
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(CROSS); } || \
 	  echo "not installed: $(CROSS); what needs them is skipped"
 	$(SIMULATORS)/bin/python -m pytest -q -rs tests/interop
+	$(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md
 	$(BIN)/python -m benchmarks.kernel
 
 # Installs exactly what requirements.lock names, hashes checked, then this package.

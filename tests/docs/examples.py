@@ -6,6 +6,7 @@
 Kinds of block, and what is done with each:
 
     ```python     run; the blocks of one page share a namespace
+                  after a line <!-- needs: PACKAGE --> only where that is installed
     ```text       what the python or c block before it prints
     ```console    `$ layerjam ...` lines are run, the lines below are what each prints, errors
                   included; a command that ends with another code says so: `# exit 2`
@@ -13,6 +14,7 @@ Kinds of block, and what is done with each:
     ```toml       read as TOML; with title="NAME.toml" also written, and read as what it is
     ```csv        needs title="NAME"; written, and read as a measurement
     ```json       read as JSON
+    ```xml        parsed
     ```c          needs title="FOLDER/NAME.c"; compiled in FOLDER with layerjam.c, and run
 
 In shown output a line `...` stands for any number of lines. Every page runs in a folder of its
@@ -22,6 +24,7 @@ own that holds the practice files `make demo` leaves in out/demo/measurements.
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import io
 import json
 import re
@@ -34,10 +37,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parents[2]
 FENCE = re.compile(r"^```([a-z]*)([^\n`]*)\n(.*?)^```[ ]*$", re.MULTILINE | re.DOTALL)
-KINDS = {"python", "text", "console", "sh", "toml", "csv", "json", "diff", "c"}
+KINDS = {"python", "text", "xml", "console", "sh", "toml", "csv", "json", "diff", "c"}
+NEEDS = re.compile(r"<!-- needs: ([\w.]+) -->\n\Z")
 UNKNOWN = "what it prints is not known here"
 """Stands for the output of a C program where there is no compiler."""
 NOT_RUN = ("make", "git", "pip")
@@ -57,6 +62,8 @@ class Block:
     line: int
     start: int
     """Where its text begins in the page."""
+    needs: str = ""
+    """A package without which a python block is not run."""
 
 
 def pages() -> list[Path]:
@@ -75,10 +82,19 @@ def blocks(text: str) -> list[Block]:
             raise Mismatch(f"line {line}: a block of kind '{kind}'; known are {sorted(KINDS)}")
         title = re.search(r'title="([^"]+)"', match.group(2))
         name = title.group(1) if title else ""
-        found.append(Block(kind, name, match.group(3), line, match.start(3)))
+        needs = NEEDS.search(text[: match.start()])
+        package = needs.group(1) if needs else ""
+        found.append(Block(kind, name, match.group(3), line, match.start(3), package))
     if text.count("```") != 2 * len(found):
         raise Mismatch(f"{text.count('```')} fences for {len(found)} blocks")
     return found
+
+
+def installed(package: str) -> bool:
+    """Whether a package can be imported, and all above it."""
+    parts = package.split(".")
+    names = [".".join(parts[: i + 1]) for i in range(len(parts))]
+    return all(importlib.util.find_spec(name) is not None for name in names)
 
 
 def run_layerjam(words: list[str]) -> tuple[int, str]:
@@ -210,7 +226,9 @@ class Page:
     def block(self, block: Block) -> None:
         """One block."""
         before, self.printed = self.printed, None
-        if block.kind == "python":
+        if block.needs and not installed(block.needs):
+            self.printed = UNKNOWN
+        elif block.kind == "python":
             out = io.StringIO()
             code = compile("\n" * block.line + block.text, str(self.path), "exec")
             with contextlib.redirect_stdout(out):
@@ -228,6 +246,8 @@ class Page:
             self.shell(block)
         elif block.kind == "json":
             json.loads(block.text)
+        elif block.kind == "xml":
+            ElementTree.fromstring(block.text)
         elif block.kind != "diff":  # one is applied by tests/commands/test_one_more_command.py
             if block.kind == "toml":
                 tomllib.loads(block.text)

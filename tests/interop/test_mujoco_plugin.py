@@ -164,8 +164,8 @@ def test_threads_give_the_same_bits():
     control = np.linspace(20e3, 90e3, 8 * 30).reshape(8, 30, 1)
     results = []
     for threads in (1, 2):
-        datas = [mj.MjData(model) for _ in range(threads)]
-        results.append(rollout.rollout(model, datas, start, control)[0])
+        each = [mj.MjData(model) for _ in range(threads)]
+        results.append(rollout.rollout(model, each, start, control)[0])
     assert results[0].tobytes() == results[1].tobytes()
     assert np.ptp(results[0][:, -1, 1]) > 1e-4
 

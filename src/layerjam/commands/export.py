@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 Strict = Annotated[bool, Help("Write nothing if the brake could snap on its stiffness.")]
 
 
-def _in_words(parameters: Mapping[str, float]) -> str:
+def in_words(parameters: Mapping[str, float]) -> str:
+    """The eight numbers with their units, for people."""
     from layerjam.interop.parameters import UNITS
 
     return ", ".join(f"{key} {show(value, UNITS[key])}" for key, value in parameters.items())
@@ -34,7 +35,7 @@ class Exported(Result):
     reason: str | None = fact("why not")
     files: Sequence[str] = fact("files in the folder")
     parameters: Mapping[str, float] = fact(
-        "the eight numbers of the brake, SI units", shown=_in_words
+        "the eight numbers of the brake, SI units", shown=in_words
     )
     state_bytes: int = number("1", "bytes of memory that a brake's state takes")
     holds: float = number("N", "what it holds at rest at the site's full vacuum, c L2")

@@ -23,6 +23,13 @@ def c_files(name: str, of: Parameters, precision: Precision) -> dict[str, str]:
     return {BRAKE: brake_header(name, of), **made}
 
 
+def plugin_files() -> dict[str, str]:
+    """{file: text} of the actuator plugin for MuJoCo with the kernel that it wraps."""
+    kernel = ("layerjam.h", "layerjam.c", "formulas.h")
+    made = {one: (SOURCES / one).read_text(encoding="utf-8") for one in kernel}
+    return {"layerjam_mujoco.c": (SOURCES / "mujoco_plugin.c").read_text(encoding="utf-8"), **made}
+
+
 def brake_header(name: str, of: Parameters) -> str:
     """The numbers of a brake as a constant for C and C++."""
     plain = "".join(c if c.isprintable() else "?" for c in name).replace("*/", "* /")

@@ -1,0 +1,101 @@
+"""`export mujoco`: what it writes, and that MuJoCo opens it."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+
+import pytest
+
+from layerjam.cli.main import main
+from layerjam.commands.export_mujoco import export_mujoco
+from layerjam.errors import CompilerError, FileError, MissingExtraError, UnknownNameError
+from layerjam.interop import compiler
+
+THERE = importlib.util.find_spec("mujoco") is not None
+MUJOCO = pytest.mark.skipif(not THERE, reason="make interop installs MuJoCo")
+SOURCES = ["actuator.xml", "brake.xml", "formulas.h", "layerjam.c", "layerjam.h"]
+SOURCES.append("layerjam_mujoco.c")
+
+
+def test_sources_need_neither_mujoco_nor_a_compiler(tmp_path):
+    made = export_mujoco(
+        "choi2018-kapton", out=tmp_path / "made", tendon="rope", vacuum_lag="2.2533s",
+        rope_stiffness="16.8kN/m", no_build=True,
+    )  # fmt: skip
+    assert sorted(made.files) == SOURCES == sorted(p.name for p in (tmp_path / "made").iterdir())
+    assert made.library is None and made.mujoco_version is None
+    tree = ET.parse(tmp_path / "made" / "actuator.xml").getroot()
+    keys = {one.get("key"): one.get("value") for one in tree.iter("config")}
+    assert {k: float(keys[k]) for k in made.parameters} == dict(made.parameters)
+    assert made.parameters["stiffness"] == pytest.approx(1 / (1 / 131e3 + 1 / 16.8e3))
+    (actuator,) = tree.find("actuator")
+    assert actuator.get("tendon") == "rope" and actuator.get("dyntype") == "filterexact"
+    assert float(actuator.get("dynprm")) == 2.2533
+    assert [float(x) for x in actuator.get("ctrlrange").split()] == [0, 101325]
+    scene = ET.parse(tmp_path / "made" / "brake.xml").getroot()
+    assert scene.find("tendon/spatial").get("name") == "rope"
+
+
+def test_the_keys_on_the_command_line(tmp_path, capsys):
+    out = str(tmp_path / "made")
+    given = ["export", "mujoco", "choi2018-kapton", "--out", out, "--no-build", "--json"]
+    assert main(given) == 0
+    said = json.loads(capsys.readouterr().out)
+    for key in ("kind", "files", "plugin", "mujoco_version", "parameters", "warnings"):
+        assert key in said
+    assert said["kind"] == "mujoco" and said["plugin"] == "layerjam.brake"
+    assert main(given) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert main([*given, "--force"]) == 0
+
+
+def test_bad_inputs_leave_nothing(tmp_path, monkeypatch):
+    out = tmp_path / "made"
+    with pytest.raises(UnknownNameError, match="coupling"):
+        export_mujoco("choi2018-kapton", out=out, coupling="loose", no_build=True)
+    if not THERE:
+        with pytest.raises(MissingExtraError, match=r"layerjam\[mujoco\]"):
+            export_mujoco("choi2018-kapton", out=out)
+    else:
+        monkeypatch.setattr(compiler, "KNOWN", ())
+        monkeypatch.setattr(compiler.importlib.util, "find_spec", lambda name: None)
+        monkeypatch.delenv("CC", raising=False)
+        with pytest.raises(CompilerError, match=r"no C compiler found.*or give --no-build"):
+            export_mujoco("choi2018-kapton", out=out)
+    assert not out.exists()
+    out.write_text("mine")
+    with pytest.raises(FileError):
+        export_mujoco("choi2018-kapton", out=out, no_build=True)
+    assert out.read_text() == "mine"
+
+
+def test_a_brake_that_would_snap_is_said_and_strict_stops(tmp_path):
+    soft = {"rope_stiffness": "1kN/m", "no_build": True}
+    made = export_mujoco("choi2018-kapton", out=tmp_path / "made", **soft)
+    assert [n.key for n in made.warnings if n.key == "snaps"] and made.feasible
+    stopped = export_mujoco("choi2018-kapton", out=tmp_path / "strict", strict=True, **soft)
+    assert not stopped.feasible and stopped.files == [] and not (tmp_path / "strict").exists()
+
+
+@MUJOCO
+def test_the_model_opens_and_its_library_is_the_plugin(tmp_path):
+    made = export_mujoco("choi2018-kapton", out=tmp_path / "made")
+    assert made.library in made.files and made.mujoco_version
+    code = (
+        "import ctypes, mujoco as m\n"
+        f"ctypes.CDLL('./{made.library}')\n"
+        "model = m.MjModel.from_xml_path('brake.xml'); d = m.MjData(model)\n"
+        "m.mj_resetDataKeyframe(model, d, 0); m.mj_step(model, d, nstep=4000)\n"
+        "print(d.plugin_state[3] == 0, -d.actuator_force[0])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path / "made", capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    still, force = done.stdout.split()
+    assert still == "True" and 0 <= float(force) < 30
