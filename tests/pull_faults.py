@@ -2,7 +2,8 @@
 
 Campaigns of the virtual laboratory: twelve pulls each, with scatter, noise and slack; into each one
 fault is put. Beside what the checks find stands the best test there can be: Neyman and Pearson's,
-which knows the scatter and the size of the fault and needs only say whether some pull has it.
+which knows the scatter, the noise and the size of the fault and needs only say whether some pull,
+or whether all, have it.
 
     python tests/pull_faults.py [--campaigns N] [--seed S] [--write]
 """
@@ -10,6 +11,7 @@ which knows the scatter and the size of the fault and needs only say whether som
 from __future__ import annotations
 
 import argparse
+import functools
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -22,11 +24,13 @@ import numpy as np
 jax.config.update("jax_enable_x64", True)
 
 from layerjam.device.load import load  # noqa: E402
+from layerjam.identify.calibration.forward import pull_force  # noqa: E402
 from layerjam.identify.calibration.peaks import calibrate_peaks, fits_of  # noqa: E402
 from layerjam.identify.calibration.whole_curves import calibrate_curves  # noqa: E402
 from layerjam.identify.checks import Check  # noqa: E402
 from layerjam.identify.curves import Curve, curves_of  # noqa: E402
 from layerjam.identify.pull.features import pull_features  # noqa: E402
+from layerjam.identify.single_pulls import pull_checks  # noqa: E402
 from layerjam.identify.validation.metrics import validate_curves  # noqa: E402
 from layerjam.identify.validation.table import validation_checks, with_pulls  # noqa: E402
 from layerjam.lab.campaign import Campaign, campaign  # noqa: E402
@@ -37,8 +41,8 @@ from layerjam.mechanics.pull import peak  # noqa: E402
 PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"
 MARKS = ("<!-- faulty pulls: begin -->", "<!-- faulty pulls: end -->")
 CAMPAIGNS, SEED = 200, 2018
-FAULTLESS, DEEP = 5, 4
-"""Times as many faultless campaigns; one in so many is fitted by whole curves too."""
+FAULTLESS = 10
+"""Times as many faultless campaigns."""
 MUST = 0.8
 NONE = "nothing"
 VACUUMS, SPEEDS, REPEATS = (30e3, 55e3, 80e3), (7e-3, 13e-3), 2
@@ -46,6 +50,7 @@ PULLS = len(VACUUMS) * len(SPEEDS) * REPEATS
 BRAKES = ("choi2018-kapton", "choi2018-ptfe")
 SEAT = 0.5
 """Load at which a seat has given way to 1 - 1/e, part of the middle vacuum's peak."""
+FORMS = ("overshoot", "seating")
 ALARMS = 0.05
 NULL = 20_000
 
@@ -86,7 +91,8 @@ FAULTS = (
       for d in (-0.05, -0.1, -0.15, -0.3)),
     one("static overshoot of one pull 5 %", overshoot=0.05),
     one("static overshoot of one pull 15 %", True, overshoot=0.15),
-    Fault(name="static overshoot of all 5 %", overshoot=0.05, of_all=True),
+    *(Fault(name=f"static overshoot of all {100 * d:g} %", overshoot=d, of_all=True)
+      for d in (0.01, 0.02, 0.05)),
     Fault(name="static overshoot of all 15 %", overshoot=0.15, of_all=True, strong=True),
     Fault(name="seating of one pull, stiffness −10 %", softer=0.1),
     Fault(name="seating of one pull, stiffness −30 %", softer=0.3, strong=True),
@@ -159,18 +165,18 @@ class Tally:
     found: int = 0
     named: int = 0
     """The faulty pulls, and no others."""
-    deep: int = 0
     curves: int = 0
-    """Of `deep` campaigns, by whole curves."""
+    table: int = 0
+    """By the table pull by pull and the mean shape alone: the least that every method finds."""
     validated: int = 0
     best: int | None = None
 
 
 def measure(
-    fault: Fault, campaigns: int, seed: int, deep: int, tell: Callable[[str], None] = lambda _: None
+    fault: Fault, campaigns: int, seed: int, tell: Callable[[str], None] = lambda _: None
 ) -> Tally:
-    """Counts over random campaigns; in the first `deep` of them whole curves are fitted too."""
-    tally, said = Tally(campaigns=campaigns, deep=deep), time.monotonic()
+    """Counts over random campaigns."""
+    tally, said = Tally(campaigns=campaigns), time.monotonic()
     for number in range(campaigns):
         made = drawn(fault, (seed, FAULTS.index(fault), number))
         pulls, brake = curves(made), made.subjects[0].known
@@ -180,8 +186,8 @@ def measure(
         tally.found += len(kept) < len(pulls) or failed(found.checks)
         true = {t.name for t in made.tests if t.odd or fault.of_all}
         tally.named += {row.file for row in found.pulls if row.odd} == true
-        if number < deep:
-            tally.curves += failed(calibrate_curves(pulls, brake).checks)
+        tally.table += failed(pull_checks(found.pulls, np.inf))
+        tally.curves += failed(calibrate_curves(pulls, brake).checks)
         true_brake = made.subjects[0].true
         compared = with_pulls(validate_curves(pulls, true_brake), pulls, true_brake)
         tally.validated += failed(validation_checks(compared, 0))
@@ -212,6 +218,8 @@ def best_test(fault: Fault, made: Campaign) -> bool | None:
     if odd.stiffness_change:
         shift, width = np.log1p(odd.stiffness_change), spread.stiffness
         values = [t.stiffness for t in made.tests]
+    if made.spec.machine.overshoot or made.spec.machine.seating or odd.overshoot or odd.seating:
+        return best_of_shapes(made)
     if not (odd.how_many and shift):
         return None
     size = PULLS // len(VACUUMS) if odd.per == "vacuum" else 1
@@ -227,6 +235,56 @@ def best_test(fault: Fault, made: Campaign) -> bool | None:
     return bool(ratio(np.log(values)[None, :] / width)[0] > least)
 
 
+def best_of_shapes(made: Campaign) -> bool:
+    """Whether Neyman and Pearson's test sees an overshoot, or a seat that gives way.
+
+    It knows the noise, the fault's form and its size, whether one pull or all have it, not which;
+    each pull's friction, stiffness, enclosure and slack are free, so that only what none of these
+    can make counts.
+    """
+    spec, brake = made.spec, made.subjects[0].true
+    fault = {name: getattr(spec.machine, name) or getattr(spec.odd, name) for name in FORMS}
+    quiet = replace(spec.machine, force_noise=0.0, overshoot=0.0, seating=0.0)
+    plain, faulty = (
+        campaign(replace(spec, machine=machine, odd=Odd())).traces()
+        for machine in (quiet, replace(quiet, **fault))
+    )
+    size, seen = [], []
+    for test, trace, without, with_it in zip(made.tests, made.traces(), plain, faulty, strict=True):
+        own = [
+            np.log(brake.scale_factor * test.friction),
+            np.log((brake.stiffness_measured or 0) * test.stiffness),
+            test.enclosure,
+            spec.machine.slack,
+            0.0,
+        ]
+        free = slopes()(np.array(own), trace.elongation, float(test.vacuum or 0), brake)[:, :4]
+        form = with_it.force - without.force
+        form = form - free @ np.linalg.lstsq(free, form, rcond=None)[0]
+        size.append(float(np.sqrt(form @ form)) / spec.machine.force_noise)
+        told = form @ (trace.force - without.force) / np.sqrt(form @ form)
+        seen.append(float(told) / spec.machine.force_noise)
+    sizes = np.array(size)
+
+    def ratio(z: np.ndarray) -> np.ndarray:
+        each = z * sizes - sizes**2 / 2
+        if spec.odd.how_many:
+            top = each.max(axis=1)
+            return top + np.log(np.exp(each - top[:, None]).mean(axis=1))
+        return each.sum(axis=1)
+
+    random = np.random.Generator(np.random.PCG64(spec.seed))
+    least = np.quantile(ratio(random.standard_normal((NULL, PULLS))), 1 - ALARMS)
+    return bool(ratio(np.array(seen)[None, :])[0] > least)
+
+
+@functools.cache
+def slopes() -> Callable[..., np.ndarray]:
+    """How the force changes with a pull's own numbers, as `forward.pull_force` has them."""
+    law = jax.jit(jax.jacfwd(lambda own, u, vacuum, brake: pull_force(own, u, vacuum, 1, 1, brake)))
+    return lambda *given: np.asarray(law(*given))
+
+
 def table(found: dict[str, Tally]) -> str:
     """The table in Markdown."""
 
@@ -234,9 +292,9 @@ def table(found: dict[str, Tally]) -> str:
         return "–" if count is None or not of else f"{count / of:.1%}"
 
     lines = [
-        "| what is wrong | campaigns | `calibrate` | named | `--depth curves` | `validate` "
-        "| best test |",
-        "|---|---|---|---|---|---|---|",
+        "| what is wrong | campaigns | `calibrate` | named | whole curves | table alone "
+        "| `validate` | best test |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for name, t in found.items():
         strong = next(f for f in FAULTS if f.name == name).strong
@@ -245,7 +303,8 @@ def table(found: dict[str, Tally]) -> str:
             f"{t.campaigns:,}",
             share(t.found, t.campaigns),
             share(None if name == NONE else t.named, t.campaigns),
-            share(t.curves, t.deep),
+            share(t.curves, t.campaigns),
+            share(t.table, t.campaigns),
             share(t.validated, t.campaigns),
             share(t.best, t.campaigns),
         ]
@@ -263,11 +322,14 @@ Made by `python tests/pull_faults.py --campaigns {campaigns} --seed {seed} --wri
 {table(found)}
 
 Shares are of campaigns in which a check says LOOK or a pull is refused; the first row are false
-alarms, uncertain by {own:.1%}. **Bold**: what must be found in 80 % of campaigns. `--depth curves`
-was run on the first quarter of the campaigns of each row. The best test there can be (Neyman and
-Pearson's) knows the true friction or stiffness of every pull, how they scatter, and the size of
-the fault, and has 5 % false alarms; it does not know the mean nor which pull or vacuum is odd. No
-test that must find the scatter out of twelve pulls comes up to it.
+alarms, uncertain by {own:.1%}. **Bold**: what must be found in 80 % of campaigns. "Table alone" is
+what the table pull by pull and the mean shape find: it is part of every method, the Bayesian fit
+too. The best test there can be (Neyman and Pearson's) knows the true friction or stiffness of every
+pull, how they scatter, and the size of the fault, and has 5 % false alarms; it does not know the
+mean nor which pull or vacuum is odd. No test that must find the scatter out of twelve pulls comes
+up to it. Of overshoot and seating it knows the noise and the form instead, with each pull's
+friction, stiffness, enclosure and slack free, and the noise hides none. What the checks let pass
+there they let pass by choice (1.5 % of shape, 5 % of seating), not because the data hide it.
 
 {MARKS[1]}"""
 
@@ -284,7 +346,7 @@ def main() -> int:
         # false alarms are few, and counted on more campaigns
         count = given.campaigns * (FAULTLESS if fault.name == NONE else 1)
         found[fault.name] = measure(
-            fault, count, given.seed, count // DEEP, lambda s: print(s, file=sys.stderr, flush=True)
+            fault, count, given.seed, lambda s: print(s, file=sys.stderr, flush=True)
         )
         print(table({fault.name: found[fault.name]}).splitlines()[-1], flush=True)
     if given.write:

@@ -27,15 +27,14 @@ def test_the_page_has_every_fault_and_what_must_be_found_is() -> None:
     strong = [fault.name for fault in FAULTS if fault.strong]
     assert len(strong) >= 14
     for name in strong:
-        campaigns, calibrated, _, curves, validated, _ = found[name]
-        assert int(campaigns) >= 100
-        for share in (calibrated, curves, validated):
+        campaigns, calibrated, _, *others, _ = found[name]
+        assert int(campaigns) >= 100 and len(others) == 3
+        for share in (calibrated, *others):
             assert float(share.rstrip("%")) / 100 >= MUST, (name, share)
     alarms = found[NONE]
     assert int(alarms[0].replace(",", "")) >= 1000
-    for place, of in ((1, 1000), (3, 250), (4, 1000)):
-        least = 1.96 * np.sqrt(ALARMS * (1 - ALARMS) / of)
-        assert float(alarms[place].rstrip("%")) / 100 <= ALARMS + (least if place == 3 else 0)
+    for place in (1, 3, 4, 5):
+        assert float(alarms[place].rstrip("%")) / 100 <= ALARMS
 
 
 def test_the_seat_lowers_the_slope_by_what_it_says() -> None:
@@ -64,9 +63,23 @@ def test_the_best_test_has_the_false_alarms_it_says() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [NONE, "friction of one pull +15 %", "one vacuum of three +15 %"])
+def test_the_best_test_of_a_shape_is_told_of_one_that_is_not_there() -> None:
+    fault = next(f for f in FAULTS if f.overshoot == 0.05 and f.of_all)
+    found = []
+    for number in range(12):
+        made = drawn(replace(fault, overshoot=0.0), (9, 1, number))
+        machine = replace(made.spec.machine, overshoot=1e-4)
+        found.append(best_test(fault, replace(made, spec=replace(made.spec, machine=machine))))
+        assert best_test(fault, drawn(fault, (9, 1, number)))
+    assert sum(map(bool, found)) <= 4  # of 12 at 5 %: 4 or more in one of 500
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", [NONE, "friction of one pull +15 %", "static overshoot of all 5 %"]
+)
 def test_the_study_in_small(name: str) -> None:
     fault = next(f for f in FAULTS if f.name == name)
-    tally = measure(fault, 60, 77, 0)
+    tally = measure(fault, 60, 77)
     share = tally.found / tally.campaigns
     assert share < 0.15 if name == NONE else share > 0.7
