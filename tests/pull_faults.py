@@ -218,7 +218,7 @@ def best_test(fault: Fault, made: Campaign) -> bool | None:
     if odd.stiffness_change:
         shift, width = np.log1p(odd.stiffness_change), spread.stiffness
         values = [t.stiffness for t in made.tests]
-    if made.spec.machine.overshoot or made.spec.machine.seating or odd.overshoot or odd.seating:
+    if any(getattr(part, name) for part in (made.spec.machine, made.spec.odd) for name in FORMS):
         return best_of_shapes(made)
     if not (odd.how_many and shift):
         return None
