@@ -4,6 +4,8 @@ from layerjam import laws as laws
 from layerjam._version import __version__ as __version__
 from layerjam.commands.ageing import ageing as ageing
 from layerjam.commands.array import array as array
+from layerjam.commands.bench import bench_serve as bench_serve
+from layerjam.commands.bench import bench_status as bench_status
 from layerjam.commands.bend import bend as bend
 from layerjam.commands.build import build as build
 from layerjam.commands.calibration import calibrate as calibrate

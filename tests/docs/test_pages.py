@@ -33,7 +33,7 @@ INSTEAD = {
     "apply": "layerjam apply slow-stop",
 }
 """What is run in place of a command's first example, for it takes less time."""
-WITHOUT_JSON = {"workbench"}
+WITHOUT_JSON = {"workbench", "bench serve"}
 COMMANDS = {
     name: INSTEAD.get(name, entry.examples[0])
     for name, entry in commands().items()

@@ -125,6 +125,19 @@ def test_another_locks(port: int) -> None:
         second.lease = 600
 
 
+def test_who_only_asks_stops_nobody(port: int) -> None:
+    address = f"tcp:127.0.0.1:{port}"
+    with layerjam.rig.open(address) as bench:
+        bench.clear()
+        bench.safe_state, bench.vent_rest, bench.regulator = "release", "open", regulator()
+        bench.lease, bench.output = 600.0, True
+        with layerjam.rig.open(address) as other:
+            assert other.status().state == "RUN"
+        assert bench.state == "RUN"
+    with layerjam.rig.open(address) as bench:
+        assert bench.state == "SAFE"
+
+
 def test_nobody_there() -> None:
     with pytest.raises(LayerjamError, match="nobody answers"):
         layerjam.rig.open("tcp:127.0.0.1:1")

@@ -90,6 +90,7 @@ class Bench:
         self._link = link
         self.address = address
         self.events: list[str] = []
+        self._commanded = False
         self.identity = self.ask("*IDN?")
 
     def ask(self, query: str) -> str:
@@ -98,6 +99,7 @@ class Bench:
 
     def tell(self, line: str) -> None:
         """Send one command and make sure that it was taken; raises InstrumentError."""
+        self._commanded = True
         self._said(line)
 
     def _said(self, line: str) -> bytes:
@@ -286,9 +288,10 @@ class Bench:
         )
 
     def close(self) -> None:
-        """Switch the outputs off and leave."""
+        """Switch the outputs off, unless nothing was commanded here, and leave."""
         try:
-            self.off()
+            if self._commanded:
+                self.off()
         except LayerjamError:
             pass  # a line that is down: the lease does it
         finally:

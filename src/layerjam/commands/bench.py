@@ -1,0 +1,117 @@
+"""`bench`: real hardware, or the virtual board, from the command line."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from layerjam.commands.declare import Help, command
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.units import QuantitySpec
+
+if TYPE_CHECKING:
+    from layerjam.rig.serve import Listening
+
+PORT = QuantitySpec("1", "port to listen on; 0 takes a free one", hi=65535, whole=True)
+BenchAddress = Annotated[
+    str,
+    Help("Where the bench is: serial:/dev/ttyACM0, tcp:HOST:PORT or sim:LINE.", metavar="ADDRESS"),
+]
+
+
+@result
+class BenchState(Result):
+    """What a bench is and does at one moment."""
+
+    identity: str = fact("what it says of itself")
+    simulated: bool = fact("whether no hardware is behind it")
+    state: str = fact("SAFE, RUN, FAULT or DRIVE")
+    fault: str | None = fact("the latched fault")
+    vacuum: float | None = number("Pa", "last reading")
+    target: float = number("Pa", "vacuum to hold")
+    pump: float = number("1", "command of the pump, −1 to 1")
+    vent: str = fact("whether the vent is open or closed")
+    safe_state: str | None = fact("what a fault ends in; null while not declared")
+    vent_rest: str | None = fact("the vent valve without power; null while not declared")
+    lease: float = number("s", "time for which a silent host keeps the outputs on")
+    boot: str = fact("number of this start of the board")
+    reset_cause: str = fact("why the board started")
+    uptime: float = number("s", "time since then")
+    late_ticks: int = fact("samples more than 1 ms late")
+    worst_lateness: float = number("s", "lateness of the latest sample")
+    samples_lost: int = fact("samples overwritten before they were acknowledged")
+    law_matches: bool = fact("whether the board's law is this package's, to the letter")
+    double: bool = fact("whether the board computes in double precision")
+    zero_age: float | None = number("s", "time since the sensor's zero was last seen")
+    errors: Sequence[str] = fact("device errors that were waiting", listed=False)
+
+
+@result
+class BenchServed(Result):
+    """Where the gateway was."""
+
+    listening: str = fact("host and port that it listened on", listed=False)
+    pid: int = fact("process that listened", listed=False)
+    address: str = fact("bench that it served", listed=False)
+
+
+@command(
+    "bench",
+    place=10,
+    under="bench",
+    examples=("layerjam bench status sim:choi2018",),
+    computes=False,
+)
+def bench_status(address: BenchAddress) -> BenchState:
+    """What a bench is and does now.
+
+    Asks only. On the board's own line it is the only client; where a gateway runs, use its `tcp:`
+    address. Raises FileError, LineError and QuantityError for a bench that cannot be reached.
+    """
+    from layerjam.rig.driver import open_bench
+
+    with open_bench(address) as bench:
+        return BenchState(**asdict(bench.status()))
+
+
+@command(
+    "bench",
+    place=20,
+    under="bench",
+    examples=("layerjam bench serve sim:choi2018 --port 5025",),
+    computes=False,
+)
+def bench_serve(
+    address: BenchAddress,
+    *,
+    port: Annotated[int | str, PORT] = 5025,
+    host: Annotated[str, Help("Address; any but this machine's own needs a token.")] = "127.0.0.1",
+    token_file: Annotated[
+        str | Path | None, Help("File of the token; made where there is none.", metavar="FILE")
+    ] = None,
+    pty: Annotated[
+        str | Path | None, Help("Make a serial port too, and this link to it.", metavar="PATH")
+    ] = None,
+) -> BenchServed:
+    """Let many clients talk to one bench, over TCP and as a serial port.
+
+    The first line that is printed is JSON: `listening`, `pid`, `address`. It stays until SIGTERM or
+    Ctrl-C, then switches the outputs off. Raises FileError where the port cannot be had.
+    """
+    from layerjam.rig.serve import serve
+
+    said: list[BenchServed] = []
+
+    def announce(at: Listening) -> None:
+        made = BenchServed(listening=f"{at.host}:{at.port}", pid=at.pid, address=at.address)
+        said.append(made)
+        keys = {"listening": made.listening, "pid": made.pid, "address": made.address}
+        print(json.dumps(keys), flush=True)
+        print(f"PyVISA: {at.visa}", file=sys.stderr, flush=True)
+
+    serve(address, announce, port=int(port), host=host, token_file=token_file, pty=pty)
+    return said[0]
