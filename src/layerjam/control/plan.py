@@ -20,10 +20,10 @@ from layerjam.device.file import BrakeFile
 from layerjam.fluid.line import Line
 from layerjam.fluid.network import CHAMBER, Drive, Response
 from layerjam.mechanics.stop.exact import NEVER_SLID, STOPPED, Stop, stop
+from layerjam.mechanics.stop.paced_tune import holds
 from layerjam.simulate.coupled import CoupledStop, coupled_drop
 from layerjam.simulate.drop import OUTCOMES, spring_of
 from layerjam.simulate.drop_in_time import TimedStop
-from layerjam.simulate.paced_tune import holds
 from layerjam.simulate.record import Outcome
 from layerjam.simulate.speed import follows_speed
 
@@ -94,7 +94,9 @@ def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
         outcome, slip = np.asarray(made.outcome), np.asarray(made.slip)
         good = ((outcome == STOPPED) | (outcome == NEVER_SLID)) & (slip <= case.travel)
         if follows_speed(brake):
-            good &= holds(np.minimum(slip, case.travel), tried, case.mass * case.gravity, brake)
+            good &= np.asarray(
+                holds(np.minimum(slip, case.travel), tried, case.mass * case.gravity, brake)
+            )
         if not good.any():
             return None
         first = int(np.argmax(good))

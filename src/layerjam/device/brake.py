@@ -117,12 +117,6 @@ def validate(brake: Brake) -> None:
             "pressure_exponent", "give it together with test_pressure, or neither of them"
         )
     law = brake.speed_law
-    if law is not None and mount.spacers is not None and not mount.spacers:
-        raise QuantityError.of(
-            "speed_law",
-            "friction that depends on the speed is not computed for sheets that amplify it; give "
-            "mount.spacers = true, or leave it out and compute without either",
-        )
     if law is not None and law.fastest is not None and law.fastest < law.test_speed:
         raise QuantityError.of(
             "speed_law.fastest",

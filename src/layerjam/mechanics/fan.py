@@ -92,6 +92,27 @@ def force_of(slip: Any, sheets: Any) -> Any:
     return plain if sheets.fan is None else plain * ratio_of(slip, sheets.fan)
 
 
+def grown(sheets: Any, more: Any) -> Any:
+    """The sheets with `more` times the friction coefficient, which their fan amplifies the more.
+
+    All interfaces slide at one speed, so that a coefficient which depends on it is one for all of
+    them, and the derivation above holds as it stands.
+    """
+    fan = sheets.fan
+    if fan is not None:
+        fan = fan._replace(strength=fan.strength * more)
+    return sheets._replace(c=sheets.c * more, fan=fan)
+
+
+def rise_with_friction(slip: Any, sheets: Any) -> Any:
+    """How the friction grows with the logarithm of its coefficient [N]: by itself without a fan."""
+    force = force_of(slip, sheets)
+    if sheets.fan is None:
+        return force
+    alpha = jnp.asarray(exponent_of(slip, sheets.fan), jnp.float64)
+    return force * (1 + alpha * _slope_of(alpha) / mean_of(alpha))
+
+
 def tangent(slip: Any, sheets: Any) -> Any:
     """The same without a fan: the straight line that touches the friction at a slip [m]."""
     if sheets.fan is None:

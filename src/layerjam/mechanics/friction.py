@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.fan import Sheets, fan_of, force_of
+from layerjam.mechanics.fan import Sheets, fan_of, force_of, grown
 from layerjam.mechanics.law import law, within
 
 
@@ -51,11 +52,8 @@ def sheets_at(vacuum: Any, brake: Brake) -> Sheets:
 
 def static_at(vacuum: Any, brake: Brake) -> Sheets:
     """The same with static friction, which the fan amplifies more."""
-    sheets, more = sheets_at(vacuum, brake), brake.film.static / brake.film.kinetic
-    fan = sheets.fan
-    if fan is not None:
-        fan = fan._replace(strength=fan.strength * more)
-    return Sheets(sheets.c * more, sheets.overlap, fan)
+    made: Sheets = grown(sheets_at(vacuum, brake), brake.film.static / brake.film.kinetic)
+    return made
 
 
 def growth(speed: Any, of: SpeedLaw) -> Any:
@@ -66,6 +64,14 @@ def growth(speed: Any, of: SpeedLaw) -> Any:
 def growth_of(speed: Any, brake: Brake) -> Any:
     """`growth` of a brake; 1 where it has no speed law."""
     return 1.0 if brake.speed_law is None else growth(speed, brake.speed_law)
+
+
+def at_speed(speed: Any, brake: Brake) -> Brake:
+    """The brake with the friction of sheets that slide at a speed [m/s], whatever they then do."""
+    if brake.speed_law is None:
+        return brake
+    kinetic: Any = brake.film.kinetic * growth(speed, brake.speed_law)
+    return replace(brake, film=replace(brake.film, kinetic=kinetic), speed_law=None)
 
 
 @law
@@ -84,8 +90,8 @@ def sheet_friction_at(slip: Any, speed: Any, vacuum: Any, brake: Brake) -> Any:
 
     NaN for a negative speed. Without a speed law the speed does not matter.
     """
-    friction = sheet_friction(slip, vacuum, brake) * growth_of(jnp.abs(speed), brake)
-    return within(speed >= 0, friction)
+    sheets = grown(sheets_at(vacuum, brake), growth_of(jnp.abs(speed), brake))
+    return within((slip >= 0) & (vacuum >= 0) & (speed >= 0), force_of(slip, sheets))
 
 
 @law

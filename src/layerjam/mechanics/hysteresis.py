@@ -15,7 +15,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_at, one_modulus
-from layerjam.mechanics.fan import Fan, along_tangents, force_of, tangent, work_of
+from layerjam.mechanics.fan import Fan, along_tangents, force_of, grown, tangent, work_of
 from layerjam.mechanics.friction import growth_of, sheets_at
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import (
@@ -64,8 +64,9 @@ class Setting(NamedTuple):
 def setting_of(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> Setting:
     """What resists at a vacuum [Pa] on a spring [N/m], friction multiplied by a `growth`."""
     sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
-    c = sheets.c if growth is None else sheets.c * growth
-    return Setting(c, spring, sheets.overlap, enclosure, sheets.fan, brake.speed_law)
+    if growth is not None:
+        sheets = grown(sheets, growth)
+    return Setting(sheets.c, spring, sheets.overlap, enclosure, sheets.fan, brake.speed_law)
 
 
 def first_slip(memory: Memory, elongation: Any, at: Setting) -> Any:

@@ -30,8 +30,8 @@ from layerjam.mechanics.stop.exact import (
 )
 from layerjam.mechanics.stop.motion import series_of
 from layerjam.mechanics.stop.paced import ROWS
+from layerjam.mechanics.stop.paced_tune import holds
 from layerjam.simulate.first_pull import first_peak, overstretched
-from layerjam.simulate.paced_tune import holds
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.speed import follows_speed, in_a_stop
 from layerjam.units import show

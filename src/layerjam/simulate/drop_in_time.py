@@ -42,7 +42,7 @@ from layerjam.mechanics.stop.motion_step import (
 from layerjam.simulate.drop import TimedStop, concluded
 from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM, check_given
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.speed import follows_speed, in_a_stop
+from layerjam.simulate.speed import counted, follows_speed, in_a_stop
 from layerjam.simulate.vacuum_history import History
 from layerjam.units import QuantitySpec, show, spec_of
 
@@ -146,7 +146,7 @@ def drop_in_time(
     QuantityError for what is out of bounds, for damping without a rope, for a step longer than a
     quarter of sqrt(M/k), and where the mass does not come to rest in 4 million steps.
     """
-    brake = file.brake if follows_speed(file.brake) else replace(file.brake, speed_law=None)
+    brake = counted(file.brake)
     pull = brake.site.gravity if gravity is None else gravity
     given: dict[str, float | None] = {"mass": mass, "speed": speed, "gravity": pull}
     given |= {"rope_damping": rope_damping, "rope_stiffness": rope_stiffness}
@@ -287,7 +287,7 @@ def _hangs(now: Motion, case: _Case) -> bool:
     left = load.mass * now.speed**2 + (now.force - weight) ** 2 / load.spring
     at = setting_of(now.vacuum, load.spring, case.brake)
     strip = force_of_enclosure(now.slip, now.enclosure, at.enclosure)
-    hold = float(force_of(now.slip, at._replace(c=resting(at))) + strip)
+    hold = float(force_of(now.slip, resting(at)) + strip)
     return float(left) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice
@@ -19,6 +21,11 @@ UNMEASURED = Notice(
 def follows_speed(brake: Brake) -> bool:
     """Whether the friction of a brake (plain numbers) depends on the sliding speed."""
     return brake.speed_law is not None and brake.speed_law.power > 0
+
+
+def counted(brake: Brake) -> Brake:
+    """The brake without a speed law that changes nothing, which would be followed for nothing."""
+    return brake if follows_speed(brake) else replace(brake, speed_law=None)
 
 
 def in_a_stop(
@@ -75,8 +82,8 @@ def in_a_pull(file: BrakeFile, speed: float) -> list[Notice]:
     if not follows_speed(file.brake):
         return []
     words = (
-        "friction follows the brake's [speed_law] at the speed of the crosshead; while that "
-        "stands, the last one counts"
+        "friction follows the brake's [speed_law] at the speed of the crosshead or cord; while "
+        "that stands, the last one counts"
     )
     return [Notice(words, "speed-law"), *beyond(file, speed)]
 
@@ -93,14 +100,13 @@ def in_a_slide(file: BrakeFile, speed: float, fastest: float) -> list[Notice]:
 
 
 def in_a_machine(file: BrakeFile) -> list[Notice]:
-    """What the machines have to say: their rides count friction at one speed."""
-    law = file.brake.speed_law
-    if law is None:
+    """What every machine has to say of the brakes' friction."""
+    if file.brake.speed_law is None:
         return [UNMEASURED]
     if not follows_speed(file.brake):
         return []
     words = (
-        "the machines count friction at the test speed of the brake's [speed_law], "
-        f"{show(law.test_speed, 'm/s')}, whatever the speed; `drop` and `plan` follow the law"
+        "friction follows the brake's [speed_law] at the speed of the sheets; a force that holds "
+        "is that of sheets which slide ever so slowly, or the static one"
     )
-    return [Notice(words, "speed-law-ignored")]
+    return [Notice(words, "speed-law")]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from layerjam.errors import ProcedureError, QuantityError
 from layerjam.fluid.closed_forms import held_vacuum
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.enclosure import enclosure_force
-from layerjam.mechanics.friction import growth_of, sheet_friction
+from layerjam.mechanics.friction import at_speed, sheet_friction
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import DEPTH
@@ -85,11 +84,7 @@ def _path(
             passed = [time + step.duration * (i + 1) / samples for i in range(samples)]
             rows += [(now, start, left(now), pace) for now in passed]
         else:
-            faster = brake
-            if brake.speed_law is not None:
-                factor = brake.scale_factor * float(growth_of(step.speed, brake))
-                faster = replace(brake, scale_factor=factor)
-            positions = _positions(step, start, vacuum, faster)
+            positions = _positions(step, start, vacuum, at_speed(step.speed, brake))
             pace = step.speed
             moved = [(time + abs(p - start) / pace, float(p)) for p in positions]
             rows += [(now, place, left(now), pace) for now, place in moved]

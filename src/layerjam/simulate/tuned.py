@@ -16,11 +16,9 @@ import numpy.typing as npt
 
 from layerjam.device.brake import Brake
 from layerjam.device.mount import Rope
-from layerjam.mechanics.stop.motion import series_of
 from layerjam.mechanics.stop.tune import speed_range, tuned_stop
-from layerjam.simulate.paced_tune import paced_speeds, paced_vacuum
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, STOP_TRAVEL
-from layerjam.simulate.speed import follows_speed
+from layerjam.simulate.speed import counted, follows_speed
 from layerjam.units import spec_of
 
 Array = npt.NDArray[np.float64]
@@ -68,19 +66,17 @@ class Case:
 
 def tuned(case: Case) -> float | None:
     """The vacuum [Pa] that stops the mass after just the travel; None where there is none."""
-    if follows_speed(case.brake):
-        found = float(paced_vacuum(*_wide(case))[0])
-    else:
-        found = float(tuned_stop(*case.of_one()))
+    found = float(np.ravel(tuned_stop(*_placed(case)))[0])
     return found if math.isfinite(found) else None
 
 
-def _wide(case: Case) -> tuple[Any, ...]:
-    """What `paced_vacuum` takes, always of one shape."""
+def _placed(case: Case) -> tuple[Any, ...]:
+    """What `tuned_stop` takes; where every stop is integrated, always of one shape."""
     mass, speed, travel, rope, gravity, brake = case.of_one()
-    spring = np.asarray(series_of(rope, brake))
-    numbers = (mass, speed, travel, spring, gravity)
-    return (*(np.zeros(FEW) + value for value in numbers), brake)
+    if not follows_speed(brake):
+        return mass, speed, travel, rope, gravity, counted(brake)
+    mass, speed, travel = (np.zeros(FEW) + value for value in (mass, speed, travel))
+    return mass, speed, travel, rope, gravity, brake
 
 
 def _at_once(case: Case, whole: int = AT_ONCE) -> int:
@@ -104,11 +100,7 @@ def _tried(case: Case, name: str, values: Array, size: int) -> npt.NDArray[np.bo
     }
     columns: dict[str, Any] = {key: np.full(size, value) for key, value in usual.items()}
     columns[name][: len(values)] = values
-    other = case.but(**columns)
-    if follows_speed(case.brake):
-        found = paced_vacuum(*_wide(other))
-    else:
-        found = np.asarray(tuned_stop(*other.of_one()))
+    found = np.asarray(tuned_stop(*_placed(case.but(**columns))))
     return np.isfinite(found)[: len(values)]
 
 
@@ -172,13 +164,9 @@ def balanced_speeds(case: Case) -> tuple[float, float]:
 
     On a soft rope the mass does not get there from all of them: `speeds` are those that do.
     """
-    if follows_speed(case.brake):
-        mass, _, travel, spring, gravity, brake = _wide(case)
-        slowest, fastest = paced_speeds(mass, travel, spring, gravity, brake)
-        return float(slowest[0]), float(fastest[0])
-    mass, _, travel, rope, gravity, brake = case.of_one()
+    mass, _, travel, rope, gravity, brake = _placed(case)
     low, high = speed_range(mass, travel, rope, gravity, brake)
-    return float(low), float(high)
+    return float(np.ravel(low)[0]), float(np.ravel(high)[0])
 
 
 def speeds(case: Case) -> tuple[float, float] | None:

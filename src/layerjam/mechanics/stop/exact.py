@@ -16,7 +16,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.enclosure import backbone, backbone_work, enclosure_at
-from layerjam.mechanics.fan import force_of
+from layerjam.mechanics.fan import force_of, grown
 from layerjam.mechanics.friction import friction_per_contact, growth, sheets_at
 from layerjam.mechanics.hyperelastic import at_slip, strip_at
 from layerjam.mechanics.law import law, safe_sqrt, within
@@ -63,10 +63,11 @@ def paced_setup(
     mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake, law: SpeedLaw
 ) -> Paced:
     """What a stop with a speed law starts from: it slides from the friction at rest on."""
-    c, enclosure = friction_per_contact(vacuum, brake), enclosure_at(vacuum, brake)
-    rest = c * growth(0.0, law)
-    at = setup(mass, speed, rest, brake.sheets.overlap, enclosure, spring, gravity)
-    return paced_of(at._replace(c=c + jnp.zeros_like(rest)), gravity, brake, law)
+    sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
+    rest = force_of(0.0, grown(sheets, growth(0.0, law))) / sheets.overlap
+    at = setup(mass, speed, rest, sheets.overlap, enclosure, spring, gravity)
+    at = at._replace(c=sheets.c + jnp.zeros_like(rest))
+    return paced_of(at, gravity, sheets.fan, brake, law)
 
 
 def kinetic_energy(slip: Any, at: Setup) -> Any:
@@ -121,8 +122,6 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     mass, speed, vacuum, spring, gravity = given
     paced = paced_stop(paced_setup(mass, speed, vacuum, spring, gravity, brake, law), speed)
     fine = made.outcome != NOT_A_CASE
-    if brake.mount.spacers is not None:  # of a fan that grows with the speed nothing is known
-        fine = fine & jnp.asarray(brake.mount.spacers, bool)
     chosen = [jnp.where((law.power > 0) & fine, *pair) for pair in zip(paced, made, strict=True)]
     outcome = chosen[-1]
     return Stop(*(within(outcome != NOT_A_CASE, x) for x in chosen))._replace(outcome=outcome)

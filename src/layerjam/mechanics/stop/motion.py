@@ -43,7 +43,7 @@ LONGEST = 0.25
 
 def _event(old: Motion, new: Motion, at: Setting, travel: Any) -> Any:
     """What happened in a step that the run must not go past."""
-    hold = force_of(new.slip, at._replace(c=resting(at)))
+    hold = force_of(new.slip, resting(at))
     enclosure = force_of_enclosure(new.slip, new.enclosure, at.enclosure)
     closes = enclosure * (1 - 1e-9) - new.force > hold
     code = jnp.where((old.speed > 0) & (new.speed <= 0), STANDSTILL, MOVING)

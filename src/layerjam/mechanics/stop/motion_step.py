@@ -17,7 +17,7 @@ from layerjam.mechanics.enclosure import (
     backbone_dissipated,
     backbone_work,
 )
-from layerjam.mechanics.fan import along_tangents, force_of, growing_work, tangent
+from layerjam.mechanics.fan import along_tangents, force_of, growing_work, grown, tangent
 from layerjam.mechanics.friction import growth
 from layerjam.mechanics.hysteresis import Setting, first_slip
 from layerjam.mechanics.law import safe_sqrt
@@ -159,9 +159,10 @@ def _meet(motion: Motion, alpha: Any, beta: Any, at: Setting, c: Any) -> tuple[_
     return _pulled(motion, far, slides, at, c), far
 
 
-def resting(at: Setting) -> Any:
-    """Friction at rest, a metre of overlap [N/m]."""
-    return at.c if at.law is None else at.c * growth(0.0, at.law)
+def resting(at: Setting) -> Setting:
+    """The same with the friction of sheets at rest."""
+    made: Setting = at if at.law is None else grown(at, growth(0.0, at.law))
+    return made
 
 
 def _meet_paced(
@@ -178,8 +179,8 @@ def _meet_paced(
     def there(slip: Any) -> tuple[Any, Any]:
         mean = (slip - start) / dt
         pace = jnp.maximum(mean + (mean - motion.pace) * share, 0.0)
-        sheets = at.c * growth(pace, law) * jnp.maximum(at.overlap - slip, 0.0)
-        new = sheets + force_of_enclosure(slip, motion.enclosure, at.enclosure)
+        new = force_of(slip, grown(at, growth(pace, law)))
+        new = new + force_of_enclosure(slip, motion.enclosure, at.enclosure)
         return new, slip - start + (new - force) / at.k
 
     def excess(slip: Any) -> Any:
@@ -194,7 +195,7 @@ def _meet_paced(
         inside = (slope > 0) & (near >= low) & (near <= high)
         return low, high, jnp.where(inside, near, (low + high) / 2)
 
-    hold = resting(at) * jnp.maximum(at.overlap - start, 0.0)
+    hold = force_of(start, resting(at))
     hold = hold + force_of_enclosure(start, motion.enclosure, at.enclosure)
     stuck = (alpha - force) / (beta + at.k / 2)
     slides = force + at.k * stuck > hold

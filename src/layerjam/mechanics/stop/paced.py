@@ -1,13 +1,15 @@
 """A mass stopped at constant vacuum by sheets whose friction grows with their speed (ours).
 
-Friction is c (L2 - x) G(u), x the slip, u its rate, G the brake's speed law; the enclosure's force
-E(x) does not depend on speed. Mass M, spring k (rope and brake in series) and brake are in series,
+Friction is S(x, u) = c (L2 - x) G(u), x the slip, u its rate, G the brake's speed law; that of a
+fan is c (L2 - x) G(u) R(x, G(u)), with its factor R at the friction coefficient of that speed. The
+enclosure's force E(x) does not depend on speed. Mass M, spring k (rope and brake in series) and
+brake are in series,
 
-    k (z - x) = c (L2 - x) G(u) + E(x),    M v' = M g - k (z - x),    z' = v,    x' = u,
+    k (z - x) = S(x, u) + E(x),    M v' = M g - k (z - x),    z' = v,    x' = u,
 
-so that u follows the force without a jump: it starts at zero when the force reaches
-c L2 G(0), and nothing snaps. Integrated by a Rosenbrock method that a weak dependence does not slow
-down, at a relative tolerance of 1e-7 a step.
+so that u follows the force without a jump: it starts at zero when the force reaches S(0, 0), and
+nothing snaps. Integrated by a Rosenbrock method that a weak dependence does not slow down, at a
+relative tolerance of 1e-7 a step.
 """
 
 from __future__ import annotations
@@ -25,6 +27,8 @@ from layerjam.mechanics.enclosure import (
     backbone_dissipated,
     backbone_stored,
 )
+from layerjam.mechanics.fan import Fan, Sheets, grown, rise_with_friction, tangent
+from layerjam.mechanics.fan import force_of as friction_of
 from layerjam.mechanics.friction import growth
 from layerjam.mechanics.stick_slip.slide_step import hermite_range
 from layerjam.mechanics.stop.algebra import (
@@ -64,6 +68,8 @@ class Paced(NamedTuple):
     travel: Any
     gravity: Any
     law: SpeedLaw
+    fan: Fan | None
+    """At the test speed."""
 
 
 class Run(NamedTuple):
@@ -82,11 +88,16 @@ class Run(NamedTuple):
     table: Any
 
 
+def _sheets(pace: Any, of: Paced) -> Sheets:
+    """What the sheets resist with while they slide at a pace [m/s]."""
+    made: Sheets = grown(Sheets(of.at.c, of.overlap, of.fan), growth(pace, of.law))
+    return made
+
+
 def force_of(now: Any, of: Paced) -> Any:
     """Force [N] in spring and brake."""
     slip, _, pace, _ = now
-    sheets = of.at.c * jnp.maximum(of.overlap - slip, 0.0) * growth(pace, of.law)
-    return sheets + backbone(slip, of.at.enclosure)
+    return friction_of(slip, _sheets(pace, of)) + backbone(slip, of.at.enclosure)
 
 
 def _stiffening(slip: Any, enclosure: EnclosureLaw) -> Any:
@@ -98,23 +109,24 @@ def _stiffening(slip: Any, enclosure: EnclosureLaw) -> Any:
 def rates_of(now: Any, of: Paced) -> Any:
     """How slip, speed, pace and heat change, a second."""
     slip, speed, pace, _ = now
-    law, at = of.law, of.at
-    contact = jnp.maximum(of.overlap - slip, 1e-9 * of.overlap)
-    more = growth(pace, law)
-    slope = law.power * more / (law.rest_speed + pace)
-    pull = at.k * (speed - pace) + (at.c * more - _stiffening(slip, at.enclosure)) * pace
+    law, at, sheets = of.law, of.at, _sheets(pace, of)
+    inside = jnp.minimum(slip, of.overlap * (1 - 1e-9))
+    slope = law.power / (law.rest_speed + pace) * rise_with_friction(inside, sheets)
+    falls = tangent(slip, sheets).c - _stiffening(slip, at.enclosure)
+    pull = at.k * (speed - pace) + falls * pace
     slows = of.gravity - force_of(now, of) / at.mass
-    rubs = at.c * contact * more * pace
-    return jnp.stack([pace, slows, pull / (at.c * contact * slope), rubs])
+    rubs = friction_of(inside, sheets) * pace
+    return jnp.stack([pace, slows, pull / slope, rubs])
 
 
 def _begun(of: Paced, arrival: Any) -> tuple[Any, Any]:
     """Time since the onset [s] and state a moment after it: u = a t, x = a t^2/2.
 
-    There c L2 G'(0) a + e sqrt(a/2) = k v.
+    There S'(0) a + e sqrt(a/2) = k v, S' that over the speed.
     """
     at, law = of.at, of.law
-    slope = law.power * growth(0.0, law) / law.rest_speed * at.c * of.overlap
+    rise = rise_with_friction(jnp.zeros_like(arrival), _sheets(0.0, of))
+    slope = law.power / law.rest_speed * rise
     root = at.enclosure.root / jnp.sqrt(2.0)
     push = at.k * arrival
     a = (2 * push / (root + jnp.sqrt(root**2 + 4 * slope * push))) ** 2
@@ -290,7 +302,7 @@ def paced_course(of: Paced, speed: Any) -> Course:
     return Course(run.table, run.count, end, coarse)
 
 
-def paced_of(at: Setup, gravity: Any, brake: Brake, law: SpeedLaw) -> Paced:
+def paced_of(at: Setup, gravity: Any, fan: Fan | None, brake: Brake, law: SpeedLaw) -> Paced:
     """The constants of a stop, all of one shape; `at` has the onset at rest."""
     shape = jnp.shape(at.kinetic)
     safe = SpeedLaw(
@@ -298,5 +310,5 @@ def paced_of(at: Setup, gravity: Any, brake: Brake, law: SpeedLaw) -> Paced:
         test_speed=law.test_speed,
         rest_speed=law.rest_speed,
     )
-    whole = Paced(at, brake.sheets.overlap, brake.sheets.usable_travel, gravity, safe)
+    whole = Paced(at, brake.sheets.overlap, brake.sheets.usable_travel, gravity, safe, fan)
     return jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, shape), whole)

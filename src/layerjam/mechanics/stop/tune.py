@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import jax
@@ -13,9 +14,7 @@ from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
 from layerjam.mechanics.pull import brake_force, vacuum_for_force
 from layerjam.mechanics.stop.exact import STOPPED, any_speed, stop
 from layerjam.mechanics.stop.motion import series_of
-
-NEAR = 1e-6
-"""Greatest distance of a stop from the wanted slip, over that slip."""
+from layerjam.mechanics.stop.paced_tune import NEAR, paced_speeds, paced_vacuum, tried
 
 
 def _excess(
@@ -33,13 +32,17 @@ def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
 
     `spring` [N/m] is rope and brake in series (infinite for none), `gravity` [m/s^2] acts along the
     pull. NaN where there is none: too fast for the site's full vacuum, or so slow that a brake weak
-    enough to let it run that far could not hold the weight there. With a speed law NaN: no balance
-    holds, and `simulate.paced_tune` tries stops.
+    enough to let it run that far could not hold the weight there. With a speed law (of a power
+    above 0) no balance holds: stops are tried until one ends within 1e-6 of the slip, which takes a
+    thousand times as long; a finite spring is needed, and to differentiate raises QuantityError.
     """
-    shape = jnp.broadcast_arrays(mass, speed, slip, spring, gravity)
-    mass, speed, slip, spring, gravity = shape
+    shape = jnp.broadcast_arrays(mass, speed, slip, spring, gravity, brake.sheets.count)
+    mass, speed, slip, spring, gravity, _ = shape
     balanced = _balanced_vacuum(mass, speed, slip, spring, gravity, brake)
-    return within(any_speed(brake), balanced)
+    if brake.speed_law is None:
+        return balanced
+    case = jax.tree.map(tried, (mass, speed, slip, spring, gravity, brake))
+    return jnp.where(any_speed(brake), balanced, paced_vacuum(*case))
 
 
 def _balanced_vacuum(
@@ -72,9 +75,11 @@ def tuned_stop(mass: Any, speed: Any, slip: Any, rope: Any, gravity: Any, brake:
     arrays = (mass, speed, slip, spring, gravity, brake.sheets.count)
     mass, speed, slip, spring, gravity, _ = jnp.broadcast_arrays(*arrays)
     vacuum = tuned_vacuum(mass, speed, slip, spring, gravity, brake)
-    made = stop(mass, speed, jnp.where(jnp.isnan(vacuum), 0.0, vacuum), spring, gravity, brake)
+    plain = replace(brake, speed_law=None)
+    made = stop(mass, speed, jnp.where(jnp.isnan(vacuum), 0.0, vacuum), spring, gravity, plain)
     there = (made.outcome == STOPPED) & (jnp.abs(made.slip - slip) <= NEAR * slip)
-    return within(there, vacuum)
+    # what was found by trying has been tried
+    return within(there | ~any_speed(brake), vacuum)
 
 
 @law
@@ -82,8 +87,8 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
     """Speeds [m/s] between which a `tuned_vacuum` solves its balance at a slip [m].
 
     The slowest belongs to the vacuum that just holds the weight there, the fastest to the site's
-    full vacuum. NaN where not even that holds it, and with a speed law; a slowest above the fastest
-    means no speed.
+    full vacuum. NaN where not even that holds it; a slowest above the fastest means no speed. With
+    a speed law stops are tried, as in `tuned_vacuum`.
     """
     spring, full = series_of(rope, brake), brake.site.atmosphere
     weight = mass * gravity
@@ -95,8 +100,13 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
         taken = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
         return safe_sqrt(jnp.maximum(taken - weight * (slip + force / spring), 0.0) * 2 / mass)
 
+    low, high = speed(held), within(~jnp.isnan(held), speed(full))
+    if brake.speed_law is None:
+        return low, high
+    wide = jnp.broadcast_arrays(mass, slip, spring, gravity, brake.sheets.count)[:4]
+    slowest, fastest = paced_speeds(*jax.tree.map(tried, (*wide, brake)))
     same = any_speed(brake)
-    return within(same, speed(held)), within(same & ~jnp.isnan(held), speed(full))
+    return jnp.where(same, low, slowest), jnp.where(same, high, fastest)
 
 
 @law

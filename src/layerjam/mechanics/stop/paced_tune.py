@@ -1,0 +1,167 @@
+"""The vacuum, or the speed, at which stops with a speed law end after a given slip.
+
+There is no balance to solve beforehand: friction has seen the speeds of the whole stop. So the stop
+itself is what the search asks, for many cases at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.errors import QuantityError
+from layerjam.mechanics.friction import at_speed
+from layerjam.mechanics.law import law
+from layerjam.mechanics.pull import brake_force, vacuum_for_force
+from layerjam.mechanics.stop.exact import BOTTOMED_OUT, stop
+
+CLOSE = 1e-8
+"""Distance of the stop from the wanted slip, over that slip, at which the search ends."""
+NEAR = 1e-6
+"""Greatest distance of a stop that counts, over that slip."""
+ROUNDS = 62
+LEAST = 1e-4
+"""Least vacuum that is tried, over the atmosphere: without friction there is nothing to follow."""
+FASTEST = 1e3
+"""Fastest arrival that is tried [m/s]."""
+
+
+def _beyond(slip: Any, case: tuple[Any, Any, Any, Any, Any], brake: Brake) -> Any:
+    """How far the stop goes beyond a slip [m]; a mass that has run out of travel goes on the more.
+
+    Continuous and rising with what is left of its energy.
+    """
+    made = stop(*case, brake)
+    force = jnp.where(made.peak_force > 0, made.peak_force, 1.0)
+    over = case[0] * made.end_speed**2 / 2 / force + CLOSE * slip
+    return made.slip - slip + jnp.where(made.outcome == BOTTOMED_OUT, over, 0.0)
+
+
+@law
+def holds(slip: Any, vacuum: Any, weight: Any, brake: Brake) -> Any:
+    """Whether a weight [N] that has come to rest at a slip [m] stays there; vacuum [Pa], all of it.
+
+    It may stand still for a moment, held by sheets that still slide, and then go on.
+    """
+    return brake_force(slip, vacuum, at_speed(0.0, brake)) >= weight * (1 - 1e-6)
+
+
+@jax.custom_jvp
+def tried(value: Any) -> Any:
+    """A value that was found by trying: to differentiate it raises QuantityError."""
+    return value
+
+
+@tried.defjvp
+def _no_gradient(_: Any, __: Any) -> Any:
+    raise QuantityError.of(
+        "speed_law",
+        "what stops with a speed law are tuned to is found by trying and has no gradient; take "
+        "differences",
+    )
+
+
+class _Bracket(NamedTuple):
+    """Where the search has got to; arrays of one shape."""
+
+    turn: Any
+    low: Any
+    under: Any
+    high: Any
+    above: Any
+    best: Any
+    near: Any
+    """Distance of the best from zero."""
+
+
+def _root(
+    rising: Callable[[Any], Any], low: Any, high: Any, slip: Any, already: float = jnp.nan
+) -> Any:
+    """Where a rising function of arrays passes zero, by Illinois' false position; NaN for nowhere.
+
+    Where it jumps over zero there is no slip that is near enough, and the result is NaN too;
+    `already` where it is above zero at the lower end.
+    """
+
+    def brackets(at: _Bracket) -> Any:
+        return (at.under <= 0) & (at.above >= 0)
+
+    def going(at: _Bracket) -> Any:
+        apart = jnp.abs(at.high - at.low) > 1e-12 * jnp.abs(at.high)
+        open_ = brackets(at) & (at.near > CLOSE * slip) & apart
+        return (at.turn < 2) | ((at.turn < ROUNDS) & jnp.any(open_))
+
+    def on(at: _Bracket) -> _Bracket:
+        # the first two turns are the ends, so that the stop is compiled once
+        share = -at.under / jnp.where(at.above > at.under, at.above - at.under, 1.0)
+        # every third time in the middle: a jump is not to be crept up to
+        share = jnp.where(at.turn % 3 == 1, 0.5, jnp.clip(share, 0.0, 1.0))
+        x = at.low + (at.high - at.low) * share
+        x = jnp.where(at.turn == 0, at.low, jnp.where(at.turn == 1, at.high, x))
+        here = rising(x)
+        first, last = at.turn == 0, at.turn == 1
+        less = first | (~last & (here < 0))
+        closer = jnp.abs(here) < at.near
+        return _Bracket(
+            at.turn + 1,
+            jnp.where(less, x, at.low),
+            jnp.where(less, here, jnp.where(last, at.under, at.under / 2)),
+            jnp.where(less, at.high, x),
+            jnp.where(less, jnp.where(first, at.above, at.above / 2), here),
+            jnp.where(closer, x, at.best),
+            jnp.where(closer, jnp.abs(here), at.near),
+        )
+
+    zero = jnp.zeros_like(low + high)
+    start = _Bracket(
+        jnp.array(0), low + zero, zero - 1, high + zero, zero + 1, zero, zero + jnp.inf
+    )
+    end = jax.lax.while_loop(going, on, start)
+    there = brackets(end) & (end.near <= NEAR * slip)
+    return jnp.where(there, end.best, jnp.where(end.under > 0, already, jnp.nan))
+
+
+def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> Any:
+    """Vacuum [Pa] at which the mass stops after a slip [m]; arrays of one shape.
+
+    NaN where full vacuum does not stop it so soon, or the least one that is tried not so late; and
+    where friction at rest does not hold the weight there, so that it would slide on.
+    """
+    top = brake.site.atmosphere + jnp.zeros_like(mass)
+
+    def short(share: Any) -> Any:
+        # the slip falls as the vacuum rises: the search is over what is missing to the full one
+        return _beyond(slip, (mass, speed, top * (1 - share), spring, gravity), brake)
+
+    zero = jnp.zeros_like(top)
+    found = top * (1 - _root(short, zero, zero + 1 - LEAST, slip))
+    stays = holds(slip, jnp.where(jnp.isnan(found), 0.0, found), mass * gravity, brake)
+    return jnp.where(stays, found, jnp.nan)
+
+
+def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> tuple[Any, Any]:
+    """Speeds [m/s] that the vacuum which just holds the weight there, and full vacuum, stop so.
+
+    Arrays of one shape.
+    """
+    weight, full = mass * gravity, brake.site.atmosphere + jnp.zeros_like(mass)
+    rest = at_speed(0.0, brake)
+    alone = brake_force(slip, 0.0, brake)
+    held = vacuum_for_force(jnp.maximum(weight, alone), slip, rest)
+    holding = ~jnp.isnan(held)
+    least = jnp.maximum(jnp.where(holding, held, full), LEAST * full)
+    # both ends are searched at once, so that the stop is compiled once
+    vacuum, case = jnp.stack([least, full]), (mass, slip, spring, gravity)
+    mass, slip, spring, gravity = (jnp.stack([a, a]) + jnp.zeros_like(vacuum) for a in case)
+
+    def far(pace: Any) -> Any:
+        return _beyond(slip, (mass, pace, vacuum, spring, gravity), brake)
+
+    zero = jnp.zeros_like(vacuum)
+    # none is needed at a vacuum at which it slides that far from rest already
+    found = _root(far, zero, zero + FASTEST, slip, already=0.0)
+    return found[0], jnp.where(holding, found[1], jnp.nan)
