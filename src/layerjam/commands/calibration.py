@@ -178,6 +178,7 @@ def calibrate(
     this part of its value.
     """
     from layerjam.identify.calibration.peaks import fit_pull
+    from layerjam.identify.calibration.speed_law import on_speed
     from layerjam.identify.curves import usable
     from layerjam.identify.provenance import calibrated_text
 
@@ -209,6 +210,7 @@ def calibrate(
             *brake.warnings(without=fitted),
             *odd,
             *_without_slope(found),
+            *on_speed(found),
             *one_of_all(found.pulls),
             *said,
         ],
@@ -247,6 +249,12 @@ def _fit(
     if depth == "curves":
         return calibrate_curves(curves, brake, free, tell)
     from layerjam.identify.bayes.fit import calibrate_bayesian
+    from layerjam.simulate.speed import follows_speed
 
+    if follows_speed(brake):
+        raise FitError(
+            "speed_law: depth 'bayesian' knows no friction that depends on speed; take 'curves', "
+            "or the brake without that table"
+        )
     how = (sampling.draws, sampling.chains, sampling.seed)
     return calibrate_bayesian(curves, brake, how, tell)

@@ -178,7 +178,9 @@ def _of_exact(result: Calibration) -> Drawn:
     scatter = np.tile(np.atleast_2d(np.cov(own.T)), (count, 1, 1)) if count > 1 else None
     return Drawn(
         curves=result.curves,
-        shapes=np.tile([result.scale_factor, result.stiffness, 1.0], (count, 1)),
+        shapes=np.array(
+            [[result.scale_factor * f.growth, result.stiffness, 1.0] for f in result.fits]
+        ),
         origins=np.zeros(count),
         offsets=np.zeros(count),
         sure=None if scatter is None else scatter / count,

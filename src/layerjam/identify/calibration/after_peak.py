@@ -45,7 +45,8 @@ def after_peaks(
     slips, column = np.zeros((size, MEANS)), np.ones((size, 1))
     vacuum, factor = column.copy(), column.copy()
     for row, (_, fit, slip, _) in enumerate(parts):
-        slips[row, : len(slip)], vacuum[row], factor[row] = slip, fit.vacuum, fit.scale_factor
+        slips[row, : len(slip)], vacuum[row] = slip, fit.vacuum
+        factor[row] = fit.scale_factor * fit.growth
     spring = stiffness or brake.stiffness_measured or 1.0  # slip is given: it does not count
     loose, whole = (with_shape(brake, a, spring, 1.0) for a in (0.0 * factor, factor))
     enclosure = np.asarray(brake_force(slips, vacuum, loose))

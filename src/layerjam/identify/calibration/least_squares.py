@@ -25,6 +25,7 @@ from layerjam.identify.calibration.forward import Reduced, pull_force, reduce
 from layerjam.identify.calibration.intervals import Population
 from layerjam.identify.curves import Curve, conditions
 from layerjam.identify.shape import SHAPE, plain
+from layerjam.identify.speed import growth_in
 from layerjam.mechanics.pull import scale_factor_of_peak
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import show
@@ -187,6 +188,7 @@ def _design(
         design = _with_column(design, np.log(vacuums / pressure))
     elif brake.pressure_exponent is not None and brake.test_pressure is not None:
         held[:, 0] = brake.pressure_exponent * np.log(vacuums / brake.test_pressure)
+    held[:, 0] += np.log([growth_in(brake, c.speed, c.path) for c in curves])
     if "speed" in free:
         known = [c.speed for c in curves]
         speeds = np.array([np.nan if s is None else s for s in known])

@@ -28,6 +28,7 @@ from layerjam.identify.curves import Curve, conditions, curve_of
 from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, SLOPE, PullFeatures
 from layerjam.identify.shape import with_shape
 from layerjam.identify.single_pulls import SinglePull, pull_checks, single_pulls
+from layerjam.identify.speed import as_pulled, growth_in
 from layerjam.measure.trace import Array
 from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.pull import (
@@ -37,6 +38,7 @@ from layerjam.mechanics.pull import (
     scale_factor_of_peak,
 )
 from layerjam.mechanics.stiffness import stiffness_before_slip
+from layerjam.simulate.speed import follows_speed
 from layerjam.units import show
 
 WINDOW = (
@@ -96,12 +98,19 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     )
 
 
+def _fit_curve(curve: Curve, brake: Brake) -> PullFit:
+    """`fit_pull` at the speed of the pull."""
+    grown = growth_in(brake, curve.speed, curve.path)
+    at = as_pulled(brake, curve.speed, curve.path)
+    return replace(fit_pull(curve.pull, curve.vacuum, at), growth=grown)
+
+
 def fits_of(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
     """What each curve says alone; None for those that only a fit of whole curves can use."""
     fits: list[PullFit | None] = []
     for curve in curves:
         try:
-            fits.append(fit_pull(curve.pull, curve.vacuum, brake))
+            fits.append(_fit_curve(curve, brake))
         except FitError:
             fits.append(None)
     return fits
@@ -121,7 +130,9 @@ def with_enclosure(
     if not known:
         return list(fits), other
     peaks, vacuums = np.array([(f.pull.peak_force, f.vacuum) for f in known]).T
-    factors = iter(np.asarray(scale_factor_of_peak(peaks, vacuums, other)).tolist())
+    # friction at a pull's speed is that of the test speed times its growth, in a fan too
+    grown = np.array([f.growth for f in known])
+    factors = iter((np.asarray(scale_factor_of_peak(peaks, vacuums, other)) / grown).tolist())
     moved = [None if f is None else replace(f, scale_factor=next(factors)) for f in fits]
     return [f if f is not None and np.isfinite(f.scale_factor) else None for f in moved], other
 
@@ -172,7 +183,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     if not curves:
         raise FitError("calibrate: no pull was given")
     a, k = "scale_factor", "stiffness"
-    fits = [fit_pull(c.pull, c.vacuum, brake) for c in curves]
+    fits = [_fit_curve(c, brake) for c in curves]
     count, one = len(fits), fits[0]
     each: dict[str, list[float | None]] = {
         a: [f.scale_factor for f in fits],
@@ -190,6 +201,8 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     files = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in fits)
     values, errors = told["values"], told["standard_errors"]
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
+    if follows_speed(brake) and brake.speed_law is not None:
+        peak += f", at {show(brake.speed_law.test_speed, 'm/s')} by the file's [speed_law]"
     rises = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in fits if f.stiffness is not None)
     slope = f"slope before onset of {rises}"
     pulls = pull_table(curves, fits, brake)
@@ -244,9 +257,16 @@ def calibration_checks(
     rises = [f.stiffness for f in fits if f.stiffness is not None]
     factor, stiffness = float(np.mean(factors)), float(np.mean(rises))
     few = "" if len(rises) == len(fits) else f" (told by {len(rises)} of {len(fits)} pulls)"
-    calibrated = replace(brake, scale_factor=factor, stiffness_measured=stiffness)
-    last = [(f, float(f.pull.elongation[-1])) for f in fits]
-    ends = [float(force_at_elongation(u, f.vacuum, calibrated)) for f, u in last]
+    calibrated = replace(brake, stiffness_measured=stiffness)
+    last = [
+        (
+            float(f.pull.elongation[-1]),
+            f.vacuum,
+            replace(calibrated, scale_factor=factor * f.growth),
+        )
+        for f in fits
+    ]
+    ends = [float(force_at_elongation(*one)) for one in last]
     measured = [float(f.pull.force[-max(3, len(f.pull.force) // 200) :].mean()) for f in fits]
     end = end_of_curve(float(np.mean(ends)), float(np.mean(measured)))
     checks = [

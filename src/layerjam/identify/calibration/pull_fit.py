@@ -18,3 +18,5 @@ class PullFit:
     stiffness_eq9: float | None
     vacuum: float
     pull: PullFeatures
+    growth: float = 1.0
+    """Friction at the pull's speed over that of the scale factor, where a speed law tells it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from layerjam.identify.calibration.influence import estimates
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
 from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table, with_enclosure
 from layerjam.identify.calibration.record import Calibration, calibrated, shape_sources
+from layerjam.identify.calibration.speed_law import speed_sources
 from layerjam.identify.calibration.verdict import (
     curve_checks,
     follow_law,
@@ -22,7 +24,9 @@ from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import LINEAR
 from layerjam.identify.shape import SHAPE
 from layerjam.identify.single_pulls import pull_checks
+from layerjam.identify.speed import growth_in
 from layerjam.records.source import Source
+from layerjam.simulate.speed import follows_speed
 from layerjam.units import show
 
 WINDOW = (
@@ -42,11 +46,15 @@ def calibrate_curves(
     """Least squares over all `curves` at once.
 
     `free` names what else is fitted: "pressure_exponent", "speed", "force_offset" (of each curve).
+    A speed law of the brake's own holds where "speed" is not free, and gives way where it is.
     Raises FitError where the curves cannot tell what is asked for, or one does not follow the law.
     """
     unknown = [name for name in free if name not in FREE]
     if unknown:
         raise FitError(f"free: '{unknown[0]}' is not known; there are {', '.join(FREE)}")
+    old = brake.speed_law
+    if "speed" in free:
+        brake = replace(brake, speed_law=None)
     fit = fit_jointly(curves, brake, free, progress)
     follow_law(fit, [c.path or c.name for c in curves])
     contrasts, method = _contrasts(fit, brake), "t, sandwich over curves (CR2)"
@@ -59,7 +67,7 @@ def calibrate_curves(
         reference = brake.test_pressure or fit.reference_pressure
     count, alone = len(curves), fits_of(curves, brake)
     seen, fitted = with_enclosure(alone, brake, told["values"]["enclosure_factor"])
-    pulls = pull_table(curves, seen, fitted, _expected(fit, brake))
+    pulls = pull_table(curves, seen, fitted, _expected(fit, curves, brake))
     interval = told["intervals"]["scale_factor"]
     half = None if interval is None else interval.half_width / told["values"]["scale_factor"]
     return Calibration(
@@ -71,7 +79,8 @@ def calibrate_curves(
         else "nothing: one pull says nothing about repeatability",
         checks=(*checks, *(() if single is None else (single,)), *pull_checks(pulls, half)),
         curves=tuple(curves),
-        sources=_sources(fit, told["values"], told["standard_errors"], brake),
+        sources=_sources(fit, told["values"], told["standard_errors"], brake)
+        | speed_sources(curves, fit, told["values"], told["standard_errors"], old),
         window=WINDOW,
         identifiability=identifiability(fit),
         reference_pressure=reference,
@@ -80,12 +89,14 @@ def calibrate_curves(
     )
 
 
-def _expected(fit: JointFit, brake: Brake) -> np.ndarray:
+def _expected(fit: JointFit, curves: Sequence[Curve], brake: Brake) -> np.ndarray:
     """The scale factor that the fitted laws of vacuum and speed give each curve (curves,).
 
-    Less the exponent of the brake's own file, which a scale factor from a peak is without.
+    Less exponent and speed law of the brake's own file, which a scale factor from a peak is
+    without.
     """
     logs = (fit.design @ fit.population.estimate + fit.held)[:, 0]
+    logs = logs - np.log([growth_in(brake, c.speed, c.path) for c in curves])
     if brake.pressure_exponent is not None and brake.test_pressure is not None:
         logs = logs - brake.pressure_exponent * np.log(fit.reduced.vacuum / brake.test_pressure)
     return np.exp(logs)
@@ -102,8 +113,10 @@ def _sources(
     if fit.reference_speed is not None:
         at = (
             f", at {show(fit.reference_speed, 'm/s')}; its logarithm changes by "
-            f"{values['speed_slope']:+.3g} per decade of speed, which no brake file holds"
+            f"{values['speed_slope']:+.3g} per decade of speed"
         )
+    elif follows_speed(brake) and brake.speed_law is not None:
+        at = f", at {show(brake.speed_law.test_speed, 'm/s')} by the file's [speed_law]"
     made = shape_sources(brake, values, errors, text, at=at)
     if "pressure_exponent" in values:
         exponent, error = values["pressure_exponent"], errors["pressure_exponent"]

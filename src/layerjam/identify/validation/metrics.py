@@ -39,6 +39,7 @@ from layerjam.device.brake import Brake
 from layerjam.errors import FileError, FitError
 from layerjam.identify.curves import Curve, conditions, curve_of
 from layerjam.identify.pull.features import PullFeatures
+from layerjam.identify.speed import as_pulled
 from layerjam.mechanics.pull import force_at_elongation
 
 if TYPE_CHECKING:
@@ -282,7 +283,11 @@ def _split(curves: Sequence[CurveError], brake: Brake) -> Split | None:
         return None
     points = np.linspace(start, end, POINTS)
     residuals = np.stack(
-        [_modelled(c.pull, points, c.vacuum, brake) - sampled(c.pull, points) for c in curves]
+        [
+            _modelled(c.pull, points, c.vacuum, as_pulled(brake, c.speed, c.path))
+            - sampled(c.pull, points)
+            for c in curves
+        ]
     )
     return Split.of(split_error(residuals), len(curves))
 
@@ -335,7 +340,16 @@ def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
     """
     if not curves:
         raise FitError("validate: no pull was given")
-    errors = [compare(c.pull, c.vacuum, brake, speed=c.speed, repeat=c.repeat) for c in curves]
+    errors = [
+        compare(
+            c.pull,
+            c.vacuum,
+            as_pulled(brake, c.speed, c.path),
+            speed=c.speed,
+            repeat=c.repeat,
+        )
+        for c in curves
+    ]
     found = [_condition([errors[i] for i in group], brake) for group in conditions(curves)]
     found.sort(key=lambda c: (c.speed or 0.0, -c.vacuum))
     return assemble(found, errors)
