@@ -123,6 +123,7 @@ def follow(
     """
     from layerjam.control.follow import bode
     from layerjam.control.follow import follow as run
+    from layerjam.simulate.speed import in_a_pull
 
     made, notices = regulator_of(line, HELD_AT * line.line.site.atmosphere, settings)
     if str(profile) in PROFILES:
@@ -136,6 +137,7 @@ def follow(
     true = replace(device, scale_factor=device.scale_factor * model_error)
     done = run(made, device, wanted, slip, brake=true, slip_noise=slip_noise, seed=seed)
     half, swept = float(np.ptp(wanted)) / 2, None
+    paces = np.abs(np.gradient(slip, made.sample_time))
     if half > 0:
         swept = bode(
             made,
@@ -146,6 +148,7 @@ def follow(
             frequencies=[f for f in FREQUENCIES if f * made.sample_time < 0.05],
             brake=true,
             seed=seed,
+            pace=float(np.median(paces)),
         )
     return FollowedForce.of(
         *(done.loop, swept, made),
@@ -156,7 +159,7 @@ def follow(
         feasible=bool(done.possible.all()),
         greatest_vacuum=float(done.loop.vacuum.max()),
         bode=None if swept is None else _rows(swept),
-        warnings=[*brake.warnings(), *notices],
+        warnings=[*brake.warnings(), *notices, *in_a_pull(brake, float(paces.max()))],
         record=(done, swept),
     )
 

@@ -1,10 +1,11 @@
 """Following a force: from wanted force and measured slip to a vacuum, and the force that results.
 
 The brake slides on along a given slip (a joint that turns, a rope that runs out), so that its force
-is the law's at the vacuum of the moment. Wanted force and measured slip give the target by the
-inverse law of the brake as the controller knows it (`model`); the true brake may differ, and the
-measured slip is noisy. What cannot be followed is reported before it is tried: forces outside the
-brake's range, and vacuums that change faster than pump and vent can.
+is the law's at the vacuum of the moment, and with a speed law at the speed of that slip. Wanted
+force and measured slip give the target by the inverse law of the brake as the controller knows it
+(`model`); the true brake may differ, and the measured slip is noisy. What cannot be followed is
+reported before it is tried: forces outside the brake's range, and vacuums that change faster than
+pump and vent can.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from layerjam.control.plant import Plant
 from layerjam.control.settings import Regulator
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
+from layerjam.mechanics.friction import at_speed
 from layerjam.mechanics.pull import brake_force, force_limits, vacuum_for_force
 from layerjam.units import show
 
@@ -64,14 +66,17 @@ class Following:
 
 
 def targets_for(
-    wanted: Array, slip: Array, brake: Brake, most: float
+    wanted: Array, slip: Array, brake: Brake, most: float, pace: Array | None = None
 ) -> tuple[Array, Mask, list[str]]:
     """Vacuum [Pa] for each wanted force [N] at a slip [m], whether there is one, and why not.
 
     Below the enclosure's own force the least vacuum stands, above the greatest force `most` [Pa].
+    `pace` [m/s] is how fast the sheets slide, where friction depends on it; None: ever so slowly.
     """
+    brake = at_speed(np.zeros_like(slip) if pace is None else pace, brake)
     low, high = (np.asarray(f) for f in force_limits(slip, brake))
     vacuum = np.asarray(vacuum_for_force(wanted, slip, brake))
+    full = min(most, brake.site.atmosphere)
     few = wanted < low
     much = ~few & ~(vacuum <= most)
     reasons = []
@@ -83,7 +88,7 @@ def targets_for(
         )
     if much.any():
         i = int(np.argmax(much))
-        top = float(brake_force(slip[i], min(most, brake.site.atmosphere), brake))
+        top = float(np.broadcast_to(brake_force(slip, full, brake), slip.shape)[i])
         reasons.append(
             f"{show(float(wanted[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is more than "
             f"the brake gives at {show(most, 'Pa')}, {show(min(top, float(high[i])), 'N')}"
@@ -120,12 +125,13 @@ def follow(
     slip_noise: float = 0.0,
     plant: Plant | None = None,
     seed: int = 0,
+    pace: float | None = None,
 ) -> Following:
     """Follow forces [N] at slips [m], one for each sample of the regulator, shape (N,).
 
     `brake` is the true one where it differs from `model`; `slip_noise` [m] the standard deviation
-    of a measured slip. Raises QuantityError for profiles that do not fit together or a slip beyond
-    the overlap.
+    of a measured slip; `pace` [m/s] the speed at which friction counts, where it is not the slip's.
+    Raises QuantityError for profiles that do not fit together or a slip beyond the overlap.
     """
     wanted, slip = np.asarray(wanted, float), np.asarray(slip, float)
     if wanted.ndim != 1 or wanted.shape != slip.shape or len(wanted) < 2:
@@ -145,12 +151,13 @@ def follow(
         most = min(most, regulator.plant.reach - 2 * regulator.half_band)
     random = np.random.default_rng(seed)
     seen = np.clip(slip + slip_noise * random.standard_normal(len(slip)), 0.0, model.sheets.overlap)
-    clean, held, reasons = targets_for(wanted, slip, model, most)
+    paces = np.abs(np.gradient(slip, dt)) if pace is None else np.full_like(slip, pace)
+    clean, held, reasons = targets_for(wanted, slip, model, most, paces)
     fine, slow = slew(clean, dt, regulator.plant)
-    targets, _, _ = targets_for(wanted, seen, model, most)
+    targets, _, _ = targets_for(wanted, seen, model, most, paces)
     regulator = replace(regulator, plant=regulator.plant.up_to(float(targets.max())))
     loop = simulate(regulator, [(dt, float(level)) for level in targets], plant=plant, seed=seed)
-    force = np.asarray(brake_force(slip, loop.vacuum, brake or model))
+    force = np.asarray(brake_force(slip, loop.vacuum, at_speed(paces, brake or model)))
     return Following(loop, wanted, force, slip, held & fine, (*reasons, *slow))
 
 

@@ -25,6 +25,7 @@ from layerjam.mechanics.fan import straight
 from layerjam.mechanics.friction import holding_force
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.records.values import value
+from layerjam.simulate.speed import counted
 from layerjam.studies.machines import restraint
 from layerjam.studies.machines.readiness import line_for
 from layerjam.studies.machines.restraint import Strap
@@ -155,12 +156,13 @@ class AnkleClutch(Machine):
         vacuum = np.full_like(time, brakes.vacuum)
         if line is not None:
             vacuum = vacuum_after(time, brakes.vacuum, line)
-        brake = straight(self.brake.brake, "the ankle clutch")
+        brake = straight(counted(self.brake.brake), "the ankle clutch")
         straps: Strap = restraint.strap_of(
             brakes.parallel, brakes.series, vacuum, self.spring.stiffness, brake
         )
         wide = np.broadcast_to(payout, vacuum.T.shape).T
-        slip, force = (np.asarray(a) for a in _drawn(jnp.asarray(wide), straps))
+        step = 1 / (SAMPLES * jnp.asarray(rate))
+        slip, force = (np.asarray(a) for a in _drawn(jnp.asarray(wide), step, straps))
         return Stride(force, slip, np.asarray(straps.onset), vacuum)
 
     def analyse(self) -> Result:
@@ -228,15 +230,26 @@ class AnkleClutch(Machine):
 
 
 @jax.jit
-def _drawn(payout: Any, straps: Strap) -> tuple[Any, Any]:
-    """(slip, force) along a stride; payout (N,) or (N, B), the strap's leaves as long."""
+def _drawn(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
+    """(slip, force) along a stride; payout (N,) or (N, B), the strap's leaves as long.
 
-    def on(slipped: Any, now: tuple[Any, Strap]) -> tuple[Any, tuple[Any, Any]]:
-        reach, strap = now
-        slip = restraint.drawn(reach, slipped, strap)
-        return slip, (slip, restraint.tension(reach, slip, strap))
+    `step` [s] lies between two samples; without a speed law it does not count.
+    """
+    law = straps.law
 
-    return jax.lax.scan(on, jnp.zeros_like(payout[0]), (payout, straps))[1]  # type: ignore[no-any-return]
+    def on(before: tuple[Any, Any], now: tuple[Any, Strap]) -> tuple[Any, tuple[Any, Any]]:
+        (slipped, pace), (reach, strap) = before, now
+        if law is None:
+            slip = restraint.drawn(reach, slipped, strap)
+        else:
+            strap = strap._replace(law=law)
+            slip = restraint.paced(reach, slipped, pace, step, strap)
+            pace = (slip - slipped) / step
+        return (slip, pace), (slip, restraint.tension(reach, slip, strap))
+
+    zero, rows = jnp.zeros_like(payout[0]), (payout, straps._replace(law=None))
+    made: tuple[Any, Any] = jax.lax.scan(on, (zero, None if law is None else zero), rows)[1]
+    return made
 
 
 def vacuum_after(time: Array, most: float, line: Line) -> Array:

@@ -20,7 +20,14 @@ from layerjam.mechanics.pull import peak
 from layerjam.studies.machines.injury import bric, concussion_risk, hic15
 from layerjam.studies.machines.pulse import SHAPES, drive
 from layerjam.studies.machines.readiness import VacuumSupply, readiness
-from layerjam.studies.machines.restraint import Body, Ride, Strap, limiter_of, ride
+from layerjam.studies.machines.restraint import (
+    Body,
+    Ride,
+    Strap,
+    least_stiffness,
+    limiter_of,
+    ride,
+)
 from layerjam.studies.machines.scenario import Array, word
 from layerjam.studies.machines.trial import Trial, first
 from layerjam.studies.machines.verdict import Bound, Machine, Result
@@ -190,13 +197,14 @@ class NeckGuard(Machine):
         found.add("1", bottomed_out=bool(slip >= end * (1 - 1e-9)))
         found.add("s", vacuum_time=ready.time)
         found.take(NEEDED, best, "needed_")
-        found.bound("N/m", stiffness=strap.stiffness, fall=strap.fall)
+        found.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
         found.bound("N m", felt=locked if self.supply.mode == "standing" else 0.0)
         found.warnings += [
             f"the brakes press head and neck together with up to {show(force, 'N')}; no limit for "
             "that was found in a source",
             "only the turning is modelled: HIC15 leaves the blow's straight push out",
         ]
+        found.warnings += self.slid(slip, guarded.ride.pace)
         found.judge(*BOUNDS)
         found.limits += ready.limits
         found.brakes_needed = best.get("count")

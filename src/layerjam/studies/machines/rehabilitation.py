@@ -20,6 +20,7 @@ from layerjam.control.plant import plant_of
 from layerjam.control.settings import Regulator
 from layerjam.errors import QuantityError
 from layerjam.fluid.line import Sensor
+from layerjam.mechanics.friction import at_speed
 from layerjam.mechanics.limits import self_closing_vacuum
 from layerjam.mechanics.pull import force_limits
 from layerjam.records.values import value
@@ -216,7 +217,7 @@ class Rehabilitation(Machine):
         force = self.wanted_at(angle, pace) / (r * self.brakes.parallel)
         most = MARGIN * regulator.plant.reach
         targets, held, few = targets_for(
-            force, r * (angle - exercise.start), self.brake.brake, most
+            force, r * (angle - exercise.start), self.brake.brake, most, r * pace
         )
         fine, slow = slew(targets, length / (FINE - 1), regulator.plant)
         return float((held & fine).mean()), [*few, *slow]
@@ -240,7 +241,8 @@ class Rehabilitation(Machine):
         shares = np.array([self.followed_at(made, float(s))[0] for s in SPEEDS])
         left = _vacuum_left(asked, done)
         grid = np.linspace(exercise.start, exercise.end, 101)
-        high = np.asarray(force_limits(r * (grid - exercise.start), brake)[1]) * r
+        turning = at_speed(r * exercise.speed, brake)
+        high = np.asarray(force_limits(r * (grid - exercise.start), turning)[1]) * r
         wanted = self.wanted_at(grid, np.full_like(grid, exercise.speed))
         needed = math.ceil(float(np.max(wanted / high)) - 1e-9)
         line = line_for(self.line.line, brakes.parallel)
@@ -275,7 +277,7 @@ class Rehabilitation(Machine):
     def lost_angle(self, vacuum: float, slip: float) -> float:
         """Angle [rad] by which the brakes stay drawn out: to where friction holds the enclosure."""
         at = np.linspace(0.0, slip, 400)[1:]
-        closes = np.asarray(self_closing_vacuum(at, self.brake.brake)) > vacuum
+        closes = np.asarray(self_closing_vacuum(at, at_speed(0.0, self.brake.brake))) > vacuum
         held = 0.0 if closes.all() else float(at[np.flatnonzero(~closes)[-1]])
         return held / float(self.orthosis.pulley)
 

@@ -8,6 +8,11 @@ the closed form of a slow pull (mechanics, section 2); back from it the strap is
 only pulls. Behind the last travel the strap holds on its stops. What the other brakes of a chain
 slip before their peak (0.19 mm each at full vacuum) is left out.
 
+Where friction grows with the sliding speed (a brake with a speed law) equal brakes of a chain share
+its slip evenly, and nothing snaps: force k (u - S) = R(S/s, S'/s) with s brakes in a row and R the
+sliding force of all chains at a slip and a speed. A difference between two brakes of a chain, of
+slip or of friction, grows with the slip x of each as (L2/(L2 - x))^(1/n), n the law's power.
+
 In turning the same holds with a lever: payout = lever * angle, mass = inertia / lever^2.
 """
 
@@ -20,14 +25,20 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_of, one_modulus
-from layerjam.mechanics.friction import friction_per_contact
+from layerjam.device.speed_law import SpeedLaw
+from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_of, one_modulus
+from layerjam.mechanics.friction import friction_per_contact, growth, growth_of
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.stiffness import working_stiffness
 
 ROOMS = (256, 4096)
 """Lanes that are marched at once; numbers in between are filled up."""
+NEWTON = 60
+SETTLED = 1e-11
+"""Last step of a search, over what the strap slips in a step of the march, at which it ends."""
+LITTLE = 1e-9
+"""Slip in a step [m] below which that is taken for it."""
 
 
 class Strap(NamedTuple):
@@ -38,18 +49,22 @@ class Strap(NamedTuple):
     onset: Any
     """Force at which a fresh brake begins to slide, N c L2 [N]; infinite where nothing slides."""
     fall: Any
-    """N c [N/m]."""
+    """N c [N/m], with a speed law at its test speed; the onset is that at rest."""
     sleeve: EnclosureLaw
     travel: Any
     """Usable travel of one brake [m]."""
     series: Any
+    law: SpeedLaw | None = None
+    overlap: Any = None
+    """Of one brake [m]; None without a speed law."""
 
 
 @law
 def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake) -> Strap:
     """`parallel` chains of `series` equal brakes at a vacuum [Pa] behind webbing [N/m]; broadcasts.
 
-    Valid while the strap is stiffer than the friction falls, k > N c; `snaps` tells.
+    Valid while the strap is stiffer than the friction falls, k > N c; `snaps` tells. A speed law of
+    the brake counts.
     """
     one_modulus(brake)
     every = jnp.broadcast_arrays(parallel, series, vacuum, webbing)
@@ -63,7 +78,10 @@ def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake
     )
     own = series / (parallel * working_stiffness(brake))
     travel = sheets.usable_travel + 0 * parallel
-    return Strap(1 / (own + 1 / webbing), fall * sheets.overlap, fall, sleeve, travel, series)
+    onset = fall * sheets.overlap * growth_of(0.0, brake)
+    overlap = None if brake.speed_law is None else sheets.overlap + 0 * parallel
+    stiffness, law = 1 / (own + 1 / webbing), brake.speed_law
+    return Strap(stiffness, onset, fall, sleeve, travel, series, law, overlap)
 
 
 def limiter_of(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
@@ -79,12 +97,18 @@ def limiter_of(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
     return Strap(stiffness, force, zero, none, travel, zero + 1.0)
 
 
-def snaps(strap: Strap) -> Any:
-    """Whether the strap is softer than its friction falls, so that brakes in it may snap.
+def least_stiffness(strap: Strap) -> Any:
+    """Stiffness of the strap [N/m] at which brakes in it may snap: as much as its friction falls.
 
     As friction falls by onset/L2 a metre, a strap of stiffness k slides steadily up to k L2 only.
+    Zero where friction grows with speed, which holds any spring.
     """
-    return strap.stiffness <= strap.fall
+    return strap.fall if strap.law is None else 0.0 * strap.fall
+
+
+def snaps(strap: Strap) -> Any:
+    """Whether the strap is so soft that brakes in it may snap."""
+    return strap.stiffness <= least_stiffness(strap)
 
 
 def drawn(payout: Any, slipped: Any, strap: Strap) -> Any:
@@ -102,6 +126,55 @@ def drawn(payout: Any, slipped: Any, strap: Strap) -> Any:
     slip = rising_root(drive, jnp.where(soft, 1.0, strap.stiffness - strap.fall), strap.sleeve)
     slip = jnp.minimum(jnp.where(soft & (drive > 0), strap.travel, slip), strap.travel)
     return jnp.where(used >= strap.series, slipped, jnp.maximum(slipped, base + slip))
+
+
+def paced(payout: Any, slipped: Any, pace: Any, dt: Any, strap: Strap) -> Any:
+    """`drawn` where friction grows with speed: slip [m] of a chain a step of `dt` [s] later.
+
+    `pace` [m/s] is the chain's mean speed of slip in the step before, as long. That at the end is
+    the one of a parabola through the two steps: second order in time.
+    """
+    assert strap.law is not None
+    law, series, end = strap.law, strap.series, strap.series * strap.travel
+
+    def excess(slip: Any) -> Any:
+        speed = jnp.maximum((1.5 * (slip - slipped) / dt - pace / 2) / series, 0.0)
+        each = slip / series
+        sheets = strap.fall * jnp.maximum(strap.overlap - each, 0.0) * growth(speed, law)
+        return sheets + backbone(each, strap.sleeve) - strap.stiffness * (payout - slip)
+
+    slides = (excess(slipped) < 0) & (slipped < end)
+    high = jnp.where(slides, jnp.maximum(payout, slipped), slipped)
+    guess = jnp.where(pace > 0, slipped + pace * dt, slipped + (high - slipped) / 8)
+
+    def going(state: tuple[Any, Any, Any, Any, Any]) -> Any:
+        turn, *_, moved = state
+        return (turn < NEWTON) & jnp.any(moved)
+
+    def newton(state: tuple[Any, Any, Any, Any, Any]) -> tuple[Any, Any, Any, Any, Any]:
+        turn, low, high, slip, _ = state
+        here, slope = jax.jvp(excess, (slip,), (jnp.ones_like(slip),))
+        low, high = jnp.where(here < 0, slip, low), jnp.where(here < 0, high, slip)
+        near = slip - here / jnp.where(slope > 0, slope, 1.0)
+        inside = (slope > 0) & (near >= low) & (near <= high)
+        new = jnp.where(inside, near, (low + high) / 2)
+        moved = jnp.abs(new - slip) > SETTLED * jnp.maximum(new - slipped, LITTLE)
+        return turn + 1, low, high, new, slides & moved
+
+    start = jnp.clip(guess, slipped, high)
+    found = jax.lax.while_loop(going, newton, (jnp.array(0), slipped, high, start, slides))[3]
+    return jnp.where(slides, jnp.minimum(found, end), slipped)
+
+
+def gathered(slip: Any, series: Any, brake: Brake) -> float:
+    """How many times a difference between two brakes of a chain has grown at its `slip` [m].
+
+    In first order, with a speed law: (L2/(L2 - x))^(1/n), x the slip of each, the enclosure's part
+    left out.
+    """
+    assert brake.speed_law is not None
+    left = 1 - slip / series / brake.sheets.overlap
+    return float(left ** (-1 / brake.speed_law.power)) if left > 0 else float("inf")
 
 
 def tension(payout: Any, slipped: Any, strap: Strap) -> Any:
@@ -135,6 +208,8 @@ class Ride(NamedTuple):
     """Work of the strap in slipping [J]: heat, and what stays in the enclosures."""
     put_in: Any
     """Work of the drive on the body [J]."""
+    pace: Any = None
+    """Mean speed of a chain's slip in the last step [m/s]; None where it does not count."""
 
 
 class Extremes(NamedTuple):
@@ -155,21 +230,26 @@ class Extremes(NamedTuple):
 def _start(drive: Any, body: Body, strap: Strap) -> Ride:
     lanes = jnp.broadcast_shapes(*(jnp.shape(a) for a in jax.tree.leaves((drive, body, strap))))
     zero = jnp.zeros(lanes)
-    return Ride(jnp.zeros(()), zero, zero + body.speed, zero + drive, zero, zero, zero, zero)
+    rest = jnp.zeros(()), zero, zero + body.speed, zero + drive, zero, zero, zero, zero
+    return Ride(*rest, pace=None if strap.law is None else zero)
 
 
 def _next(now: Ride, drive: Any, dt: Any, body: Body, strap: Strap) -> Ride:
-    """A step of velocity Verlet; the strap's slip is exact at every payout."""
+    """A step of velocity Verlet; without a speed law the strap's slip is exact at every payout."""
     half = now.speed + now.acceleration * dt / 2
     way = now.way + half * dt
     payout = body.ratio * way - body.slack
-    slip = drawn(payout, now.slip, strap)
+    if strap.law is None:
+        slip, pace = drawn(payout, now.slip, strap), None
+    else:
+        slip = paced(payout, now.slip, now.pace, dt, strap)
+        pace = (slip - now.slip) / dt
     force = tension(payout, slip, strap)
     push = drive - body.ratio * force / body.mass
     before = now.acceleration + body.ratio * now.force / body.mass
     heat = now.heat + (force + now.force) / 2 * (slip - now.slip)
     put_in = now.put_in + body.mass * (before + drive) / 2 * (way - now.way)
-    return Ride(now.time + dt, way, half + push * dt / 2, push, force, slip, heat, put_in)
+    return Ride(now.time + dt, way, half + push * dt / 2, push, force, slip, heat, put_in, pace)
 
 
 @jax.jit

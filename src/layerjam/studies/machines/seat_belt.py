@@ -19,7 +19,15 @@ from layerjam.mechanics.energy import slip_work
 from layerjam.studies.machines.injury import filtered
 from layerjam.studies.machines.pulse import drive
 from layerjam.studies.machines.readiness import VacuumSupply, readiness
-from layerjam.studies.machines.restraint import Body, Ride, Strap, limiter_of, ride, snaps
+from layerjam.studies.machines.restraint import (
+    Body,
+    Ride,
+    Strap,
+    least_stiffness,
+    limiter_of,
+    ride,
+    snaps,
+)
 from layerjam.studies.machines.scenario import Array, Brakes, word
 from layerjam.studies.machines.trial import Trial, first
 from layerjam.studies.machines.verdict import Bound, Machine, Result
@@ -183,7 +191,7 @@ class SeatBelt(Machine):
             found.add("N", aged_holding_force=rested * brakes.parallel)
         found.take(NEEDED, best, "needed_")
         found.take({"belt_force": "N", "belt_force_count": "1"}, least, "least_")
-        found.bound("N/m", stiffness=strap.stiffness, fall=strap.fall)
+        found.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
         if soft:
             found.warnings.append(
                 "the belt is softer than the brakes' force falls: they snap through"
@@ -192,6 +200,7 @@ class SeatBelt(Machine):
             found.warnings.append(
                 f"the brakes use up their {show(end, 'm')}; behind it the belt holds on stops"
             )
+        found.warnings += self.slid(float(braked.slip[-1]), braked.pace)
         found.judge(*BOUNDS)
         found.limits += ready.limits
         found.brakes_needed = best.get("count")

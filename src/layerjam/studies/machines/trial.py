@@ -8,6 +8,7 @@ import numpy as np
 import pandas
 
 from layerjam.mechanics.fan import straight
+from layerjam.simulate.speed import counted
 from layerjam.studies.machines.restraint import Body, Strap, extremes, snaps, strap_of
 from layerjam.studies.machines.scenario import Array, Scenario
 
@@ -27,7 +28,7 @@ class Trial(NamedTuple):
     def strap(self, **instead: Any) -> Strap:
         """The scenario's strap, or with `parallel`, `series`, `vacuum`, `webbing` instead."""
         brakes = self.scenario.brakes
-        brake = straight(self.scenario.brake.brake, "the restraint")
+        brake = straight(counted(self.scenario.brake.brake), "the restraint")
         own = {"parallel": brakes.parallel, "series": brakes.series, "vacuum": brakes.vacuum}
         made: Strap = strap_of(**(own | {"webbing": self.webbing} | instead), brake=brake)
         return made

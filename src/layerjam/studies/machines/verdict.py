@@ -7,6 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+import numpy as np
+
+from layerjam.errors import Notice
+from layerjam.simulate.speed import beyond
+from layerjam.studies.machines.restraint import gathered
 from layerjam.studies.machines.scenario import Scenario
 from layerjam.units import get, record, show
 
@@ -162,3 +167,20 @@ class Machine(Scenario):
     def analyse(self) -> Result:
         """The machine's answer; each machine says how."""
         raise NotImplementedError
+
+    def slid(self, slip: float, pace: Any) -> list[Notice]:
+        """What to say of chains that slipped [m] at paces [m/s]; None: speed does not count."""
+        if pace is None:
+            return []
+        series, brake = self.brakes.series, self.brake.brake
+        said = beyond(self.brake, float(np.max(pace)) / series)
+        if series > 1:
+            times = gathered(slip, series, brake)
+            words = (
+                f"the {series} equal brakes of a chain share its slip, as friction that grows with "
+                f"speed has it; a difference between two of them grows {times:.3g} times by the "
+                "end, and where that makes it large they slip one after the other, at a force that "
+                "falls in between"
+            )
+            said.append(Notice(words, "speed-law-chain"))
+        return said
