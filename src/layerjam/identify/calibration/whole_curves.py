@@ -46,7 +46,7 @@ def calibrate_curves(
     """Least squares over all `curves` at once.
 
     `free` names what else is fitted: "pressure_exponent", "speed", "force_offset" (of each curve).
-    A speed law of the brake's own holds where "speed" is not free, and gives way where it is.
+    A speed law of the brake's own is kept where "speed" is not free, and replaced where it is.
     Raises FitError where the curves cannot tell what is asked for, or one does not follow the law.
     """
     unknown = [name for name in free if name not in FREE]
