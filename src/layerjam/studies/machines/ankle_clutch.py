@@ -242,8 +242,7 @@ def _drawn(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
         if law is None:
             slip = restraint.drawn(reach, slipped, strap)
         else:
-            strap = strap._replace(law=law)
-            slip = restraint.paced(reach, slipped, pace, step, strap)
+            slip = restraint.paced(law, reach, slipped, pace, step, strap)
             pace = (slip - slipped) / step
         return (slip, pace), (slip, restraint.tension(reach, slip, strap))
 

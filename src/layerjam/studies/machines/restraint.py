@@ -128,14 +128,13 @@ def drawn(payout: Any, slipped: Any, strap: Strap) -> Any:
     return jnp.where(used >= strap.series, slipped, jnp.maximum(slipped, base + slip))
 
 
-def paced(payout: Any, slipped: Any, pace: Any, dt: Any, strap: Strap) -> Any:
+def paced(law: SpeedLaw, payout: Any, slipped: Any, pace: Any, dt: Any, strap: Strap) -> Any:
     """`drawn` where friction grows with speed: slip [m] of a chain a step of `dt` [s] later.
 
     `pace` [m/s] is the chain's mean speed of slip in the step before, as long. That at the end is
     the one of a parabola through the two steps: second order in time.
     """
-    assert strap.law is not None
-    law, series, end = strap.law, strap.series, strap.series * strap.travel
+    series, end = strap.series, strap.series * strap.travel
 
     def excess(slip: Any) -> Any:
         speed = jnp.maximum((1.5 * (slip - slipped) / dt - pace / 2) / series, 0.0)
@@ -166,15 +165,14 @@ def paced(payout: Any, slipped: Any, pace: Any, dt: Any, strap: Strap) -> Any:
     return jnp.where(slides, jnp.minimum(found, end), slipped)
 
 
-def gathered(slip: Any, series: Any, brake: Brake) -> float:
+def gathered(law: SpeedLaw, slip: Any, series: Any, brake: Brake) -> float:
     """How many times a difference between two brakes of a chain has grown at its `slip` [m].
 
-    In first order, with a speed law: (L2/(L2 - x))^(1/n), x the slip of each, the enclosure's part
+    In first order, with its speed law: (L2/(L2 - x))^(1/n), x the slip of each, the enclosure
     left out.
     """
-    assert brake.speed_law is not None
     left = 1 - slip / series / brake.sheets.overlap
-    return float(left ** (-1 / brake.speed_law.power)) if left > 0 else float("inf")
+    return float(left ** (-1 / law.power)) if left > 0 else float("inf")
 
 
 def tension(payout: Any, slipped: Any, strap: Strap) -> Any:
@@ -242,7 +240,7 @@ def _next(now: Ride, drive: Any, dt: Any, body: Body, strap: Strap) -> Ride:
     if strap.law is None:
         slip, pace = drawn(payout, now.slip, strap), None
     else:
-        slip = paced(payout, now.slip, now.pace, dt, strap)
+        slip = paced(strap.law, payout, now.slip, now.pace, dt, strap)
         pace = (slip - now.slip) / dt
     force = tension(payout, slip, strap)
     push = drive - body.ratio * force / body.mass

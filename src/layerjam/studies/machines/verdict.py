@@ -170,12 +170,13 @@ class Machine(Scenario):
 
     def slid(self, slip: float, pace: Any) -> list[Notice]:
         """What to say of chains that slipped [m] at paces [m/s]; None: speed does not count."""
-        if pace is None:
+        law = self.brake.brake.speed_law
+        if pace is None or law is None:
             return []
         series, brake = self.brakes.series, self.brake.brake
         said = beyond(self.brake, float(np.max(pace)) / series)
         if series > 1:
-            times = gathered(slip, series, brake)
+            times = gathered(law, slip, series, brake)
             words = (
                 f"the {series} equal brakes of a chain share its slip, as friction that grows with "
                 f"speed has it; a difference between two of them grows {times:.3g} times by the "
