@@ -468,3 +468,31 @@ def test_a_pull_of_a_fan_is_that_at_the_friction_of_its_speed() -> None:
         vacuum=40e3, speed=0.013, travel=0.02,
     )  # fmt: skip
     np.testing.assert_allclose(slow.record.force, bare.record.force, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_a_stack_slides_with_the_friction_of_the_crosshead() -> None:
+    pulled = lj.tensile(FAST, vacuum=50e3, speed=0.5, travel=0.02, model="stack")
+    film, sheets, shell = PTFE.brake.film, PTFE.brake.sheets, PTFE.brake.enclosure
+    grows = ((1e-3 + 0.5) / (1e-3 + 0.013)) ** 0.3
+    x = float(pulled.record.slip[-1])
+    per_contact = PTFE.brake.scale_factor * film.kinetic * (sheets.count - 1) * sheets.width * 50e3
+    root = shell.modulus * shell.wall * film.friction_on_silicone * 50e3
+    strips = 2 * sheets.width * np.sqrt(root * x)
+    expected = grows * per_contact * (sheets.overlap - x) + strips
+    assert pulled.force_at_end == pytest.approx(expected, rel=1e-3)
+    keys = [n.key for n in pulled.warnings if hasattr(n, "key")]
+    assert "speed-law" in keys
+    # grown beyond the static friction there is no jump: nothing is held more than it slides
+    static = lj.tensile(FAST, vacuum=50e3, speed=0.5, travel=0.02, model="stack", static=True)
+    assert static.peak_force == pytest.approx(pulled.peak_force, rel=1e-9)
+
+
+def test_the_vacuum_for_a_force_is_that_of_the_sliding_speed() -> None:
+    wanted = lj.force(FAST, slip=0.02, vacuum=40e3, sliding_speed=0.5).force
+    found = lj.vacuum(FAST, slip=0.02, force=wanted, sliding_speed=0.5)
+    assert found.vacuum == pytest.approx(40e3, rel=1e-9)
+    slow = lj.vacuum(FAST, slip=0.02, force=0.6 * wanted)
+    fast = lj.vacuum(FAST, slip=0.02, force=0.6 * wanted, sliding_speed=0.5)
+    assert slow.vacuum is None or slow.vacuum > 1.5 * fast.vacuum  # type: ignore[operator]
+    assert "at-test-speed" in [getattr(n, "key", "") for n in slow.warnings]

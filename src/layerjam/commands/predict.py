@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SLIDING_SPEED = QuantitySpec("m/s", "sliding speed of the sheets", hi=100, example="500mm/s")
+SlidingSpeed = Annotated[
+    float | str | None, SLIDING_SPEED, Help("Speed at which the sheets slide.")
+]
 
 
 @result
@@ -182,9 +185,7 @@ def force(
     *,
     slip: Slips,
     vacuum: Vacuums,
-    sliding_speed: Annotated[
-        float | str | None, SLIDING_SPEED, Help("Speed at which the sheets slide.")
-    ] = None,
+    sliding_speed: SlidingSpeed = None,
     atmosphere: Atmosphere = None,
 ) -> BrakeForce:
     """Force of the sliding brake at a slip and a vacuum.
@@ -265,18 +266,26 @@ class VacuumForForce(Result):
     examples=("layerjam vacuum choi2018-kapton --slip 20mm --force 100N",),
 )
 def vacuum(
-    brake: BrakeInput, *, slip: Slips, force: Forces, atmosphere: Atmosphere = None
+    brake: BrakeInput,
+    *,
+    slip: Slips,
+    force: Forces,
+    sliding_speed: SlidingSpeed = None,
+    atmosphere: Atmosphere = None,
 ) -> VacuumForForce:
     """Vacuum that makes the sliding brake resist with a force at a slip.
 
     `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at
     the site's full vacuum. Arrays of slip and force broadcast; NaN stands where there is no vacuum.
+    Without a `sliding_speed` the force is that at the speed at which friction was measured.
     """
     import numpy as np
 
     from layerjam.mechanics.pull import force_limits, vacuum_for_force
+    from layerjam.simulate.speed import of_force
 
-    notices = slip_within(slip, brake.brake)
+    notices = [*slip_within(slip, brake.brake), *of_force(brake, sliding_speed)]
+    brake = _sliding(brake, sliding_speed)
     pressure = _numbers(vacuum_for_force(force, slip, brake.brake))
     low, high = (_numbers(edge) for edge in force_limits(slip, brake.brake))
     feasible = bool(np.isfinite(pressure).all())
@@ -290,6 +299,13 @@ def vacuum(
         warnings=[*brake.warnings(), *notices],
         record=(brake, slip, force, pressure),
     )
+
+
+def _sliding(file: BrakeFile, speed: Any) -> BrakeFile:
+    """The file with the friction of sheets that slide at a speed [m/s], if one is given."""
+    from layerjam.mechanics.friction import at_speed
+
+    return file if speed is None else replace(file, brake=at_speed(speed, file.brake))
 
 
 def _why_not(device: Any, slip: Any, force: Any, pressure: Any, low: Any, high: Any) -> str:

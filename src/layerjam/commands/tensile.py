@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command
@@ -20,7 +21,7 @@ from layerjam.commands.quantities import (
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, ProcedureError, QuantityError
-from layerjam.simulate.procedure import Procedure, parse_procedure, simple_pull
+from layerjam.simulate.procedure import Procedure, Pull, Return, parse_procedure, simple_pull
 from layerjam.simulate.quantities import SEED
 from layerjam.units import QuantitySpec
 
@@ -170,7 +171,8 @@ def _stack(
     """The pull sheet by sheet, and its spread over stacks whose interfaces scatter."""
     import numpy as np
 
-    from layerjam.simulate.stack import tensile_stack  # compiled loops, only where asked for
+    # compiled loops, only where asked for
+    from layerjam.simulate.stack import sliding_at, tensile_stack
     from layerjam.simulate.stack_spread import peak_spread
 
     if scatter is None and (samples is not None or seed is not None):
@@ -186,7 +188,9 @@ def _stack(
     def share(done: int, asked: int) -> None:
         tell("scatter", done / asked)
 
-    spread = peak_spread(brake, highest, scatter, count, start, **layout, progress=share)
+    pace = next(step.speed for step in steps.steps if isinstance(step, Pull | Return))
+    paced = replace(brake, brake=sliding_at(pace, brake.brake))
+    spread = peak_spread(paced, highest, scatter, count, start, **layout, progress=share)
     notices = []
     if spread.done < count:
         said = f"stopped: {spread.done} of {count} stacks were pulled, and those count"

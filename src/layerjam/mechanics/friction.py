@@ -70,7 +70,7 @@ def at_speed(speed: Any, brake: Brake) -> Brake:
     """The brake with the friction of sheets that slide at a speed [m/s], whatever they then do."""
     if brake.speed_law is None:
         return brake
-    kinetic: Any = brake.film.kinetic * growth(speed, brake.speed_law)
+    kinetic: Any = growth(speed, brake.speed_law) * brake.film.kinetic
     return replace(brake, film=replace(brake.film, kinetic=kinetic), speed_law=None)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from layerjam.device.brake import Brake
@@ -86,6 +87,22 @@ def in_a_pull(file: BrakeFile, speed: float) -> list[Notice]:
         "that stands, the last one counts"
     )
     return [Notice(words, "speed-law"), *beyond(file, speed)]
+
+
+def in_a_stack(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
+    """What a pull sheet by sheet has to say whose moves go at speeds [m/s]; the first counts."""
+    first, most = speeds[0], max(speeds)
+    if file.brake.speed_law is None:
+        return [UNMEASURED] if most > SLOW else []
+    if not follows_speed(file.brake):
+        return []
+    words = (
+        f"every interface has the friction of the brake's [speed_law] at {show(first, 'm/s')}, the "
+        "speed of the crosshead"
+    )
+    if any(speed != first for speed in speeds):
+        words += " in the first move; the others count with it too (the lumped model follows them)"
+    return [Notice(words, "speed-law"), *beyond(file, first)]
 
 
 def in_a_slide(file: BrakeFile, speed: float, fastest: float) -> list[Notice]:

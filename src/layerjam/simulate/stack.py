@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,13 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import ProcedureError
+from layerjam.mechanics.friction import at_speed
 from layerjam.mechanics.pull import peak
 from layerjam.mechanics.stack.pull import StackPull, pull_stack
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
 from layerjam.simulate.record import Outcome, TensileRecord
+from layerjam.simulate.speed import in_a_stack
 from layerjam.simulate.stack_layout import Housing, Interfaces, fan_of_stack, stack_of
 from layerjam.simulate.tensile import remarks
 
@@ -64,6 +67,13 @@ def _path(first: Evacuate, rest: list[Pull | Return | Hold], brake: Brake) -> tu
     return np.concatenate(times), np.concatenate(positions)
 
 
+def sliding_at(speed: float, brake: Brake) -> Brake:
+    """The brake with its kinetic friction at a speed [m/s]; its static one is then no less."""
+    made = at_speed(speed, brake)
+    static = max(float(brake.film.static), float(made.film.kinetic))
+    return replace(made, film=replace(made.film, static=static))
+
+
 def tensile_stack(
     file: BrakeFile,
     procedure: Procedure,
@@ -79,10 +89,12 @@ def tensile_stack(
     Gives the record (slip is the mean over the interfaces) and what every sheet and interface did.
     Outcomes as for the lumped brake; CLOSED_BY_SLEEVE where, unloaded, every interface slid back.
     `interfaces`, `housing`, `static` and `one_by_one` are those of `stack_of`. `progress` is called
-    with the share done. Raises ProcedureError for a procedure that changes the vacuum or does not
-    pull.
+    with the share done. With a speed law every interface has the friction of the first move's
+    speed. Raises ProcedureError for a procedure that changes the vacuum or does not pull.
     """
-    brake, (first_step, moves) = file.brake, _checked(procedure)
+    first_step, moves = _checked(procedure)
+    speeds = [step.speed for step in moves if not isinstance(step, Hold)]
+    brake = sliding_at(speeds[0], file.brake)
     vacuum = first_step.to
     layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}
     stack = stack_of(brake, vacuum, one_by_one=one_by_one, **layout)
@@ -115,7 +127,11 @@ def tensile_stack(
         procedure=procedure.text(),
         brake=file,
         model="stack",
-        warnings=(*file.warnings(), *remarks(outcome, vacuum, path[:count], slip, brake)),
+        warnings=(
+            *file.warnings(),
+            *remarks(outcome, vacuum, path[:count], slip, brake),
+            *in_a_stack(file, speeds),
+        ),
     )
     return record, result
 
