@@ -178,7 +178,6 @@ def calibrate(
     this part of its value.
     """
     from layerjam.identify.calibration.peaks import fit_pull
-    from layerjam.identify.calibration.speed_law import on_speed
     from layerjam.identify.curves import usable
     from layerjam.identify.provenance import calibrated_text
 
@@ -210,7 +209,6 @@ def calibrate(
             *brake.warnings(without=fitted),
             *odd,
             *_without_slope(found),
-            *on_speed(found),
             *one_of_all(found.pulls),
             *said,
         ],
@@ -220,7 +218,10 @@ def calibrate(
 
 
 def _without_slope(found: Calibration) -> Iterator[Notice]:
-    """Which pulls tell the scale factor only."""
+    """Which pulls tell the scale factor only, and what a fit over speed says."""
+    from layerjam.identify.calibration.speed_law import on_speed
+
+    yield from on_speed(found)
     for one in found.fits if found.fit is None else ():
         if one.stiffness is None:
             yield Notice(
