@@ -1,0 +1,75 @@
+"""The FMUs in tools that nobody here wrote: FMPy, its build of the sources, fmutool's checks."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from layerjam.commands.export import export_fmu
+from layerjam.device.load import catalogue
+
+fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed: `make interop` has it")
+validation = pytest.importorskip("fmpy.validation")
+BOTH = pytest.mark.parametrize("version", ["3", "2"])
+OUTPUTS = ("force", "slip", "work", "heat")
+LAST = (88.14862277, 39.32710975e-3, 5.305468488, 5.089966247)
+"""After 40 mm at 94.5 kPa: shared/design/interop.md, section 4, check 7."""
+
+
+def made(folder: Path, version: str, brake: str = "choi2018-kapton", **options: object) -> Path:
+    path = folder / f"{brake}-{version}.fmu"
+    export_fmu(brake, out=path, fmi=version, **options)  # type: ignore[arg-type]
+    return path
+
+
+@BOTH
+@pytest.mark.parametrize("brake", sorted(catalogue()))
+def test_fmpy_and_fmutool_find_no_problem(tmp_path, version, brake):
+    path = made(tmp_path, version, brake)
+    assert validation.validate_fmu(str(path)) == []
+    tool = Path(sys.executable).parent / "fmutool"
+    done = subprocess.run(
+        [tool, "-input", path, "-check"], capture_output=True, text=True, check=True
+    )
+    said = done.stdout + done.stderr
+    assert f"compliant with FMI-{version}.0" in said and "No semantic error" in said
+
+
+@BOTH
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+def test_a_pull_ends_where_the_law_says(tmp_path, version, kind):
+    pull = np.array(
+        [(0.0, 0.0, 0.01, 94.5e3), (4.0, 0.04, 0.01, 94.5e3)],
+        dtype=[(name, float) for name in ("time", "elongation", "velocity", "vacuum")],
+    )
+    rows = fmpy.simulate_fmu(
+        str(made(tmp_path, version)),
+        fmi_type=kind,
+        input=pull,
+        stop_time=4.0,
+        output_interval=0.01,
+        output=OUTPUTS,
+    )
+    exact = kind == "CoSimulation"
+    for name, wanted in zip(OUTPUTS, LAST, strict=True):
+        assert rows[name][-1] == pytest.approx(wanted, abs=1e-8 if exact else 1e-6)
+    if exact:
+        top = int(np.argmax(rows["force"]))
+        assert rows["force"][top] == pytest.approx(175.9205338, abs=1e-7)
+        assert rows["time"][top] == pytest.approx(0.15)
+
+
+@BOTH
+def test_the_sources_build_without_a_warning(tmp_path, version):
+    path = made(tmp_path, version, sources_only=True)
+    command = [sys.executable, "-m", "fmpy", "compile", path]
+    command += ["--all-warnings", "--warning-as-error"]
+    subprocess.run(command, check=True, capture_output=True)
+    rows = fmpy.simulate_fmu(
+        str(path), start_values={"elongation": 1e-3, "vacuum": 94.5e3}, stop_time=0.1
+    )
+    assert rows["force"][-1] == pytest.approx(131.0, abs=1e-6)
