@@ -95,7 +95,7 @@ def _family(word: str) -> Any:
     inner = typer.Typer(
         name=word,
         cls=type("Family", (Commands,), {"first": word}),
-        help=f"Say what to {word}.",
+        help="Name one of the commands below.",
         add_completion=False,
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
