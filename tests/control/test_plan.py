@@ -192,6 +192,7 @@ def test_a_standing_vacuum_is_let_off_for_a_tuned_stop():
     assert Standby(vented, 60e3).vented(5.0) == pytest.approx(0.0, abs=1.0)
 
 
+@pytest.mark.slow
 def test_a_stretching_sleeve_is_stopped_with_its_line():
     line = replace(PAPER, chamber=replace(PAPER.chamber, volume_per_slip=4e-5))
     made = plan(KAPTON, line, at(speed=1.8))

@@ -69,6 +69,7 @@ def test_the_increment_is_the_kernel(dtype, newtons):
     assert parted >= 2
 
 
+@pytest.mark.slow
 @CC
 def test_the_twin_without_a_compiler_moves_refuses_and_remembers():
     twin, kernel = Increment(NUMBERS), Kernel(KAPTON)
@@ -104,6 +105,7 @@ def test_a_held_load_changes_no_bit_however_often_it_is_asked_for():
         assert COMPILED(last, 1.001 * hold / NUMBERS.stiffness, 94.5e3, NUMBERS).slip > 0
 
 
+@pytest.mark.slow
 @CC
 def test_numbers_that_mean_nothing_leave_the_last_vacuum():
     """Traced code cannot raise: the plugin does the same with a control that is no number."""

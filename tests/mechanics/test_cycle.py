@@ -223,6 +223,7 @@ def test_held_open_by_full_vacuum_then_vented_it_closes(vacuum):
     assert bool(made.closed[2]) and not bool(made.closed[1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_games_with_crosshead_and_pump_win_nothing(seed):
     check_games(seed, 400, 24)

@@ -187,6 +187,7 @@ def test_forces_work_peaks_and_pulls_are_those_of_plain_python():
             assert plain_force(x, float(closing[i]), brake) == pytest.approx(2 * strip, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_history_of_the_crosshead_meets_the_pull_and_keeps_its_energy():
     path = np.concatenate([np.linspace(0, 0.03, 60), np.linspace(0.03, 0.024, 40)])
     path = np.concatenate([path, np.linspace(0.024, 0.04, 60)])
@@ -318,6 +319,7 @@ def test_a_pull_too_weak_to_slide_and_a_spring_too_soft_are_told():
     assert slope == pytest.approx(-0.5 * least, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_gradients_are_those_of_differences():
     def of(law, *case):
         def value(x, thickness, free):

@@ -129,6 +129,7 @@ def test_small_strains_obey_the_one_modulus_and_no_vacuum_stretches_evenly(model
     assert (made.force[3] == 0).all() and (made.heat[3] == 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vacuum", [500.0, FULL])
 def test_work_is_the_area_under_the_force_and_a_pull_s_too(vacuum: float) -> None:
     brake = brake_of("yeoh")
@@ -147,6 +148,7 @@ def test_work_is_the_area_under_the_force_and_a_pull_s_too(vacuum: float) -> Non
     np.testing.assert_allclose(pulled[sliding], force, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_gradients_are_those_of_differences() -> None:
     brake = brake_of("yeoh")
     names = ("c10", "c20", "c30")

@@ -185,6 +185,7 @@ def test_little_damping_is_none():
 TIMES = np.array([0.0, 0.01, 0.06])
 
 
+@pytest.mark.slow
 def test_a_history_that_does_not_change_is_the_constant_vacuum():
     samples = np.full(3, FULL)
     one = stop_in_time(1.0, 2.5, samples, TIMES, ROPE, None, G, 1e-4, MANY, KAPTON)

@@ -58,6 +58,7 @@ print(*map(repr, found.tolist()))
 """
 
 
+@pytest.mark.slow
 def test_the_numbers_are_those_of_double_precision() -> None:
     env = {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
     env |= {"JAX_PLATFORMS": "cpu", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}

@@ -63,6 +63,7 @@ def chained(slip: np.ndarray, vacuum: np.ndarray, nodes: int) -> np.ndarray:
     return np.array(rows).T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HISTORIES)
 def test_nested_loops_agree_with_a_chain_of_sliders(name: str) -> None:
     """Within the chain's error, which falls as it is refined."""

@@ -93,6 +93,7 @@ def test_two_sheets_by_hand():
     assert z == pytest.approx([0.6, 0.6])
 
 
+@pytest.mark.slow
 def test_balance_bounds_and_direction_hold_at_every_increment():
     """What makes a state right, checked from the outside, with scatter, sleeve, mount and walls."""
     random = np.random.default_rng(5)

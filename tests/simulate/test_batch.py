@@ -154,6 +154,7 @@ TIMES, VENT = np.array([0.0, 0.01, 0.06]), np.array([94.5e3, 94.5e3, 40e3])
 MARCH = {"rope": 16.8e3, "damping": None, "gravity": G, "step": 1e-4, "steps": 4000.0}
 
 
+@pytest.mark.slow
 def test_a_history_is_held_fixed_for_all_cases():
     fixed = {"vacuum": VENT, "times": TIMES, **MARCH}
     speed = np.array([1.0, 2.0, 2.5])

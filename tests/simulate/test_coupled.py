@@ -98,6 +98,7 @@ def test_gas_and_energy_are_accounted_for(polytropic):
     assert made.timed.outcome is Outcome.STOPPED
 
 
+@pytest.mark.slow
 def test_stretching_stops_sooner_at_part_vacuum_and_hardly_at_full():
     """What is left of the gas counts: p A_s d / V over the vacuum."""
     line = stretching(4e-5)

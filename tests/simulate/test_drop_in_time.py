@@ -55,6 +55,7 @@ def test_a_damped_rope_comes_to_rest_at_the_weight():
     assert (np.diff(record.slip) >= 0).all()
 
 
+@pytest.mark.slow
 def test_venting_after_the_stop_lets_the_weight_down():
     vent = History(np.array([0.0, 0.05, 0.15, 1.0]), np.array([94.5e3, 94.5e3, 3e3, 3e3]))
     timed, record = drop_in_time(

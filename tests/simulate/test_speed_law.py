@@ -112,6 +112,7 @@ def test_a_stop_is_what_another_integrator_finds(
     assert int(made.outcome) == (STOPPED if end < 1e-6 else BOTTOMED_OUT)
 
 
+@pytest.mark.slow
 def test_energy_is_kept_over_random_brakes_and_friction_at_rest_bounds_the_slip() -> None:
     rng, n = np.random.default_rng(5), 64
     plain = random_brakes(11, n, exponent=True)
@@ -297,6 +298,7 @@ def test_the_rosenbrock_method_is_of_fourth_order_and_damps_what_is_stiff() -> N
     assert after[0, 0] == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_pull_is_that_of_a_brake_with_the_friction_of_its_speed() -> None:
     faster = replace(
         PTFE.brake,
