@@ -74,9 +74,11 @@ def _sheets(force: float, brake: Brake, lengths: Lengths, held: bool) -> Iterato
         else:
             ok = stress <= strength
             text += f" of {_pascals(strength)} that the film bears{kind}"
-            if spared:
-                text += ", if the clamp did not hold by friction"
+            if spared and not ok:
+                text += "; above it the clamp has to hold by friction (C8)"
                 ok = True
+            elif spared:
+                text += ", if the clamp did not hold by friction"
         yield Check(
             code="C7",
             ok=ok,
