@@ -52,6 +52,7 @@ def test_the_bare_drop_has_a_reading():
     assert ideal.measured_peak_g == pytest.approx(bare.peak_g, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_snap_in_a_rising_history_gives_its_reason_not_a_remark():
     rising = History(np.array([0.001, 0.03]), np.array([20e3, 94.5e3]))
     answer = drop(

@@ -120,6 +120,7 @@ def false_advice(cases: int, seed: int) -> tuple[list[Any], Counter[str]]:
     return wrong, met
 
 
+@pytest.mark.slow
 def test_every_advice_of_120_random_cases_does():
     wrong, met = false_advice(120, seed=14)
     assert wrong == []

@@ -72,6 +72,7 @@ def test_what_is_refused():
 TUBED = BENCH + '[tube]\nlength = "2 m"\nbore = "2 mm"\n'
 
 
+@pytest.mark.slow
 def test_a_tubes_delay_and_lag_are_said_where_they_matter():
     long = rise(LineFile.read(TUBED, "a"), target="50 kPa")
     assert long.tube_delay == pytest.approx(2.0 / 290.1, rel=1e-3)

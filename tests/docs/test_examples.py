@@ -18,8 +18,8 @@ def practice(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-LONG = ("stack.md", "models.md")
-"""Pages that compile for half a minute."""
+LONG = ("stack.md", "models.md", "vacuum.md", "bayes.md")
+"""Pages that compile or sample for a quarter of a minute and more."""
 PAGES = [
     pytest.param(p, id=str(p.relative_to(examples.ROOT)),
                  marks=[pytest.mark.slow] if p.name in LONG else [])

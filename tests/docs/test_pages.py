@@ -149,7 +149,13 @@ def _rows() -> dict[str, set[str]]:
     return found
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow) if name == "reproduce" else name
+        for name in COMMANDS
+    ],
+)
 def test_json_has_the_keys_of_the_table(
     name: str, reader: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

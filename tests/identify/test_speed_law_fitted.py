@@ -57,6 +57,7 @@ def stopped(mass: float, arrival: float, vacuum: float) -> float:
     return float(made.y[2, -1])
 
 
+@pytest.mark.slow
 def test_a_fitted_growth_is_written_and_the_brake_stops_as_the_truth_does() -> None:
     curves = campaign((40e3, 90e3), 1, slope=SLOPE, speeds=SPEEDS)
     found = calibrate_curves(curves, BLANK.brake, ("speed",))

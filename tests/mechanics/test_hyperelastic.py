@@ -171,6 +171,7 @@ def test_gradients_are_those_of_differences() -> None:
             assert float(slope) == pytest.approx(float(rise) / (2 * step), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_beyond_the_strain_that_was_fitted_there_is_no_force() -> None:
     brake = brake_of("yeoh", top=2.0)
     most = float(greatest_slip(FULL, brake))
@@ -188,6 +189,7 @@ def test_a_brake_with_one_modulus_has_no_fitted_strain() -> None:
         greatest_slip(FULL, replace(brake_of("yeoh"), hyperelastic=None))
 
 
+@pytest.mark.slow
 def test_a_pull_peaks_where_the_strain_is_q_over_c() -> None:
     brake = brake_of("yeoh")
     record = tensile(replace(load("choi2018-kapton"), brake=brake), simple_pull(FULL, 0.01, 0.03))

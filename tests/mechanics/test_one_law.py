@@ -49,6 +49,7 @@ def check(seed: int, count: int, steps: int = 40) -> None:
     assert np.asarray(together(*case)) == pytest.approx(np.asarray(apart(*case)), abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_compiled_for_one_or_for_many_the_force_is_the_same(seed):
     check(seed, 2000)

@@ -96,6 +96,7 @@ def test_small_strains_without_softening_follow_masing_s_rule() -> None:
         np.testing.assert_allclose(ours, due, atol=2e-4 * due.max(axis=1).max(), rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_first_loading_is_the_closed_one_and_the_cells_converge_with_their_square() -> None:
     slip = 0.04 * path(0, 1, steps=20)[1:]
     due = np.asarray(enclosure_force(slip, 2e3, SOFT))

@@ -63,6 +63,7 @@ def test_shut_off_and_not_stretching_is_constant_vacuum():
     assert made.rounds <= 2 and not made.matters
 
 
+@pytest.mark.slow
 def test_boyles_law_and_the_energy_of_a_brake_without_sleeve():
     """Shut off, P is a function of slip alone, and the travel the root of an integral."""
     file, line, area = bare(), stretching(4e-5), 4e-5
@@ -110,6 +111,7 @@ def test_stretching_stops_sooner_at_part_vacuum_and_hardly_at_full():
     assert part.vacuum_change == pytest.approx(boyle(40e3, part.timed.slip, line) - 40e3, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_rounds_converge_faster_than_a_geometric_row():
     line = stretching(1e-4)
     made = coupled_drop(KAPTON, line, **CASE, start=40e3, drive=SHUT, tolerance=1e-7)

@@ -169,6 +169,7 @@ def test_a_duration_shorter_than_the_stop_ends_there():
     assert record.speed_of_mass[-1] > 0
 
 
+@pytest.mark.slow
 def test_a_mass_at_rest_is_not_marched_on():
     """An hour of hanging takes no longer than the swings before; the state stays bit for bit."""
     how = {"vacuum": 94.5e3, "rope_damping": 60.0, **CASE}

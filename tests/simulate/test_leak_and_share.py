@@ -131,6 +131,7 @@ def test_without_leak_and_share_all_is_bit_for_bit_as_before():
         assert np.array_equal(law(slips, FULL, whole), law(slips, FULL, KAPTON))
 
 
+@pytest.mark.slow
 def test_a_drop_with_a_leak_is_the_drop_under_that_history():
     case = {"mass": 1.0, "speed": 2.5}
     for leak_time, held in ((0.5, 0.1), (300.0, 60.0)):
@@ -173,6 +174,7 @@ def test_a_wet_brake_is_pressed_by_the_share_too():
         assert float(here) == pytest.approx(float(less + more), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_commands_take_the_share_and_the_gauge_reads_the_vacuum():
     share, bare = 0.7, change(KAPTON, enclosure__modulus=1e3, stiffness_measured=1e9)
     made = lj.tensile(bare, vacuum=FULL, speed=0.01, travel=0.02, vacuum_share=share)

@@ -153,6 +153,7 @@ def _force_of(made: Any, vacuum: Any, spring: Any, brakes: Brake) -> Any:
     return np.sqrt(2 * spring * np.maximum(np.asarray(made.stored) - enclosure, 0.0))
 
 
+@pytest.mark.slow
 def test_without_growth_it_is_the_present_answer_to_the_last_bit() -> None:
     flat = PTFE.with_(**{**LAW, "speed_law_power": 0.0})
     history = History(np.array([0.0, 0.01, 1.0]), np.array([80e3, 94e3, 94e3]))
@@ -186,6 +187,7 @@ def test_the_solver_in_time_agrees_and_is_of_second_order() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", [94.5e3, 40e3])
 def test_a_vacuum_that_changes_is_what_another_integrator_finds(end: float) -> None:
     # an enclosure that hardly pulls, whose memory then does not matter
@@ -363,6 +365,7 @@ def test_the_tuned_vacuum_stops_where_another_integrator_says() -> None:
         jax.grad(lambda v: tuned_vacuum(1.0, v, slip, SPRING, G, FAST.brake))(2.0)
 
 
+@pytest.mark.slow
 def test_spacers_take_from_the_scale_factor_what_it_holds_of_a_fan() -> None:
     held = FAST.brake.amplification_held
     assert held is not None

@@ -107,6 +107,7 @@ def of_the_laboratory(practice, folder) -> list[tuple[str, Result]]:
     return made
 
 
+@pytest.mark.slow
 def test_every_copy_runs_in_a_fresh_process(practice, tmp_path):
     (tmp_path / "small.toml").write_text(SPEC)
     made = [one for kind, settings in PAGES for one in asked(kind, settings)]
