@@ -7,6 +7,7 @@ import json
 import os
 import secrets
 import shutil
+import tempfile
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -43,6 +44,8 @@ def _checked(path: Path, force: bool) -> Path:
         raise FileError(path, f"cannot be made: there is no folder {path.parent}")
     if not os.access(path.parent, os.W_OK):
         raise FileError(path, f"cannot be made: the folder {path.parent} is read-only")
+    with tempfile.TemporaryDirectory(prefix=".layerjam-", dir=path.parent):
+        pass  # an administrator may write anywhere, and yet not everywhere
     if path.is_dir():
         if not force:
             raise FileError(path, "exists already; --force replaces it")

@@ -211,12 +211,7 @@ NO_SET(String)
 fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
 {
     unit *one = component;
-    if (*state == NULL)
-        *state = malloc(sizeof one->model);
-    if (*state == NULL)
-        return refuse(component, "state: no memory left");
-    memcpy(*state, &one->model, sizeof one->model);
-    return fmi2OK;
+    return lj_model_keep(&one->model, state, one->text) ? failed(one) : fmi2OK;
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
@@ -244,25 +239,15 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate stat
 fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[],
                                  size_t size)
 {
-    if (size < LJ_MODEL_BYTES)
-        return refuse(component, "state: more bytes are needed");
-    lj_model_pack(state, (unsigned char *)bytes);
-    return fmi2OK;
+    unit *one = component;
+    return lj_model_pack(state, (unsigned char *)bytes, size, one->text) ? failed(one) : fmi2OK;
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size,
                                    fmi2FMUstate *state)
 {
     unit *one = component;
-    lj_model model;
-    if (lj_model_unpack(&model, (const unsigned char *)bytes, size, one->text))
-        return failed(one);
-    if (*state == NULL)
-        *state = malloc(sizeof model);
-    if (*state == NULL)
-        return refuse(component, "state: no memory left");
-    memcpy(*state, &model, sizeof model);
-    return fmi2OK;
+    return lj_model_unpack(state, (const unsigned char *)bytes, size, one->text) ? failed(one) : fmi2OK;
 }
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component component,

@@ -262,12 +262,7 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance instance, fmi3ValueReference
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state)
 {
     unit *one = instance;
-    if (*state == NULL)
-        *state = malloc(sizeof one->model);
-    if (*state == NULL)
-        return refuse(instance, "state: no memory left");
-    memcpy(*state, &one->model, sizeof one->model);
-    return fmi3OK;
+    return lj_model_keep(&one->model, state, one->text) ? failed(one) : fmi3OK;
 }
 
 fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state)
@@ -295,25 +290,15 @@ fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state,
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[],
                                  size_t size)
 {
-    if (size < LJ_MODEL_BYTES)
-        return refuse(instance, "state: more bytes are needed");
-    lj_model_pack(state, bytes);
-    return fmi3OK;
+    unit *one = instance;
+    return lj_model_pack(state, bytes, size, one->text) ? failed(one) : fmi3OK;
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size,
                                    fmi3FMUState *state)
 {
     unit *one = instance;
-    lj_model model;
-    if (lj_model_unpack(&model, bytes, size, one->text))
-        return failed(one);
-    if (*state == NULL)
-        *state = malloc(sizeof model);
-    if (*state == NULL)
-        return refuse(instance, "state: no memory left");
-    memcpy(*state, &model, sizeof model);
-    return fmi3OK;
+    return lj_model_unpack(state, bytes, size, one->text) ? failed(one) : fmi3OK;
 }
 
 /* ---- slopes ---- */

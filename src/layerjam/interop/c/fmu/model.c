@@ -5,6 +5,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "values.h"
@@ -151,11 +152,10 @@ static double input(const lj_model *model, unsigned reference)
     return model->input[reference - LJ_FIRST_INPUT];
 }
 
-static int move(const lj_model *model, lj_brake const *brake, lj_state *state, double elongation,
+static int move(const lj_model *model, const lj_brake *brake, lj_state *state, double elongation,
                 char *text)
 {
     lj_move(brake, state, elongation, input(model, LJ_VACUUM), 0);
-    (void)model;
     if (state->flags & LJ_REFUSED)
         return say(text, "elongation or vacuum", "too large to compute with");
     return 0;
@@ -334,21 +334,35 @@ int lj_model_slope(const lj_model *model, unsigned output, unsigned of, double *
 
 /* ---- snapshots ---- */
 
-void lj_model_pack(const lj_model *model, unsigned char *bytes)
+int lj_model_keep(const lj_model *model, void **kept, char *text)
 {
-    uint64_t size = sizeof *model;
-    memcpy(bytes, MAGIC, sizeof MAGIC);
-    memcpy(bytes + 8, &size, sizeof size);
-    memcpy(bytes + 16, model, sizeof *model);
+    if (*kept == NULL)
+        *kept = malloc(sizeof *model);
+    if (*kept == NULL)
+        return say(text, "state", "no memory left");
+    memcpy(*kept, model, sizeof *model);
+    return 0;
 }
 
-int lj_model_unpack(lj_model *model, const unsigned char *bytes, size_t length, char *text)
+int lj_model_pack(const void *kept, unsigned char *bytes, size_t length, char *text)
 {
+    uint64_t size = sizeof(lj_model);
+    if (length < LJ_MODEL_BYTES)
+        return say(text, "state", "more bytes are needed");
+    memcpy(bytes, MAGIC, sizeof MAGIC);
+    memcpy(bytes + 8, &size, sizeof size);
+    memcpy(bytes + 16, kept, sizeof(lj_model));
+    return 0;
+}
+
+int lj_model_unpack(void **kept, const unsigned char *bytes, size_t length, char *text)
+{
+    lj_model model;
     uint64_t size = 0;
     if (length >= 16)
         memcpy(&size, bytes + 8, sizeof size);
-    if (length != LJ_MODEL_BYTES || memcmp(bytes, MAGIC, sizeof MAGIC) != 0 || size != sizeof *model)
+    if (length != LJ_MODEL_BYTES || memcmp(bytes, MAGIC, sizeof MAGIC) != 0 || size != sizeof model)
         return say(text, "state", "these bytes are no state of this FMU");
-    memcpy(model, bytes + 16, sizeof *model);
-    return 0;
+    memcpy(&model, bytes + 16, sizeof model);
+    return lj_model_keep(&model, kept, text);
 }

@@ -48,9 +48,12 @@ int lj_model_slope(const lj_model *model, unsigned output, unsigned input, doubl
 
 void lj_model_reset(lj_model *model);
 
-/* Its bytes, and back; LJ_MODEL_BYTES of them. */
+/* The bytes of a copy, and back; LJ_MODEL_BYTES of them. */
 #define LJ_MODEL_BYTES (sizeof(lj_model) + 16)
-void lj_model_pack(const lj_model *model, unsigned char *bytes);
-int lj_model_unpack(lj_model *model, const unsigned char *bytes, size_t length, char *text);
+int lj_model_pack(const void *kept, unsigned char *bytes, size_t length, char *text);
+int lj_model_unpack(void **kept, const unsigned char *bytes, size_t length, char *text);
+
+/* A copy in `kept`, in memory of its own where there is none yet. */
+int lj_model_keep(const lj_model *model, void **kept, char *text);
 
 #endif
