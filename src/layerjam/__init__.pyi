@@ -6,6 +6,8 @@ from layerjam.commands.ageing import ageing as ageing
 from layerjam.commands.array import array as array
 from layerjam.commands.bench import bench_serve as bench_serve
 from layerjam.commands.bench import bench_status as bench_status
+from layerjam.commands.bench_faults import bench_faults as bench_faults
+from layerjam.commands.bench_faults import bench_soak as bench_soak
 from layerjam.commands.bend import bend as bend
 from layerjam.commands.build import build as build
 from layerjam.commands.calibration import calibrate as calibrate

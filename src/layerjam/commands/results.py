@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Shown = Callable[[Any], str]
 PICTURES = (".svg", ".png", ".pdf")
+STOPPED = 130
+"""Exit code of what was stopped from the keyboard and gives what it has."""
 
 
 def number(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from layerjam.commands.declare import Help, Progress, command
 from layerjam.commands.design import DesignResult, SpecInput, best, infeasible
-from layerjam.commands.results import fact, number, result
+from layerjam.commands.results import STOPPED, fact, number, result
 from layerjam.errors import Notice
 
 if TYPE_CHECKING:
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from layerjam.design.search import Search
 
     Count = int
-STOPPED = 130
-"""Exit code of a sweep that was stopped from the keyboard."""
 
 
 @result

@@ -13,7 +13,20 @@ KINDS = {
     "sim": "sim:choi2018",
 }
 """Kind: an example."""
-OPTIONS = ("speed", "rest", "range", "noise", "at", "seed", "python")
+VIRTUAL = "sim:choi2018?noise=50Pa&leak=500s&vent=0.2s"
+"""The paper's line with a leak, a vent valve and a noisy sensor of ours: for campaigns."""
+OPTIONS = (
+    "speed",
+    "rest",
+    "range",
+    "noise",
+    "at",
+    "leak",
+    "vent",
+    "second",
+    "seed",
+    "python",
+)
 """What follows the question mark of a `sim:` address."""
 
 

@@ -126,6 +126,26 @@ class Line:
                     return answer
             raise LineError(f"{self.name} does not answer: {tries} tries of {WAIT:g} s each")
 
+    def send(self, session: int, text: bytes) -> None:
+        """Send one line and leave its answer where it is."""
+        with self._lock:
+            number = self._numbers[session] = (self._numbers[session] + 1) % 256
+            self._ends.write(pack(session, number, text))
+            self.tries += 1
+
+    def heard(self) -> list[bytes]:
+        """All answers that wait, until nothing more comes for 0.5 s."""
+        got: list[bytes] = []
+        with self._lock:
+            while data := self._ends.read(WAIT):
+                self._buffer += data
+                one, done = first(self._buffer)
+                while one is not None:
+                    got.append(one[2])
+                    self._buffer = self._buffer[done:]
+                    one, done = first(self._buffer)
+        return got
+
     def _answer(self, session: int, number: int) -> bytes | None:
         """The payload of the frame asked for, None where it did not come in time."""
         end = time.monotonic() + WAIT

@@ -7,11 +7,13 @@ import os
 import random
 import struct
 import threading
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from layerjam.control.closed_loop import FaultInjection
-from layerjam.control.closed_loop_run import factors
+from layerjam.control.closed_loop_run import Rates, factors
 from layerjam.control.plant import Plant, plant_of
 from layerjam.control.through_tube import advanced
 from layerjam.errors import QuantityError
@@ -22,10 +24,11 @@ from layerjam.units import check, parse
 
 TOLD = struct.Struct("<dIBBH")
 """From the board: pump, board's clock [us, 30 bits], power of the vent, whether it asks."""
-SHOWN = struct.Struct("<dHhBBH")
-"""To the board: vacuum [Pa], raw counts, temperature [0.01 degC], flags."""
+SHOWN = struct.Struct("<dHhBBHd")
+"""To the board: vacuum [Pa], raw counts, temperature [0.01 degC], flags, nothing, time for which
+the sample keeps the board busy [ms], what a second sensor shows [Pa]."""
 WRAP = 1 << 30
-ESTOP, SUPPLY_LOW, DIAGNOSTIC = 1, 2, 4
+ESTOP, SUPPLY_LOW, DIAGNOSTIC, SECOND = 1, 2, 4, 8
 RANGE = 103421.0
 """Of the sensor [Pa] where neither line nor address states one: 15 psi, Honeywell HSC 015PD."""
 COUNTS = (1638, 13108)
@@ -50,6 +53,8 @@ class Behind:
     speed: float
     """Of the board's clock over the host's; 0: as fast as samples are computed."""
     seed: int
+    second: bool = False
+    """Whether a second sensor, of the first one's kind, sits on the same chamber."""
 
 
 def behind(address: Address) -> Behind:
@@ -61,6 +66,11 @@ def behind(address: Address) -> Behind:
     line = load_line(address.where).line
     at = parse(said["at"], "Pa", "address: at") if "at" in said else AT
     plant = plant_of(line, vacuum=at)
+    if "leak" in said:
+        plant = replace(plant, leak=_rate(said, "leak"))
+    if "vent" in said:
+        plant = replace(plant, vent=_rate(said, "vent"))
+    check(plant, "plant.")
     sensor = line.sensor or Sensor(range=RANGE)
     for name, field in (("range", "range"), ("noise", "noise")):
         if name in said:
@@ -69,6 +79,9 @@ def behind(address: Address) -> Behind:
     rest, speed = said.get("rest", "open"), said.get("speed", "1")
     if rest not in ("open", "closed"):
         raise QuantityError.of("address", f"rest={rest[:40]} is not 'open' or 'closed'")
+    second = said.get("second", "0")
+    if second not in ("0", "1"):
+        raise QuantityError.of("address", f"second={second[:40]} is not 0 or 1")
     factor = parse(speed, "1", "address: speed")
     if not (factor == 0 or 0.01 <= factor <= 1000):
         raise QuantityError.of("address", f"speed={speed} is not 0 or 0.01 to 1000")
@@ -76,26 +89,61 @@ def behind(address: Address) -> Behind:
     if not seed.isdecimal():
         raise QuantityError.of("address", f"seed={seed[:40]} is no whole number")
     name = address.where.rpartition("/")[2].removesuffix(".toml")
-    return Behind(name, plant, sensor, rest == "open", factor, int(seed))
+    normally_open = rest == "open"
+    return Behind(name, plant, sensor, normally_open, factor, int(seed), second == "1")
+
+
+def _rate(said: Mapping[str, str], name: str) -> float:
+    """One over a time constant that an address states [1/s]."""
+    lasting = parse(said[name], "s", f"address: {name}")
+    if not lasting > 0:
+        raise QuantityError.of("address", f"{name}={said[name][:40]} is no time above zero")
+    return 1 / lasting
 
 
 class VirtualPlant:
-    """Vacuum and sensor in the board's time; `injected` breaks them, `estop` and `supply_low` too.
+    """Vacuum and sensor in the board's time, and what breaks them.
 
-    Pump and vent are those of `outputs`, held until set anew. `trace`, where it is a
-    list, is given (time [s], pump, vent open, vacuum [Pa]) at each change of the outputs.
+    `injected` breaks pump, line or sensor, `drift` [Pa/s] lets the sensor climb, `stall` [s] keeps
+    the board busy in its next sample; `estop` cuts the power of pump and valve and goes to the
+    board, as does `supply_low`. Pump and vent are those of `outputs`, as commanded, held until set
+    anew. `trace`, where it is a list, is given (time [s], pump, vent open, vacuum [Pa]) at each
+    change of the outputs. `watch` is called at each sample, `at` something at a moment between two;
+    `pace` [s] holds each sample back, in the host's time.
     """
 
     def __init__(self, made: Behind) -> None:
         self.behind = made
         self.injected = HEALTHY
         self.estop = self.supply_low = False
+        self.drift = self.stall = self.pace = 0.0
+        self.watch: Callable[[], None] | None = None
         self.vacuum = self.side = self.shown = 0.0
         self.time = 0.0
+        self.asked = self.wraps = 0
+        """Samples that the board took, and how often its clock went beyond its 30 bits."""
         self.outputs = (0.0, made.normally_open)
         self.trace: list[tuple[float, float, bool, float]] | None = None
-        self._draw = random.Random(made.seed)
-        self._last = 0.0
+        self._last = self._climbed = 0.0
+        self._due: tuple[float, Callable[[], None]] | None = None
+        self._broken: tuple[FaultInjection, Behind, Rates] | None = None
+        self.reseed(made.seed)
+
+    def reseed(self, seed: int) -> None:
+        """Begin the sensors' noise anew."""
+        self._draw = random.Random(seed)
+        self._other = random.Random(seed + 1)
+
+    def heal(self) -> None:
+        """Everything works again, and nothing waits to happen."""
+        self.watch = self._due = None
+        self.injected = HEALTHY
+        self.estop = self.supply_low = False
+        self.drift = self.stall = self.pace = self._climbed = 0.0
+
+    def at(self, time: float, act: Callable[[], None]) -> None:
+        """Do something at a time [s] of the plant, in its thread; one thing can wait."""
+        self._due = time, act
 
     def set_outputs(self, pump: float, power: bool) -> None:
         """Pump -1 to 1; whether the vent has power."""
@@ -105,11 +153,32 @@ class VirtualPlant:
         self.outputs = outputs
 
     def advance(self, dt: float) -> None:
+        """So many seconds on, with what is to happen on the way."""
+        due = self._due
+        if due is not None and self.time + dt >= due[0]:
+            self._due = None
+            first = max(due[0] - self.time, 0.0)
+            self._move(first)
+            due[1]()
+            dt -= first
+        self._move(dt)
+
+    def _rates(self) -> Rates:
+        """Those of the plant as it is broken now."""
+        known, made = self._broken, self.behind
+        if known is None or known[0] is not self.injected or known[1] is not made:
+            known = self._broken = self.injected, made, self.injected.on(made.plant)
+        return known[2]
+
+    def _move(self, dt: float) -> None:
         """So many seconds on, exact for outputs that stand still (see `closed_loop_run.py`)."""
         if dt <= 0.0:
             return
         pump, vent = self.outputs
-        rates, lag = self.injected.on(self.behind.plant), self.behind.sensor.lag
+        if self.estop:  # no power: the valve rests
+            pump, vent = 0.0, self.behind.normally_open
+        self._climbed += self.drift * dt
+        rates, lag = self._rates(), self.behind.sensor.lag
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
         a, b, gain, sensed = FACTORS(rates, pump, float(vent), dt, lag, left)
         if rates.side > 0.0:
@@ -135,12 +204,35 @@ class VirtualPlant:
             self._last = self.injected.value
         elif broken != "stuck":
             y = self.shown + sensor.offset + (self.injected.value if broken else 0.0)
-            y += sensor.noise * self._draw.gauss(0.0, 1.0) if sensor.noise else 0.0
-            if sensor.resolution:
-                y = round(y / sensor.resolution) * sensor.resolution
-            self._last = min(max(y, -sensor.range), sensor.range)
+            self._last = self._seen(y + self._climbed, self._draw)
         share = 0.5 + 0.5 * self._last / sensor.range
         return self._last, round(COUNTS[0] + share * COUNTS[1])
+
+    def second_reading(self) -> float:
+        """What the second sensor shows [Pa]; it stays healthy."""
+        return self._seen(self.shown, self._other) if self.behind.second else 0.0
+
+    def _seen(self, y: float, draw: random.Random) -> float:
+        """A reading with noise, in steps, within the sensor's range [Pa]."""
+        sensor = self.behind.sensor
+        y += sensor.noise * draw.gauss(0.0, 1.0) if sensor.noise else 0.0
+        if sensor.resolution:
+            y = round(y / sensor.resolution) * sensor.resolution
+        return min(max(y, -sensor.range), sensor.range)
+
+    def answer(self) -> bytes:
+        """What the board gets at a sample."""
+        self.asked += 1
+        if self.watch is not None:
+            self.watch()
+        if self.pace:
+            time.sleep(self.pace)
+        vacuum, raw = self.reading()
+        flags = (ESTOP if self.estop else 0) | (SUPPLY_LOW if self.supply_low else 0)
+        flags |= (DIAGNOSTIC if vacuum != vacuum else 0) | (SECOND if self.behind.second else 0)
+        busy, self.stall = round(1e3 * self.stall), 0.0
+        second = self.second_reading()
+        return SHOWN.pack(vacuum, raw, ROOM_TEMPERATURE, flags, 0, busy, second)
 
 
 class PlantThread(threading.Thread):
@@ -159,14 +251,12 @@ class PlantThread(threading.Thread):
             while len(data := _exactly(self._told, TOLD.size)) == TOLD.size:
                 pump, now, power, asks, _ = TOLD.unpack(data)
                 passed = 0 if last is None else (now - last + WRAP // 2) % WRAP - WRAP // 2
+                plant.wraps += last is not None and passed > 0 and now < last
                 last = now
                 plant.advance(passed * 1e-6)
                 plant.set_outputs(pump, bool(power))
                 if asks:
-                    vacuum, raw = plant.reading()
-                    flags = (ESTOP if plant.estop else 0) | (SUPPLY_LOW if plant.supply_low else 0)
-                    flags |= DIAGNOSTIC if vacuum != vacuum else 0
-                    os.write(self._shown, SHOWN.pack(vacuum, raw, ROOM_TEMPERATURE, flags, 0, 0))
+                    os.write(self._shown, plant.answer())
         except OSError:
             pass  # the board is gone
         finally:

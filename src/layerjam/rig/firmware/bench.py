@@ -25,6 +25,8 @@ LEASE = 2.0
 OVERRUN = 100000
 """A sample so late [us] is a fault."""
 SUPPLY_SAMPLES = 3
+APART = 0.05
+"""Share of the range by which two sensors may differ."""
 DAY = 8640000
 """Samples after which a zero is old."""
 NEVER = 1 << 40
@@ -71,6 +73,8 @@ class Bench:
         self.zero, self.zeroed = 0.0, NEVER
         self.vented = 0
         self.openings: list[int] = []
+        self.second = getattr(hal, "sensor2", None)
+        self.apart = 0
         self.until = 0
         self.reach = 0.0
         self.learn()
@@ -180,6 +184,7 @@ class Bench:
         self.hal.arm()
         self.state_of_law = law.fresh()
         self.openings = []
+        self.apart = 0
         self.state = RUN
 
     def drive(self, pump: float, vent: int, time: float) -> None:
@@ -243,9 +248,21 @@ class Bench:
                 if diagnostic:
                     self.tell(129)
                 return
+            if self.disagree(self.settings.law[1]):
+                self.trip(128)
+                return
             self.set_output(pump, vent)
             if vent and not was and self.target > 0.0:
                 self.openings = self.openings[1 - VENTS :] + [self.count]
+
+    def disagree(self, watch) -> bool:
+        """Whether a second sensor, where there is one, has shown something else for long enough."""
+        shown = None if self.second is None else self.second()
+        if shown is None:
+            return False
+        near = abs(shown - self.reading) <= APART * watch[6]
+        self.apart = 0 if near else self.apart + 1
+        return self.apart >= watch[7]
 
     def watch_zero(self) -> None:
         """With the vent open for long enough, what the sensor shows is its zero."""

@@ -3,6 +3,8 @@
 Flags: L is refused to others while the instrument is locked, S is for SAFE alone.
 """
 
+import gc
+
 import built
 import status
 import store
@@ -146,6 +148,15 @@ def timing(bench, session) -> str:
     )  # fmt: skip
 
 
+def memory(bench, session) -> str:
+    """Bytes in use after a collection and bytes left; no numbers where nobody counts them."""
+    gc.collect()
+    used, left = getattr(gc, "mem_alloc", None), getattr(gc, "mem_free", None)
+    if used is None or left is None:
+        return NO_NUMBER + "," + NO_NUMBER
+    return "%d,%d" % (used(), left())
+
+
 def settings_store(bench, session) -> None:
     if bench.hal.since_save() < 1000000:
         raise ScpiError(-221, "settings are stored once a second at most")
@@ -251,6 +262,7 @@ COMMON = [
     setting("SYSTem:LEASe[:TIME]", Number("lease", "s", 0.2, 600.0, LEASE), lease, leased, "L"),
     ("SYSTem:BOOT", None, Rule(boot)),
     ("SYSTem:TIMing", None, Rule(timing)),
+    ("SYSTem:MEMory", None, Rule(memory)),
     ("SYSTem:SETTings:STORe", Rule(settings_store, flags="SL"), None),
     ("SYSTem:SETTings:DEFault", Rule(settings_default, flags="SL"), None),
     ("SYSTem:SETTings:COUNt", None, Rule(settings_count)),

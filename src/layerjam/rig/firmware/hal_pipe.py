@@ -23,9 +23,9 @@ SERVED = 20
 PIECE = 4096
 ASKED, TOLD = 1, 0
 OUT = "<dIBBH"
-IN = "<dHhBBH"
-SIZE = 16
-ESTOP, SUPPLY_LOW, DIAGNOSTIC = 1, 2, 4
+IN = "<dHhBBHd"
+SIZE = 24
+ESTOP, SUPPLY_LOW, DIAGNOSTIC, SECOND = 1, 2, 4, 8
 
 
 class Hal:
@@ -43,6 +43,8 @@ class Hal:
         self.saved: int | None = None
         self.now, self.part = BEGIN, 0.0
         self.due = BEGIN
+        self.leap = LEAP
+        self.second: float | None = None
         self.waits = 0
         self.estop_open = self.supply_low = False
         self.pump, self.power = 0.0, 0
@@ -102,8 +104,8 @@ class Hal:
             whole = int(passed)
             self.part = passed - whole
             self.now = ticks.add(self.now, min(whole, MOST))
-            if ticks.diff(self.now, self.due) > LEAP:
-                self.now = ticks.add(self.due, LEAP)
+            if ticks.diff(self.now, self.due) > self.leap:
+                self.now = ticks.add(self.due, self.leap)
         return self.now
 
     def wait(self, due: int, reading: bool, sending: bool) -> bytes:
@@ -115,9 +117,12 @@ class Hal:
                 self.waits = 0
                 if reading and self.readable(0, False):
                     return self.received()
-            self.now = due
+            if ticks.diff(due, self.now) > 0:
+                self.now = due
             return b""
         left = ticks.diff(due, self.ticks_us())
+        if left > 0:
+            self.leap = LEAP
         if left <= 0 or not reading:
             left = 0
         if self.readable(int(left / self.speed), sending) and reading:
@@ -141,10 +146,18 @@ class Hal:
         data = self.read_plant()
         if data is None or len(data) != SIZE:
             raise EOFError
-        vacuum, raw, warmth, flags, _, _ = struct.unpack(IN, data)
+        vacuum, raw, warmth, flags, _, busy, second = struct.unpack(IN, data)
         self.estop_open = bool(flags & ESTOP)
         self.supply_low = bool(flags & SUPPLY_LOW)
+        self.second = second if flags & SECOND else None
+        if busy:  # something else has kept the core so long [ms]
+            self.leap = LEAP + 1000 * busy
+            self.now = ticks.add(self.now, 1000 * busy)
         return vacuum, raw, warmth, flags & DIAGNOSTIC
+
+    def sensor2(self):
+        """What a second sensor showed at the last sample [Pa], None where none is fitted."""
+        return self.second
 
     def output(self, pump: float, power: int) -> None:
         """Pump -1 to 1; whether the vent valve is given power."""

@@ -1,0 +1,241 @@
+"""`bench faults` and `bench soak`: what the board does when something breaks, and when nothing."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from layerjam.commands.declare import Help, Progress, command
+from layerjam.commands.quantities import Seed
+from layerjam.commands.results import STOPPED, Result, fact, number, result
+from layerjam.errors import Notice
+from layerjam.rig.address import VIRTUAL
+from layerjam.units import QuantitySpec, show
+
+if TYPE_CHECKING:
+    from layerjam.rig.campaign import Trial
+
+RUNS = QuantitySpec("1", "runs of each fault", lo=1, hi=1e5, whole=True, example="100")
+HOURS = QuantitySpec("1", "hours of the board's own time", hi=1e4, open_lo=True, example="24")
+TABLE_UNITS = {
+    "onset": "s",
+    "safe_after": "s",
+    "named_after": "s",
+    "deadline": "s",
+    "vacuum_after": "Pa",
+    "doubted_after": "s",
+}
+Row = Mapping[str, Any]
+
+
+@result
+class FaultCampaign(Result):
+    """What became of each fault; `record` holds the runs.
+
+    A row has the run that came nearest to its deadline: `onset` is the time from the pump's start
+    to the fault, `safe_after` the time from the fault to safe outputs in the plant's log,
+    `vacuum_after` the true vacuum when a sound vent would have released it. `named` counts the
+    names that the board gave. `deadline` is null where nothing is promised.
+    """
+
+    address: str = fact("virtual board that was broken", listed=False)
+    board: str = fact("what ran the firmware")
+    faults: Sequence[Row] = fact(
+        "each fault: text, onset, named, safe_after, named_after, deadline, met, vacuum_after, "
+        "doubted_after, runs, missed, worst_run",
+        listed=False,
+    )
+    runs: int = number("1", "runs that came to their end")
+    missed: int = fact("runs that were not safe, or not named, within their deadline")
+    left_out: Mapping[str, str] = fact("faults not tried, and why", listed=False)
+    complete: bool = fact("whether all runs were made")
+
+    @property
+    def exit_code(self) -> int:
+        """130 where it was stopped, 1 where a deadline was missed."""
+        return STOPPED if not self.complete else 1 if self.missed else 0
+
+    @classmethod
+    def table_units(cls) -> Mapping[str, str]:
+        """Units of the rows' keys."""
+        return TABLE_UNITS
+
+    def lines(self) -> Iterator[str]:
+        """A line for each fault."""
+        yield ""
+        wide = max((len(row["fault"]) for row in self.faults), default=0)
+        for row in self.faults:
+            yield f"{row['fault']:<{wide}}  {_sentence(row)}"
+        for name, why in self.left_out.items():
+            yield f"{name}: not tried; {why}"
+
+
+def _sentence(row: Row) -> str:
+    """What a row says."""
+    names = ", ".join(f"{name} {count}" for name, count in row["named"].items()) or "not named"
+    safe = (
+        "never safe" if row["safe_after"] is None else f"safe after {show(row['safe_after'], 's')}"
+    )
+    if row["deadline"] is None:
+        promise = "nothing is promised"
+    else:
+        kept = "met" if row["met"] else f"MISSED {row['missed']}"
+        promise = f"deadline {show(row['deadline'], 's')}, {kept}"
+    left = show(row["vacuum_after"], "Pa")
+    return f"{safe}; {promise}; {left} left; {names}; {row['runs']} runs"
+
+
+@result
+class Soak(Result):
+    """Hours in which nothing was to happen."""
+
+    address: str = fact("virtual board that ran", listed=False)
+    board: str = fact("what ran the firmware")
+    kind: str = fact("control law")
+    hours: float = number("1", "hours of the board's own time")
+    ticks: int = fact("samples that the board took")
+    orders: int = fact("targets and releases that it was given")
+    false_faults: int = fact("faults that it named while nothing was broken")
+    faults: Sequence[str] = fact("their names", listed=False)
+    gaps: int = fact("places where a sample was missing, double or not 10 ms after the last")
+    wraps: int = fact("times that its clock of 30 bits began anew")
+    heap_growth: int | None = number("B", "memory in use at the end over that of the first minute")
+    late_ticks: int = fact("samples more than 1 ms late")
+    complete: bool = fact("whether all hours were run")
+
+    @property
+    def exit_code(self) -> int:
+        """130 where it was stopped, 1 where something happened."""
+        happened = self.false_faults or self.gaps or (self.heap_growth or 0) > 0
+        return STOPPED if not self.complete else 1 if happened else 0
+
+
+@command(
+    "bench",
+    place=60,
+    under="bench",
+    examples=(
+        "layerjam bench faults --only sensor-nan --runs 1",
+        "layerjam bench faults 'sim:choi2018?noise=50Pa&leak=500s&rest=closed' --runs 100",
+    ),
+    computes=False,
+)
+def bench_faults(
+    address: Annotated[
+        str, Help("Virtual board to break: sim:LINE with its options.", metavar="ADDRESS")
+    ] = VIRTUAL,
+    *,
+    only: Annotated[
+        Sequence[str], Help("Faults to try; all of them.", metavar="NAME...", greedy=True)
+    ] = (),
+    runs: Annotated[int | str, RUNS] = 10,
+    seed: Annotated[Seed, Help("Seed of lines, targets, moments and noise.")] = 0,
+    progress: Progress = lambda what, share: None,
+) -> FaultCampaign:
+    """Break a virtual board in every way, many times over, and time how it becomes safe.
+
+    Each run draws a line around that of the address, a regulator, a target and a moment from the
+    seed. The firmware is the board's own; its clock runs as fast as samples are computed. Raises
+    UnknownNameError for a fault that nobody knows, QuantityError for an address that is no virtual
+    board.
+    """
+    from layerjam.rig.campaign import campaign
+    from layerjam.rig.kinds import KINDS, NOT_HERE
+
+    names = [only] if isinstance(only, str) else list(only)
+    done = campaign(address, only=names, runs=int(runs), seed=int(seed), progress=progress)
+    rows = [
+        row_of(name, mine)
+        for name in KINDS
+        if (mine := [trial for trial in done.trials if trial.plan.name == name])
+    ]
+    notices = [
+        Notice(f"{t.plan.name}: {t.trouble}", "run-broken") for t in done.trials if t.trouble
+    ]
+    if done.stopped:
+        said = f"stopped after {len(done.trials)} runs; the rows hold those alone"
+        notices.append(Notice(said, "stopped"))
+    return FaultCampaign(
+        address=address,
+        board=done.board,
+        faults=rows,
+        runs=len(done.trials),
+        missed=sum(row["missed"] for row in rows),
+        left_out={name: why for name, why in NOT_HERE.items() if name in names or not names},
+        complete=not done.stopped,
+        warnings=notices,
+        record=done.trials,
+    )
+
+
+def row_of(name: str, trials: Sequence[Trial]) -> Row:
+    """One fault's runs as a row, the worst of them in full."""
+    worst = max(trials, key=lambda trial: trial.share)
+    missed = sum(not trial.met for trial in trials)
+    return {
+        "fault": name,
+        "text": worst.plan.kind.text,
+        "onset": worst.onset,
+        "named": dict(Counter(trial.named for trial in trials if trial.named).most_common()),
+        "safe_after": worst.safe_after,
+        "named_after": _finite(worst.named_after),
+        "deadline": worst.deadline,
+        "met": not missed,
+        "vacuum_after": worst.vacuum_after,
+        "doubted_after": worst.doubted_after if worst.deadline is None else None,
+        "runs": len(trials),
+        "missed": missed,
+        "worst_run": worst.plan.number,
+    }
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
+
+
+@command(
+    "bench",
+    place=70,
+    under="bench",
+    examples=(
+        "layerjam bench soak --hours 0.02",
+        "layerjam bench soak --hours 24 --kind scheduled",
+    ),
+    computes=False,
+)
+def bench_soak(
+    *,
+    line: Annotated[
+        str, Help("Line of the virtual board: a line, or sim:LINE with options.", metavar="LINE")
+    ] = VIRTUAL,
+    hours: Annotated[float | str, HOURS] = 24.0,
+    kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("The control law.")] = "pi",
+    seed: Annotated[Seed, Help("Seed of targets, holds and noise.")] = 0,
+    progress: Progress = lambda what, share: None,
+) -> Soak:
+    """Let a virtual board regulate for hours of its own time, in which nothing may happen.
+
+    Targets, releases and holds are drawn from the seed. A day takes minutes. Raises QuantityError
+    for an address that is no virtual board.
+    """
+    from layerjam.rig.soak import soak
+
+    address = line if ":" in line else f"sim:{line}"
+    done = soak(address, kind=kind, hours=float(hours), seed=int(seed), progress=progress)
+    notices = []
+    if done.heap_growth is None:
+        notices.append(
+            Notice(f"{done.board} does not count its memory: no heap growth", "memory-unknown")
+        )
+    if done.stopped:
+        notices.append(Notice(f"stopped after {done.hours:.3g} hours", "stopped"))
+    return Soak.of(
+        done,
+        address=address,
+        kind=kind,
+        false_faults=len(done.faults),
+        complete=not done.stopped,
+        warnings=notices,
+    )

@@ -1,0 +1,218 @@
+"""The campaign on a virtual board: what is promised is kept, and what is not is seen."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+
+from layerjam.cli.main import main
+from layerjam.control.closed_loop import FaultInjection
+from layerjam.errors import LayerjamError
+from layerjam.rig import board as boards
+from layerjam.rig.address import VIRTUAL, address_of
+from layerjam.rig.campaign import Bed, accelerated, campaign, tried, wanted
+from layerjam.rig.kinds import APART, DRIFTS, KINDS, NOT_HERE, SUPPLY_SAMPLES
+from layerjam.rig.observer import Observer, drawn
+from layerjam.rig.plant import VirtualPlant, behind
+from rig.boards import Hal, Rig, firmware
+
+CPYTHON = f"{VIRTUAL}&python=cpython"
+BEHIND = behind(address_of(VIRTUAL))
+FEW = ["sensor-nan", "pump-dead", "vent-stuck-closed", "host-silent", "tick-late"]
+
+
+@pytest.mark.parametrize("python", ["cpython", ""])
+def test_a_few_faults_are_safe_and_named_in_time(python: str) -> None:
+    address = f"{VIRTUAL}&python={python}" if python else VIRTUAL
+    done = campaign(address, only=FEW, runs=1, seed=3)
+    assert [trial.plan.name for trial in done.trials] == [name for name in KINDS if name in FEW]
+    for trial in done.trials:
+        assert trial.met and trial.trouble == "", trial
+        assert trial.safe_after is not None and trial.deadline is not None
+        assert 0.0 <= trial.safe_after <= trial.deadline + 2e-6
+    shut = next(trial for trial in done.trials if trial.plan.name == "vent-stuck-closed")
+    assert shut.vacuum_after > 0.8 * shut.plan.case.target, "behind a closed valve it stays"
+    assert shut.named_after is not None and shut.safe_after is not None
+    assert shut.safe_after < shut.named_after
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "was", "now"),
+    [
+        ("sensor-nan", "law.py", "fault = 1.0 * NOT_A_NUMBER", "fault = 0.0"),
+        ("sensor-rail", "bench.py", "self.rest()\n        self.state, self.fault = FAULT, code",
+         "self.state, self.fault = FAULT, code"),
+        pytest.param("sensor-stuck", "law.py", "fault = 1.0 * STUCK", "fault = 0.0",
+                     marks=pytest.mark.slow),
+        pytest.param("line-blocked", "law.py", "fault = 1.0 * BLOCKED", "fault = 0.0",
+                     marks=pytest.mark.slow),
+        pytest.param("leak", "law.py", "fault = 1.0 * LOST", "fault = 0.0",
+                     marks=pytest.mark.slow),
+        pytest.param("e-stop", "bench.py", "self.trip(123)", "pass", marks=pytest.mark.slow),
+        pytest.param("host-silent", "bench.py", "self.trip(120)", "pass", marks=pytest.mark.slow),
+        pytest.param("tick-late", "bench.py", "self.trip(121)", "pass", marks=pytest.mark.slow),
+        pytest.param("supply-low", "bench.py", "SUPPLY_SAMPLES = 3", "SUPPLY_SAMPLES = 5",
+                     marks=pytest.mark.slow),
+    ],
+    ids=lambda value: value[:20],
+)  # fmt: skip
+def test_a_detector_that_is_switched_off_is_missed(
+    name: str, file: str, was: str, now: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second one names its fault and leaves the outputs as they were: the plant's log knows."""
+    sound = boards.parts()
+    assert was in sound[file]
+    monkeypatch.setattr(boards, "parts", lambda: {**sound, file: sound[file].replace(was, now)})
+    done = campaign(CPYTHON, only=[name], runs=1)
+    assert not done.trials[0].met
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rest", ["open", "closed"])
+def test_every_fault_ten_times(rest: str) -> None:
+    sound = [name for name in KINDS if name != "sensor-drift"]
+    done = campaign(f"{VIRTUAL}&rest={rest}", only=sound, runs=10, seed=1)
+    assert len(done.trials) == 10 * len(sound) and not done.stopped
+    assert [trial for trial in done.trials if not trial.met] == []
+
+
+def test_a_run_is_the_same_for_the_same_seed() -> None:
+    one, same = (drawn(BEHIND, "leak", 7, 3) for _ in range(2))
+    other = drawn(BEHIND, "leak", 8, 3)
+    assert one == same and one.case.target != other.case.target
+    plants = [drawn(BEHIND, "leak", n, 0).behind.plant for n in range(200)]
+    for name in ("rate", "leak", "vent"):
+        told, some = getattr(BEHIND.plant, name), [getattr(plant, name) for plant in plants]
+        assert told / 1.4 <= min(some) < 0.75 * told and 1.35 * told < max(some) <= told * 1.4
+
+
+def test_what_nobody_knows_is_refused() -> None:
+    with pytest.raises(LayerjamError, match="pump-dead"):
+        wanted(["pump-ded"])
+    assert wanted(["core-locked"]) == [] and set(wanted([])) == set(KINDS)
+    with pytest.raises(LayerjamError, match="no virtual board"):
+        accelerated("tcp:127.0.0.1:5025")
+    assert accelerated("sim:choi2018").options["speed"] == "0"
+    assert accelerated("sim:choi2018?speed=5").options["speed"] == "5"
+
+
+def test_the_firmware_keeps_what_is_promised_for_it() -> None:
+    bench = firmware().bench
+    assert (bench.SUPPLY_SAMPLES, bench.APART) == (SUPPLY_SAMPLES, APART)
+
+
+def test_a_leak_takes_the_vacuum_out_of_its_band_in_time() -> None:
+    """The closed form against steps of a plant that only leaks."""
+    case = drawn(BEHIND, "pump-dead-holding", 0, 0).case
+    plant = VirtualPlant(replace(BEHIND, plant=case.regulator.plant))
+    plant.vacuum = case.highest
+    plant.set_outputs(0.0, True)
+    while plant.vacuum > case.lowest:
+        plant.advance(0.01)
+    lasts = case.falls(case.regulator.plant.leak, 0.0)
+    assert plant.time == pytest.approx(lasts, abs=0.02) and lasts < math.inf
+    assert case.falls(0.0, 0.0) == case.falls(1.0, 2 * case.target) == math.inf
+
+
+def test_something_happens_between_two_samples() -> None:
+    """The plant breaks at its moment: the pump stops a third of a sample in."""
+    plant, half = VirtualPlant(BEHIND), VirtualPlant(BEHIND)
+    for made in (plant, half):
+        made.set_outputs(1.0, True)
+    plant.at(0.0033, lambda: setattr(plant, "injected", FaultInjection(pump=0.0)))
+    plant.advance(0.01)
+    half.advance(0.0033)
+    half.injected = FaultInjection(pump=0.0)
+    half.advance(0.0067)
+    assert plant.vacuum == pytest.approx(half.vacuum, rel=1e-12) and plant.time == half.time
+    plant.estop = True
+    plant.advance(1.0)
+    assert plant.vacuum < 0.05 * half.vacuum, "without power the vent valve opens"
+
+
+def test_the_observer_counts_what_stays_safe() -> None:
+    """Outputs that were safe for a moment are not: the last time counts."""
+    plan = drawn(BEHIND, "sensor-nan", 0, 0)
+    plant = VirtualPlant(plan.behind)
+    observer = Observer(plant, replace(plan, moment="pumping", level=0.0, phase=0.0))
+
+    def sample(pump: float, power: bool) -> None:
+        plant.advance(0.01)
+        observer()
+        plant.set_outputs(pump, power)
+
+    for _ in range(4):
+        sample(1.0, True)
+    struck = observer.struck
+    assert struck is not None and observer.event == struck and observer.safe_after is None
+    sample(0.0, False)
+    sample(1.0, True)
+    sample(0.0, False)
+    last = plant.time
+    while not observer.done.is_set():
+        sample(0.0, False)
+    assert observer.safe_after == pytest.approx(last - struck, abs=1e-9) and last > struck + 0.02
+    assert plant.time - struck < 3.0
+
+
+def test_two_sensors_that_disagree_are_a_fault() -> None:
+    class Two(Hal):
+        other: float | None = None
+
+        def sensor2(self) -> float | None:
+            return self.other
+
+    hal = Two()
+    rig = Rig(hal)
+    rig.on(60e3)
+    rig.run(10, talk=True)
+    for other in (hal.vacuum + 5100.0, hal.vacuum - 5100.0):
+        hal.other = other
+        rig.run(0.1, talk=True)
+        assert rig.bench.state == 1, "5 % of 103,421 Pa"
+    hal.other = hal.vacuum + 5300.0
+    rig.run(0.02, talk=True)
+    hal.other = None
+    rig.run(0.02, talk=True)
+    assert rig.bench.state == 1, "not often enough in a row"
+    hal.other = math.nan
+    rig.run(0.03, talk=True)
+    assert rig.say("OUTP:PROT:FAUL?") == '128,"SENSORS_DISAGREE"'
+    assert (rig.hal.pump, rig.hal.power) == (0.0, 0)
+
+
+def test_a_second_sensor_sees_a_drift_that_one_does_not() -> None:
+    name = "sensor-drift"
+    with Bed(accelerated(f"{CPYTHON}&second=1")) as bed:
+        trial = tried(bed, drawn(bed.behind, name, 0, 0, size=200.0))
+    assert trial.named == "SENSORS_DISAGREE" and trial.met
+    assert trial.safe_after == pytest.approx(0.05 * 103421 / 200, rel=0.05)
+    assert KINDS[name].deadline(drawn(BEHIND, name, 0, 0).case) == math.inf
+    assert drawn(BEHIND, name, 0, 0).case.size in DRIFTS
+
+
+def test_memory_is_counted_where_somebody_does() -> None:
+    used = Rig().say("SYST:MEM?").split(",")
+    assert used == ["9.91E37", "9.91E37"], "CPython does not"
+
+
+ROW = {
+    "fault", "text", "onset", "named", "safe_after", "named_after", "deadline", "met",
+    "vacuum_after", "doubted_after", "runs", "missed", "worst_run",
+}  # fmt: skip
+
+
+def test_the_command(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["bench", "faults", CPYTHON, "--only", "e-stop", "core-locked", "--runs", "2"]
+    assert main([*words, "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["runs"], said["missed"], said["complete"]) == (2, 0, True)
+    assert set(said["left_out"]) == set(NOT_HERE)
+    (row,) = said["faults"]
+    assert set(row) == ROW and row["named"] == {"EMERGENCY_STOP": 2} and row["met"] is True
+    assert said["units"]["safe_after"] == "s" and row["safe_after"] <= row["deadline"] == 0.02
+    assert main(["bench", "faults", "--only", "nothing"]) == 2
+    assert main(["bench", "faults", "serial:/dev/ttyACM0"]) == 2

@@ -1,0 +1,63 @@
+"""Hours in which nothing happens, and what would be seen if something did."""
+
+from __future__ import annotations
+
+import json
+import types
+from typing import Any
+
+import numpy as np
+import pytest
+
+from layerjam.cli.main import main
+from layerjam.control.settings import KINDS
+from layerjam.rig import board as boards
+from layerjam.rig.address import VIRTUAL
+from layerjam.rig.soak import Log, soak
+
+KEYS = {
+    "address", "board", "kind", "hours", "ticks", "orders", "false_faults", "faults", "gaps",
+    "wraps", "heap_growth", "late_ticks", "complete",
+}  # fmt: skip
+
+
+def test_a_minute(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "soak", "--hours", "0.01", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert set(said) >= KEYS and said["complete"]
+    assert (said["false_faults"], said["gaps"], said["late_ticks"]) == (0, 0, 0)
+    assert said["wraps"] == 1, "the clock begins five seconds before one"
+    assert 3600 <= said["ticks"] < 7200 and said["hours"] == pytest.approx(0.01, rel=0.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", list(KINDS))
+def test_an_hour(kind: str) -> None:
+    done = soak(VIRTUAL, kind=kind, hours=1.0, seed=1)
+    assert (done.faults, done.gaps, done.late_ticks, done.stopped) == ((), 0, 0, False)
+    assert done.ticks >= 360_000 and done.wraps >= 4 and done.orders > 30
+
+
+def test_a_false_fault_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A detector that is too sharp stops a sound line, again and again."""
+    sound = boards.parts()
+    sharp = sound["bench.py"].replace("if self.disagree(self.settings.law[1]):",
+                                      "if self.count % 1000 == 999:")  # fmt: skip
+    assert sharp != sound["bench.py"]
+    monkeypatch.setattr(boards, "parts", lambda: {**sound, "bench.py": sharp})
+    done = soak(f"{VIRTUAL}&python=cpython", hours=0.01)
+    assert 1 <= len(done.faults) <= done.ticks // 1000 and set(done.faults) == {"SENSORS_DISAGREE"}
+    assert done.heap_growth is None and done.gaps == 0
+
+
+def test_gaps_are_counted() -> None:
+    board: Any = types.SimpleNamespace()
+    log = Log(board)
+
+    def look(*seqs: int, at: int = 0) -> int:
+        log.look(np.array(seqs), (np.array(seqs) * 10_000 + at) % (1 << 32))
+        return log.gaps
+
+    assert look(429_490, 429_491) == look(429_492, 429_493) == look(429_494, 429_500) - 1 == 0
+    assert look(429_501) == 1 and look(429_501) == 2 and look(429_502, at=10) == 3
+    assert look(429_503, at=10) == 3
