@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 import time
+import urllib.error
 import urllib.request
 from contextlib import contextmanager
 from pathlib import Path
@@ -36,6 +37,8 @@ def running(*options, folder=None, tell=subprocess.DEVNULL):
             try:
                 with urllib.request.urlopen(place, timeout=5):
                     break
+            except urllib.error.HTTPError:
+                break
             except OSError:
                 time.sleep(0.1)
         yield place, process

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+import urllib.request
 from contextlib import closing
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -316,7 +317,7 @@ def test_beyond_this_machine_a_token_is_due(chromium):
         assert len(token) > 20
         assert asked(port, "/")[0] == 401 and asked(port, "/?token=wrong")[0] == 401
         status, cookie = asked(port, f"/?token={token}")
-        assert status == 200 and "HttpOnly" in cookie
+        assert status == 303 and "HttpOnly" in cookie
         assert asked(port, "/", Cookie=cookie.split(";")[0])[0] == 200
         socket = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13",
                   "Sec-WebSocket-Key": "bGF5ZXJqYW0gYnJha2VzIQ=="}  # fmt: skip
@@ -325,4 +326,33 @@ def test_beyond_this_machine_a_token_is_due(chromium):
         page = chromium.new_context().new_page()
         page.goto(place)
         page.wait_for_selector(TABS["brake"], timeout=LONG)
+        assert "token" not in page.url
         page.close()
+
+
+def test_another_address_of_this_machine_is_served():
+    with (
+        running("--host", "127.0.0.2") as (place, _),
+        urllib.request.urlopen(place, timeout=30) as answer,
+    ):
+        assert answer.status == 200 and "127.0.0.2" in place
+
+
+@pytest.mark.parametrize("forbids", [True, False], ids=["forbidden", "by selection"])
+def test_copying_where_the_browser_has_no_clipboard(chromium, workbench, forbids):
+    """Outside https and this machine a page gets none; what was not copied is not called so."""
+    page = chromium.new_page()
+    page.add_init_script("Object.defineProperty(navigator, 'clipboard', {value: undefined});")
+    if forbids:
+        page.add_init_script("document.execCommand = () => false;")
+    page.goto(workbench)
+    page.wait_for_selector(TABS["brake"], timeout=LONG)
+    page.click(at("copy-as-python"))
+    said = page.locator(".q-dialog .font-medium")
+    said.wait_for(timeout=LONG)
+    assert ("does not let this page copy" in said.inner_text()) == forbids
+    page.keyboard.press("Escape")
+    page.click(at("copy-a-link-to-all-that-is-set"))
+    words = "does not let this page copy" if forbids else "it was copied"
+    page.locator(".q-notification", has_text=words).wait_for(timeout=LONG)
+    page.close()

@@ -22,7 +22,7 @@ from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import POINTS, thin
 from layerjam.workbench.controls import Control, number
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.gate import Gate
+from layerjam.workbench.gate import LOCAL, Gate
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.runner import Runner, Stopped
 from layerjam.workbench.server import check_free, is_loopback
@@ -189,8 +189,8 @@ def test_a_chart_is_sent_only_what_changed(monkeypatch):
     assert (len(sent), chart.whole) == (1, 3)
 
 
-def through(gate, headers, query=b"", kind="http", body=(b"",)):
-    """(status or None where it was let in, headers sent)."""
+def through(gate, headers, query=b"", kind="http", body=(b"",), path="/"):
+    """(messages sent, kinds of messages that the application got)."""
     sent, seen, parts = [], [], list(body)
 
     async def inside(scope, receive, send):
@@ -211,7 +211,8 @@ def through(gate, headers, query=b"", kind="http", body=(b"",)):
 
     gate.app = inside
     raw = [(k.encode(), v.encode()) for k, v in headers.items()]
-    asyncio.run(gate({"type": kind, "headers": raw, "query_string": query}, receive, send))
+    scope = {"type": kind, "method": "GET", "path": path, "headers": raw, "query_string": query}
+    asyncio.run(gate(scope, receive, send))
     return sent, seen
 
 
@@ -220,9 +221,10 @@ def status(sent):
 
 
 def test_the_gate_on_loopback():
-    gate = Gate(None, token=None, largest=100, local=True)
+    gate = Gate(None, token=None, largest=100, names=(*LOCAL, "127.0.0.2"))
     assert status(through(gate, {"host": "localhost:8321"})[0]) == 200
     assert status(through(gate, {"host": "[::1]:8321"})[0]) == 200
+    assert status(through(gate, {"host": "127.0.0.2:8321"})[0]) == 200
     assert status(through(gate, {"host": "evil.example:8321"})[0]) == 403
     own = {"host": "127.0.0.1:8321", "origin": "http://127.0.0.1:8321"}
     assert status(through(gate, own)[0]) == 200
@@ -230,19 +232,30 @@ def test_the_gate_on_loopback():
     assert status(through(gate, other)[0]) == 403
     assert through(gate, other, kind="websocket")[0][0]["type"] == "websocket.close"
     assert status(through(gate, {"host": "localhost", "content-length": "101"})[0]) == 413
-    _, seen = through(gate, {"host": "localhost"}, body=[b"x" * 60, b"y" * 60, b"z"])
-    assert seen[-1] == "http.disconnect"
+    sent, seen = through(gate, {"host": "localhost"}, body=[b"x" * 60, b"y" * 60, b"z"])
+    assert status(sent) == 413 and len(seen) == 1
+
+
+def test_no_other_page_may_hold_ours_or_lend_it_scripts():
+    gate = Gate(None, token=None, largest=100, names=LOCAL)
+    for host in ("localhost", "evil.example"):
+        headers = dict(through(gate, {"host": host})[0][0]["headers"])
+        rules = headers[b"content-security-policy"].decode()
+        assert "frame-ancestors 'none'" in rules and "http" not in rules and "*" not in rules
+        assert headers[b"x-frame-options"] == b"DENY"
 
 
 def test_the_gate_elsewhere_wants_the_token():
-    gate = Gate(None, token="secret", largest=100, local=False)
+    gate = Gate(None, token="secret", largest=100, names=None)
     host = {"host": "192.168.1.4:8321"}
     assert status(through(gate, host)[0]) == 401
     assert status(through(gate, host, b"token=wrong")[0]) == 401
-    sent, _ = through(gate, host, b"token=secret")
-    assert status(sent) == 200
-    cookie = dict(sent[0]["headers"])[b"set-cookie"].decode()
-    assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
+    sent, seen = through(gate, host, b"token=secret&s=a%2Bb", path="//evil.example")
+    headers = dict(sent[0]["headers"])
+    assert status(sent) == 303 and not seen
+    assert headers[b"location"] == b"/evil.example?s=a%2Bb"
+    cookie = headers[b"set-cookie"].decode().lower()
+    assert "httponly" in cookie and "samesite=strict" in cookie
     assert status(through(gate, {**host, "cookie": "layerjam=secret"})[0]) == 200
     assert status(through(gate, {**host, "cookie": "layerjam=other"})[0]) == 401
     assert through(gate, host, kind="websocket")[0][0]["code"] == 1008

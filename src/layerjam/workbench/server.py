@@ -64,7 +64,7 @@ def serve(
         token = token or secrets.token_urlsafe(18)
     check_free(host, port)
     from layerjam.workbench import live
-    from layerjam.workbench.gate import Gate
+    from layerjam.workbench.gate import LOCAL, Gate
     from layerjam.workbench.pages.all import TABS
     from layerjam.workbench.rest import REST, WORK
     from layerjam.workbench.shell import frame
@@ -78,8 +78,10 @@ def serve(
         threading.Timer(SENT, prepare, (engine,)).start()
         frame(s, TABS, lambda: prepare(engine))
 
-    app.add_middleware(Gate, token=token, largest=BODY, local=is_loopback(host))
-    place = f"http://{'localhost' if host in ('127.0.0.1', '::1') else host}:{port}/"
+    named = f"[{host}]" if ":" in host else host
+    names = (*LOCAL, named) if is_loopback(host) else None
+    app.add_middleware(Gate, token=token, largest=BODY, names=names)
+    place = f"http://{'localhost' if named in LOCAL else named}:{port}/"
     said = f"workbench: {place}{f'?token={token}' if token else ''}  (Ctrl-C ends it)"
     app.on_startup(lambda: print(said, flush=True))
     app.on_shutdown(close_all)

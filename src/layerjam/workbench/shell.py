@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -116,7 +117,12 @@ def _button(icon: str, what: str, act: Callable[[], object]) -> None:
     dressed(button("", act, name, icon, how=look, tip=what), aria_label=what)
 
 
-def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
+async def _copied(text: str) -> bool:
+    """Whether the browser let it into the clipboard."""
+    return await ui.run_javascript(f"layerjamCopied({text})", timeout=5.0) is True
+
+
+async def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
     page = pages.get(desk.state.page)
     calls = [] if page is None else list(page.calls())
     try:
@@ -127,11 +133,14 @@ def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
     if not text:
         ui.notify("nothing to copy on this page yet")
         return
-    ui.clipboard.write(text)
+    copied = await _copied(json.dumps(text))
+    what = "a command" if how == "command" else "Python"
+    if copied:
+        head = f"Copied as {what}"
+    else:
+        head = f"As {what}. Your browser does not let this page copy: select the text and copy it"
     with ui.dialog(value=True) as dialog, ui.card().classes("w-full"):
-        ui.label(f"Copied as {'a command' if how == 'command' else 'Python'}").classes(
-            "font-medium"
-        )
+        ui.label(head).classes("font-medium")
         code = ui.code(text, language="bash" if how == "command" else "python")
         dressed(code, "copied", "w-full")
         edited = [name for call in calls for name in call.to_save]
@@ -140,9 +149,14 @@ def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
         ui.button("Close", on_click=dialog.close).props("flat autofocus")
 
 
-def _copy_link(desk: Desk) -> None:
-    ui.run_javascript("navigator.clipboard.writeText(window.location.href)")
-    ui.notify("The address of this page holds all that is set; it was copied")
+async def _copy_link(desk: Desk) -> None:
+    if await _copied("window.location.href"):
+        ui.notify("The address of this page holds all that is set; it was copied")
+    else:
+        ui.notify(
+            "Your browser does not let this page copy. The address bar holds the same link",
+            type="warning",
+        )
 
 
 def _address(desk: Desk) -> None:

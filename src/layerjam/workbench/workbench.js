@@ -28,6 +28,22 @@ window.layerjamSlid = (bar, field, value) => {
   Vue.toRaw(Vue.toRaw(mounted_app.elements)[bar]).props['model-value'] = value;
 };
 
+// whether the text is in the clipboard: outside https and this machine browsers have none
+window.layerjamCopied = async (text) => {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    const field = document.createElement('textarea');
+    field.value = text;
+    (document.querySelector('dialog[open], .q-dialog') ?? document.body).append(field);
+    field.select();
+    const copied = document.execCommand('copy');
+    field.remove();
+    return copied;
+  }
+};
+
 // NiceGUI draws a scene twenty times a second, seen or not: here only when it looks different
 window.layerjamStill = (view) => {
   const draw = view.renderer.render.bind(view.renderer);
