@@ -19,6 +19,7 @@ from layerjam.units import QuantitySpec
 APART = {
     # parts of a device that have the same word for different things
     "bench serve.port": "0 takes a free one",
+    "bench log.duration": "recorded for days, not simulated",
     "Sheets.count": "sheets of one brake, pumps of one line",
     "Sheets.length": "a sheet, not a tube",
     "Enclosure.density": "rubber, not film, which may hold glass",

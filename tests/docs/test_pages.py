@@ -75,6 +75,8 @@ def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for name, source in LINKS.items():
             for index, path in enumerate(sorted(MEASURED.glob(source)), 1):
                 _link(Path(name.replace("*", str(index))), path)
+        with contextlib.redirect_stdout(io.StringIO()):
+            main(_typed(COMMANDS["bench run"]))
         Path("my-brake.toml").write_text(load_brake("choi2018-kapton").text, encoding="utf-8")
         for name, source in OTHER_LINKS.items():
             _link(Path(name), Path(source))

@@ -6,8 +6,10 @@ import math
 import struct
 import time
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -15,10 +17,16 @@ from layerjam.control.settings import Regulator
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.rig.address import Address, address_of
 from layerjam.rig.board import law_hash
+from layerjam.rig.line import LineError
 from layerjam.rig.link import BoardLink, Link, link_to
 from layerjam.rig.plant import VirtualPlant
 from layerjam.rig.telemetry import records
 from layerjam.units import QuantitySpec, check, parse
+
+if TYPE_CHECKING:
+    from layerjam.rig.crosshead import Crosshead
+    from layerjam.rig.execute import Executed
+    from layerjam.simulate.procedure import Procedure
 
 SAFE_STATES = {"release": "REL", "hold": "HOLD"}
 VENT_RESTS = {"open": "OPEN", "closed": "CLOS"}
@@ -252,9 +260,16 @@ class Bench:
         """The oldest records not yet acknowledged, at most 200; see `telemetry.RECORD`."""
         return records(self._said(f"FETC:STR? {count}"))
 
+    def stream(self, count: int = 200) -> tuple[np.ndarray[Any, Any], int]:
+        """(the records as `samples` gives them, the number that the board drew when it started)."""
+        block, mark, boot = self._said(f"FETC:STR? {count};:SYST:BOOT?").rpartition(b';"')
+        if not mark:
+            raise LineError("no block of samples came")
+        return records(block), int(boot[:8], 16)
+
     def acknowledge(self, seq: int) -> None:
-        """Give up the records up to and with `seq`."""
-        self.tell(f"STR:ACK {seq}")
+        """Give up the records up to and with `seq`; it is no command of the outputs."""
+        self._said(f"STR:ACK {seq}")
 
     def status(self) -> BenchStatus:
         """What it is and does now."""
@@ -286,6 +301,23 @@ class Bench:
             zero_age=None if age >= NO_NUMBER else age,
             errors=tuple(self.events),
         )
+
+    def run(
+        self,
+        procedure: Procedure | str,
+        *,
+        out: str | Path,
+        crosshead: Crosshead | None = None,
+        meta: Mapping[str, object] | None = None,
+        force: bool = False,
+    ) -> Executed:
+        """Carry out a procedure and record it in the file `out`; see `rig.execute.execute`.
+
+        Regulator, safe state and vent rest must be set before.
+        """
+        from layerjam.rig.execute import execute
+
+        return execute(self, procedure, out=out, crosshead=crosshead, meta=meta, force=force)
 
     def close(self) -> None:
         """Switch the outputs off, unless nothing was commanded here, and leave."""

@@ -106,7 +106,8 @@ class SocketLink:
             begin = 2 + int(digits) if digits.isdigit() else 0
             if not begin or len(self._buffer) < begin:
                 return 0
-            return begin + int(self._buffer[2:begin]) + 1
+            # other answers may follow a block
+            return self._buffer.find(b"\n", begin + int(self._buffer[2:begin])) + 1
         return self._buffer.find(b"\n") + 1
 
     def close(self) -> None:

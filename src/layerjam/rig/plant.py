@@ -118,6 +118,8 @@ class VirtualPlant:
         self.estop = self.supply_low = False
         self.drift = self.stall = self.pace = 0.0
         self.watch: Callable[[], None] | None = None
+        self.recorded: Callable[[], None] | None = None
+        """Called before each sample by who records it: what it waits for, the board waits for."""
         self.vacuum = self.side = self.shown = 0.0
         self.time = 0.0
         self.asked = self.wraps = 0
@@ -223,6 +225,8 @@ class VirtualPlant:
     def answer(self) -> bytes:
         """What the board gets at a sample."""
         self.asked += 1
+        if self.recorded is not None:
+            self.recorded()
         if self.watch is not None:
             self.watch()
         if self.pace:

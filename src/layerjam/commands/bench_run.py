@@ -1,0 +1,257 @@
+"""`bench run`, `bench log`, `bench export`: a procedure on a bench, and the file it leaves."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from layerjam.commands.bench import BenchAddress
+from layerjam.commands.declare import Help, OutFile, command
+from layerjam.commands.lines import LineInput
+from layerjam.commands.pressure_log import End, Start, window
+from layerjam.commands.quantities import BrakeInput, Overwrite
+from layerjam.commands.regulator import RegulatorSettings, regulator_of
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.control.settings import Regulator, validate
+from layerjam.errors import Notice, QuantityError
+from layerjam.fluid.file import LineFile
+from layerjam.rig.address import Address, address_of
+from layerjam.simulate.procedure import Procedure, parse_procedure
+from layerjam.units import QuantitySpec, exact_text, show
+
+RECORDED = QuantitySpec("s", "time to record, by the board's clock", lo=0.1, hi=1e8, example="60s")
+BOARD_PERIOD = 0.01
+RunInput = Annotated[str | Path, Help("File of a run.", metavar="FILE.ljrun")]
+FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
+
+
+@result
+class RunRecorded(Result):
+    """How a procedure on a bench ended; `record` is the Executed."""
+
+    outcome: str = fact("FINISHED, or what ended it")
+    reason: str | None = fact("why it did not finish")
+    run_id: str = fact("number of the run, also in the file")
+    samples: int = number("1", "samples in the file")
+    gaps: int = number("1", "samples that are missing in between")
+    duration: float = number("s", "time from the beginning to the last sample")
+    steps: Sequence[Mapping[str, Any]] = fact("each step and when it was done", listed=False)
+    fault: str | None = fact("fault that ended it")
+    fault_time: float | None = number("s", "time of that fault")
+    file: str = fact("file of the run")
+    simulated: bool = fact("whether no hardware was behind it")
+
+    @property
+    def exit_code(self) -> int:
+        """1 where the procedure did not finish."""
+        return 0 if self.outcome == FINISHED else 1
+
+    @classmethod
+    def table_units(cls) -> Mapping[str, str]:
+        """Of the steps."""
+        return {"started": "s", "ended": "s"}
+
+    def lines(self) -> Iterator[str]:
+        """One line a step."""
+        yield ""
+        for step in self.steps:
+            if step["started"] is None:
+                yield f"{step['text']}: not begun"
+                continue
+            ended = f"{step['started']:.2f} s to {step['ended']:.2f} s"
+            yield f"{step['text']}: {ended}{'' if step['reached'] else ', not reached'}"
+
+
+@result
+class RunLogged(Result):
+    """What a log recorded."""
+
+    outcome: str = fact("FINISHED, or what ended it")
+    reason: str | None = fact("why it ended early")
+    samples: int = number("1", "samples in the file")
+    gaps: int = number("1", "samples that are missing in between")
+    boots: int = number("1", "starts of the board that they come from")
+    file: str = fact("file of the run")
+    simulated: bool = fact("whether no hardware was behind it")
+
+    @property
+    def exit_code(self) -> int:
+        """1 where line or disk ended it."""
+        return 0 if self.outcome in (FINISHED, STOPPED) else 1
+
+
+@result
+class RunExported(Result):
+    """What was written of a run."""
+
+    samples: int = number("1", "samples written")
+    gaps: int = number("1", "samples that are missing in between")
+    interrupted: bool = fact("whether nobody closed the run")
+    outcome: str | None = fact("how the run ended")
+    file: str = fact("file that was written")
+    sidecar: str | None = fact("file with the facts of a CSV")
+    simulated: bool = fact("whether no hardware was behind it")
+
+
+@command(
+    "bench",
+    place=12,
+    under="bench",
+    examples=(
+        'layerjam bench run "sim:choi2018?speed=0" --procedure "evacuate to 40 kPa and hold 5 s; '
+        'vent" --brake choi2018-kapton --line choi2018 --safe-state release --vent-rest open '
+        "--sensor-range 103kPa --out first.ljrun",
+    ),
+    computes=False,
+)
+def bench_run(
+    address: BenchAddress,
+    *,
+    procedure: Annotated[str, Help("Steps, as for tensile --procedure.", metavar="TEXT")],
+    brake: BrakeInput,
+    line: LineInput,
+    vent_rest: Annotated[
+        Literal["open", "closed"] | None,
+        Help("What the vent valve does without power. Must be declared."),
+    ] = None,
+    settings: RegulatorSettings = RegulatorSettings(),
+    out: Annotated[
+        str | Path, OutFile("File of the run.", metavar="FILE.ljrun", endings=(".ljrun",))
+    ],
+    force: Overwrite = False,
+) -> RunRecorded:
+    """Carry out a procedure on a bench and record every sample.
+
+    The regulator is made for the line, at the highest vacuum of the procedure, and given to the
+    board. Whatever happens, the last act is safe outputs and a closed file; Ctrl-C ends it with
+    OPERATOR_STOPPED. Raises QuantityError for what the bench cannot do, InstrumentError where it
+    refuses, FileError for the file.
+    """
+    from layerjam.rig.driver import open_bench
+
+    steps = parse_procedure(procedure)
+    regulator, notices = _regulator(line, steps, settings)
+    if vent_rest is None:
+        raise QuantityError.of(
+            "vent rest", "it must be declared; write open or closed, as the valve is without power"
+        )
+    with open_bench(_at(str(address), steps)) as bench:
+        bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
+        bench.regulator = regulator
+        meta = {"brake": brake.name, "brake_toml": brake.rendered(brake.name)}
+        meta["line_toml"] = line.rendered(line.name)
+        made = bench.run(steps, out=out, meta=meta, force=force)
+    notices += simulated_notice(made.simulated)
+    return RunRecorded.of(
+        made,
+        steps=[vars(step) for step in made.steps],
+        file=str(made.file),
+        warnings=notices,
+        record=made,
+    )
+
+
+def _regulator(
+    line: LineFile, steps: Procedure, settings: RegulatorSettings
+) -> tuple[Regulator, list[str]]:
+    """The regulator that a board is given, for the highest vacuum of a procedure."""
+    if settings.sample_time not in (None, BOARD_PERIOD):
+        raise QuantityError.of(
+            "sample time",
+            f"{show(settings.sample_time, 's')} is not allowed; a board samples every 10 ms",
+        )
+    highest = steps.highest_vacuum()
+    made, notices = regulator_of(line, highest or 0.5 * line.line.site.atmosphere, settings)
+    if highest:
+        validate(made, highest)
+    return made, notices
+
+
+def _at(address: str, steps: Procedure) -> Address:
+    """The address; a virtual line is made linear where the regulator is, unless it says where."""
+    found = address_of(address)
+    highest = steps.highest_vacuum()
+    if not found.simulated or "at" in found.options or not highest:
+        return found
+    return replace(found, options={**found.options, "at": exact_text(highest, "Pa")})
+
+
+def simulated_notice(simulated: bool) -> list[str]:
+    """What stands beside every number of a virtual bench."""
+    text = "simulated: a virtual bench computed it, nothing was measured"
+    return [Notice(text, "simulated")] if simulated else []
+
+
+@command(
+    "bench",
+    place=13,
+    under="bench",
+    examples=("layerjam bench log sim:choi2018 --out log.ljrun --duration 1s",),
+    computes=False,
+)
+def bench_log(
+    address: BenchAddress,
+    *,
+    out: Annotated[str | Path, Help("File of the run.", metavar="FILE.ljrun")],
+    duration: Annotated[
+        float | str | None, RECORDED, Help("Time to record; until Ctrl-C unless given.")
+    ] = None,
+    resume: Annotated[bool, Help("Go on in a file that an interrupted log has left.")] = False,
+    force: Overwrite = False,
+) -> RunLogged:
+    """Record every sample of a bench that others command.
+
+    A sample is acknowledged to the board only after it is on disk. A killed process loses nothing
+    that was acknowledged, and `resume` fetches what the board still has, the last ten seconds.
+    Ctrl-C or SIGTERM ends it. Raises FileError for the file, LineError for the bench.
+    """
+    from layerjam.rig.recorder import log
+
+    made = log(
+        str(address),
+        out,
+        duration=duration,
+        resume=resume,
+        force=force,
+        say=lambda sentence: print(f"layerjam: {sentence}", file=sys.stderr, flush=True),
+    )
+    notices = simulated_notice(made.simulated)
+    return RunLogged.of(made, file=str(made.file), warnings=notices, record=made)
+
+
+@command(
+    "bench",
+    place=14,
+    under="bench",
+    examples=("layerjam bench export first.ljrun --out first.csv",),
+    computes=False,
+)
+def bench_export(
+    run: RunInput,
+    *,
+    out: Annotated[
+        str | Path,
+        OutFile("CSV, Parquet or NetCDF.", metavar="FILE", endings=(".csv", ".parquet", ".nc")),
+    ],
+    start: Start = None,
+    end: End = None,
+    force: Overwrite = False,
+) -> RunExported:
+    """Write a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
+
+    Friction, calibrate, leak, pump-down and regulate read the CSV as it is. A run that nobody
+    closed is `interrupted`; its file is read in place, with the `-wal` file beside it.
+    """
+    from layerjam.rig.export import export
+
+    first, last = window(start, end)
+    made = export(run, out, start=first, end=last, force=force)
+    return RunExported.of(
+        made.run,
+        file=str(made.file),
+        sidecar=None if made.sidecar is None else str(made.sidecar),
+        warnings=simulated_notice(made.run.simulated),
+    )

@@ -1,0 +1,77 @@
+"""A run of a bench as the CSV that every command reads, and the facts that stand beside it."""
+
+from __future__ import annotations
+
+import io
+
+from layerjam._version import __version__
+from layerjam.errors import LayerjamError
+from layerjam.measure.runs import Array, Run
+from layerjam.measure.sidecar import Facts
+from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
+
+UNITS = {"time": "s", "elongation": "m", "force": "N", "vacuum": "Pa", "target": "Pa"}
+FIRST = ("time", "elongation", "force", "vacuum", "target")
+"""Columns that commands look for, in front; the board's own follow as they are."""
+SYNTHETIC = "synthetic: a virtual bench computed it, nothing was measured"
+LONG = 400
+"""Characters of a fact beyond which it is not for a header."""
+
+
+def in_order(run: Run) -> dict[str, Array]:
+    """The columns of a run, those of FIRST in front."""
+    names = [name for name in FIRST if name in run.columns]
+    names += [name for name in run.columns if name not in names]
+    return {name: run.columns[name] for name in names}
+
+
+def csv_text(run: Run) -> str:
+    """The whole run as text: a header with what is known, names with units, a row a sample."""
+    head = {"data": SYNTHETIC if run.simulated else "measured on a bench"}
+    head |= {key: text for key, text in run.meta.items() if text and key != "simulated"}
+    short = {key: text for key, text in head.items() if "\n" not in text and len(text) <= LONG}
+    columns = in_order(run)
+    text = io.StringIO()
+    text.write(f"# layerjam {__version__} bench export\n")
+    text.writelines(f"# {key}: {value}\n" for key, value in short.items())
+    names = (f"{name} [{UNITS[name]}]" if name in UNITS else name for name in columns)
+    text.write(",".join(names) + "\n")
+    cells = [_cells(name, values) for name, values in columns.items()]
+    text.writelines(",".join(row) + "\n" for row in zip(*cells, strict=True))
+    return text.getvalue()
+
+
+def _cells(name: str, values: Array) -> list[str]:
+    """The digits that read back to the same numbers; of the time the microseconds."""
+    if name == "time":
+        return [f"{value:.6f}" for value in values.tolist()]
+    return list(map(repr, values.tolist()))
+
+
+def facts_of(run: Run) -> Facts:
+    """What a sidecar says of a run: that it is synthetic, the vacuum and speed of its procedure.
+
+    A vacuum or a speed counts where the procedure has one only.
+    """
+    meta = run.meta
+    vacuums, speeds = set(), set()
+    try:
+        steps = parse_procedure(meta.get("procedure", "")).steps
+    except LayerjamError:
+        steps = ()
+    for step in steps:
+        if isinstance(step, Evacuate):
+            vacuums.add(step.to)
+        elif isinstance(step, Pull | Return):
+            speeds.add(step.speed)
+    return Facts(
+        vacuum=vacuums.pop() if len(vacuums) == 1 else None,
+        speed=speeds.pop() if len(speeds) == 1 else None,
+        brake=meta.get("brake") or None,
+        procedure=meta.get("procedure") or None,
+        synthetic=run.simulated,
+        note=f"outcome {run.outcome or 'interrupted'}",
+        number=meta.get("run_id", ""),
+        date=meta.get("started_utc", "")[:10],
+        operator=meta.get("operator", ""),
+    )

@@ -1,0 +1,437 @@
+"""A procedure on a bench: the steps that the simulator runs, carried out and recorded.
+
+Whatever happens, the last act is safe outputs and a closed file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from layerjam.control import law
+from layerjam.control.settings import FAULTS
+from layerjam.errors import LayerjamError, QuantityError
+from layerjam.rig.crosshead import Crosshead, CrossheadLostError
+from layerjam.rig.driver import Bench
+from layerjam.rig.line import LineError
+from layerjam.rig.recorder import (
+    DISK_FULL,
+    FINISHED,
+    LINE_LOST,
+    STOPPED,
+    Block,
+    Recorder,
+    described,
+)
+from layerjam.rig.run_file import RecordingError, RunFile
+from layerjam.rig.stop import Stop
+from layerjam.rig.telemetry import PERIOD
+from layerjam.simulate.procedure import (
+    Evacuate,
+    Hold,
+    Procedure,
+    Pull,
+    Return,
+    Step,
+    Vent,
+    parse_procedure,
+)
+from layerjam.units import show
+
+NOT_REACHED, NOT_VENTED = "NOT_REACHED", "NOT_VENTED"
+CROSSHEAD_LOST, FAULT = "CROSSHEAD_LOST", "FAULT"
+SETTLED = 0.5
+"""Seconds within the band that make a vacuum reached."""
+CLOSE = 0.01
+"""Half width of that band, over the target."""
+EXTRA, TIMES = 10.0, 3.0
+"""A vacuum is given up after so many predicted rises and so many seconds more."""
+AT_REST = 0.3
+"""Seconds of samples before the start, which show the sensor's noise."""
+LAST = 0.5
+"""Seconds recorded after the outputs are off."""
+STATES = {"SAFE": 0, "RUN": 1, "FAULT": 2}
+QUICK = 600.0
+"""Lease [s] of a virtual board that runs faster than its host."""
+
+
+class EndedError(Exception):
+    """A procedure that ends before its last step; `outcome` says how."""
+
+    def __init__(self, outcome: str, reason: str) -> None:
+        super().__init__(reason)
+        self.outcome = outcome
+
+
+@dataclass(frozen=True, kw_only=True)
+class Done:
+    """One step: times [s] on the clock of the file, None where it was not begun or ended."""
+
+    text: str
+    started: float | None = None
+    ended: float | None = None
+    reached: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Executed:
+    """How a run ended."""
+
+    outcome: str
+    reason: str | None
+    run_id: str
+    samples: int
+    gaps: int
+    duration: float
+    """[s] from the beginning to the last sample."""
+    steps: tuple[Done, ...]
+    fault: str | None
+    fault_time: float | None
+    file: Path
+    simulated: bool
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What the board's own law says of its line, for deciding when a step is done."""
+
+    rise: float
+    top: float
+    fall: float
+    leak: float
+    tube: tuple[float, float, float]
+    half_band: float
+    settle_time: float
+    zero: float
+
+    @classmethod
+    def of(cls, bench: Bench) -> Watch:
+        """From the settings that a board runs by."""
+        first, second = bench.regulator
+        return cls(
+            rise=second[0],
+            top=second[1],
+            fall=second[2],
+            leak=second[3],
+            tube=(second[18], second[19], second[20]),
+            half_band=first[3],
+            settle_time=second[15] * PERIOD * 1e-6,
+            zero=second[16],
+        )
+
+    def rise_time(self, begin: float, end: float) -> float:
+        """Seconds from one vacuum [Pa] to another at full pump; infinite where it never comes."""
+        vacuum, count = begin, 0
+        while vacuum < end:
+            gives = law.given(1.0, vacuum, self.rise, self.top, self.fall, *self.tube)
+            gives -= self.leak * vacuum
+            if gives <= 1e-9 * end:
+                return math.inf
+            vacuum, count = vacuum + gives, count + 1
+        return count * PERIOD * 1e-6
+
+
+class Execution:
+    """One procedure on one bench, recorded into one file."""
+
+    def __init__(
+        self,
+        bench: Bench,
+        procedure: Procedure,
+        file: RunFile,
+        crosshead: Crosshead | None,
+        stop: Stop,
+    ) -> None:
+        self.bench, self.procedure, self.file = bench, procedure, file
+        self.crosshead, self.stop = crosshead, stop
+        self.recorder = Recorder(bench, file)
+        self.watch = Watch.of(bench)
+        self.done = [Done(text=step.text()) for step in procedure.steps]
+        self.fault: str | None = None
+        self.fault_us: int | None = None
+        self.first_us: int | None = None
+        self._vacuum = self._noise = 0.0
+        self._running = False
+
+    def run(self) -> tuple[str, str | None]:
+        """(outcome, why where it is no good one); the outputs are off when this returns."""
+        try:
+            try:
+                self._begin()
+                for place, step in enumerate(self.procedure.steps):
+                    self._step(place, step)
+                return FINISHED, None
+            finally:
+                self._rest()
+        except EndedError as end:
+            return end.outcome, str(end)
+        except RecordingError as error:
+            return DISK_FULL, str(error)
+        except LineError as error:
+            return LINE_LOST, str(error)
+        except CrossheadLostError as error:
+            return CROSSHEAD_LOST, str(error)
+
+    def _begin(self) -> None:
+        """What the sensor shows at rest; then the law runs, with nothing to hold."""
+        self.bench.target = 0.0
+        self.recorder.begin()
+        self.first_us = self.recorder.now
+        seen: list[np.ndarray[Any, Any]] = []
+
+        def keep(block: Block) -> bool:
+            seen.append(block.rows["vacuum"])
+            return False
+
+        self._until(keep, AT_REST)
+        self._noise = scatter(np.concatenate(seen)) if seen else 0.0
+        self.bench.output = True
+        self._until(lambda block: bool((block.rows["state"] == STATES["RUN"]).any()), 1.0)
+
+    def _step(self, place: int, step: Step) -> None:
+        text, at = self.done[place].text, self._time
+        self.file.note("step", text, self.recorder.now)
+        self.done[place] = Done(text=text, started=at)
+        try:
+            if isinstance(step, Evacuate):
+                self._evacuate(step)
+            elif isinstance(step, Vent):
+                self._vent()
+            elif isinstance(step, Hold):
+                self._hold(step.duration)
+            else:
+                self._move(step)
+        finally:
+            self.done[place] = replace(self.done[place], ended=self._time)
+        self.done[place] = replace(self.done[place], reached=True)
+
+    def _evacuate(self, step: Evacuate) -> None:
+        """Until the vacuum has been near its target for half a second, then hold."""
+        band = max(CLOSE * step.to, self.watch.half_band, self._noise)
+        limit = TIMES * self.watch.rise_time(self._vacuum, step.to - band) + EXTRA
+        self.bench.target = step.to
+        if not self._until(_stays(band, step.to, self.recorder.now), limit):
+            raise EndedError(
+                NOT_REACHED,
+                f"{show(step.to, 'Pa')} was not reached within {limit:.3g} s; the vacuum is "
+                f"{show(self._vacuum, 'Pa', 4)}",
+            )
+        self._hold(step.hold)
+
+    def _vent(self) -> None:
+        """Until the reading is what the regulator takes for none."""
+        limit = 2 * self.watch.settle_time
+        self.bench.target = 0.0
+        if not self._until(lambda block: bool(_last(block) < self.watch.zero), limit):
+            raise EndedError(
+                NOT_VENTED,
+                f"the vacuum is {show(self._vacuum, 'Pa', 4)} after {limit:.3g} s of venting; "
+                f"below {show(self.watch.zero, 'Pa', 4)} counts as none",
+            )
+
+    def _hold(self, duration: float) -> None:
+        """By the board's clock."""
+        if duration > 0:
+            self._until(lambda block: False, duration)
+
+    def _move(self, step: Pull | Return) -> None:
+        crosshead = self.crosshead
+        if crosshead is None:
+            raise CrossheadLostError("the procedure moves a crosshead, and there is none")
+        crosshead.begin(step, self.bench, self.file.note)
+        try:
+            begun = self.recorder.now
+            while not crosshead.done((self.recorder.now - begun) * 1e-6):
+                self._next()
+        finally:
+            crosshead.end(self.bench)
+
+    def _until(self, done: Callable[[Block], bool], limit: float) -> bool:
+        """Record until it is done; False after `limit` [s] of the board's clock."""
+        begun = self.recorder.now
+        while True:
+            block = self._next()
+            if len(block.rows) and done(block):
+                return True
+            if (self.recorder.now - begun) * 1e-6 >= limit:
+                return False
+
+    def _next(self) -> Block:
+        """One block more, and what it means for the run."""
+        if self.stop.asked:
+            raise EndedError(STOPPED, "the operator stopped it")
+        recorder, boot = self.recorder, self.recorder.boot
+        block = recorder.pump(self._moves)
+        if boot is not None and recorder.boot != boot:
+            raise EndedError(LINE_LOST, "the board was reset during the run")
+        if len(block.rows):
+            self._look(block)
+        recorder.pause(block)
+        return block
+
+    def _moves(self, block: Block) -> list[tuple[int, float, float]]:
+        if self.crosshead is None:
+            return []
+        return self.crosshead.positions(block)
+
+    def _look(self, block: Block) -> None:
+        """A fault, or somebody else who switched it off."""
+        self._vacuum = _last(block)
+        state = block.rows["state"]
+        tripped = np.flatnonzero(state == STATES["FAULT"])
+        if len(tripped):
+            self.fault_us = int(block.us[tripped[0]])
+            code = int(block.rows["fault"][tripped[0]])
+            self.fault = FAULTS.get(code) or self.bench.fault or f"{code}"
+            self.file.note("fault", self.fault, self.fault_us)
+            raise EndedError(
+                f"{FAULT}:{self.fault}", f"the bench went to its safe state: {self.fault}"
+            )
+        if self._running and (state == STATES["SAFE"]).any():
+            raise EndedError(STOPPED, "another client switched the outputs off")
+        self._running = bool(state[-1] == STATES["RUN"])
+
+    @property
+    def _time(self) -> float | None:
+        """Seconds from the beginning on."""
+        return None if self.first_us is None else (self.recorder.now - self.first_us) * 1e-6
+
+    def _rest(self) -> None:
+        """Outputs off first; then half a second more of samples, if there is a line and a disk."""
+        try:
+            self.bench.off()
+            self.bench.target = 0.0
+            if self.crosshead is not None:
+                self.crosshead.end(self.bench)
+            end = self.recorder.now + LAST * 1e6
+            while self.recorder.now < end:
+                self.recorder.pause(self.recorder.pump(self._moves))
+        except LayerjamError:
+            pass  # a line that is down: the lease does it; a full disk: nothing more to keep
+
+
+def scatter(vacuum: np.ndarray[Any, Any]) -> float:
+    """Three standard deviations of a sensor at rest and two of its steps [Pa], from readings."""
+    steps = np.diff(vacuum[np.isfinite(vacuum)].astype(float))
+    if not len(steps):
+        return 0.0
+    steps = steps - np.median(steps)
+    moved = np.abs(steps)[np.abs(steps) > 0]
+    if not len(moved):
+        return 0.0
+    return 3.0 * float(np.std(steps)) / math.sqrt(2) + 2.0 * float(moved.min())
+
+
+def _last(block: Block) -> float:
+    """The last reading [Pa]; NaN is no vacuum that could be relied on."""
+    return float(block.rows["vacuum"][-1])
+
+
+def _stays(band: float, target: float, begun: int) -> Callable[[Block], bool]:
+    """Whether every reading of the last half second was within a band [Pa] of the target."""
+    outside = begun
+
+    def done(block: Block) -> bool:
+        nonlocal outside
+        off = np.flatnonzero(~(np.abs(block.rows["vacuum"] - target) <= band))
+        if len(off):
+            outside = int(block.us[off[-1]])
+        return int(block.us[-1]) - outside >= SETTLED * 1e6
+
+    return done
+
+
+def check(bench: Bench, procedure: Procedure, crosshead: Crosshead | None) -> None:
+    """Raise QuantityError where a bench cannot carry out a procedure at all."""
+    reach = bench.reach
+    for step in procedure.steps:
+        if isinstance(step, Evacuate) and step.to > reach:
+            raise QuantityError.of(
+                "procedure",
+                f"'{step.text()}' is not possible: the regulator of {bench.address} reaches "
+                f"{show(reach, 'Pa', 4)}" + ("" if reach else ", for none is set"),
+            )
+        if isinstance(step, Pull | Return) and crosshead is None:
+            raise QuantityError.of("crosshead", f"missing; '{step.text()}' moves one")
+
+
+def execute(
+    bench: Bench,
+    procedure: Procedure | str,
+    *,
+    out: str | Path,
+    crosshead: Crosshead | None = None,
+    meta: Mapping[str, object] | None = None,
+    force: bool = False,
+) -> Executed:
+    """Carry out a procedure on a bench whose regulator and safe state are set, and record it.
+
+    `meta` is what the file should say besides what the bench does (brake_toml, line_toml). Raises
+    QuantityError or ProcedureError for what cannot be done, InstrumentError where the bench refuses
+    to start, FileError for the file; nothing is left behind then. Ctrl-C and SIGTERM end it with
+    OPERATOR_STOPPED.
+    """
+    steps = parse_procedure(procedure) if isinstance(procedure, str) else procedure
+    check(bench, steps, crosshead)
+    plant = bench.plant
+    if plant is not None and plant.behind.speed != 1.0:
+        bench.lease = QUICK
+    said = {"kind": "run", "procedure": steps.text(), **described(bench), **(meta or {})}
+    with Stop() as stop:
+        if not bench.lock():
+            owner = bench.ask("SYST:LOCK:OWN?")
+            raise QuantityError.of("bench", f"is locked by another client (session {owner})")
+        try:
+            file = RunFile.create(out, said, force)
+            try:
+                made = _recorded(bench, steps, file, crosshead, stop)
+            except BaseException:
+                file.close()
+                raise
+        finally:
+            _unlock(bench)
+    return made
+
+
+def _recorded(
+    bench: Bench, steps: Procedure, file: RunFile, crosshead: Crosshead | None, stop: Stop
+) -> Executed:
+    """Run it and close the file."""
+    running = Execution(bench, steps, file, crosshead, stop)
+    try:
+        outcome, reason = running.run()
+    except LayerjamError:
+        if running.done[0].started is None:
+            file.discard()  # refused before anything was done
+        raise
+    if reason is not None:
+        file.note("note", reason, running.recorder.now)
+    samples, gaps, _ = file.counts()
+    meta = file.meta
+    first, fault = running.first_us, running.fault_us
+    file.close(outcome)
+    return Executed(
+        outcome=outcome,
+        reason=reason,
+        run_id=meta["run_id"],
+        samples=samples,
+        gaps=gaps,
+        duration=0.0 if first is None else (running.recorder.now - first) * 1e-6,
+        steps=tuple(running.done),
+        fault=running.fault,
+        fault_time=None if first is None or fault is None else (fault - first) * 1e-6,
+        file=file.path,
+        simulated=meta["simulated"] != "0",
+    )
+
+
+def _unlock(bench: Bench) -> None:
+    """Give the lock back, where there is still a line."""
+    with contextlib.suppress(LayerjamError):
+        bench.unlock()

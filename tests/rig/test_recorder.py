@@ -1,0 +1,311 @@
+"""Fetch, commit, acknowledge: at least once from the board, exactly once in the file."""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+import stat
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from layerjam.errors import FileError
+from layerjam.measure.runs import read_run
+from layerjam.rig import run_file
+from layerjam.rig.address import address_of
+from layerjam.rig.driver import InstrumentError
+from layerjam.rig.recorder import Recorder, check_board
+from layerjam.rig.run_file import RecordingError, RunFile, check_place, file_system
+from layerjam.rig.telemetry import RECORD, fit_clock, unwrapped
+
+META = {"kind": "log", "board": "T1", "simulated": 1, "run_id": "r"}
+ROOM = 1000
+
+
+class Killed(BaseException):
+    """What `kill -9` is to a test."""
+
+
+class Board:
+    """A ring of a board and its driver in one, in the plainest Python: no code of the firmware."""
+
+    def __init__(self, boot: int = 7, uptime: int = 0) -> None:
+        self.boot, self.uptime = boot, uptime
+        self.made = self.kept = 0
+        self.events: list[str] = []
+        self.plant = None
+        self.identity = "layerjam,test bench,T1,0"
+        self.address = address_of("tcp:127.0.0.1:1")
+        self.acts: list[str] = []
+
+    def run(self, samples: int) -> None:
+        self.made += samples
+        self.kept = max(self.kept, self.made - ROOM)
+
+    def row(self, seq: int) -> tuple[Any, ...]:
+        us = (self.uptime + 10_000 * seq) % 2**32
+        return (seq, us, 100.0 * seq, 5.0, seq % 999, 2300, 1, 0, 0, 0)
+
+    def stream(self, count: int) -> tuple[np.ndarray, int]:
+        self.acts.append("fetch")
+        upto = min(self.made, self.kept + count)
+        return np.array([self.row(seq) for seq in range(self.kept, upto)], RECORD), self.boot
+
+    def acknowledge(self, seq: int) -> None:
+        self.acts.append("acknowledge")
+        if not self.kept <= seq < self.made:
+            raise InstrumentError(-222, "out of range", "STR:ACK")
+        self.kept = seq + 1
+
+
+def opened(path: Path, board: Any) -> Recorder:
+    """A recorder as `bench log --resume` starts one."""
+    file = RunFile.resume(path) if path.exists() else RunFile.create(path, META)
+    return Recorder(board, file)
+
+
+@pytest.mark.parametrize("uptime", [0, 2**32 - 3_000_000])
+def test_every_sample_once_and_its_clock_counts_on(tmp_path: Path, uptime: int) -> None:
+    board, path = Board(uptime=uptime), tmp_path / "a.ljrun"
+    recorder = opened(path, board)
+    for _ in range(5):
+        board.run(150)
+        recorder.pump()
+    recorder.file.close("FINISHED")
+    run = read_run(path)
+    assert run.outcome == "FINISHED" and not run.interrupted and run.gaps == 0
+    assert np.array_equal(run.columns["seq"], np.arange(750))
+    assert np.array_equal(run.columns["board_us"], uptime + 10_000 * np.arange(750))
+    assert np.abs(run.columns["time"] - 0.01 * np.arange(750)).max() < 1e-9
+    assert np.array_equal(run.columns["vacuum"], 100.0 * np.arange(750))
+    assert not (path.stat().st_mode & stat.S_IWUSR) and len(list(tmp_path.iterdir())) == 1
+
+
+def test_nothing_is_acknowledged_before_it_is_on_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    board = Board()
+    recorder = opened(tmp_path / "a.ljrun", board)
+    add = recorder.file.add
+
+    def noted(*given: Any) -> None:
+        add(*given)
+        with contextlib.closing(sqlite3.connect(tmp_path / "a.ljrun")) as stranger:
+            seen = stranger.execute("SELECT max(seq) FROM samples").fetchone()[0]
+        board.acts.append(f"on disk to {seen}")
+
+    monkeypatch.setattr(recorder.file, "add", noted)
+    for _ in range(2):
+        board.run(30)
+        recorder.pump()
+    assert board.acts == [
+        "fetch", "on disk to 29", "acknowledge", "fetch", "on disk to 59", "acknowledge",
+    ]  # fmt: skip
+    recorder.file.close("FINISHED")
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 120), st.sampled_from(["", "fetch", "add", "acknowledge"])),
+        min_size=1,
+        max_size=8,
+    )
+)
+def test_killed_anywhere_it_misses_nothing_and_doubles_nothing(
+    tmp_path_factory: pytest.TempPathFactory, lives: list[tuple[int, str]]
+) -> None:
+    """Killed after each of the three acts, in any order; the ring holds all that is left."""
+    path = tmp_path_factory.mktemp("kills") / "a.ljrun"
+    board = Board(uptime=2**32 - 5_000_000)
+    for samples, dies_after in lives:
+        recorder = opened(path, board)
+        board.run(samples)
+        target: Any = recorder.file if dies_after == "add" else board
+        if dies_after:
+            name = {"fetch": "stream"}.get(dies_after, dies_after)
+            act = getattr(target, name)
+
+            def dying(*given: Any, act: Any = act) -> None:
+                act(*given)
+                raise Killed
+
+            setattr(target, name, dying)
+        try:
+            while board.kept < board.made:
+                recorder.pump()
+        except Killed:
+            pass
+        if dies_after:
+            delattr(target, name)
+        recorder.file.close()
+    recorder = opened(path, board)
+    while board.kept < board.made:
+        recorder.pump()
+    recorder.file.close("FINISHED")
+    run = read_run(path)
+    assert np.array_equal(run.columns["seq"], np.arange(board.made)) and run.gaps == 0
+    assert np.array_equal(np.diff(run.columns["board_us"]), np.full(max(board.made - 1, 0), 10_000))
+
+
+def test_what_the_ring_lost_is_counted_and_said(tmp_path: Path) -> None:
+    board, path = Board(), tmp_path / "a.ljrun"
+    recorder = opened(path, board)
+    board.run(100)
+    recorder.pump()
+    board.run(ROOM + 123)
+    while board.kept < board.made:
+        recorder.pump()
+    assert recorder.file.counts() == (ROOM + 100, 123, 1)
+    recorder.file.close("FINISHED")
+    run = read_run(path)
+    assert run.gaps == 123 and any("123 samples are missing" in text for *_, text in run.events)
+    assert run.columns["time"][100] == pytest.approx(2.23)
+
+
+def test_a_board_that_starts_anew_is_another_boot(tmp_path: Path) -> None:
+    """Time goes on by the host's clock, and never back, whatever the calendar does."""
+    path, now = tmp_path / "a.ljrun", [10**12, 10**18]
+    first, second = Board(boot=900), Board(boot=3)
+    recorder = opened(path, first)
+    recorder._clocks = lambda: (now[0], now[1])
+    first.run(200)
+    recorder.pump()
+    now[:] = now[0] + 5 * 10**9, now[1] - 3600 * 10**9
+    recorder.bench = second  # type: ignore[assignment]
+    second.run(200)
+    recorder.pump()
+    assert recorder.file.counts() == (400, 0, 2)
+    recorder.file.close("FINISHED")
+    run = read_run(path)
+    assert run.boots == (900, 3) and run.meta["boots"].split() == ["00000384", "00000003"]
+    assert run.columns["boot"].tolist() == [900] * 200 + [3] * 200
+    # both blocks came two seconds after their first sample
+    assert run.columns["time"][200] == pytest.approx(5.0)
+    assert (np.diff(run.columns["time"]) > 0).all()
+    said = " ".join(text for *_, text in run.events)
+    assert "started anew: 00000003" in said and "set back by 3605 s" in said
+
+
+def test_an_open_file_is_read_and_a_second_recorder_refused(tmp_path: Path) -> None:
+    board, path = Board(), tmp_path / "a.ljrun"
+    recorder = opened(path, board)
+    board.run(50)
+    recorder.pump()
+    assert read_run(path).interrupted and read_run(path).samples == 50
+    with pytest.raises(FileError, match="another recorder"):
+        RunFile.resume(path)
+    with pytest.raises(FileError, match="exists already"):
+        RunFile.create(path, META)
+    board.run(50)
+    recorder.pump()
+    recorder.file.close()
+    assert read_run(path).samples == 100
+    other = Board()
+    other.identity = "layerjam,test bench,T2,0"
+    file = RunFile.resume(path)
+    with pytest.raises(FileError, match="board T1"):
+        check_board(other, file)  # type: ignore[arg-type]
+    file.close("FINISHED")
+    with contextlib.closing(sqlite3.connect(path)) as base:
+        assert base.execute("PRAGMA application_id").fetchone() == (0x4C4A5255,)
+        assert base.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        assert base.execute("PRAGMA journal_mode").fetchone() == ("delete",)
+
+
+def test_a_full_disk_acknowledges_nothing(tmp_path: Path) -> None:
+    board, path = Board(), tmp_path / "a.ljrun"
+    recorder = opened(path, board)
+    pages = recorder.file._base.execute("PRAGMA page_count").fetchone()[0]
+    recorder.file._base.execute(f"PRAGMA max_page_count = {pages + 6}")
+    with pytest.raises(RecordingError, match="full"):
+        for _ in range(50):
+            board.run(100)
+            recorder.pump()
+    kept = board.kept
+    recorder.file.close("DISK_FULL")
+    run = read_run(path)
+    assert 0 < kept < board.made and run.samples == kept
+    assert np.array_equal(run.columns["seq"], np.arange(kept))
+
+
+def test_what_is_no_run_is_refused(tmp_path: Path) -> None:
+    text, other, torn = (tmp_path / name for name in ("a.txt", "b.db", "c.ljrun"))
+    text.write_text("no database, but long enough to hold a head of one hundred bytes" * 4)
+    with contextlib.closing(sqlite3.connect(other)) as base:
+        base.execute("CREATE TABLE samples (seq INTEGER)")
+        base.commit()
+    RunFile.create(torn, META).close("FINISHED")
+    torn.chmod(0o644)
+    torn.write_bytes(torn.read_bytes()[:9000] + bytes(3000))
+    for path, why in ((text, "no run"), (other, "no run"), (torn, "damaged"),
+                      (tmp_path, "no file"), (tmp_path / "none", "no file")):  # fmt: skip
+        with pytest.raises(FileError, match=why):
+            read_run(path)
+
+
+MOUNTED = """22 1 254:0 / / rw,relatime shared:1 - ext4 /dev/vda1 rw
+31 22 0:27 / /data rw shared:5 - nfs4 server:/export rw
+32 22 0:28 / /data/local\\040disk rw - xfs /dev/sdb1 rw
+33 22 0:29 / /database rw - ext4 /dev/sdc1 rw
+"""
+
+
+@pytest.mark.parametrize(
+    ("path", "kind"),
+    [("/home/me", "ext4"), ("/data/runs", "nfs4"), ("/data/local disk/x", "xfs"),
+     ("/database/x", "ext4")],
+)  # fmt: skip
+def test_the_file_system_of_a_path(path: str, kind: str) -> None:
+    assert file_system(Path(path), MOUNTED) == kind
+    assert file_system(Path(path), "") == ""
+
+
+def test_a_place_where_no_run_can_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    check_place(tmp_path / "a.ljrun")
+    for name, why in (("a.db", "ending"), ("none/a.ljrun", "no folder")):
+        with pytest.raises(FileError, match=why):
+            check_place(tmp_path / name)
+    mounts = tmp_path / "mounts"
+    mounts.write_text(f"22 1 0:1 / {tmp_path} rw - nfs4 server:/x rw\n")
+    monkeypatch.setattr(run_file, "MOUNTS", mounts)
+    with pytest.raises(FileError, match="network file system"):
+        RunFile.create(tmp_path / "a.ljrun", META)
+    free = run_file.shutil.disk_usage(tmp_path)._replace(free=3_000_000)
+    monkeypatch.setattr(run_file.shutil, "disk_usage", lambda path: free)
+    with pytest.raises(FileError, match=r"3.0 MB are free.*need 10 MB"):
+        RunFile.create(tmp_path / "a.ljrun", META)
+    assert [path.name for path in tmp_path.iterdir()] == ["mounts"]
+
+
+@given(
+    st.integers(0, 2**33),
+    st.lists(st.tuples(st.integers(1, 2_000_000), st.integers(-400, 400)), max_size=40),
+)
+def test_the_clock_without_wraps(start: int, steps: list[tuple[int, int]]) -> None:
+    """Against a clock of as many bits as it takes; gaps of many wraps, each sample a bit off."""
+    seq = np.cumsum([0, *(gap for gap, _ in steps)])
+    true = start + 10_000 * seq + np.array([0, *(off for _, off in steps)])
+    counts = (true % 2**32).astype("<u4")
+    made = unwrapped(counts, seq.astype("<u4"))
+    assert np.array_equal(made - made[0], true - true[0]) and np.array_equal(made % 2**32, counts)
+    last = (int(seq[0]), int(made[0]))
+    again = unwrapped(counts[1:], seq[1:].astype("<u4"), last)
+    assert np.array_equal(again, made[1:])
+
+
+@settings(max_examples=20)
+@given(st.floats(0.9999, 1.0001), st.integers(0, 2**40), st.integers(0, 2**32))
+def test_the_hosts_clock_over_the_boards(rate: float, begin: int, seed: int) -> None:
+    """Blocks come late by chance, never early: the line lies under them."""
+    board = np.arange(0, 60_000_000, 50_000)
+    late = np.random.default_rng(seed).exponential(2e5, len(board))
+    late[::7] += 3e7
+    host = (begin + rate * board * 1e3 + late).astype(np.int64)
+    fit = fit_clock(board + 5_000_000, host)
+    assert fit.rate == pytest.approx(rate, abs=3e-6)
+    assert fit.begin == pytest.approx(begin, abs=2e5) and 0 < fit.delay < 2e6
