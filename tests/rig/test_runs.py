@@ -28,6 +28,7 @@ from layerjam.rig.address import address_of
 from layerjam.rig.driver import Bench
 from layerjam.rig.execute import Execution, scatter
 from layerjam.rig.plant import behind
+from layerjam.rig.procedure_bench import ProcedureBench
 from layerjam.rig.recorder import Recorder, described
 from layerjam.rig.run_file import RunFile
 
@@ -43,7 +44,7 @@ def said(words: list[str], capsys: pytest.CaptureFixture[str], code: int = 0) ->
     return made
 
 
-def ready(address: str = FAST, **other: Any) -> Bench:
+def ready(address: str = FAST, **other: Any) -> ProcedureBench:
     made = behind(address_of(address))
     regulator = {"plant": made.plant, "sensor": made.sensor, "safe_state": "release", **other}
     bench = layerjam.rig.open(address)

@@ -130,7 +130,7 @@ def bench_run(
     OPERATOR_STOPPED. Raises QuantityError for what the bench cannot do, InstrumentError where it
     refuses, FileError for the file.
     """
-    from layerjam.rig.driver import open_bench
+    from layerjam.rig.procedure_bench import open_procedure_bench
 
     steps = parse_procedure(procedure)
     regulator, notices = _regulator(line, steps, settings)
@@ -138,7 +138,7 @@ def bench_run(
         raise QuantityError.of(
             "vent rest", "it must be declared; write open or closed, as the valve is without power"
         )
-    with open_bench(_at(str(address), steps)) as bench:
+    with open_procedure_bench(_at(str(address), steps)) as bench:
         bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
         bench.regulator = regulator
         meta = {"brake": brake.name, "brake_toml": brake.rendered(brake.name)}

@@ -6,10 +6,8 @@ import math
 import struct
 import time
 import zlib
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -22,11 +20,6 @@ from layerjam.rig.link import BoardLink, Link, link_to
 from layerjam.rig.plant import VirtualPlant
 from layerjam.rig.telemetry import records
 from layerjam.units import QuantitySpec, check, parse
-
-if TYPE_CHECKING:
-    from layerjam.rig.crosshead import Crosshead
-    from layerjam.rig.execute import Executed
-    from layerjam.simulate.procedure import Procedure
 
 SAFE_STATES = {"release": "REL", "hold": "HOLD"}
 VENT_RESTS = {"open": "OPEN", "closed": "CLOS"}
@@ -302,23 +295,6 @@ class Bench:
             errors=tuple(self.events),
         )
 
-    def run(
-        self,
-        procedure: Procedure | str,
-        *,
-        out: str | Path,
-        crosshead: Crosshead | None = None,
-        meta: Mapping[str, object] | None = None,
-        force: bool = False,
-    ) -> Executed:
-        """Carry out a procedure and record it in the file `out`; see `rig.execute.execute`.
-
-        Regulator, safe state and vent rest must be set before.
-        """
-        from layerjam.rig.execute import execute
-
-        return execute(self, procedure, out=out, crosshead=crosshead, meta=meta, force=force)
-
     def close(self) -> None:
         """Switch the outputs off, unless nothing was commanded here, and leave."""
         try:
@@ -336,15 +312,26 @@ class Bench:
         self.close()
 
 
+B = TypeVar("B", bound=Bench)
+
+
 def open_bench(address: str | Address) -> Bench:
     """The bench at an address, such as `sim:choi2018`, `serial:/dev/ttyACM0`, `tcp:host:5025`.
+
+    Raises FileError, LineError, QuantityError, UnknownNameError or MissingExtraError.
+    """
+    return opened(address, Bench)
+
+
+def opened(address: str | Address, kind: type[B]) -> B:
+    """The same as a bench of some kind.
 
     Raises FileError, LineError, QuantityError, UnknownNameError or MissingExtraError.
     """
     where = address_of(address)
     link = link_to(where)
     try:
-        return Bench(link, where)
+        return kind(link, where)
     except BaseException:
         link.close()
         raise
