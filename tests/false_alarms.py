@@ -19,9 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
-from layerjam.control.closed_loop import FaultInjection as Fault
 from layerjam.control.closed_loop import simulate, simulate_many
 from layerjam.control.detection import detection_times
+from layerjam.control.faults import FaultInjection as Fault
 from layerjam.control.plant import Plant, plant_of
 from layerjam.control.settings import FAULTS, KINDS, Regulator
 from layerjam.fluid.line import Chamber, Line, Pump, Sensor, Tube, Valve

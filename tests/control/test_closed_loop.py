@@ -10,7 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from control.loops import AIR, IDEAL, NOISY, WATER, regulator
-from layerjam.control.closed_loop import FaultInjection, simulate, simulate_many
+from layerjam.control.closed_loop import simulate, simulate_many
+from layerjam.control.faults import FaultInjection
 from layerjam.control.plant import Plant
 from layerjam.control.settings import KINDS
 from layerjam.fluid.line import Sensor

@@ -14,7 +14,7 @@ from scipy.special import roots_legendre
 
 from control.loops import AIR
 from layerjam.control import closed_loop_run
-from layerjam.control.closed_loop_run import Rates
+from layerjam.control.exact import Rates
 
 
 @numba.njit(error_model="numpy")  # type: ignore[untyped-decorator]

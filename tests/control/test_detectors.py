@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from control.loops import AIR, COARSE, IDEAL, NOISY, WATER, regulator
-from layerjam.control.closed_loop import FaultInjection, simulate, simulate_many
+from layerjam.control.closed_loop import simulate, simulate_many
 from layerjam.control.detection import detection_times
+from layerjam.control.faults import FaultInjection
 from layerjam.control.plant import Plant
 from layerjam.control.settings import KINDS, SAFE_STATES, Regulator
 from layerjam.fluid.line import Sensor

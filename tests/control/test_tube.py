@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from layerjam.control.closed_loop import FaultInjection, simulate, simulate_many
+from layerjam.control.closed_loop import simulate, simulate_many
 from layerjam.control.detection import detection_times
+from layerjam.control.faults import FaultInjection
 from layerjam.control.plant import Plant, plant_of
 from layerjam.control.settings import KINDS, SAFELY, Regulator, validate
 from layerjam.errors import QuantityError

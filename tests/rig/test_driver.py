@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import layerjam.rig
-from layerjam.control.closed_loop import FaultInjection
+from layerjam.control.faults import FaultInjection
 from layerjam.control.settings import Regulator
 from layerjam.errors import LayerjamError
 from layerjam.rig.address import address_of

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from layerjam.cli.main import main
-from layerjam.control.closed_loop import FaultInjection
+from layerjam.control.faults import FaultInjection
 from layerjam.errors import LayerjamError
 from layerjam.rig import board as boards
 from layerjam.rig.address import VIRTUAL, address_of

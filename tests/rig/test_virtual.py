@@ -11,7 +11,7 @@ from importlib.util import find_spec
 import pytest
 from scipy.integrate import solve_ivp
 
-from layerjam.control.closed_loop import FaultInjection
+from layerjam.control.faults import FaultInjection
 from layerjam.control.plant import Plant
 from layerjam.control.settings import Regulator
 from layerjam.errors import LayerjamError

@@ -21,7 +21,8 @@ from layerjam.units import QuantitySpec, show
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from layerjam.control.closed_loop import ClosedLoop, FaultInjection
+    from layerjam.control.closed_loop import ClosedLoop
+    from layerjam.control.faults import FaultInjection
     from layerjam.control.tuning import Identified
 
 FAULT_AT = QuantitySpec("s", "time at which the fault begins", hi=1e5, example="8s")
@@ -191,8 +192,7 @@ def _injected(
     file: LineFile,
 ) -> tuple[FaultInjection, str | None]:
     """What breaks, and in words; nothing without a fault."""
-    from layerjam.control.closed_loop import FaultInjection
-    from layerjam.control.faults import injection_of
+    from layerjam.control.faults import FaultInjection, injection_of
 
     if fault is None or at is None:
         return FaultInjection(), None

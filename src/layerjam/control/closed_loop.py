@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from layerjam.control import law
-from layerjam.control.closed_loop_run import READS, SHOWS, STANDS, Chain, Course, Rates, loop
+from layerjam.control.closed_loop_run import READS, SHOWS, STANDS, Chain, Course, loop
+from layerjam.control.faults import FaultInjection
 from layerjam.control.plant import Plant
 from layerjam.control.settings import FAULTS, Regulator, validate
 from layerjam.errors import QuantityError
@@ -29,39 +30,6 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 SENSOR_FAULTS = {"": READS, "nan": SHOWS, "stuck": STANDS, "rail": SHOWS, "offset": READS}
 Targets = Sequence[tuple[float, float]]
 """Pairs of duration [s] and vacuum [Pa]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class FaultInjection:
-    """What breaks at the time `at` [s]: factors on the plant, or the sensor.
-
-    `pump` multiplies the pump's flow, `leak` [1/s] adds to the leak, `volume` multiplies the volume
-    (a blocked line leaves a small one), `vent` multiplies the vent's flow. `sensor` is one of
-    "nan", "stuck", "rail" (it shows `value`), "offset" (it shows `value` too much) [Pa].
-    """
-
-    at: float = math.inf
-    pump: float = 1.0
-    leak: float = 0.0
-    volume: float = 1.0
-    vent: float = 1.0
-    sensor: str = ""
-    value: float = 0.0
-
-    def on(self, plant: Plant) -> Rates:
-        """The broken plant for the loop."""
-        tube = plant.passage
-        return Rates(
-            rate=plant.rate * self.pump / self.volume,
-            top=plant.top,
-            weight=plant.weight,
-            leak=(plant.leak + self.leak) / self.volume,
-            vent=plant.vent * self.vent / self.volume,
-            backwards=plant.backwards * self.pump / self.volume,
-            side=0.0 if tube is None else tube.volume / self.volume,
-            passes=0.0 if tube is None else tube.passes / self.volume,
-            atmosphere=0.0 if tube is None else tube.atmosphere,
-        )
 
 
 @dataclass(frozen=True, kw_only=True)

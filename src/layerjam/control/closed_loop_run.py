@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from layerjam.control import law
+from layerjam.control import exact, law
+from layerjam.control.exact import Rates  # noqa: F401  older loops in numba's cache look here
 from layerjam.control.noise import key_of, normal
 from layerjam.control.through_tube import advanced
 from layerjam.mechanics.compiled import stamp_of
@@ -24,21 +25,6 @@ from layerjam.mechanics.threads import once
 READS, STANDS, SHOWS = 0, 1, 2
 """What the sensor does: it reads, keeps its last number, or shows a number of its own."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
-
-
-class Rates(NamedTuple):
-    """The plant's numbers for the loop; see `plant`."""
-
-    rate: float
-    top: float
-    weight: float
-    leak: float
-    vent: float
-    backwards: float
-    side: float = 0.0
-    """Gas of the tube over the chamber's; 0 without a tube."""
-    passes: float = 0.0
-    atmosphere: float = 0.0
 
 
 class Chain(NamedTuple):
@@ -98,28 +84,8 @@ compiled_step, compiled_detect = _LAW["step"], _LAW["detect"]
 """The law's `step` and `detect` for numba."""
 
 
-@numba.njit(error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator]
-def factors(plant, pump, vent, dt, lag, left):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """(a, b, effect of a sample's first slope a - b v on v, on the sensor).
-
-    `left` is 1 - exp(-dt/lag).
-    """
-    a = plant.rate * pump * plant.top if pump > 0.0 else plant.backwards * pump
-    b = plant.leak + plant.rate * plant.weight * max(pump, 0.0) + plant.vent * vent
-    x = b * dt
-    # (1 - exp(-x))/x; with the vent closed a series does, to the last digit
-    series = 1.0 / 24.0 - x * (1.0 / 120.0 - x * (1.0 / 720.0))
-    series = 1.0 - x * (1.0 / 2.0 - x * (1.0 / 6.0 - x * series))
-    gain = dt * (series if x < 0.01 else -math.expm1(-x) / x)
-    if lag == 0.0:
-        return a, b, gain, gain
-    ratio = dt / lag
-    d = ratio - x
-    if abs(d) > 1e-3:
-        return a, b, gain, (ratio * gain - dt * left) / d
-    # the rates of plant and sensor meet: a removable singularity
-    phi = (1.0 - left) * ratio * (1.0 + d * (0.5 + d * (1.0 / 6.0 + d * (1.0 / 24.0))))
-    return a, b, gain, (left - phi) / b if b > 0.0 else dt - lag * left
+factors = numba.njit(error_model="numpy", forceinline=True)(exact.factors)
+"""That of `exact.py` for numba."""
 
 
 @numba.njit(error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator]
@@ -135,7 +101,7 @@ def _reading(shown, noise, chain):  # type: ignore[no-untyped-def]  # pragma: no
 def loop() -> Any:
     """The compiled loop: some seconds when its files or the law have changed, else from cache."""
     here = Path(__file__).parent
-    names = ("law.py", "noise.py", "closed_loop_run.py", "through_tube.py")
+    names = ("law.py", "noise.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(here / name for name in names)
 
     @numba.njit(cache=True, nogil=True, error_model="numpy")

@@ -16,8 +16,8 @@ import numba
 import numpy as np
 
 from layerjam.control import law
-from layerjam.control.closed_loop import FaultInjection
 from layerjam.control.closed_loop_run import compiled_detect, factors
+from layerjam.control.faults import FaultInjection
 from layerjam.control.settings import Packed, Regulator
 from layerjam.control.through_tube import advanced
 from layerjam.mechanics.compiled import stamp_of
@@ -123,7 +123,7 @@ def _strict(regulator: Regulator, step: float) -> tuple[float, ...]:
 def _trial() -> Any:
     """The compiled trial: full pump on the broken plant, the number of steps until a fault."""
     here = Path(__file__).parent
-    names = ("law.py", "detection.py", "closed_loop_run.py", "through_tube.py")
+    names = ("law.py", "detection.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(here / name for name in names)
 
     @numba.njit(cache=True, error_model="numpy")

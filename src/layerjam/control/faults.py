@@ -1,8 +1,12 @@
-"""Faults by name, as a bench would provoke them: what breaks, so that a detector can be tried."""
+"""Faults, by name as a bench would provoke them: what breaks, so that a detector can be tried."""
 
 from __future__ import annotations
 
-from layerjam.control.closed_loop import FaultInjection
+import math
+from dataclasses import dataclass
+
+from layerjam.control.exact import Rates
+from layerjam.control.plant import Plant
 from layerjam.control.settings import Regulator
 from layerjam.errors import UnknownNameError
 from layerjam.units import show
@@ -18,6 +22,39 @@ PROVOKED = {
 }
 OFFSET = 2.5
 """Of the greatest reading that counts as none when vented; a detector is due from 2 on."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaultInjection:
+    """What breaks at the time `at` [s]: factors on the plant, or the sensor.
+
+    `pump` multiplies the pump's flow, `leak` [1/s] adds to the leak, `volume` multiplies the volume
+    (a blocked line leaves a small one), `vent` multiplies the vent's flow. `sensor` is one of
+    "nan", "stuck", "rail" (it shows `value`), "offset" (it shows `value` too much) [Pa].
+    """
+
+    at: float = math.inf
+    pump: float = 1.0
+    leak: float = 0.0
+    volume: float = 1.0
+    vent: float = 1.0
+    sensor: str = ""
+    value: float = 0.0
+
+    def on(self, plant: Plant) -> Rates:
+        """The broken plant for the loop."""
+        tube = plant.passage
+        return Rates(
+            rate=plant.rate * self.pump / self.volume,
+            top=plant.top,
+            weight=plant.weight,
+            leak=(plant.leak + self.leak) / self.volume,
+            vent=plant.vent * self.vent / self.volume,
+            backwards=plant.backwards * self.pump / self.volume,
+            side=0.0 if tube is None else tube.volume / self.volume,
+            passes=0.0 if tube is None else tube.passes / self.volume,
+            atmosphere=0.0 if tube is None else tube.atmosphere,
+        )
 
 
 def injection_of(

@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from layerjam.control.closed_loop import FaultInjection, simulate
+from layerjam.control.closed_loop import simulate
+from layerjam.control.faults import FaultInjection
 from layerjam.control.follow import bode, follow, rehabilitation
 from layerjam.control.plan import Arrival, plan
 from layerjam.control.plant import plant_of

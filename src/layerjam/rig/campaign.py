@@ -198,9 +198,9 @@ def _through(bench: Bench, board: VirtualBoard, observer: Observer) -> int | Non
         return None
     line = board.line
     if host == "deaf":
-        line.ask(SESSION, f"SYST:LEAS {case.lease}".encode())
-        for _ in range(FLOOD):
-            line.send(SESSION, b"FETC:ALL?")
+        for count in range(FLOOD):
+            lease = "" if count else f"SYST:LEAS {case.lease};:"
+            line.send(SESSION, f"{lease}FETC:ALL?".encode())
         plant.pace = 0.0
         _until_done(observer)
         ran = [said for said in line.heard() if b",RUN," in said]

@@ -12,9 +12,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from layerjam.control.closed_loop import FaultInjection
 from layerjam.control.detection import IN_NOISE, detection_times
-from layerjam.control.faults import OFFSET, injection_of
+from layerjam.control.faults import OFFSET, FaultInjection, injection_of
 from layerjam.control.settings import Regulator
 from layerjam.rig.plant import COUNTS, VirtualPlant
 
@@ -28,7 +27,8 @@ ESTOP_SAMPLES, SUPPLY_SAMPLES = 2, 3
 APART = 0.05
 """Share of the range by which two sensors may differ."""
 PUMP = frozenset({"NO_VACUUM", "WEAK_PUMP"})
-"""A dead pump's last rise, in the decision that it dies in, may still call it weak."""
+"""A dead pump's last rise, in the decision that it dies in, may still call it weak; so may that of
+a sensor that sticks."""
 DRIFTS = (200.0, 130.0, 100.0, 50.0)
 """Pascals a second by which a drifting sensor climbs."""
 STALLS = (0.12, 1.0)
@@ -205,7 +205,12 @@ KINDS: dict[str, FaultKind] = {
         breaks=_disconnected,
     ),
     "sensor-stuck": FaultKind(
-        **_law_fault("the sensor shows the same number for ever", HOLDING, "SENSOR_STUCK"),
+        **_law_fault(
+            "the sensor shows the same number for ever",
+            BOTH,
+            "SENSOR_STUCK",
+            PUMP | {"SENSOR_STUCK"},
+        ),
         breaks=_injected("sensor-stuck"),
     ),
     "sensor-offset": FaultKind(

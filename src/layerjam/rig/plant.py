@@ -10,12 +10,10 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
-from layerjam.control.closed_loop import FaultInjection
-from layerjam.control.closed_loop_run import Rates, factors
+from layerjam.control.exact import Rates, factors
+from layerjam.control.faults import FaultInjection
 from layerjam.control.plant import Plant, plant_of
-from layerjam.control.through_tube import advanced
 from layerjam.errors import QuantityError
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Sensor
@@ -37,8 +35,6 @@ AT = 60e3
 """Vacuum [Pa] at which a line's leak and valve are made linear, unless the address says `at`."""
 ROOM_TEMPERATURE = 2300
 HEALTHY = FaultInjection()
-FACTORS: Any = factors.py_func
-"""The loop's own text, not compiled: a sample at a time gains nothing by it."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +169,7 @@ class VirtualPlant:
         return known[2]
 
     def _move(self, dt: float) -> None:
-        """So many seconds on, exact for outputs that stand still (see `closed_loop_run.py`)."""
+        """So many seconds on, exact for outputs that stand still (see `control/exact.py`)."""
         if dt <= 0.0:
             return
         pump, vent = self.outputs
@@ -182,8 +178,10 @@ class VirtualPlant:
         self._climbed += self.drift * dt
         rates, lag = self._rates(), self.behind.sensor.lag
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
-        a, b, gain, sensed = FACTORS(rates, pump, float(vent), dt, lag, left)
+        a, b, gain, sensed = factors(rates, pump, float(vent), dt, lag, left)
         if rates.side > 0.0:
+            from layerjam.control.through_tube import advanced  # numba takes half a second
+
             self.vacuum, self.side, self.shown = advanced(
                 self.vacuum, self.side, self.shown, a, b - rates.leak, rates, dt, lag
             )

@@ -29,11 +29,11 @@ RELEASES = 0.25
 """Share of the orders that release."""
 WARM = 60.0
 """Time [s] of the board before its memory is looked at first."""
-LOOKS = 5
+LOOKS = 2
 """Readings of the memory, of which the least counts."""
 BLOCK = 200
 """Records taken at once."""
-HELD_BACK = ((950, 1e-2), (500, 1e-3))
+HELD_BACK = ((950, 5e-3), (500, 1e-3))
 """So many records that wait in the board's ring hold each sample back by so many seconds."""
 PAUSE = 4e-3
 """Seconds until a block is worth taking."""

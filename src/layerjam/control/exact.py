@@ -1,0 +1,46 @@
+"""The plant between two samples, exact: the text of the compiled loop and of a virtual board."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+
+class Rates(NamedTuple):
+    """The plant's numbers for the loop; see `plant`."""
+
+    rate: float
+    top: float
+    weight: float
+    leak: float
+    vent: float
+    backwards: float
+    side: float = 0.0
+    """Gas of the tube over the chamber's; 0 without a tube."""
+    passes: float = 0.0
+    atmosphere: float = 0.0
+
+
+def factors(
+    plant: Rates, pump: float, vent: float, dt: float, lag: float, left: float
+) -> tuple[float, float, float, float]:
+    """(a, b, effect of a sample's first slope a - b v on v, on the sensor).
+
+    `left` is 1 - exp(-dt/lag).
+    """
+    a = plant.rate * pump * plant.top if pump > 0.0 else plant.backwards * pump
+    b = plant.leak + plant.rate * plant.weight * max(pump, 0.0) + plant.vent * vent
+    x = b * dt
+    # (1 - exp(-x))/x; with the vent closed a series does, to the last digit
+    series = 1.0 / 24.0 - x * (1.0 / 120.0 - x * (1.0 / 720.0))
+    series = 1.0 - x * (1.0 / 2.0 - x * (1.0 / 6.0 - x * series))
+    gain = dt * (series if x < 0.01 else -math.expm1(-x) / x)
+    if lag == 0.0:
+        return a, b, gain, gain
+    ratio = dt / lag
+    d = ratio - x
+    if abs(d) > 1e-3:
+        return a, b, gain, (ratio * gain - dt * left) / d
+    # the rates of plant and sensor meet: a removable singularity
+    phi = (1.0 - left) * ratio * (1.0 + d * (0.5 + d * (1.0 / 6.0 + d * (1.0 / 24.0))))
+    return a, b, gain, (left - phi) / b if b > 0.0 else dt - lag * left
