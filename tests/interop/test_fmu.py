@@ -110,6 +110,39 @@ def test_velocity_leads_through_a_step_and_asking_changes_nothing(made, version)
     assert unit.saved() == before
 
 
+def fallen(unit, step, implicit=False):
+    """Slip [m] of 1 kg that falls into the unit at 2.5 m/s, the mass stepped here.
+
+    The mass first and then the brake, or the trapezoidal rule with the unit's own slope, which asks
+    without committing.
+    """
+    unit.start(vacuum=94.5e3)
+    down, speed, force = 0.0, 2.5, 0.0
+    while speed > 0:
+        before, ahead = force, speed + step * (9.80665 - force)
+        for _ in range(20 if implicit else 0):
+            unit.set(elongation=down + step * (speed + ahead) / 2)
+            gap = ahead - speed - step * (9.80665 - (before + unit.get("force")) / 2)
+            ahead -= gap / (1 + step**2 * unit.slope("force", "elongation") / 4)
+        down += step * ((speed + ahead) / 2 if implicit else ahead)
+        speed = ahead
+        unit.set(elongation=down)
+        unit.step(0.0, step)
+        force = unit.get("force")
+    return unit.get("slip")
+
+
+@CC
+@BOTH
+def test_a_mass_slips_as_far_as_its_coupling_lets_it(made, version):
+    """shared/design/interop.md, section 4, check 11; 17.025104387 mm by the closed form."""
+    rope = 16.8e3
+    for step, millimetres in ((0.5e-3, 17.0911), (0.1e-3, 17.0370)):
+        assert 1e3 * fallen(made(version, rope=rope), step) == pytest.approx(millimetres, abs=5e-4)
+    slip = fallen(made(version, rope=rope), 1e-3, implicit=True)
+    assert slip == pytest.approx(17.025104387e-3, abs=10e-6)
+
+
 @CC
 @BOTH
 def test_snapshots_go_on_bit_for_bit_and_instances_are_apart(made, version):
@@ -218,6 +251,17 @@ def test_a_binary_shows_the_standards_functions_only(version, tmp_path):
     header = fmi.UNIT / "headers" / f"fmi{version}Functions.h"
     wanted = set(re.findall(rf"Export fmi{version}\w+TYPE +(\w+);", header.read_text()))
     assert ours == wanted and len(wanted) > 40
+
+
+@CC
+@BOTH
+def test_a_binary_needs_the_c_library_only(version, tmp_path):
+    path = tmp_path / "one.so"
+    path.write_bytes(fmi.binary(version, "linux"))
+    shown = subprocess.run(["ldd", path], capture_output=True, text=True, check=True).stdout
+    needed = {line.split()[0].rsplit("/")[-1] for line in shown.splitlines()}
+    allowed = {"linux-vdso.so.1", "ld-linux-x86-64.so.2", "libc.so.6", "libm.so.6"}
+    assert needed <= allowed and "libc.so.6" in needed
 
 
 @CC

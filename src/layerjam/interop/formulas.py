@@ -73,7 +73,7 @@ def function(law: Callable[..., Any]) -> str:
         f"const {kind} *{name}" if kind == TYPES["EnclosureLaw"] else f"{kind} {name}"
         for name, kind in kinds.items()
     )
-    head = f"static {_type(tree.returns)} {_name(law.__name__)}({', '.join(places)})"
+    head = f"static inline {_type(tree.returns)} {_name(law.__name__)}({', '.join(places)})"
     lines = [_wrapped(line) for line in _statements(tree, kinds)]
     return "\n".join([head, "{", *lines, "}", ""])
 

@@ -8,19 +8,19 @@ typedef struct {
     lj_real saturation;
 } lj_enclosure;
 
-static lj_enclosure lj_enclosure_of(lj_real stiffness, lj_real friction, lj_real reach)
+static inline lj_enclosure lj_enclosure_of(lj_real stiffness, lj_real friction, lj_real reach)
 {
     lj_real root = LJ(2) * lj_sqrt(stiffness * friction);
     return (lj_enclosure){stiffness, friction, reach, root, friction * lj_square(reach) /
         stiffness};
 }
 
-static lj_enclosure lj_branch(lj_real strength, const lj_enclosure *enclosure)
+static inline lj_enclosure lj_branch(lj_real strength, const lj_enclosure *enclosure)
 {
     return lj_enclosure_of(enclosure->stiffness, strength, enclosure->reach);
 }
 
-static lj_real lj_backbone(lj_real slip, const lj_enclosure *enclosure)
+static inline lj_real lj_backbone(lj_real slip, const lj_enclosure *enclosure)
 {
     lj_real spread = enclosure->root * lj_sqrt(slip);
     lj_real whole = enclosure->stiffness * slip / enclosure->reach + enclosure->friction *
@@ -28,7 +28,7 @@ static lj_real lj_backbone(lj_real slip, const lj_enclosure *enclosure)
     return (slip < enclosure->saturation ? spread : (slip > LJ(0) ? whole : LJ(0.0)));
 }
 
-static lj_real lj_backbone_work(lj_real slip, const lj_enclosure *enclosure)
+static inline lj_real lj_backbone_work(lj_real slip, const lj_enclosure *enclosure)
 {
     lj_real start = lj_min(slip, enclosure->saturation);
     lj_real spread = enclosure->root * start * lj_sqrt(start) * (LJ(2) / LJ(3));
@@ -38,7 +38,7 @@ static lj_real lj_backbone_work(lj_real slip, const lj_enclosure *enclosure)
     return spread + whole;
 }
 
-static lj_real lj_backbone_stored(lj_real slip, const lj_enclosure *enclosure)
+static inline lj_real lj_backbone_stored(lj_real slip, const lj_enclosure *enclosure)
 {
     lj_real spread = enclosure->root * slip * lj_sqrt(slip) / LJ(3);
     lj_real face = lj_backbone(slip, enclosure) / LJ(2);
@@ -49,7 +49,7 @@ static lj_real lj_backbone_stored(lj_real slip, const lj_enclosure *enclosure)
     return (slip < enclosure->saturation ? spread : whole);
 }
 
-static lj_real lj_slipped_area(lj_real slip, const lj_enclosure *enclosure)
+static inline lj_real lj_slipped_area(lj_real slip, const lj_enclosure *enclosure)
 {
     lj_real start = lj_min(slip, enclosure->saturation);
     lj_real q = (enclosure->friction > LJ(0) ? enclosure->friction : LJ(1.0));
@@ -57,12 +57,12 @@ static lj_real lj_slipped_area(lj_real slip, const lj_enclosure *enclosure)
         start);
 }
 
-static lj_real lj_backbone_dissipated(lj_real slip, const lj_enclosure *enclosure)
+static inline lj_real lj_backbone_dissipated(lj_real slip, const lj_enclosure *enclosure)
 {
     return enclosure->friction * lj_slipped_area(slip, enclosure);
 }
 
-static lj_real lj_inverse_backbone(lj_real force, const lj_enclosure *enclosure)
+static inline lj_real lj_inverse_backbone(lj_real force, const lj_enclosure *enclosure)
 {
     lj_real at_saturation = LJ(2) * enclosure->friction * enclosure->reach;
     lj_real whole = (force - enclosure->friction * enclosure->reach) * enclosure->reach /
@@ -71,7 +71,7 @@ static lj_real lj_inverse_backbone(lj_real force, const lj_enclosure *enclosure)
     return (force < at_saturation ? lj_square(force) / square : whole);
 }
 
-static lj_real lj_rising_root(lj_real drive, lj_real spring, const lj_enclosure *enclosure)
+static inline lj_real lj_rising_root(lj_real drive, lj_real spring, const lj_enclosure *enclosure)
 {
     lj_real push = lj_max(drive, LJ(0.0));
     lj_real below = enclosure->root + lj_sqrt(lj_square(enclosure->root) + LJ(4) * spring * push);
@@ -81,7 +81,7 @@ static lj_real lj_rising_root(lj_real drive, lj_real spring, const lj_enclosure 
     return (lj_square(root) < enclosure->saturation ? lj_square(root) : lj_max(linear, LJ(0.0)));
 }
 
-static lj_real lj_slid_back_stored(lj_real force, const lj_enclosure *enclosure)
+static inline lj_real lj_slid_back_stored(lj_real force, const lj_enclosure *enclosure)
 {
     lj_real face = force / LJ(2);
     lj_real full = enclosure->friction * enclosure->reach;
@@ -89,7 +89,7 @@ static lj_real lj_slid_back_stored(lj_real force, const lj_enclosure *enclosure)
         enclosure->stiffness;
 }
 
-static lj_real lj_crossing(lj_real slip, lj_real force, const lj_enclosure *enclosure)
+static inline lj_real lj_crossing(lj_real slip, lj_real force, const lj_enclosure *enclosure)
 {
     lj_real root = lj_sqrt(LJ(2.0)) * enclosure->root;
     lj_real slope = enclosure->stiffness / enclosure->reach;
@@ -98,7 +98,7 @@ static lj_real lj_crossing(lj_real slip, lj_real force, const lj_enclosure *encl
     return slip + lj_square((root - rest) / (LJ(2) * slope));
 }
 
-static lj_real lj_force_of_stored(lj_real stored, const lj_enclosure *enclosure)
+static inline lj_real lj_force_of_stored(lj_real stored, const lj_enclosure *enclosure)
 {
     stored = lj_max(stored, LJ(0.0));
     int positive = stored * enclosure->root > LJ(0);

@@ -4,6 +4,19 @@
 
 #define LJ(number) ((lj_real)(number))
 
+/* For speed, what every move needs stands in one piece and the rest out of its way; for size (-Os)
+ * nothing stands there twice. */
+#if !defined(__GNUC__) || !defined(__OPTIMIZE__)
+#define LJ_OFTEN
+#define LJ_SELDOM
+#elif defined(__OPTIMIZE_SIZE__)
+#define LJ_OFTEN __attribute__((noinline))
+#define LJ_SELDOM
+#else
+#define LJ_OFTEN inline __attribute__((always_inline))
+#define LJ_SELDOM __attribute__((noinline))
+#endif
+
 #ifdef LJ_SINGLE
 float sqrtf(float);
 float powf(float, float);
@@ -32,6 +45,8 @@ static lj_real lj_abs(lj_real x) { return x < 0 ? -x : x; }
 
 static lj_real lj_square(lj_real x) { return x * x; }
 
+static int lj_differ(lj_real a, lj_real b) { return a < b || a > b; }
+
 /* Cube root of a number above zero by Halley's rule: libraries differ in the last bit. */
 static lj_real lj_cbrt(lj_real x)
 {
@@ -58,25 +73,32 @@ static lj_real lj_cbrt(lj_real x)
 typedef struct {
     lj_real c; /* friction of the sheets per overlap [N/m] */
     lj_real k; /* stiffness in front of it [N/m] */
-    lj_real overlap;
-    lj_enclosure enclosure;
+    lj_real overlap, vacuum;
+    lj_enclosure enclosure; /* only where something slides: its constants take a square root */
 } lj_setting;
 
-static lj_setting setting_of(const lj_brake *brake, const lj_state *state, lj_real vacuum,
-                             lj_real compliance)
+static LJ_OFTEN lj_enclosure enclosure_at(const lj_brake *brake, lj_real vacuum)
+{
+    return lj_enclosure_of(brake->enclosure_stiffness, brake->enclosure_contact * vacuum,
+                           brake->reach);
+}
+
+static LJ_OFTEN lj_setting setting_of(const lj_brake *brake, const lj_state *state,
+                                      lj_real vacuum, lj_real compliance)
 {
     lj_setting at;
     at.c = state->flags & LJ_SEPARATED ? 0 : brake->contact * vacuum;
-    if (at.c > 0 && (brake->exponent < 0 || brake->exponent > 0))
+    if (at.c > 0 && lj_differ(brake->exponent, 0))
         at.c *= lj_pow(vacuum / brake->test_pressure, brake->exponent);
-    at.k = brake->stiffness / (1 + brake->stiffness * compliance);
+    at.k = brake->stiffness;
+    if (compliance > 0)
+        at.k /= 1 + brake->stiffness * compliance;
     at.overlap = brake->overlap;
-    at.enclosure = lj_enclosure_of(brake->enclosure_stiffness, brake->enclosure_contact * vacuum,
-                                   brake->reach);
+    at.vacuum = vacuum;
     return at;
 }
 
-static lj_real hold_of(lj_real slip, const lj_setting *at)
+static LJ_OFTEN lj_real hold_of(lj_real slip, const lj_setting *at)
 {
     return at->c * lj_max(at->overlap - slip, 0);
 }
@@ -96,7 +118,7 @@ static int slides_back(const lj_state *s)
 }
 
 /* Remember the present point as a turn, if the direction changes; true if a turn was added. */
-static int face(lj_state *s, int loading, const lj_enclosure *e)
+static LJ_OFTEN int face(lj_state *s, int loading, const lj_enclosure *e)
 {
     lj_turn *turns = loading ? s->lows : s->highs;
     const lj_turn *others = loading ? s->highs : s->lows;
@@ -198,7 +220,7 @@ static void add_branch(const lj_turn *turn, lj_real start, lj_real end, lj_real 
 {
     lj_enclosure strip;
     lj_real a = lj_abs(start - turn->slip), b = lj_abs(end - turn->slip);
-    if (!(start < end || end < start))
+    if (!lj_differ(start, end))
         return;
     strip = lj_branch(turn->strength, e);
     *work += turn->force * (end - start);
@@ -275,13 +297,11 @@ static void unload_to(lj_state *s, lj_real slip, const lj_enclosure *e)
 static void take_vacuum(lj_state *s, lj_real before, const lj_enclosure *e)
 {
     lj_real slip = s->slip, force = s->enclosure_force, stored = s->enclosure_stored;
-    lj_real q = before, now = e->friction;
-    lj_real whole = e->stiffness * slip / e->reach, least = whole - now * e->reach;
-    lj_real most = lj_backbone(slip, e), slid = lj_slid_back_stored(least, e);
-    lj_real unsure, there, kept, zone, ends;
+    lj_real whole = e->stiffness * slip / e->reach, least = whole - e->friction * e->reach;
+    lj_real q = before, now = e->friction, origin = 0, join = slip, kept = stored, there;
     int straight = s->highs_count == 0 && s->lows_count == 0;
     int gripped = is_unmoved(s) && straight && s->grip >= 0;
-    int raised, known, back, spare;
+    int raised, known, back, spare, pushes = 0;
     if (gripped)
         q = s->grip;
     raised = now > q;
@@ -290,26 +310,40 @@ static void take_vacuum(lj_state *s, lj_real before, const lj_enclosure *e)
     /* without friction turns mean nothing, and the strip is stretched evenly */
     known = known || gripped || (!(q > 0) && lj_abs(force - whole) <= LJ_NEAR * whole);
     back = !known && least > LJ_NEAR * whole && force <= least + LJ_NEAR * whole;
-    back = back && stored >= slid * (1 - LJ_NEAR);
-    unsure = lj_min(lj_min(force, most), lj_force_of_stored(stored, e));
-    unsure = lj_max(raised ? force : unsure, 0);
-    there = lj_inverse_backbone(unsure, e);
-    kept = raised ? stored : lj_backbone_stored(known ? slip : there, e);
-    if (!known && force < -LJ_NEAR * whole)
-        kept = 0;
-    if (back)
-        kept = slid;
-    kept = lj_min(kept, stored);
-    zone = q > 0 ? lj_min(force / 2 / q, e->reach) : e->reach;
-    force = known ? (raised ? force : most) : (back ? least : unsure);
-    ends = lj_inverse_backbone(force + 2 * (now - q) * zone, e);
+    back = back && stored >= lj_slid_back_stored(least, e) * (1 - LJ_NEAR);
     spare = known && raised && slip > LJ_NEAR * e->reach;
+    if (known && !raised) {
+        force = lj_backbone(slip, e);
+        kept = lj_backbone_stored(slip, e);
+    } else if (back) {
+        force = least;
+        kept = lj_slid_back_stored(least, e);
+        join = lj_crossing(slip, force, e);
+    } else if (!known) {
+        pushes = force < -LJ_NEAR * whole;
+        if (!raised)
+            force = lj_min(lj_min(force, lj_backbone(slip, e)), lj_force_of_stored(stored, e));
+        force = lj_max(force, 0);
+    }
+    there = force;
+    if (spare)
+        there += 2 * (now - q) * (q > 0 ? lj_min(force / 2 / q, e->reach) : e->reach);
+    if (spare || !(known || back))
+        there = lj_inverse_backbone(there, e);
+    if (spare) {
+        join = there;
+    } else if (!(known || back)) {
+        origin = slip - there;
+        if (pushes || !raised)
+            kept = pushes ? 0 : lj_backbone_stored(there, e);
+    }
+    kept = lj_min(kept, stored);
     s->enclosure_force = force;
-    s->origin = known || back ? 0 : slip - there;
+    s->origin = origin;
     s->base.slip = slip;
     s->base.force = force;
     s->base.strength = spare ? now - q : 2 * now;
-    s->join = spare ? ends : back ? lj_crossing(slip, force, e) : slip;
+    s->join = join;
     s->down = spare ? now + q : back ? 0 : 2 * now;
     s->grip = spare ? q : -1;
     s->highs_count = s->lows_count = 0;
@@ -425,8 +459,8 @@ static void slide_in(lj_state *s, lj_real elongation, const lj_setting *at)
     unload_to(s, near, &at->enclosure);
 }
 
-/* Slide one way, and forget the turn again where nothing slid: rounding is no turn. */
-static void slide(lj_state *s, int outward, lj_real elongation, lj_setting *at)
+/* Slide one way, and forget the turn again where nothing slid: rounding is no turn. The motion. */
+static LJ_SELDOM unsigned slide(lj_state *s, int outward, lj_real elongation, lj_setting *at)
 {
     lj_turn *turns = outward ? s->lows : s->highs;
     uint8_t *count = outward ? &s->lows_count : &s->highs_count;
@@ -439,41 +473,69 @@ static void slide(lj_state *s, int outward, lj_real elongation, lj_setting *at)
         slide_out(s, elongation, at);
     else
         slide_in(s, elongation, at);
-    if (s->slip < start || s->slip > start) {
-        s->motion = outward ? LJ_OUTWARD : LJ_INWARD;
-        return;
-    }
+    if (lj_differ(s->slip, start))
+        return outward ? LJ_OUTWARD : LJ_INWARD;
     s->loading = loading;
     s->flags = flags;
     if (turned) {
         turns[place] = kept;
         *count = place;
     }
+    return LJ_STUCK;
+}
+
+/* The commonest slide, which `slide` would make too: on along the first loading while part of the
+ * strip still rests, and nothing else is remembered. Of the strip's work 2/3 f x half is heat and half
+ * is stored. False where it is another slide. */
+static LJ_OFTEN int slide_on(lj_state *s, lj_real elongation, const lj_setting *at)
+{
+    const lj_enclosure *e = &at->enclosure;
+    lj_real start = s->slip, from = start - s->origin, onset, to, slip, force, half;
+    if (!s->loading || s->highs_count > 0 || s->lows_count > 0 || !(start >= s->join))
+        return 0;
+    onset = at->k * (elongation - s->origin) - at->c * (at->overlap - s->origin);
+    slip = s->origin + lj_rising_root(onset, at->k - at->c, e);
+    to = slip - s->origin;
+    if (!(at->k > at->c && slip > start && slip < at->overlap && to < e->saturation))
+        return 0;
+    force = lj_backbone(to, e);
+    half = (force * to - s->enclosure_force * from) * (LJ(1) / LJ(3));
+    s->enclosure_force = force;
+    s->enclosure_stored += half;
+    s->heat += at->c * (slip - start) * (at->overlap - (slip + start) / 2) + half;
+    s->slip = slip;
+    return 1;
 }
 
 /* Move at constant vacuum; work and heat are exact. */
-static void move_to(const lj_brake *brake, lj_state *s, lj_real elongation, lj_setting *at)
+static LJ_OFTEN void move_to(const lj_brake *brake, lj_state *s, lj_real elongation,
+                             lj_setting *at)
 {
     lj_real trial = at->k * (elongation - s->slip), hold = hold_of(s->slip, at);
     lj_real before = s->force, heat = s->heat, stored = s->enclosure_stored;
-    s->motion = LJ_STUCK;
-    if (trial > s->enclosure_force + hold)
-        slide(s, 1, elongation, at);
-    else if (lj_max(trial, 0) < s->enclosure_force - hold)
-        slide(s, 0, elongation, at);
+    int outward = trial > s->enclosure_force + hold;
+    unsigned motion = LJ_STUCK;
+    if (outward || lj_max(trial, 0) < s->enclosure_force - hold) {
+        at->enclosure = enclosure_at(brake, at->vacuum);
+        motion = LJ_OUTWARD;
+        if (!outward || !slide_on(s, elongation, at))
+            motion = slide(s, outward, elongation, at);
+    }
+    s->motion = (uint8_t)motion;
     s->force = lj_max(at->k * (elongation - s->slip), 0);
     s->work += s->heat - heat + (s->enclosure_stored - stored);
     s->work += (lj_square(s->force) - lj_square(before)) / (2 * brake->stiffness);
 }
 
 /* Another vacuum at a fixed elongation: no work is done, what is released becomes heat. */
-static void change_vacuum(const lj_brake *brake, lj_state *s, lj_real vacuum)
+static LJ_SELDOM void change_vacuum(const lj_brake *brake, lj_state *s, lj_real vacuum)
 {
     lj_setting at = setting_of(brake, s, vacuum, 0);
-    lj_real friction = brake->enclosure_contact * s->vacuum, now = at.enclosure.friction;
+    lj_enclosure strip = enclosure_at(brake, vacuum);
+    lj_real friction = brake->enclosure_contact * s->vacuum, now = strip.friction;
     lj_real work = s->work, heat = s->heat, stored = lj_stored(brake, s);
-    if (friction < now || friction > now)
-        take_vacuum(s, friction, &at.enclosure);
+    if (lj_differ(friction, now))
+        take_vacuum(s, friction, &strip);
     move_to(brake, s, s->elongation, &at);
     s->vacuum = vacuum;
     s->work = work;
@@ -491,10 +553,9 @@ lj_real lj_move(const lj_brake *brake, lj_state *s, lj_real elongation, lj_real 
         return s->force;
     }
     s->flags &= ~LJ_REFUSED;
-    if (vacuum < s->vacuum || vacuum > s->vacuum)
+    if (lj_differ(vacuum, s->vacuum))
         change_vacuum(brake, s, vacuum);
-    else if (!(elongation - compliance * s->force < s->elongation ||
-               elongation - compliance * s->force > s->elongation))
+    else if (!lj_differ(elongation - compliance * s->force, s->elongation))
         return s->force; /* nothing is asked for: every bit stays */
     at = setting_of(brake, s, vacuum, compliance);
     move_to(brake, s, elongation, &at);
@@ -588,6 +649,7 @@ lj_real lj_tangent(const lj_brake *brake, const lj_state *state, lj_real complia
         return 0;
     if (state->motion == LJ_STUCK)
         return at.k;
+    at.enclosure = enclosure_at(brake, state->vacuum);
     slope = enclosure_slope(state, &at.enclosure);
     slope += state->motion == LJ_OUTWARD ? -at.c : at.c;
     return at.k * slope / (at.k + slope);
@@ -596,7 +658,8 @@ lj_real lj_tangent(const lj_brake *brake, const lj_state *state, lj_real complia
 lj_real lj_vacuum_tangent(const lj_brake *brake, const lj_state *state, lj_real compliance)
 {
     lj_setting at = setting_of(brake, state, state->vacuum, compliance);
-    const lj_enclosure *e = &at.enclosure;
+    lj_enclosure strip = enclosure_at(brake, state->vacuum);
+    const lj_enclosure *e = &strip;
     lj_real distance = state->slip - state->origin, slope, change;
     int first = state->lows_count == 0 && !(state->slip < state->join);
     first = first && lj_abs(state->origin) <= LJ_NEAR * state->slip;
