@@ -37,6 +37,11 @@ from layerjam.commands.predict import show as show
 from layerjam.commands.predict import vacuum as vacuum
 from layerjam.commands.pull import pull as pull
 from layerjam.commands.pump_down import pump_down as pump_down
+from layerjam.commands.records import records_add as records_add
+from layerjam.commands.records import records_list as records_list
+from layerjam.commands.records import records_show as records_show
+from layerjam.commands.records import records_verify as records_verify
+from layerjam.commands.records import records_withdraw as records_withdraw
 from layerjam.commands.regulate import regulate as regulate
 from layerjam.commands.report import report as write_report
 from layerjam.commands.results import Result as Result

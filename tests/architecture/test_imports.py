@@ -16,8 +16,8 @@ SOURCE = ROOT / "src" / "layerjam"
 MODULES = sorted(SOURCE.rglob("*.py"))
 FLOORS = (
     "errors", "units", "records", "device", "fluid", "mechanics", "simulate", "measure",
-    "identify", "lab", "control", "design", "fabricate", "rig", "interop", "report", "commands",
-    "studies", "workbench", "laws", "cli",
+    "identify", "lab", "control", "design", "archive", "fabricate", "rig", "interop", "report",
+    "commands", "studies", "workbench", "laws", "cli",
 )  # fmt: skip
 BUILDERS = ("ezdxf", "OCP", "manifold3d", "typst", "matplotlib")
 HEAVY = ("jax", "numpy", "pandas", "pint", "typer", "scipy", "matplotlib", "xarray", "tomlkit")

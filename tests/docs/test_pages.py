@@ -80,6 +80,7 @@ def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
         Path("my-brake.toml").write_text(load_brake("choi2018-kapton").text, encoding="utf-8")
         for name, source in OTHER_LINKS.items():
             _link(Path(name), Path(source))
+        main(["records", "add", "pull-2.csv", "--db", "lab.db"])
     return folder
 
 

@@ -139,5 +139,5 @@ def _written(brake: Any, found: Any, used: Sequence[tuple[Trace, float, float]],
         "film.ageing": (found.ageing, measured(found.ageing_interval)),
         "film.static_hold": (found.hold, hold),
     }
-    files = digests(t.path for t, _, _ in used)
+    files = digests([t.path for t, _, _ in used], [t.path for t, _, _ in used if t.synthetic])
     return updated_text(brake, name, changes, {"program": "layerjam ageing", "files": files})

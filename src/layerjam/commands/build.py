@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -334,10 +333,9 @@ def _facts(made: Drawing) -> dict[str, Any]:
 
 def _listed(done: Built, file: BrakeFile) -> str:
     """The result as a file of the folder, with what it was made from."""
-    text = file.text or file.rendered(file.name)
     about = {
         "layerjam": __version__,
         "brake": file.name,
-        "brake_sha256": hashlib.sha256(text.encode()).hexdigest(),
+        "brake_sha256": file.sha256,
     }
     return json.dumps(about | json.loads(done.json()), indent=2) + "\n"

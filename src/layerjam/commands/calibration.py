@@ -94,6 +94,7 @@ class BrakeCalibration(Result):
     checks: Sequence[Mapping[str, Any]] = fact("the fit's verdict", listed=False)
     excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
     understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
+    made_from: Mapping[str, Any] = fact("brake and files by their SHA-256", listed=False)
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
     file: str | None = fact("brake file that was written")
     traces: Sequence[Trace] = ()
@@ -179,7 +180,7 @@ def calibrate(
     """
     from layerjam.identify.calibration.peaks import fit_pull
     from layerjam.identify.curves import usable
-    from layerjam.identify.provenance import calibrated_text
+    from layerjam.identify.provenance import calibrated_text, made_from
 
     free = list(dict.fromkeys([free] if isinstance(free, str) else free))
     if free and depth != "curves":
@@ -189,10 +190,10 @@ def calibrate(
     files, without, excluded = left_out.apart(files, options)
     used, refused, odd = pulls(files, brake, vacuum, options, test, progress, without)
     found = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
-
-    text = bound(calibrated_text, brake, found, depth, excluded=excluded)
+    traces = [t for t, _, _ in used]
+    source = made_from(brake, traces)
+    text = bound(calibrated_text, brake, found, depth, excluded=excluded, files=source["files"])
     written, said = write_brake(out, text, force, bool(refused), partial)
-    fitted = SHEETS if exact else (*SHEETS, *ENCLOSURE)
     return BrakeCalibration.of(
         found.values,
         found,
@@ -201,19 +202,20 @@ def calibrate(
         standard_errors={**found.standard_errors, "rests_on": found.errors_rest_on},
         pulls=as_rows(found.pulls),
         more_pulls=more_pulls(found, within),
-        understood=understood(t for t, _, _ in used),
+        understood=understood(traces),
+        made_from=source,
         excluded=excluded,
         refused=refused,
         file=written,
         warnings=[
-            *brake.warnings(without=fitted),
+            *brake.warnings(without=SHEETS if exact else (*SHEETS, *ENCLOSURE)),
             *odd,
             *_without_slope(found),
             *one_of_all(found.pulls),
             *said,
         ],
         record=(brake, found),
-        traces=[t for t, _, _ in used],
+        traces=traces,
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -200,7 +199,7 @@ def report(
         file=brake,
         command=command,
         date=date or datetime.now(UTC).date().isoformat(),
-        brake_sha256=hashlib.sha256(brake.text.encode()).hexdigest(),
+        brake_sha256=brake.sha256,
         names=names or {},
     )
     work = _Work(report=content, options=options, vacuum=vacuum, atmosphere=atmosphere, tell=tell)

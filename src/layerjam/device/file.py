@@ -192,8 +192,11 @@ def updated_text(
 ) -> str:
     """The file's text with a new name and some values changed, comments and the rest kept.
 
-    `made_by` becomes the [made_by] table, which describes and does not count.
+    `made_by` becomes the [made_by] table, which describes and does not count; it names the file
+    that was changed by its digest.
     """
+    if made_by is not None:
+        made_by = {**made_by, "brake_sha256": file.sha256}
     made: dict[str, tuple[Any, Source] | None] = dict(changes)
     held = file.brake.amplification_held is not None and "amplification_held" in file.sources
     if held and "scale_factor" in changes and file.brake.mount.spacers is None:

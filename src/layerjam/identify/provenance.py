@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.errors import Notice
+from layerjam.measure.sidecar import sidecar_path
 
 if TYPE_CHECKING:
     from layerjam.identify.calibration.record import Calibration
+    from layerjam.measure.trace import Trace
 
 
 def sha256(path: str) -> str:
@@ -26,9 +28,28 @@ def sha256(path: str) -> str:
     return digest.hexdigest()
 
 
-def digests(paths: Iterable[str]) -> list[dict[str, str]]:
-    """Name and SHA-256 of each file, as a [made_by] table holds them; a made trace has no file."""
-    return [{"name": Path(p).name, "sha256": sha256(p)} for p in paths if _there(p)]
+def digests(paths: Iterable[str], synthetic: Collection[str] = ()) -> list[dict[str, Any]]:
+    """Name and SHA-256 of each file, as a [made_by] table holds them; a made trace has no file.
+
+    Of a sidecar the digest too, and of those among `synthetic` that they are.
+    """
+    made = []
+    for path in filter(_there, paths):
+        one: dict[str, Any] = {"name": Path(path).name, "sha256": sha256(path)}
+        if _there(beside := str(sidecar_path(path))):
+            one["facts_sha256"] = sha256(beside)
+        if path in synthetic:
+            one["synthetic"] = True
+        made.append(one)
+    return made
+
+
+def made_from(file: BrakeFile, traces: Iterable[Trace]) -> dict[str, Any]:
+    """What a result was computed from: the brake and every file, by name and SHA-256."""
+    known = {t.path: t.synthetic for t in traces}
+    marked = [path for path, synthetic in known.items() if synthetic]
+    brake = {"name": file.name, "sha256": file.sha256}
+    return {"brake": brake, "files": digests(known, marked)}
 
 
 def renamed(value: Any, names: Mapping[str, str]) -> Any:
@@ -73,12 +94,14 @@ def calibrated_text(
     depth: str,
     name: str,
     excluded: Sequence[Mapping[str, Any]] = (),
+    files: Sequence[Mapping[str, Any]] | None = None,
 ) -> str:
     """The brake's file with what a calibration found, and a [made_by] table on it.
 
     The table holds program and version, date, depth, the window of the fit, the verdict (the
     sentences of failed checks) and every file's name and SHA-256; of those that were left out by
-    hand (`file`, `because`, `sha256`) the reason too.
+    hand (`file`, `because`, `sha256`) the reason too. `files` are the entries of those that were
+    used, where the caller has them.
     """
     failed = [c.sentence for c in found.checks if not c.passed]
     made_by: dict[str, Any] = {
@@ -87,7 +110,7 @@ def calibrated_text(
         "depth": depth,
         "window": found.window,
         "verdict": "; ".join(failed) if failed else "all checks passed",
-        "files": digests(dict.fromkeys(c.path for c in found.curves)),
+        "files": files or digests(dict.fromkeys(c.path for c in found.curves)),
     }
     if excluded:
         made_by["excluded"] = [

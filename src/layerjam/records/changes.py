@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from abc import ABC, abstractmethod
 from collections import Counter
@@ -136,6 +137,11 @@ class RecordFile(ABC, Generic[R]):
     def given(self) -> dict[str, Any]:
         """{dotted path: value in SI} of all that is known."""
         return values_of(self.record)
+
+    @property
+    def sha256(self) -> str:
+        """Digest of its text; of the rendered one where it has none."""
+        return hashlib.sha256((self.text or self.rendered(self.name)).encode()).hexdigest()
 
     def with_(self, **changes: Change) -> Self:
         """The file with other numbers by name, such as width="14 mm" or film_modulus="2.5 GPa".

@@ -1,0 +1,201 @@
+"""What a file is, and which others it names: by digests that it holds, never by likeness.
+
+A run is read from its own tables; of a file of a test machine only its bytes count here.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from layerjam.archive.pieces import Cited, Content, Piece, hex_of, made_of_text, text_digest
+from layerjam.archive.runs import run
+from layerjam.device.file import BrakeFile
+from layerjam.errors import FileError, LayerjamError
+from layerjam.fluid.file import LineFile
+from layerjam.identify.provenance import sha256
+from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING, read_facts
+from layerjam.records.toml import parse_toml, read_text
+
+SQLITE = b"SQLite format 3\0"
+HEAD = 100_000
+"""Bytes at the start of a file in which its comment lines are looked for."""
+CALIBRATED = {"scale_factor", "stiffness", "scale_factor_eq8", "standard_errors", "checks"}
+"""Keys by which the JSON of `calibrate` is known."""
+LARGEST_JSON = 50_000_000
+
+
+def read(path: str | Path) -> Content:
+    """What a file is; FileError for one that cannot be read, or is nothing the records take."""
+    place, name = Path(path), str(path)
+    try:
+        if place.is_dir():
+            raise FileError(name, "is a folder, not a file")
+        if not place.is_file():
+            raise FileError(name, "is no file")
+        size = place.stat().st_size
+        if not size:
+            raise FileError(name, "is empty")
+        with place.open("rb") as handle:
+            head = handle.read(HEAD)
+        digest = sha256(name)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(name[:200], f"cannot be read: {reason}") from None
+    full = place.absolute()
+    own = {"sha256": digest, "bytes": size, "name": full.name, "folder": str(full.parent)}
+    if head.startswith(SQLITE) or place.suffix == ".ljrun":
+        return run(name, own)
+    if place.suffix == ".toml":
+        return _toml(name, own)
+    if place.suffix == ".json":
+        return _json(name, own)
+    return _data(name, own, head)
+
+
+def _toml(path: str, own: Mapping[str, Any]) -> Content:
+    """A brake, a line, or the facts beside a measurement."""
+    text = read_text(Path(path))
+    tables = parse_toml(text, path)
+    if "sheets" in tables:
+        return _brake(path, own, text)
+    heads = {key.partition(".")[0] for key in LineFile.fields if "." in key}
+    if heads & tables.keys():
+        return Content(
+            path=path, file={**own, "kind": "line"}, what=made_of_text("line", text, path)
+        )
+    name = Path(path).name
+    if name != FOLDER and not Path(name).stem.count("."):
+        raise FileError(
+            path,
+            "is neither a brake ([sheets]), nor a line, nor the facts beside a measurement "
+            "(NAME.csv.toml)",
+        )
+    beside = Path(path).with_name("x") if name == FOLDER else Path(path).with_suffix("")
+    facts = read_facts(beside)
+    return Content(path=path, file={**own, "kind": "facts", "simulated": facts.synthetic or None})
+
+
+def _brake(path: str, own: Mapping[str, Any], text: str) -> Content:
+    """A brake; one that a command of ours wrote holds a calibration too."""
+    what = made_of_text("brake", text, path)
+    file = {**own, "kind": "brake"}
+    notes = BrakeFile.read(text, path).notes
+    files, program = notes.get("files"), str(notes.get("program", ""))
+    if not program.startswith("layerjam ") or not isinstance(files, list):
+        return Content(path=path, file=file, what=what)
+    cited = [*_named(files, "measured"), *_named(notes.get("excluded"), "left out")]
+    if what.columns["parent"]:
+        cited.append(Cited(what.columns["parent"], "start", "the brake that was changed"))
+    held = tomlkit.dumps({"made_by": notes})
+    calibration = Piece(
+        kind="calibration",
+        columns={
+            "kind": " ".join([program.rsplit(maxsplit=1)[-1], str(notes.get("depth", ""))]).strip(),
+            "result": json.dumps(notes, default=str),
+            "checks": notes.get("verdict"),
+            "result_toml": held,
+            # the same words in two brakes of different numbers are two calibrations
+            "sha256": text_digest(f"{what.columns['sha256']}\n{held}"),
+            "simulated": _any_synthetic(files),
+        },
+        cited=tuple(cited),
+    )
+    others = {"calibration": calibration}
+    return Content(path=path, file=file, what=what, others=others)
+
+
+def _named(entries: Any, role: str) -> list[Cited]:
+    """The files of a list of name and digest; what has no digest names none."""
+    made = []
+    for one in entries if isinstance(entries, list) else ():
+        if not isinstance(one, dict):
+            continue
+        name = str(one.get("name") or one.get("file") or "")
+        if digest := hex_of(one.get("sha256")):
+            made.append(Cited(digest, role, name))
+        if digest := hex_of(one.get("facts_sha256")):
+            made.append(Cited(digest, "conditions", name + SIDECAR_ENDING))
+    return made
+
+
+def _any_synthetic(files: Any) -> bool | None:
+    """Whether a file of a list is marked synthetic; None where none is: nobody says."""
+    marked = any(isinstance(one, dict) and one.get("synthetic") is True for one in files or ())
+    return True if marked else None
+
+
+def _json(path: str, own: Mapping[str, Any]) -> Content:
+    """The JSON of a calibration, as `calibrate --json` prints it."""
+    if own["bytes"] > LARGEST_JSON:
+        raise FileError(path, "is too large for a result (more than 50 MB)")
+    try:
+        said = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise FileError(path, f"is not JSON: {str(error)[:80]}") from None
+    if not isinstance(said, dict) or not said.keys() >= CALIBRATED:
+        raise FileError(path, "is JSON, but not what 'layerjam calibrate --json' prints")
+    made: Any = said.get("made_from")
+    made = made if isinstance(made, dict) else {}
+    brake: Any = made.get("brake")
+    brake = brake if isinstance(brake, dict) else {}
+    cited = [*_named(made.get("files"), "measured"), *_named(said.get("excluded"), "left out")]
+    if digest := hex_of(brake.get("sha256")):
+        cited.append(Cited(digest, "start", str(brake.get("name", ""))))
+    piece = Piece(
+        kind="calibration",
+        columns={
+            "kind": f"calibrate {said.get('depth', '')}".strip(),
+            "result": json.dumps(said),
+            "checks": json.dumps(said["checks"]),
+            "sha256": own["sha256"],
+            "simulated": _any_synthetic(made.get("files")),
+        },
+        cited=tuple(cited),
+    )
+    notes = () if cited else ("it names what it comes from without digests and cannot be linked",)
+    return Content(path=path, file={**own, "kind": "calibration"}, what=piece, notes=notes)
+
+
+def _data(path: str, own: Mapping[str, Any], head: bytes) -> Content:
+    """A measurement, or what was exported of a run; comment lines tell which."""
+    comments = _comments(head)
+    synthetic = any(re.search(r"(?i)\bsynthetic\b", line) for line in comments)
+    with_facts = False
+    try:
+        with_facts = read_facts(path).synthetic
+    except LayerjamError as error:
+        raise FileError(path, f"the facts beside it cannot be read: {error}") from None
+    file = {**own, "kind": "data", "simulated": True if synthetic or with_facts else None}
+    said = dict(line.split(": ", 1) for line in comments if ": " in line)
+    cited = []
+    if comments and comments[0].endswith(" bench export") and said.get("run_id"):
+        file["kind"] = "export"
+        cited.append(Cited(said["run_id"].strip(), "run", "the run that was exported"))
+    if (brake := _brake_above(comments)) is not None:
+        cited.append(Cited(text_digest(brake), "brake", said.get("brake", "the brake in its head")))
+    return Content(path=path, file=file, cited=tuple(cited))
+
+
+def _comments(head: bytes) -> list[str]:
+    """The lines at the start that begin with '#', without it."""
+    found = []
+    for line in head.decode("utf-8-sig", "replace").splitlines():
+        if not line.startswith("#"):
+            break
+        found.append(line[2:] if line.startswith("# ") else line[1:])
+    return found
+
+
+def _brake_above(comments: list[str]) -> str | None:
+    """The text of the brake that a simulated record holds in its head, None where there is none."""
+    if "brake:" not in comments:
+        return None
+    lines = comments[comments.index("brake:") + 1 :]
+    inside = [line.removeprefix("  ") for line in lines if not line or line.startswith("  ")]
+    return "\n".join(inside) + "\n"

@@ -1,0 +1,116 @@
+"""A run of a bench as the records take it: what its own tables say, and what is inside it."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from layerjam.archive.pieces import Content, Piece, made_of_text
+from layerjam.errors import FileError, LayerjamError
+
+APPLICATION_ID = 0x4C4A5255
+STATED = (
+    "run_id",
+    "procedure",
+    "outcome",
+    "firmware",
+    "law_sha256",
+    "settings_hex",
+    "safe_state",
+)
+"""What `meta` says under the names that the table of runs has."""
+BOARD = {"serial": "board", "model": "model", "firmware": "firmware"}
+"""{column of a board: key of `meta`}."""
+
+
+def opened(path: str) -> sqlite3.Connection:
+    """A whole file of SQLite, to read only and without a trace beside it; FileError for another."""
+    beside = Path(f"{path}-wal")
+    if beside.exists() and beside.stat().st_size:
+        raise FileError(
+            path,
+            f"is not closed: {beside.name} beside it holds a part of the run, so its bytes alone "
+            "are not the run. If it is recorded no more, close it with: sqlite3 "
+            f"{Path(path).name} 'PRAGMA journal_mode = DELETE'",
+        )
+    uri = f"file:{quote(str(Path(path).absolute()))}?mode=ro&immutable=1"
+    return sqlite3.connect(uri, uri=True)
+
+
+def run(path: str, own: Mapping[str, Any]) -> Content:
+    """A run, with the brake, the line, the board and the calibration of its sensor inside it.
+
+    Raises FileError for a file that is no run, or not a whole one.
+    """
+    try:
+        base = opened(path)
+        try:
+            kind = base.execute("PRAGMA application_id").fetchone()[0]
+            if kind != APPLICATION_ID:
+                raise FileError(path, "is a database of SQLite, but no run of a bench")
+            rows = base.execute("SELECT key, value FROM meta").fetchall()
+            counts = base.execute(
+                "SELECT count(*), max(seq) - min(seq) + 1 FROM samples GROUP BY boot"
+            ).fetchall()
+        finally:
+            base.close()
+    except sqlite3.Error as error:
+        raise FileError(path, f"is no run of a bench that can be read: {error}") from None
+    said = {str(key): str(value) for key, value in rows if value not in (None, "")}
+    samples = sum(count for count, _ in counts)
+    simulated = said.get("simulated") != "0"
+    columns = {
+        **{key: said.get(key) for key in STATED},
+        "started": said.get("started_utc"),
+        "ended": said.get("ended_utc"),
+        "simulated": simulated,
+        "samples": samples,
+        "gaps": sum(spanned for _, spanned in counts) - samples,
+        "file_sha256": own["sha256"],
+        "file": own["name"],
+    }
+    others, notes = _inside(path, said)
+    if not said.get("outcome"):
+        notes.append("nobody closed the run: it is kept as interrupted")
+    return Content(
+        path=path,
+        file={**own, "kind": "run", "simulated": simulated},
+        what=Piece(kind="run", columns=columns),
+        others=others,
+        notes=tuple(notes),
+    )
+
+
+def _inside(path: str, said: Mapping[str, str]) -> tuple[dict[str, Piece], list[str]]:
+    """{role: record} of what a run holds that stands for itself, and what could not be read."""
+    found: dict[str, Piece] = {}
+    notes = []
+    for kind in ("brake", "line"):
+        text = said.get(f"{kind}_toml")
+        if text is None:
+            continue
+        try:
+            found[kind] = made_of_text(kind, text, f"{path}, its {kind}")
+        except LayerjamError as error:
+            notes.append(f"its {kind} cannot be read and is not linked: {error}")
+    if "board" in said:
+        columns = {name: said.get(key) for name, key in BOARD.items()}
+        found["board"] = Piece(kind="board", columns=columns)
+        text = said.get("sensor_calibration")
+        if text is not None:
+            found["sensor calibration"] = Piece(
+                kind="sensor calibration", columns={"said": text, **_calibration(text)}
+            )
+    return found, notes
+
+
+def _calibration(text: str) -> dict[str, Any]:
+    """Zero [Pa], gain and name of a sensor's calibration as the board says them."""
+    zero, gain, name = ([*text.split(",", 2), "", "", ""])[:3]
+    try:
+        return {"zero": float(zero), "gain": float(gain), "name": name.strip(' "')}
+    except ValueError:
+        return {"zero": None, "gain": None, "name": None}

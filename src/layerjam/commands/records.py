@@ -1,0 +1,302 @@
+"""`records`: what was built, measured and calibrated, in a database that nobody overwrites."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+from layerjam.commands.declare import Help, command
+from layerjam.commands.results import Result, fact, result
+from layerjam.errors import MissingExtraError, Notice
+
+RecordsDatabase = Annotated[
+    str | Path | None,
+    Help(
+        "File of the records, or URL of a PostgreSQL database; else a file in your data folder.",
+        metavar="URL",
+    ),
+]
+RecordId = Annotated[str, Help("Its id, the first characters of it, or its name.", metavar="ID")]
+SHORT = 8
+"""Characters of an id that people are shown."""
+
+
+@result
+class RecordsAdded(Result):
+    """What went into the records."""
+
+    ids: Mapping[str, str] = fact("id of each file that was added", listed=False)
+    also_added: Mapping[str, str] = fact("ids of records that were inside them", listed=False)
+    refused: Mapping[str, str] = fact("files that were not added, and why", listed=False)
+    database: str = fact("where the records are")
+
+    def lines(self) -> Iterator[str]:
+        """One line a record."""
+        if self.ids:
+            yield ""
+        for path, ident in self.ids.items():
+            yield f"{ident[:SHORT]}  {path}"
+        for ident, what in self.also_added.items():
+            yield f"{ident[:SHORT]}  {what}"
+
+
+@result
+class RecordsListed(Result):
+    """All records."""
+
+    rows_: Sequence[Mapping[str, Any]] = fact("one row a record", listed=False, key="rows")
+    database: str = fact("where the records are")
+
+    def lines(self) -> Iterator[str]:
+        """One line a record."""
+        yield ""
+        for row in self.rows_:
+            yield _line(row)
+
+
+@result
+class RecordShown(Result):
+    """One record and what it comes from."""
+
+    record_: Mapping[str, Any] = fact("all that is known of it", listed=False, key="record")
+    derived_from: Sequence[Mapping[str, Any]] = fact("what it comes from", listed=False)
+    used_by: Sequence[Mapping[str, Any]] = fact("what comes from it next", listed=False)
+    unlinked: Sequence[Mapping[str, Any]] = fact(
+        "what it names and the records do not hold", listed=False
+    )
+
+    def rows(self) -> list[tuple[str, str]]:
+        """What is known and short."""
+        texts = {key: _text(value) for key, value in self.record_.items()}
+        return [
+            (key.replace("_", " "), text)
+            for key, text in texts.items()
+            if text and "\n" not in text and len(text) < 200
+        ]
+
+    def lines(self) -> Iterator[str]:
+        """What it comes from, and what comes from it."""
+        parts = (("derived from", self.derived_from), ("used by", self.used_by))
+        for title, found in parts:
+            if found:
+                yield from ("", title)
+            for row in found:
+                yield f"  {row['role']}: {_line(row)}"
+        if self.unlinked:
+            yield from ("", "not in the records")
+        for row in self.unlinked:
+            yield f"  {row['role']}: {row['name']} ({row['key'][:16]})"
+
+
+@result
+class RecordsVerified(Result):
+    """Whether files are as they were when they were added."""
+
+    checked: int = fact("files and texts that were compared with their digests")
+    changed: Sequence[Mapping[str, Any]] = fact("those whose bytes are others now", listed=False)
+    missing: Sequence[Mapping[str, Any]] = fact("files that cannot be found", listed=False)
+
+    @property
+    def exit_code(self) -> int:
+        """1 where something is changed or missing."""
+        return 1 if self.changed or self.missing else 0
+
+    def lines(self) -> Iterator[str]:
+        """One line for each that is not as it was."""
+        for word, found in (("changed", self.changed), ("missing", self.missing)):
+            for row in found:
+                folder = f", {row['folder']} on {row['host']}" if row["folder"] else ""
+                yield f"{word}: {row['name']} ({row['id'][:SHORT]}{folder})"
+
+
+@result
+class RecordWithdrawn(Result):
+    """A record that counts no more."""
+
+    id: str = fact("its id")
+    used_by: Sequence[str] = fact("ids of the records that come from it", listed=False)
+
+
+def _text(value: Any) -> str:
+    """A value for people; "" for what is not known or not for a line."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {inner}" for key, inner in value.items() if inner is not None)
+    return "" if value is None or isinstance(value, list) else str(value)
+
+
+def _line(row: Mapping[str, Any]) -> str:
+    """A record in one line."""
+    words = [row["id"][:SHORT], row["kind"], row["name"]]
+    if row.get("made_at"):
+        words.append(row["made_at"])
+    if row["simulated"]:
+        words.append("synthetic")
+    if row["withdrawn"]:
+        words.append(f"withdrawn: {row['withdrawn']}")
+    return "  ".join(words)
+
+
+def _database(db: str | Path | None) -> Any:
+    """The database; MissingExtraError without SQLAlchemy."""
+    with MissingExtraError.without("a database of records (SQLAlchemy)", "records"):
+        import sqlalchemy  # noqa: F401
+    from layerjam.archive.database import Database
+
+    return Database(db)
+
+
+@command(
+    "bench",
+    place=80,
+    under="records",
+    examples=("layerjam records add my-brake.toml pull-1.csv --db lab.db",),
+    computes=False,
+)
+def records_add(
+    files: Annotated[
+        Sequence[str | Path] | str | Path,
+        Help("Brakes, lines, runs, calibrations, measurements, sidecars.", metavar="FILE..."),
+    ],
+    *,
+    db: RecordsDatabase = None,
+    serial: Annotated[
+        str | None, Help("Number stamped on the one brake or line given.", metavar="TEXT")
+    ] = None,
+) -> RecordsAdded:
+    """Add files to the records, linked with what they come from.
+
+    Links follow from digests inside the files. A file that is in the records already, or that is
+    nothing the records take, is refused; the others are added in one transaction. Raises
+    RecordsError for the database, and then nothing was added.
+    """
+    database = _database(db)
+    from layerjam.archive.store import add
+
+    given = [files] if isinstance(files, str | Path) else list(files)
+    made = add(database, given, serial)
+    return RecordsAdded(
+        ids=made.ids,
+        also_added=made.others,
+        refused=made.refused,
+        database=database.where,
+        warnings=[
+            *(Notice(f"{path}: {text}", "record") for path, text in made.notes),
+            *_unlinked(made.unlinked),
+        ],
+    )
+
+
+def _unlinked(found: Iterable[tuple[str, str, str, str]]) -> Iterator[Notice]:
+    """What a file comes from and the records do not hold."""
+    for path, role, name, key in found:
+        yield Notice(
+            f"{path}: comes from {name} ({role}, {key[:16]}), which is not in the records; it is "
+            "linked when that is added",
+            "not-linked",
+        )
+
+
+@command(
+    "bench",
+    place=81,
+    under="records",
+    examples=("layerjam records list --db lab.db",),
+    computes=False,
+)
+def records_list(*, db: RecordsDatabase = None) -> RecordsListed:
+    """Every record, oldest first.
+
+    Raises RecordsError for the database.
+    """
+    database = _database(db)
+    from layerjam.archive.view import rows
+
+    with database.reading() as base:
+        found = [] if base is None else rows(base)
+    return RecordsListed(rows_=found, database=database.where, warnings=_none_yet(database, found))
+
+
+def _none_yet(database: Any, found: Sequence[Any]) -> list[Notice]:
+    """That there is nothing yet, so that a mistyped name is noticed."""
+    text = f"{database.where}: there are no records yet; 'layerjam records add' makes them"
+    return [] if found else [Notice(text, "no-records")]
+
+
+@command(
+    "bench",
+    place=82,
+    under="records",
+    examples=("layerjam records show pull-2.csv --db lab.db",),
+    computes=False,
+)
+def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
+    """One record, what it comes from and what comes from it.
+
+    Raises RecordsError where there is none, or several have that name.
+    """
+    database = _database(db)
+    from layerjam.archive.view import show
+
+    made = show(database, ident)
+    return RecordShown(
+        record_=made.record,
+        derived_from=made.derived_from,
+        used_by=made.used_by,
+        unlinked=made.unlinked,
+    )
+
+
+@command(
+    "bench",
+    place=83,
+    under="records",
+    examples=("layerjam records verify --db lab.db",),
+    computes=False,
+)
+def records_verify(
+    folders: Annotated[
+        Sequence[str | Path], Help("Folders to look for moved files in.", metavar="FOLDER...")
+    ] = (),
+    *,
+    db: RecordsDatabase = None,
+) -> RecordsVerified:
+    """Whether every file still has the bytes that it had.
+
+    Withdrawn files are not looked for. Exits with 1 where something is changed or missing. Raises
+    RecordsError for the database.
+    """
+    database = _database(db)
+    from layerjam.archive.view import verify
+
+    made = verify(database, [folders] if isinstance(folders, str | Path) else list(folders))
+    return RecordsVerified.of(made, warnings=_none_yet(database, [*range(made.checked)]))
+
+
+@command(
+    "bench",
+    place=84,
+    under="records",
+    examples=('layerjam records withdraw pull-2.csv --why "the grip slipped" --db lab.db',),
+    computes=False,
+)
+def records_withdraw(
+    ident: RecordId,
+    *,
+    why: Annotated[str, Help("What is wrong with it.", metavar="TEXT")],
+    db: RecordsDatabase = None,
+) -> RecordWithdrawn:
+    """Mark a record as one that counts no more; it stays, with the reason.
+
+    A file that was withdrawn cannot be added again. Raises RecordsError where there is no such
+    record, or it was withdrawn before.
+    """
+    database = _database(db)
+    from layerjam.archive.store import withdraw
+
+    made, used_by = withdraw(database, ident, why)
+    text = "records come from it and stay as they are; see 'layerjam records show'"
+    notices = [Notice(f"{len(used_by)} {text}", "used")] if used_by else []
+    return RecordWithdrawn(id=made, used_by=used_by, warnings=notices)
