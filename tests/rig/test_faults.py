@@ -8,10 +8,12 @@ from dataclasses import replace
 
 import pytest
 
+import layerjam as lj
 from layerjam.cli.main import main
 from layerjam.control.faults import FaultInjection
 from layerjam.errors import LayerjamError
 from layerjam.rig import board as boards
+from layerjam.rig import observer as observer_module
 from layerjam.rig.address import VIRTUAL, address_of
 from layerjam.rig.campaign import Bed, accelerated, campaign, tried, wanted
 from layerjam.rig.kinds import APART, DRIFTS, KINDS, NOT_HERE, SUPPLY_SAMPLES
@@ -24,16 +26,17 @@ BEHIND = behind(address_of(VIRTUAL))
 FEW = ["sensor-nan", "pump-dead", "vent-stuck-closed", "host-silent", "tick-late"]
 
 
-@pytest.mark.parametrize("python", ["cpython", ""])
-def test_a_few_faults_are_safe_and_named_in_time(python: str) -> None:
-    address = f"{VIRTUAL}&python={python}" if python else VIRTUAL
-    done = campaign(address, only=FEW, runs=1, seed=3)
-    assert [trial.plan.name for trial in done.trials] == [name for name in KINDS if name in FEW]
+@pytest.mark.parametrize(("address", "few"), [(CPYTHON, FEW[:1]), (VIRTUAL, FEW)])
+def test_a_few_faults_are_safe_and_named_in_time(address: str, few: list[str]) -> None:
+    done = campaign(address, only=few, runs=1, seed=3)
+    assert [trial.plan.name for trial in done.trials] == [name for name in KINDS if name in few]
     for trial in done.trials:
         assert trial.met and trial.trouble == "", trial
         assert trial.safe_after is not None and trial.deadline is not None
         assert 0.0 <= trial.safe_after <= trial.deadline + 2e-6
-    shut = next(trial for trial in done.trials if trial.plan.name == "vent-stuck-closed")
+    shut = next((trial for trial in done.trials if trial.plan.name == "vent-stuck-closed"), None)
+    if shut is None:
+        return
     assert shut.vacuum_after > 0.8 * shut.plan.case.target, "behind a closed valve it stays"
     assert shut.named_after is not None and shut.safe_after is not None
     assert shut.safe_after < shut.named_after
@@ -49,8 +52,8 @@ def test_a_few_faults_are_safe_and_named_in_time(python: str) -> None:
                      marks=pytest.mark.slow),
         pytest.param("line-blocked", "law.py", "fault = 1.0 * BLOCKED", "fault = 0.0",
                      marks=pytest.mark.slow),
-        pytest.param("leak", "law.py", "fault = 1.0 * LOST", "fault = 0.0",
-                     marks=pytest.mark.slow),
+        pytest.param("pump-dead", "law.py", "(NO_VACUUM if risen < none * owed else WEAK_PUMP)",
+                     "HEALTHY", marks=pytest.mark.slow),
         pytest.param("e-stop", "bench.py", "self.trip(123)", "pass", marks=pytest.mark.slow),
         pytest.param("host-silent", "bench.py", "self.trip(120)", "pass", marks=pytest.mark.slow),
         pytest.param("tick-late", "bench.py", "self.trip(121)", "pass", marks=pytest.mark.slow),
@@ -66,8 +69,23 @@ def test_a_detector_that_is_switched_off_is_missed(
     sound = boards.parts()
     assert was in sound[file]
     monkeypatch.setattr(boards, "parts", lambda: {**sound, file: sound[file].replace(was, now)})
-    done = campaign(CPYTHON, only=[name], runs=1)
-    assert not done.trials[0].met
+    # while it pumps, a sensor that sticks is also noticed as a pump that does nothing
+    done = campaign(CPYTHON, only=[name], runs=4 if name == "sensor-stuck" else 1)
+    assert not all(trial.met for trial in done.trials)
+
+
+@pytest.mark.slow
+def test_a_drift_is_doubted_by_the_board_when_the_plant_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Three openings in the plant's log are the board's bit 10; a slow drift has neither."""
+    monkeypatch.setattr(observer_module, "LONGEST", 60.0)
+    with Bed(accelerated(VIRTUAL)) as bed:
+        for size, doubted in ((200.0, True), (5.0, False)):
+            trial = tried(bed, drawn(bed.behind, "sensor-drift", 0, 0, size=size))
+            bit = int(bed.bench()[0].ask("STAT:QUES?")) & 1024
+            assert (trial.doubted_after is not None) == doubted == bool(bit), size
+            assert trial.named is None and trial.safe_after is None and trial.met
 
 
 @pytest.mark.slow
@@ -216,3 +234,14 @@ def test_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert said["units"]["safe_after"] == "s" and row["safe_after"] <= row["deadline"] == 0.02
     assert main(["bench", "faults", "--only", "nothing"]) == 2
     assert main(["bench", "faults", "serial:/dev/ttyACM0"]) == 2
+
+
+def test_what_was_run_before_a_stop_is_kept() -> None:
+    def progress(what: str, share: float) -> None:
+        if share >= 0.4:
+            raise KeyboardInterrupt
+
+    said = lj.bench_faults(CPYTHON, only=["e-stop"], runs=5, progress=progress)
+    assert (said.runs, said.missed, said.complete, said.exit_code) == (2, 0, False, 130)
+    assert said.faults[0]["runs"] == 2 and "2 runs" in str(said.warnings[0])
+    assert replace(said, complete=True, missed=1).exit_code == 1

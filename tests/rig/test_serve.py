@@ -156,10 +156,10 @@ def test_blocks_are_whole(client: Client) -> None:
         assert client.file.read(1) == b"\n"
 
 
-def test_a_serial_port(tmp_path: Path) -> None:
-    """Raw as a real one; the link goes when the gateway goes."""
+def test_a_serial_port_and_an_end(tmp_path: Path) -> None:
+    """Raw as a real one; SIGTERM switches off, ends with zero, and the link goes."""
     link = tmp_path / "bench"
-    with gateway("sim:choi2018", pty=str(link)) as (number, _):
+    with gateway("sim:choi2018", pty=str(link)) as (number, process):
         port = os.open(link, os.O_RDWR | os.O_NOCTTY)
         assert not termios.tcgetattr(port)[3] & termios.ECHO
 
@@ -174,24 +174,18 @@ def test_a_serial_port(tmp_path: Path) -> None:
         assert ask(b"*IDN?\r\n").startswith(b"layerjam,virtual bench,")
         os.write(port, b"AT+GCAP\r\nATE0\r\n")  # a modem manager looks for a modem
         assert ask(b"SYST:ERR:COUN?\n") == b"2\n"
-        other = Client(number)
-        assert other.error() == 0
-        other.close()
-        os.close(port)
-    assert not link.exists()
-
-
-def test_terminate_switches_off_and_ends_with_zero() -> None:
-    with gateway("sim:choi2018") as (number, process):
         client = Client(number)
+        assert client.error() == 0
         client.send("OUTP:SAFE REL;VENT:REST OPEN")
         client.send("CONT:LAW " + law_words(regulator()))
         client.send("VAC 40 kPa;:OUTP ON;:SYST:LEAS 60")
         assert client.ask("OUTP?;:SYST:ERR?") == '1;0,"No error"'
+        os.close(port)
         process.terminate()
         assert process.wait(20) == 0
         assert client.closed()
         client.close()
+    assert not link.exists()
 
 
 def test_one_port_is_served_once(port: int) -> None:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import types
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+import layerjam as lj
 from layerjam.cli.main import main
 from layerjam.control.settings import KINDS
 from layerjam.rig import board as boards
@@ -61,3 +63,16 @@ def test_gaps_are_counted() -> None:
     assert look(429_490, 429_491) == look(429_492, 429_493) == look(429_494, 429_500) - 1 == 0
     assert look(429_501) == 1 and look(429_501) == 2 and look(429_502, at=10) == 3
     assert look(429_503, at=10) == 3
+
+
+def test_hours_before_a_stop_are_said() -> None:
+    def progress(what: str, share: float) -> None:
+        if share > 0:
+            raise KeyboardInterrupt
+
+    said = lj.bench_soak(line="choi2018", hours=1.0, kind="bang-bang", progress=progress)
+    assert said.address == "sim:choi2018" and 0 < said.hours < 0.1
+    assert (said.complete, said.exit_code, said.false_faults, said.gaps) == (False, 130, 0, 0)
+    done = replace(said, complete=True)
+    assert done.exit_code == 0 and replace(done, gaps=1).exit_code == 1
+    assert replace(done, heap_growth=16).exit_code == 1

@@ -27,7 +27,7 @@ ONES = ["cpython"] + (["micropython"] if "micropython" in interpreter()[0] else 
 
 @pytest.fixture(params=ONES)
 def board(request: pytest.FixtureRequest) -> Iterator[VirtualBoard]:
-    line, made = connect(f"sim:choi2018?speed=0&python={request.param}&noise=20 Pa")
+    line, made = connect(f"sim:choi2018?speed=0&python={request.param}&noise=20 Pa&vent=0.2s")
     assert made is not None
     yield made
     line.close()
@@ -61,14 +61,14 @@ def test_it_regulates_releases_and_names_what_breaks(board: VirtualBoard) -> Non
     """Beyond a wrap of its clock, which begins five seconds before one."""
     assert "virtual bench" in tell(board, "*IDN?") and tell(board, "*TST?") == "0"
     made = ready(board, 60e3)
-    wait(board, 30)
+    wait(board, 16)
     # without a leak an excess stays that does not yet open the vent
     assert board.plant.vacuum == pytest.approx(60e3, abs=made.vents_above)
     seq, vacuum, target, _pump, vent, state, fault = tell(board, "FETC:ALL?").split(",")
     assert (target, vent, state, fault) == ("60000", "0", "RUN", "0")
-    assert float(vacuum) == pytest.approx(60e3, abs=made.vents_above + 100) and int(seq) > 3000
+    assert float(vacuum) == pytest.approx(60e3, abs=made.vents_above + 100) and int(seq) > 1600
     tell(board, "VAC 0")
-    wait(board, 20)
+    wait(board, 3)
     assert board.plant.vacuum < 50 and board.plant.outputs == (0.0, True)
     tell(board, "VAC 80 kPa")
     wait(board, 1)
@@ -86,7 +86,6 @@ def test_a_silent_host_loses_the_outputs(board: VirtualBoard) -> None:
     tell(board, "SYST:LEAS 3")
     board.plant.trace = []
     begin = board.plant.time
-    time.sleep(0.3)
     while board.plant.time < begin + 10:
         time.sleep(0.01)
     when, pump, vent, _ = next(row for row in board.plant.trace if row[2])
