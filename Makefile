@@ -5,8 +5,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 NEIGHBOURS := $(VENV)/.bench
 SIMULATORS := $(VENV)/interop
+EMULATOR := $(VENV)/emulator
 
-.PHONY: demo test slow bench interop docs lint mutants coverage alarms fuzz lock clean
+.PHONY: demo test slow bench interop firmware firmware-checks docs lint mutants coverage alarms fuzz lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -65,6 +66,26 @@ interop: $(SIMULATORS)/.installed
 	$(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md
 	$(BIN)/python -m benchmarks.kernel
 
+# The image for a board, from Debian's packages, into out/firmware.
+COMPILER = build-essential cmake dpkg-dev debian-archive-keyring gcc-arm-none-eabi \
+  libnewlib-arm-none-eabi
+
+firmware: $(STAMP)
+	@( for tool in cmake dpkg-source gcc arm-none-eabi-gcc; do command -v $$tool >/dev/null || exit 1; done ) || \
+	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(COMPILER); }
+	$(BIN)/python src/layerjam/rig/firmware/image/build.py --out out/firmware
+
+# That image on an emulated board: minutes. The emulator is installed beside, not among, our packages.
+firmware-checks: $(EMULATOR)/.installed
+	@test -e out/firmware/layerjam-pico.json || $(MAKE) firmware
+	PYTHONPATH=$(EMULATOR) nice -n 10 $(BIN)/python -m pytest -q -rs tests/rig/emulated
+
+$(EMULATOR)/.installed: tests/rig/emulated/requirements.lock $(STAMP)
+	@echo "installing the emulator into $(EMULATOR) (once)"
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes --target $(EMULATOR) \
+	  -r tests/rig/emulated/requirements.lock
+	@touch $@
+
 # Installs exactly what requirements.lock names, hashes checked, then this package.
 # Debian ships python3 without ensurepip: the venv package is fetched once where that is so.
 $(STAMP): requirements.lock pyproject.toml
@@ -106,6 +127,9 @@ lock:
 	  --no-emit-index-url --no-emit-find-links --python-version 3.11 -c requirements.lock \
 	  --extra mjx --extra figures pyproject.toml tests/interop/requirements.in \
 	  --output-file tests/interop/requirements.lock
+	uv pip compile --universal --generate-hashes --no-header --no-annotate \
+	  --no-emit-index-url --no-emit-find-links --python-version 3.11 -c requirements.lock \
+	  tests/rig/emulated/requirements.in --output-file tests/rig/emulated/requirements.lock
 
 clean:
 	rm -rf $(VENV) out

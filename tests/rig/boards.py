@@ -18,6 +18,8 @@ from layerjam.control.settings import Regulator
 from layerjam.fluid.line import Sensor
 from layerjam.rig.board import parts, stage
 
+CHIP = ("hal_rp2.py", "sensor_adc.py", "sensor_hsc.py")
+"""Files that need a chip's own modules."""
 PLANT = Plant(rate=0.44, top=95e3, leak=0.004, vent=8.0)
 SENSOR = Sensor(range=103421.0, noise=8.0, resolution=15.8)
 
@@ -36,7 +38,7 @@ def law_words(made: Regulator) -> str:
 @cache
 def firmware() -> types.SimpleNamespace:
     """The modules as a board has them; their flat names are taken back afterwards."""
-    names = [name.removesuffix(".py") for name in parts()]
+    names = [name.removesuffix(".py") for name in parts() if name not in CHIP]
     kept = {name: sys.modules.pop(name, None) for name in names}
     with tempfile.TemporaryDirectory() as folder:
         stage(Path(folder))

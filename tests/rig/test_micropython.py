@@ -9,7 +9,7 @@ import pytest
 
 from layerjam.rig.board import interpreter, parts, stage
 from rig.bad_lines import BAD, GOOD
-from rig.boards import Rig, law_words, regulator
+from rig.boards import CHIP, Rig, law_words, regulator
 
 SCRIPT = """
 import sys
@@ -98,7 +98,7 @@ def test_micropython_answers_as_cpython_does(tmp_path: Path) -> None:
     script.write_text(SCRIPT, encoding="utf-8")
     said.write_bytes(b"".join(line + b"\n" for line in given))
     names = ",".join(
-        n.removesuffix(".py") for n in parts() if n not in ("hal_cpython.py", "main.py")
+        n.removesuffix(".py") for n in parts() if n not in ("hal_cpython.py", "main.py", *CHIP)
     )
     done = subprocess.run(
         [*command, str(script), str(tmp_path), str(said), names],

@@ -19,19 +19,27 @@ from layerjam.errors import LayerjamError, MissingExtraError, QuantityError
 from layerjam.rig.address import Address, address_of
 from layerjam.rig.line import Line, Pipes, Serial
 from layerjam.rig.plant import PlantThread, VirtualPlant, behind
+from layerjam.rig.wiring import load_wiring
 
 HERE = Path(__file__).parent
 PATIENCE = 15.0
 """Seconds that a board may take to start."""
 
 
-def parts() -> dict[str, str]:
-    """{file name: text} of everything that runs on a board, the law as `control/` has it."""
+def parts(board: str = "") -> dict[str, str]:
+    """{file name: text} of everything that runs on a board, the law as `control/` has it.
+
+    `board` names a real one, whose pins go with the files.
+    """
     files = {
         path.name: path.read_text("utf-8") for path in sorted((HERE / "firmware").glob("*.py"))
     }
     files["frame.py"] = (HERE / "frame.py").read_text("utf-8")
     files["law.py"] = Path(law.__file__).read_text("utf-8")
+    if board:
+        files["wired.py"] = (
+            f'"""The pins of the board."""\n\nWIRED = {load_wiring(board).wired()!r}\n'
+        )
     whole = hashlib.sha256("".join(name + text for name, text in sorted(files.items())).encode())
     names = {code: name for code, name in FAULTS.items() if code}
     files["built.py"] = (

@@ -173,6 +173,9 @@ class Hal:
         """Whether the supply is as it should be, at the last sample."""
         return not self.supply_low
 
+    def show(self, state: int, sync: int) -> None:
+        """No lamp and no marker."""
+
     def arm(self) -> None:
         """No watchdog: a process that hangs is not what the virtual board is for."""
 
@@ -207,3 +210,7 @@ class Hal:
     def maintenance(self) -> None:
         """There is no prompt behind a virtual board."""
         raise ScpiError(-241, "a virtual board has no prompt " + sys.platform)
+
+    def crash(self, error) -> None:
+        """The process ends with what went wrong."""
+        raise error

@@ -3,6 +3,7 @@
 import gc
 import sys
 
+import begin
 import ticks
 from bench import Bench
 from port import Port
@@ -24,6 +25,7 @@ def loop(hal) -> None:
         late = ticks.diff(hal.ticks_us(), due)
         if late >= 0:
             bench.tick(late)
+            hal.show(bench.state, bench.sync)
             if hal.collects and bench.count % COLLECT == 0:
                 begun = hal.ticks_us()
                 gc.collect()
@@ -40,6 +42,10 @@ def loop(hal) -> None:
 
 def hal_of(words: list):
     """The HAL of the machine that this runs on."""
+    if sys.platform == "rp2":
+        import hal_rp2
+
+        return hal_rp2.Hal(words, Reset)
     if sys.implementation.name == "micropython":
         import hal_pipe
 
@@ -59,7 +65,9 @@ def main(words: list) -> None:
             hal.cause = "SOFT"
         except EOFError:
             return
+        except Exception as error:
+            hal.crash(error)
 
 
-if __name__ == "__main__":
+if __name__ == "__main__" and not begin.maintenance:
     main(sys.argv[1:])

@@ -1,0 +1,215 @@
+"""The HAL of a Raspberry Pi Pico (RP2040): its pins, its converter, its watchdog, its flash."""
+
+import json
+import os
+import select
+import sys
+import time
+
+import begin
+import machine
+import ticks
+import wired
+
+PIECE = 64
+"""Bytes written at once: a packet of USB. More would wait for a host that does not read."""
+READ = 256
+"""Bytes read at most before the loop looks at the time."""
+HEARD = 4
+"""Bytes that are read even where a sample is late: a board that is always late still hears."""
+EARLY = 2000
+"""Microseconds before a sample in which nothing sleeps any more."""
+BITE, SAVING = 100, 3000
+"""The watchdog's time [ms], and while the flash erases a sector, in which the chip stands still."""
+REASON, TIMER = 0x40058008, 1
+"""The watchdog's register of why it reset the chip; bit 0: its time was over."""
+FILE = "settings%d.bin"
+WIRED = "wired.json"
+CRASHED = "crash.txt"
+FULL = 65535
+
+
+def wiring() -> dict:
+    """The pins that the image has, and over them what was put on this board's own flash."""
+    made = dict(wired.WIRED)
+    try:
+        with open(WIRED) as file:
+            made.update(json.load(file))
+    except OSError:
+        pass
+    return made
+
+
+class Hal:
+    """The board; `reset` is not needed, the chip resets itself."""
+
+    collects = True
+
+    def __init__(self, words: list, reset) -> None:
+        self.collected = 0
+        self.saved: int | None = None
+        self.dog = None
+        made = self.made = wiring()
+        pin = machine.Pin
+        self.vent = pin(made["vent_gate"], pin.OUT, value=0)
+        frequency = int(made["pump_frequency"])
+        self.pump = machine.PWM(pin(made["pump_gate"]), freq=frequency, duty_u16=0)
+        self.back = machine.PWM(pin(made["pump_back_gate"]), freq=frequency, duty_u16=0)
+        self.closed = pin(made["estop_sense"], pin.IN, pin.PULL_DOWN)
+        self.marker = pin(made["sync_out"], pin.OUT, value=0)
+        self.led = pin(made["led_out"], pin.OUT, value=0)
+        self.volts = machine.ADC(pin(made["supply_adc"]))
+        volts = made["least_supply"] / made["supply_ratio"]
+        self.least = int(volts / made["reference_voltage"] * FULL)
+        name = "sensor_" + made["sensor_kind"]
+        self.part = __import__(name).Sensor(made)
+        self.shown = 0
+        self.stdin: object = sys.stdin.buffer
+        self.stdout: object = sys.stdout.buffer
+        self.byte = bytearray(1)
+        self.poll = select.poll()
+        self.poll.register(sys.stdin, select.POLLIN)
+        self.writing = select.poll()
+        self.writing.register(sys.stdout, select.POLLOUT)
+        self.both = select.poll()
+        self.both.register(sys.stdin, select.POLLIN | select.POLLOUT)
+        self.cause = "POWER_ON"
+        if machine.reset_cause() == machine.WDT_RESET:
+            self.cause = "WATCHDOG" if machine.mem32[REASON] & TIMER else "SOFT"
+
+    def ticks_us(self) -> int:
+        """The board's clock [us], in 30 bits."""
+        return time.ticks_us()
+
+    def wait(self, due: int, reading: bool, sending: bool) -> bytearray:
+        """Bytes of the line, or none where the time has come or something may be sent."""
+        data = bytearray()
+        poll = self.both if reading and sending else self.writing if sending else self.poll
+        late = 0
+        while True:
+            left = ticks.diff(due, time.ticks_us())
+            if left <= 0:
+                late += 1
+                if late > HEARD:
+                    return data
+            if not (reading or sending):
+                time.sleep_us(max(left, 0))
+                return data
+            wait = 0 if data or left < EARLY else (left - EARLY + 999) // 1000
+            events = 0
+            for found in poll.ipoll(wait):
+                events = found[1]
+            if events & select.POLLIN:
+                self.stdin.readinto(self.byte)
+                data.extend(self.byte)
+                if len(data) == READ:
+                    return data
+            elif data or left <= 0 or events & select.POLLOUT:
+                return data
+
+    def send(self, data: bytes) -> int:
+        """Give the line as much as it takes at once; how many bytes."""
+        sent = 0
+        view = memoryview(data)
+        while sent < len(data) and self.writing.poll(0):
+            count = self.stdout.write(view[sent : sent + PIECE])
+            if not count:
+                break
+            sent += count
+        return sent
+
+    def sensor(self) -> tuple:
+        """(vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
+        return self.part.read()
+
+    def output(self, pump: float, power: int) -> None:
+        """Pump -1 to 1; whether the vent valve is given power."""
+        self.pump.duty_u16(int(FULL * pump + 0.5) if pump > 0.0 else 0)
+        self.back.duty_u16(int(FULL * -pump + 0.5) if pump < 0.0 else 0)
+        self.vent.value(power)
+
+    def estop(self) -> bool:
+        """Whether the emergency stop is open: no 12 V behind it."""
+        return not self.closed.value()
+
+    def supply(self) -> bool:
+        """Whether the supply is as it should be."""
+        return self.volts.read_u16() >= self.least
+
+    def show(self, state: int, sync: int) -> None:
+        """The lamp: 1 Hz in SAFE and DRIVE, on in RUN, 5 Hz in FAULT; and the marker."""
+        self.shown += 1
+        period = 20 if state == 2 else 100
+        self.led.value(1 if state == 1 or self.shown % period < period // 2 else 0)
+        self.marker.value(sync)
+
+    def arm(self) -> None:
+        """Start the watchdog; nothing stops it but a reset."""
+        if self.dog is None:
+            self.dog = machine.WDT(timeout=BITE)
+
+    def feed(self) -> None:
+        """Keep the watchdog quiet for another while."""
+        if self.dog is not None:
+            self.dog.feed()
+
+    def load(self, slot: int):
+        """The settings in a slot, None where there are none, nothing where they cannot be read."""
+        try:
+            with open(FILE % slot, "rb") as file:
+                return file.read()
+        except OSError as error:
+            return None if error.errno == 2 else b""
+
+    def save(self, slot: int, data: bytes) -> None:
+        """Keep settings in a slot."""
+        self.write(FILE % slot, data)
+        self.saved = time.ticks_ms()
+
+    def write(self, name: str, data: bytes) -> None:
+        """A file on the flash, with a watchdog that has the patience for it."""
+        if self.dog is not None:
+            self.dog = machine.WDT(timeout=SAVING)
+        try:
+            with open(name, "wb") as file:
+                file.write(data)
+        finally:
+            if self.dog is not None:
+                self.dog = machine.WDT(timeout=BITE)
+
+    def since_save(self) -> int:
+        """Microseconds since settings were kept; a long while where that is beyond the clock."""
+        passed = -1 if self.saved is None else time.ticks_diff(time.ticks_ms(), self.saved)
+        return 1 << 40 if passed < 0 else passed * 1000
+
+    def identity(self) -> tuple:
+        """(model, serial)."""
+        return self.made["name"], "".join(["%02X" % byte for byte in machine.unique_id()])
+
+    def reset_cause(self) -> str:
+        """POWER_ON, SOFT or WATCHDOG."""
+        return self.cause
+
+    def reset(self) -> None:
+        """Start anew."""
+        machine.reset()
+
+    def maintenance(self) -> None:
+        """Start anew and end at the prompt: a watchdog that runs would bite there."""
+        machine.mem32[begin.SCRATCH] = begin.ASKED
+        machine.reset()
+
+    def crash(self, error) -> None:
+        """What the firmware cannot go on from: outputs off, then the watchdog.
+
+        The first one is kept in a file; a board that crashes again and again wears no flash.
+        """
+        self.output(0.0, 0)
+        try:
+            if CRASHED not in os.listdir():
+                with open(CRASHED, "w") as file:
+                    sys.print_exception(error, file)
+        finally:
+            self.arm()
+            while True:
+                pass

@@ -1,0 +1,229 @@
+"""Builds a board's image from Debian's packages alone: `make firmware`.
+
+MicroPython's source, the maker's library and the USB stack are Debian 13's, fetched with the
+signature check of apt from the mirror that this machine is set up with; the compiler is the
+machine's own. Our files and the control law are frozen into the image.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from layerjam.rig import uf2
+from layerjam.rig.board import law_hash, parts
+
+HERE = Path(__file__).parent
+SUITE = "trixie"
+SOURCES = {"micropython": "1.25.0+ds-1"}
+"""Debian source: version."""
+BINARIES = {"pico-sdk-source": "2.1.1-1", "tinyusb-source": "0.18.0+dfsg-1"}
+"""Debian package that holds sources: version."""
+KEYS = "/usr/share/keyrings/debian-archive-keyring.gpg"
+TOOLS = ("apt-get", "dpkg-source", "dpkg-deb", "cmake", "make", "gcc", "arm-none-eabi-gcc")
+NEEDED = (
+    "build-essential cmake dpkg-dev python3 debian-archive-keyring gcc-arm-none-eabi "
+    "libnewlib-arm-none-eabi"
+)
+BOARD = "LAYERJAM_PICO"
+CHANGES = {
+    "micropython/ports/rp2/CMakeLists.txt": [
+        (r"(set\(MICROPY_SSL_MBEDTLS )ON", r"\1OFF"),
+        (r"\n *mbedtls/mbedtls_port\.c", ""),
+        (r"(target_link_libraries\(\$\{MICROPY_TARGET\} )micropy_lib_mbedtls", r"\1m"),
+    ],
+    "micropython/ports/rp2/mpconfigport.h": [
+        (r"(#define MICROPY_SSL_MBEDTLS +)\(1\)", r"\1(0)"),
+        (r"(#define MICROPY_PY_HASHLIB_SHA1 +)\(1\)", r"\1(0)"),
+        (r"(#define MICROPY_PY_CRYPTOLIB +)\(1\)", r"\1(0)"),
+        (r"(#define MICROPY_FLOAT_IMPL +\(MICROPY_FLOAT_IMPL_)FLOAT", r"\1DOUBLE"),
+    ],
+    "micropython/ports/rp2/mphalport.h": [
+        (r"(#define MICROPY_HW_USB_CDC_TX_TIMEOUT )\(500\)", r"\1(0)")
+    ],
+    "library/usr/src/pico-sdk/src/rp2_common/pico_cxx_options/CMakeLists.txt": [
+        (r" *target_sources\(pico_cxx_options INTERFACE\s+\S+new_delete\.cpp\s+\)", "")
+    ],
+}
+"""Unpacked file: what becomes of it.
+
+TLS, SHA-1 and AES go, because Debian's source has not what they need. Double precision makes the
+law's answers CPython's, bit for bit. A host that does not read takes none of a sample's time. And
+without the one file of C++, which nothing uses, 1.5 GB of C++ library need not be installed.
+"""
+MANIFEST = 'freeze("$(PORT_DIR)/modules")\nfreeze({folder!r})\n'
+
+
+class BuildError(Exception):
+    """What keeps the image from being built, in one sentence."""
+
+
+def run(command: Sequence[str], folder: Path, log: Path, **more: str) -> str:
+    """What a command printed; BuildError with its last lines where it fails."""
+    done = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, **more}
+    )
+    with log.open("a", encoding="utf-8") as file:
+        file.write(f"$ {' '.join(command)}\n{done.stdout}{done.stderr}\n")
+    if done.returncode:
+        last = "\n".join((done.stdout + done.stderr).strip().splitlines()[-12:])
+        raise BuildError(
+            f"{command[0]} ended with {done.returncode}; all of it is in {log}\n{last}"
+        )
+    return done.stdout
+
+
+def mirrors(log: Path) -> list[str]:
+    """Where this machine's apt fetches Debian's main packages from."""
+    listed = run(
+        ["apt-get", "indextargets", "--format", "$(REPO_URI)", "Created-By: Packages",
+         "Component: main", "Origin: Debian", "Label: Debian"],
+        Path("/"), log,
+    )  # fmt: skip
+    found = list(dict.fromkeys(line.strip() for line in listed.splitlines() if line.strip()))
+    if not found:
+        raise BuildError("apt knows no mirror of Debian here; run 'apt-get update' as root first")
+    return found
+
+
+def fetch(work: Path, log: Path) -> Path:
+    """A folder with what Debian 13 has, fetched once; the machine's own apt is not touched."""
+    wanted = {**SOURCES, **BINARIES}
+    held, done = work / "debian", work / "debian" / "fetched.json"
+    if done.exists() and json.loads(done.read_text()) == wanted:
+        return held
+    shutil.rmtree(held, ignore_errors=True)
+    for name in ("lists/partial", "archives/partial"):
+        (held / name).mkdir(parents=True)
+    (held / "debian.sources").write_text(
+        f"Types: deb deb-src\nURIs: {' '.join(mirrors(log))}\nSuites: {SUITE}\n"
+        f"Components: main\nSigned-By: {KEYS}\n",
+        encoding="utf-8",
+    )
+    options = {
+        "Dir::Etc::SourceList": held / "debian.sources",
+        "Dir::Etc::SourceParts": "/dev/null",
+        "Dir::State::Lists": held / "lists",
+        "Dir::Cache": held,
+        "APT::Sandbox::User": "root",
+    }
+    apt = ["apt-get", "-q"]
+    for name, value in options.items():
+        apt += ["-o", f"{name}={value}"]
+    run([*apt, "update"], held, log)
+    source = [f"{name}={version}" for name, version in SOURCES.items()]
+    run([*apt, "source", "--download-only", *source], held, log)
+    run([*apt, "download", *(f"{n}={v}" for n, v in BINARIES.items())], held, log)
+    done.write_text(json.dumps(wanted), encoding="utf-8")
+    return held
+
+
+def unpack(held: Path, work: Path, log: Path) -> tuple[Path, Path]:
+    """(MicroPython's tree, the maker's library), as Debian has them but for CHANGES."""
+    tree, library = work / "micropython", work / "library"
+    for folder in (tree, library):
+        shutil.rmtree(folder, ignore_errors=True)
+    library.mkdir()
+    (described,) = held.glob("micropython_*.dsc")
+    run(["dpkg-source", "--no-check", "-x", str(described), str(tree)], work, log)
+    for package in sorted(held.glob("*.deb")):
+        run(["dpkg-deb", "-x", str(package), str(library)], work, log)
+    for name, changes in CHANGES.items():
+        text = (work / name).read_text(encoding="utf-8")
+        for old, new in changes:
+            text, count = re.subn(old, new, text)
+            if count != 1:
+                raise BuildError(f"{name} is not that of {SOURCES} and {BINARIES}: {old} not found")
+        (work / name).write_text(text, encoding="utf-8")
+    return tree, library
+
+
+def compiled(tree: Path, library: Path, work: Path, log: Path, jobs: int) -> Path:
+    """The program as it lies in the flash, firmware and law frozen in."""
+    frozen, board = work / "frozen", work / BOARD
+    for folder in (frozen, board):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+    for name, text in parts("pico").items():
+        (frozen / name).write_text(text, encoding="utf-8")
+    manifest = work / "manifest.py"
+    manifest.write_text(MANIFEST.format(folder=str(frozen)), encoding="utf-8")
+    for name in ("mpconfigboard.h", "mpconfigboard.cmake"):
+        shutil.copy(HERE / name, board / name)
+    sdk = one(library, "pico_sdk_init.cmake").parent
+    usb = one(library, "src/tusb.h").parents[1]
+    shutil.rmtree(tree / "lib" / "tinyusb", ignore_errors=True)
+    (tree / "lib" / "tinyusb").symlink_to(usb)
+    # the same sources give the same image, whenever and wherever they are compiled
+    when = run(
+        ["dpkg-parsechangelog", "-l", str(tree / "debian/changelog"), "-STimestamp"], work, log
+    )
+    same = {"SOURCE_DATE_EPOCH": when.strip(), "GIT_DIR": "/nonexistent"}
+    run(["make", "-C", str(tree / "mpy-cross"), f"-j{jobs}"], work, log, **same)
+    made = work / "build"
+    shutil.rmtree(made, ignore_errors=True)
+    run(
+        ["cmake", "-S", str(tree / "ports" / "rp2"), "-B", str(made), "-DPICO_NO_PICOTOOL=1",
+         f"-DMICROPY_BOARD={BOARD}", f"-DMICROPY_BOARD_DIR={board}", "-DPICO_BUILD_DOCS=0",
+         f"-DMICROPY_LIB_DIR={tree}",
+         f"-DMICROPY_FROZEN_MANIFEST={manifest}", f"-DPICO_SDK_PATH_OVERRIDE={sdk}"],
+        work, log, **same,
+    )  # fmt: skip
+    run(["cmake", "--build", str(made), f"-j{jobs}"], work, log, **same)
+    return made / "firmware.bin"
+
+
+def one(folder: Path, name: str) -> Path:
+    """The file of that name under a folder."""
+    found = sorted(folder.rglob(name))
+    if not found:
+        raise BuildError(f"Debian's packages hold no {name}")
+    return found[0]
+
+
+def main() -> int:
+    """Build, and say what was built."""
+    words = argparse.ArgumentParser(description="Build the image of a Raspberry Pi Pico.")
+    words.add_argument("--out", type=Path, default=Path("out/firmware"), help="folder")
+    words.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    said = words.parse_args()
+    work = said.out.resolve() / "work"
+    work.mkdir(parents=True, exist_ok=True)
+    log, begun = work / "build.log", time.monotonic()
+    log.unlink(missing_ok=True)
+    missing = [tool for tool in TOOLS if shutil.which(tool) is None]
+    try:
+        if missing:
+            raise BuildError(f"not here: {' '.join(missing)}; apt-get install {NEEDED}")
+        held = fetch(work, log)
+        program = compiled(*unpack(held, work, log), work, log, said.jobs)
+    except BuildError as error:
+        print(error, file=sys.stderr)
+        return 1
+    image = said.out / "layerjam-pico.uf2"
+    image.write_bytes(uf2.packed(program.read_bytes(), uf2.RP2040))
+    facts = {
+        "image": image.name,
+        "image_sha256": hashlib.sha256(image.read_bytes()).hexdigest(),
+        "program_bytes": program.stat().st_size,
+        "law_sha256": law_hash(),
+        "firmware_sha256": re.findall("FIRMWARE = '(.*)'", parts("pico")["built.py"])[0],
+        "debian": {**SOURCES, **BINARIES},
+        "seconds": round(time.monotonic() - begun, 1),
+    }
+    (said.out / "layerjam-pico.json").write_text(json.dumps(facts, indent=2) + "\n")
+    print(json.dumps(facts, indent=2))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,42 @@
+"""Honeywell HSC and SSC with SPI: 14 bits of pressure, 11 of temperature, two of diagnosis.
+
+Counts 1638 to 14746 stand for the least and the greatest pressure of the part (Linux driver
+hsc030pa.c); at most 800 kHz.
+"""
+
+import machine
+
+BAUD = 500000
+LOWEST, SPAN = 1638, 13108
+STALE, BROKEN = 2, 3
+
+
+class Sensor:
+    """`range` is the greatest pressure between the ports; the brake is at port 1."""
+
+    def __init__(self, wired: dict) -> None:
+        self.range = wired["sensor_range"]
+        self.chosen = machine.Pin(wired["spi_cs"], machine.Pin.OUT, value=1)
+        self.spi = machine.SPI(
+            0,
+            baudrate=BAUD,
+            sck=machine.Pin(wired["spi_sck"]),
+            mosi=machine.Pin(wired["spi_mosi"]),
+            miso=machine.Pin(wired["spi_miso"]),
+        )
+        self.got = bytearray(4)
+
+    def read(self) -> tuple:
+        """(vacuum [Pa] or NaN, counts, temperature [0.01 degC], 1 where the part is in trouble).
+
+        Stale counts, those read twice, are the last ones still; the law finds a part that hangs.
+        """
+        got = self.got
+        self.chosen.value(0)
+        self.spi.readinto(got)
+        self.chosen.value(1)
+        status, raw = got[0] >> 6, (got[0] & 63) << 8 | got[1]
+        warmth = ((got[2] << 3 | got[3] >> 5) * 20000) // 2047 - 5000
+        if status not in (0, STALE):
+            return float("nan"), raw, warmth, 1
+        return self.range * (1.0 - 2.0 * (raw - LOWEST) / SPAN), raw, warmth, 0

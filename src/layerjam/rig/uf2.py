@@ -1,0 +1,68 @@
+"""Images as a Pico's boot loader takes them: UF2, 256 bytes of flash in each block of 512.
+
+The format is Microsoft's (github.com/microsoft/uf2); family and addresses are the RP2040's.
+"""
+
+from __future__ import annotations
+
+import struct
+
+from layerjam.errors import LayerjamError
+
+RP2040 = 0xE48BFF56
+FLASH = 0x10000000
+FLASH_BYTES = 2 * 1024 * 1024
+BLOCK, PAYLOAD = 512, 256
+HEAD = "<8I"
+FIRST, SECOND, LAST = 0x0A324655, 0x9E5D5157, 0x0AB16F30
+HAS_FAMILY = 0x2000
+
+
+class ImageError(LayerjamError):
+    """A file that is no image for this board."""
+
+    key = "image"
+
+
+def packed(program: bytes, family: int) -> bytes:
+    """The UF2 file of a program that lies at the beginning of the flash."""
+    count = -(-len(program) // PAYLOAD)
+    out = []
+    for number in range(count):
+        part = program[number * PAYLOAD : (number + 1) * PAYLOAD].ljust(PAYLOAD, b"\0")
+        head = struct.pack(
+            HEAD,
+            FIRST,
+            SECOND,
+            HAS_FAMILY,
+            FLASH + number * PAYLOAD,
+            PAYLOAD,
+            number,
+            count,
+            family,
+        )
+        out.append((head + part).ljust(BLOCK - 4, b"\0") + struct.pack("<I", LAST))
+    return b"".join(out)
+
+
+def unpacked(image: bytes, family: int, name: str) -> bytes:
+    """The program of a UF2 file; ImageError where it is none, not whole or for another chip."""
+    if not image or len(image) % BLOCK:
+        raise ImageError(f"{name} is no UF2 image: {len(image)} bytes are not blocks of {BLOCK}")
+    count = len(image) // BLOCK
+    program = bytearray()
+    for number in range(count):
+        block = image[number * BLOCK : (number + 1) * BLOCK]
+        first, second, flags, at, size, place, blocks, kind = struct.unpack(HEAD, block[:32])
+        if (first, second, block[-4:]) != (FIRST, SECOND, struct.pack("<I", LAST)):
+            raise ImageError(f"{name} is no UF2 image: block {number} has not its marks")
+        if not flags & HAS_FAMILY or kind != family:
+            raise ImageError(f"{name} is for another chip: family {kind:#010x}, not {family:#010x}")
+        if (place, blocks) != (number, count):
+            raise ImageError(f"{name} is not whole: block {place} of {blocks} at place {number}")
+        if size != PAYLOAD or at != FLASH + number * PAYLOAD:
+            raise ImageError(f"{name} does not fill the flash from its beginning: {at:#010x}")
+        program += block[32 : 32 + size]
+    if len(program) > FLASH_BYTES:
+        raise ImageError(f"{name} has {len(program)} bytes, the flash {FLASH_BYTES}")
+    return bytes(program)

@@ -1,0 +1,128 @@
+"""What hangs on which pin of a board: a TOML file, and what the firmware takes from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, ClassVar, Self
+
+from layerjam.errors import QuantityError
+from layerjam.fluid.line import Sensor
+from layerjam.records.changes import RecordFile
+from layerjam.records.reader import Reader
+from layerjam.records.shipped import shipped, text_of
+from layerjam.records.values import Entry, TextSpec, entries, value
+from layerjam.units import check as bounded
+from layerjam.units import like, nested, quantity, record, spec_of
+
+FIRST_ADC, LAST_ADC = 26, 29
+"""GP numbers that the RP2040's converter reads."""
+
+
+def gp(text: str) -> Any:
+    """A field for the GP number of a pin."""
+    return quantity("1", f"GP number of {text}", hi=LAST_ADC, whole=True)
+
+
+@record
+class Pins:
+    """GP numbers, which are not the pins of the socket."""
+
+    pump_gate: int = gp("the pump's transistor")
+    pump_back_gate: int = gp("the second side of an H-bridge, for a pump that runs both ways")
+    vent_gate: int = gp("the vent valve's transistor")
+    estop_sense: int = gp("the sense of the emergency stop: high while there is power behind it")
+    sync_out: int = gp("the marker to a test machine")
+    trigger_in: int = gp("the contact that starts a capture")
+    led_out: int = gp("the lamp")
+    supply_adc: int = gp("the divided supply")
+    spi_miso: int = gp("the sensor's data")
+    spi_cs: int = gp("the sensor's chip select")
+    spi_sck: int = gp("the sensor's clock")
+    spi_mosi: int = gp("the data that the sensor does not listen to")
+    sensor_adc: int = gp("a sensor with a voltage")
+    accelerometer_adc: int = gp("the accelerometer")
+
+
+@record
+class Wiring:
+    """A board's pins, and what is on them."""
+
+    pump_frequency: float = quantity("Hz", "switching frequency of the pump", lo=10, hi=1e5)
+    reference_voltage: float = quantity("V", "full scale of the converter", lo=1.0, hi=3.6)
+    supply_ratio: float = quantity("1", "divider between supply and converter", lo=1, hi=20)
+    least_supply: float = quantity("V", "supply below which the board stops", lo=1.0, hi=30)
+    sensor_kind: str = value(TextSpec(text="kind of pressure sensor", choices=("hsc", "adc")))
+    sensor_range: float = like(spec_of(Sensor, "range"))
+    sensor_zero: float | None = quantity(
+        "1", "share of the converter's range that a sensor with a voltage gives at no vacuum",
+        hi=1, default=None,
+    )  # fmt: skip
+    sensor_full: float | None = quantity(
+        "1", "share of the converter's range that it gives at sensor_range", hi=1, default=None
+    )
+    pins: Pins = nested(Pins)
+
+
+def validate(wiring: Wiring) -> None:
+    """Raise QuantityError for numbers out of bounds, a pin used twice, a sensor half described."""
+    bounded(wiring)
+    taken: dict[int, str] = {}
+    for f in fields(Pins):
+        number = getattr(wiring.pins, f.name)
+        name = f"pins.{f.name}"
+        if number in taken:
+            raise QuantityError.of(name, f"GP{number} is taken by {taken[number]} already")
+        taken[number] = name
+        if f.name.endswith("_adc") and number < FIRST_ADC:
+            raise QuantityError.of(
+                name, f"GP{number} has no converter; GP{FIRST_ADC} to GP{LAST_ADC} have one"
+            )
+    zero, full = wiring.sensor_zero, wiring.sensor_full
+    if wiring.sensor_kind == "adc" and (zero is None or full is None or zero == full):
+        raise QuantityError.of(
+            "sensor_full", "a sensor with a voltage needs sensor_zero and sensor_full, two numbers"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class WiringFile(RecordFile[Wiring]):
+    """A wiring with its name, and where each of its numbers comes from."""
+
+    wiring: Wiring
+
+    fields: ClassVar[Mapping[str, Entry]] = MappingProxyType(dict(entries(Wiring)))
+    holds: ClassVar[str] = "wiring"
+    heading: ClassVar[str] = "What hangs on which pin of a board."
+    kind: ClassVar[type] = Wiring
+    check = staticmethod(validate)
+
+    @classmethod
+    def read(cls, text: str, path: object) -> Self:
+        """The file from its TOML text; FileError with file and line for what it cannot be."""
+        reader = Reader(text, path, cls.fields)
+        reader.take()
+        return cls.taken(reader)
+
+    def wired(self) -> dict[str, Any]:
+        """What the firmware reads: one flat table in SI, without what is not known."""
+        made = dict(self.given)
+        return {
+            "name": self.title or self.name,
+            **{path.rpartition(".")[2]: known for path, known in made.items() if known is not None},
+        }
+
+
+def boards() -> list[str]:
+    """Names of the boards whose wiring comes with the program."""
+    return list(shipped("layerjam.rig", "boards"))
+
+
+def load_wiring(board: str | Path) -> WiringFile:
+    """A wiring by a board's name, or from the path of its TOML file.
+
+    Raises UnknownNameError (with the nearest names) or FileError.
+    """
+    return WiringFile.read(*text_of("board", board, shipped("layerjam.rig", "boards")))

