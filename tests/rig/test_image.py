@@ -284,6 +284,15 @@ def test_a_sensor_with_a_voltage(chip: Machine, tmp_path: Path) -> None:
         assert vacuum != vacuum and trouble == 1
 
 
+def test_a_second_sensor_is_fitted_or_not(chip: Machine, tmp_path: Path) -> None:
+    assert hal().sensor2() is None
+    (tmp_path / "wired.json").write_text(
+        '{"sensor_range": 1e5, "sensor_zero": 0.1, "sensor_full": 0.9}', encoding="utf-8"
+    )
+    chip.counts = round(0.5 * 65535)
+    assert hal().sensor2() == pytest.approx(50e3, abs=2)
+
+
 def test_the_watchdog_is_armed_once_and_waits_for_the_flash(chip: Machine) -> None:
     made = hal()
     made.feed()

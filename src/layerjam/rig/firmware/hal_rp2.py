@@ -63,6 +63,9 @@ class Hal:
         self.least = int(volts / made["reference_voltage"] * FULL)
         name = "sensor_" + made["sensor_kind"]
         self.part = __import__(name).Sensor(made)
+        self.other = None
+        if made["sensor_kind"] == "hsc" and made.get("sensor_full") is not None:
+            self.other = __import__("sensor_adc").Sensor(made)
         self.shown = 0
         self.stdin: object = sys.stdin.buffer
         self.stdout: object = sys.stdout.buffer
@@ -121,6 +124,10 @@ class Hal:
     def sensor(self) -> tuple:
         """(vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
         return self.part.read()
+
+    def sensor2(self):
+        """What a second sensor shows [Pa], None where none is fitted."""
+        return None if self.other is None else self.other.read()[0]
 
     def output(self, pump: float, power: int) -> None:
         """Pump -1 to 1; whether the vent valve is given power."""
