@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-import sqlite3
 from pathlib import Path
 
 from layerjam.device.load import load
 from layerjam.fluid.file import load_line
+from layerjam.rig.run_file import RunFile
 
 BRAKE, LINE = load("choi2018-kapton"), load_line("choi2018")
-SCHEMA = """
-CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT);
-CREATE TABLE samples (
-  boot INTEGER, seq INTEGER, board_us INTEGER, vacuum REAL, target REAL, raw INTEGER,
-  temperature INTEGER, pump INTEGER, flags INTEGER, state INTEGER, fault INTEGER,
-  PRIMARY KEY (boot, seq)
-) WITHOUT ROWID;
-"""
 
 
 def run_file(path: Path, *, lost: int = 0, **said: str) -> Path:
@@ -37,20 +29,16 @@ def run_file(path: Path, *, lost: int = 0, **said: str) -> Path:
         "settings_hex": "00ff",
         **said,
     }
-    base = sqlite3.connect(path)
-    base.execute(f"PRAGMA application_id = {0x4C4A5255}")
-    base.execute("PRAGMA user_version = 1")
-    base.executescript(SCHEMA)
-    base.executemany("INSERT INTO meta VALUES (?, ?)", meta.items())
+    outcome = meta.pop("outcome")
+    file = RunFile.create(path, meta)
     rows = [
         (boot, seq, 10_000 * seq, 4e4, 4e4, 0, None, 255, 0, 1, 0)
         for boot in (7, 9)
         for seq in range(10)
         if boot == 9 or not 2 < seq <= 2 + lost
     ]
-    base.executemany(f"INSERT INTO samples VALUES ({', '.join('?' * 11)})", rows)
-    base.commit()
-    base.close()
+    file.add(rows)
+    file.close(outcome)
     return path
 
 

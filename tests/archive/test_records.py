@@ -87,6 +87,42 @@ def test_what_calibrate_writes_is_linked(tmp_path: Path) -> None:
         assert made.record_["simulated"] and not made.unlinked
 
 
+@pytest.mark.slow
+def test_a_run_of_the_virtual_bench_is_linked_and_marked(tmp_path: Path) -> None:
+    """What `bench run` and `bench export` write, with nothing handmade in between."""
+    run, table = tmp_path / "first.ljrun", tmp_path / "first.csv"
+    lj.bench_run(
+        "sim:choi2018?speed=0",
+        procedure="evacuate to 40 kPa and hold 1 s; vent",
+        brake="choi2018-kapton",
+        line="choi2018",
+        vent_rest="open",
+        settings={"safe_state": "release", "sensor_range": "103 kPa"},
+        out=run,
+    )
+    lj.bench_export(run, out=table)
+    given = [table, run, Path(f"{table}.toml")]
+    added = lj.records_add(given, db=tmp_path / "lab.db")
+    assert len(added.ids) == 3 and not added.refused and not added.warnings
+    assert all(row["simulated"] for row in lj.records_list(db=tmp_path / "lab.db").rows_
+               if row["name"].startswith("first"))  # fmt: skip
+    made = lj.records_show("first.csv", db=tmp_path / "lab.db")
+    assert [row["name"] for row in made.derived_from][:1] == ["first.ljrun"]
+    assert {row["kind"] for row in made.derived_from} >= {"run", "brake", "line", "board"}
+    record = lj.records_show("first.ljrun", db=tmp_path / "lab.db").record_
+    base = sqlite3.connect(run)
+    (samples,) = base.execute("SELECT count(*) FROM samples").fetchone()
+    base.close()
+    assert record["samples"] == samples > 100 and record["gaps"] == 0
+    assert record["outcome"] == "FINISHED" and record["safe_state"] == "release"
+    # the brake of the catalogue, added as a file, is the one of the run
+    (tmp_path / "kapton.toml").write_text(BRAKE.text, encoding="utf-8")
+    (ident,) = lj.records_add(tmp_path / "kapton.toml", db=tmp_path / "lab.db").ids.values()
+    assert "first.ljrun" in {
+        row["name"] for row in lj.records_show(ident, db=tmp_path / "lab.db").used_by
+    }
+
+
 def test_add_list_show_as_the_contract_names_them(tmp_path: Path) -> None:
     db, pull = tmp_path / "lab.db", pull_file(tmp_path / "p.csv")
     code, made = said("add", pull, "--db", db)

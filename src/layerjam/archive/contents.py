@@ -14,11 +14,12 @@ from typing import Any
 import tomlkit
 
 from layerjam.archive.pieces import Cited, Content, Piece, hex_of, made_of_text, text_digest
-from layerjam.archive.runs import run
+from layerjam.archive.runs import check_whole, run
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, LayerjamError
 from layerjam.fluid.file import LineFile
 from layerjam.identify.provenance import sha256
+from layerjam.measure.runs import ENDING
 from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING, read_facts
 from layerjam.records.toml import parse_toml, read_text
 
@@ -41,6 +42,8 @@ def read(path: str | Path) -> Content:
         size = place.stat().st_size
         if not size:
             raise FileError(name, "is empty")
+        if place.suffix == ENDING:
+            check_whole(name)  # before it is opened: closing it would give up a recorder's locks
         with place.open("rb") as handle:
             head = handle.read(HEAD)
         digest = sha256(name)
@@ -49,7 +52,7 @@ def read(path: str | Path) -> Content:
         raise FileError(name[:200], f"cannot be read: {reason}") from None
     full = place.absolute()
     own = {"sha256": digest, "bytes": size, "name": full.name, "folder": str(full.parent)}
-    if head.startswith(SQLITE) or place.suffix == ".ljrun":
+    if head.startswith(SQLITE) or place.suffix == ENDING:
         return run(name, own)
     if place.suffix == ".toml":
         return _toml(name, own)

@@ -18,6 +18,8 @@ from layerjam.errors import MissingExtraError
 
 PATIENCE = 60
 """Seconds to wait for another writer."""
+REACHED = 10
+"""Seconds in which a server must answer at all."""
 LOCK = 0x4C4A5243
 """PostgreSQL's advisory lock of the writers: one after the other, as with SQLite."""
 POSTGRES = ("postgresql", "postgres", "postgresql+psycopg")
@@ -71,6 +73,7 @@ class Database:
                 self.file.parent.mkdir(parents=True, exist_ok=True)
             with self._engine.connect().execution_options(writes=True) as db, db.begin():
                 if self.file is None:
+                    db.execute(text(f"SET LOCAL lock_timeout = '{PATIENCE}s'"))
                     db.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": LOCK})
                 brought_up(db, self.where)
                 yield db
@@ -110,7 +113,7 @@ class Database:
 def _engine(url: URL) -> Engine:
     """SQLite checks foreign keys only where each connection asks it to."""
     if url.drivername != "sqlite":
-        options = {"connect_timeout": PATIENCE}
+        options = {"connect_timeout": REACHED}
         return create_engine(
             url, poolclass=NullPool, connect_args=options, isolation_level="READ COMMITTED"
         )

@@ -6,12 +6,11 @@ import sqlite3
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
-from layerjam.archive.pieces import Content, Piece, made_of_text
+from layerjam.archive.pieces import Cited, Content, Piece, made_of_text, text_digest
 from layerjam.errors import FileError, LayerjamError
+from layerjam.measure.runs import opened
 
-APPLICATION_ID = 0x4C4A5255
 STATED = (
     "run_id",
     "procedure",
@@ -26,8 +25,8 @@ BOARD = {"serial": "board", "model": "model", "firmware": "firmware"}
 """{column of a board: key of `meta`}."""
 
 
-def opened(path: str) -> sqlite3.Connection:
-    """A whole file of SQLite, to read only and without a trace beside it; FileError for another."""
+def check_whole(path: str) -> None:
+    """Raise FileError for a run whose bytes alone are not the run."""
     beside = Path(f"{path}-wal")
     if beside.exists() and beside.stat().st_size:
         raise FileError(
@@ -36,8 +35,6 @@ def opened(path: str) -> sqlite3.Connection:
             "are not the run. If it is recorded no more, close it with: sqlite3 "
             f"{Path(path).name} 'PRAGMA journal_mode = DELETE'",
         )
-    uri = f"file:{quote(str(Path(path).absolute()))}?mode=ro&immutable=1"
-    return sqlite3.connect(uri, uri=True)
 
 
 def run(path: str, own: Mapping[str, Any]) -> Content:
@@ -45,20 +42,16 @@ def run(path: str, own: Mapping[str, Any]) -> Content:
 
     Raises FileError for a file that is no run, or not a whole one.
     """
+    base = opened(path, whole=True)
     try:
-        base = opened(path)
-        try:
-            kind = base.execute("PRAGMA application_id").fetchone()[0]
-            if kind != APPLICATION_ID:
-                raise FileError(path, "is a database of SQLite, but no run of a bench")
-            rows = base.execute("SELECT key, value FROM meta").fetchall()
-            counts = base.execute(
-                "SELECT count(*), max(seq) - min(seq) + 1 FROM samples GROUP BY boot"
-            ).fetchall()
-        finally:
-            base.close()
+        rows = base.execute("SELECT key, value FROM meta").fetchall()
+        counts = base.execute(
+            "SELECT count(*), max(seq) - min(seq) + 1 FROM samples GROUP BY boot"
+        ).fetchall()
     except sqlite3.Error as error:
-        raise FileError(path, f"is no run of a bench that can be read: {error}") from None
+        raise FileError(path, f"is damaged: {error}") from None
+    finally:
+        base.close()
     said = {str(key): str(value) for key, value in rows if value not in (None, "")}
     samples = sum(count for count, _ in counts)
     simulated = said.get("simulated") != "0"
@@ -73,12 +66,15 @@ def run(path: str, own: Mapping[str, Any]) -> Content:
         "file": own["name"],
     }
     others, notes = _inside(path, said)
+    texts = [(kind, said[f"{kind}_toml"]) for kind in ("brake", "line") if kind in others]
     if not said.get("outcome"):
         notes.append("nobody closed the run: it is kept as interrupted")
     return Content(
         path=path,
         file={**own, "kind": "run", "simulated": simulated},
         what=Piece(kind="run", columns=columns),
+        # a file of the same brake that comes later is linked too
+        cited=tuple(Cited(text_digest(text), kind, f"its {kind}") for kind, text in texts),
         others=others,
         notes=tuple(notes),
     )

@@ -102,11 +102,11 @@ def _add(db: Connection, contents: Iterable[Content], made: Added) -> None:
         fresh |= dict.fromkeys((entered.id, *entered.fresh), content.path)
         keys |= entered.keys
     for child, key, role, name in _cited(db, fresh, keys):
-        parent = resolved(db, key)
-        if parent is None and child in fresh:
-            made.unlinked.append((fresh[child], role, name, key))
-        elif parent is not None:
+        parents = holders(db, key)
+        for parent in parents:
             link(db, child, parent, role)
+        if not parents and child in fresh:
+            made.unlinked.append((fresh[child], role, name, key))
 
 
 def refusal(db: Connection, content: Content) -> str | None:
@@ -243,8 +243,8 @@ class _Entering:
     def _calibrated(self, piece: Piece) -> str | None:
         """The brake that a calibration started from, where it is in the records."""
         key = next((c.key for c in piece.cited if c.role == "start"), None)
-        found = None if key is None else resolved(self.db, key)
-        return None if found is None else _first(self.db, BRAKES, BRAKES.c.id == found)
+        found = [] if key is None else holders(self.db, key)
+        return next((one for one in found if _first(self.db, BRAKES, BRAKES.c.id == one)), None)
 
     def _entry(self, kind: str) -> str:
         """A new id."""
@@ -295,22 +295,27 @@ def _cited(
         yield child, key, role, name
 
 
-def resolved(db: Connection, key: str) -> str | None:
-    """The record that a digest or the number of a run names."""
-    by_digest = (
+def holders(db: Connection, key: str) -> list[str]:
+    """The records that a digest or the number of a run names.
+
+    Several, where a brake came inside a run and as a file too, or a run in two states.
+    """
+    columns = (
         (FILES, FILES.c.sha256),
         (BRAKES, BRAKES.c.sha256),
         (LINES, LINES.c.sha256),
         (BRAKES, BRAKES.c.rendered_sha256),
+        (LINES, LINES.c.rendered_sha256),
+        (RUNS, RUNS.c.run_id),
     )
-    for table, column in by_digest:
-        found = _first(db, table, column == key)
-        if found is not None:
-            return found
-    last = db.execute(
-        select(RUNS.c.id).where(RUNS.c.run_id == key).order_by(RUNS.c.made_at.desc(), RUNS.c.id)
-    ).scalar()
-    return None if last is None else str(last)
+    found = [
+        str(row.id)
+        for table, column in columns
+        for row in db.execute(
+            select(table.c.id).where(column == key).order_by(table.c.made_at, table.c.id)
+        )
+    ]
+    return list(dict.fromkeys(found))
 
 
 def link(db: Connection, child: str, parent: str, role: str) -> None:

@@ -27,7 +27,7 @@ from layerjam.archive.schema import (
     TYPED,
     WITHDRAWN,
 )
-from layerjam.archive.store import resolved
+from layerjam.archive.store import holders
 from layerjam.identify.provenance import sha256
 
 SAME_NATURE = {"measured", "start", "run", "calibration"}
@@ -117,7 +117,7 @@ def show(database: Database, ident: str) -> Shown:
         unlinked = [
             {"name": row.name, "role": row.role, "key": row.key}
             for row in cited.all()
-            if resolved(db, row.key) is None
+            if not holders(db, row.key)
         ]
         return Shown(
             record=_record(db, every[whole]),

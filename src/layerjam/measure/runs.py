@@ -122,14 +122,18 @@ def missing(boot: Array, seq: Array) -> int:
     return gaps
 
 
-def opened(path: str | Path) -> sqlite3.Connection:
-    """A run file, to read only; FileError for what is none."""
+def opened(path: str | Path, whole: bool = False) -> sqlite3.Connection:
+    """A run file, to read only; FileError for what is none.
+
+    `whole` is for a file that nobody writes to and that has no `-wal`: SQLite then leaves nothing
+    beside it.
+    """
     name = str(path)
     try:
         if not Path(path).is_file():
             raise FileError(name[:200], "is no file")
         # SQLite alone opens it: another close would give up the locks of a recorder beside us
-        uri = f"file:{quote(str(Path(path).absolute()))}?mode=ro"
+        uri = f"file:{quote(str(Path(path).absolute()))}?mode=ro{'&immutable=1' * whole}"
         base = sqlite3.connect(uri, uri=True)
         kind = base.execute("PRAGMA application_id").fetchone()[0]
         version = base.execute("PRAGMA user_version").fetchone()[0]
