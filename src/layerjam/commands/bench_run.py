@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.bench import BenchAddress
 from layerjam.commands.declare import Help, OutFile, command
@@ -16,11 +16,16 @@ from layerjam.commands.quantities import BrakeInput, Overwrite
 from layerjam.commands.regulator import RegulatorSettings, regulator_of
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.control.settings import Regulator, validate
+from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.rig.address import Address, address_of
-from layerjam.simulate.procedure import Procedure, parse_procedure
+from layerjam.simulate.procedure import Procedure, Pull, parse_procedure
 from layerjam.units import QuantitySpec, exact_text, show
+
+if TYPE_CHECKING:
+    from layerjam.rig.crosshead import Crosshead
+    from layerjam.rig.driver import Bench
 
 RECORDED = QuantitySpec("s", "time to record, by the board's clock", lo=0.1, hi=1e8, example="60s")
 BOARD_PERIOD = 0.01
@@ -118,6 +123,10 @@ def bench_run(
         Help("What the vent valve does without power. Must be declared."),
     ] = None,
     settings: RegulatorSettings = RegulatorSettings(),
+    crosshead: Annotated[
+        Literal["manual", "trigger", "virtual"] | None,
+        Help("Who pulls: a person, a machine by two contacts, or the virtual machine."),
+    ] = None,
     out: Annotated[
         str | Path, OutFile("File of the run.", metavar="FILE.ljrun", endings=(".ljrun",))
     ],
@@ -141,9 +150,10 @@ def bench_run(
     with open_procedure_bench(_at(str(address), steps)) as bench:
         bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
         bench.regulator = regulator
+        moved = _crosshead(crosshead, bench, brake, line, steps)
         meta = {"brake": brake.name, "brake_toml": brake.rendered(brake.name)}
         meta["line_toml"] = line.rendered(line.name)
-        made = bench.run(steps, out=out, meta=meta, force=force)
+        made = bench.run(steps, out=out, crosshead=moved, meta=meta, force=force)
     notices += simulated_notice(made.simulated)
     return RunRecorded.of(
         made,
@@ -168,6 +178,25 @@ def _regulator(
     if highest:
         validate(made, highest)
     return made, notices
+
+
+def _crosshead(
+    kind: str | None, bench: Bench, brake: BrakeFile, line: LineFile, steps: Procedure
+) -> Crosshead | None:
+    """What moves the brake's end."""
+    from layerjam.rig.crosshead import Manual, Trigger, Virtual
+    from layerjam.rig.machine import check_brake
+
+    if kind == "manual":
+        return Manual()
+    if kind == "trigger":
+        return Trigger()
+    if kind == "virtual":
+        for step in steps.steps:
+            if isinstance(step, Pull):
+                check_brake(brake.brake, step.until)
+        return Virtual(bench, brake.brake, line.line)
+    return None
 
 
 def _at(address: str, steps: Procedure) -> Address:

@@ -206,39 +206,49 @@ def _cycle(elongation: Any, vacuum: Any, grown: Any, brake: Brake) -> Cycle:
     spring = jnp.asarray(working_stiffness(brake), jnp.float64)
 
     def step(state: State, point: tuple[Any, Any, Any]) -> tuple[State, Cycle]:
-        target, pressure, growth = point
-        after = setting_of(pressure, spring, brake, growth)
-        same = pressure == state.vacuum
-        if growth is not None:
-            same = same & (growth == state.growth)
-        # most of a history stays at one vacuum: the other branch is not computed there
-        state = jax.lax.cond(
-            same,
-            lambda s: s,
-            lambda s: change_vacuum(
-                s, pressure, setting_of(s.vacuum, spring, brake, s.growth), after
-            )._replace(growth=growth),
-            state,
-        )
-        state = move(state, target, after)
-        enclosure = state.enclosure
-        fine = (target >= 0) & (pressure >= 0) & ~(enclosure.overflow | state.snapped)
-        force = jnp.where(fine, state.force, jnp.nan)
-        return state, Cycle(
-            force=force,
-            slip=enclosure.slip,
-            sleeve_force=enclosure.force,
-            work=state.work,
-            heat=state.heat,
-            stored=enclosure.stored + state.force**2 / (2 * after.k),
-            slack=(state.force <= 0) & (target < enclosure.slip),
-            closed=state.closed,
-            separated=enclosure.slip >= brake.sheets.overlap * (1 - 1e-12),
-            overflow=enclosure.overflow,
-            snapped=state.snapped,
-        )
+        return stepped(state, *point, spring, brake)
 
-    zero, no = jnp.array(0.0), jnp.array(False)
-    first = None if grown is None else grown[0]
-    start = State(at_rest(), zero, zero, zero, zero, vacuum[0], no, no, first)
+    start = untouched(vacuum[0], None if grown is None else grown[0])
     return jax.lax.scan(step, start, (elongation, vacuum, grown))[1]
+
+
+def untouched(vacuum: Any, growth: Any = None) -> State:
+    """A brake that was never pulled, at a vacuum [Pa]."""
+    zero, no = jnp.array(0.0), jnp.array(False)
+    return State(at_rest(), zero, zero, zero, zero, vacuum, no, no, growth)
+
+
+def stepped(
+    state: State, target: Any, pressure: Any, growth: Any, spring: Any, brake: Brake
+) -> tuple[State, Cycle]:
+    """The brake after it took a vacuum [Pa] and moved to an elongation [m], on a spring [N/m]."""
+    after = setting_of(pressure, spring, brake, growth)
+    same = pressure == state.vacuum
+    if growth is not None:
+        same = same & (growth == state.growth)
+    # most of a history stays at one vacuum: the other branch is not computed there
+    state = jax.lax.cond(
+        same,
+        lambda s: s,
+        lambda s: change_vacuum(
+            s, pressure, setting_of(s.vacuum, spring, brake, s.growth), after
+        )._replace(growth=growth),
+        state,
+    )
+    state = move(state, target, after)
+    enclosure = state.enclosure
+    fine = (target >= 0) & (pressure >= 0) & ~(enclosure.overflow | state.snapped)
+    force = jnp.where(fine, state.force, jnp.nan)
+    return state, Cycle(
+        force=force,
+        slip=enclosure.slip,
+        sleeve_force=enclosure.force,
+        work=state.work,
+        heat=state.heat,
+        stored=enclosure.stored + state.force**2 / (2 * after.k),
+        slack=(state.force <= 0) & (target < enclosure.slip),
+        closed=state.closed,
+        separated=enclosure.slip >= brake.sheets.overlap * (1 - 1e-12),
+        overflow=enclosure.overflow,
+        snapped=state.snapped,
+    )

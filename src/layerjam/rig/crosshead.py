@@ -10,13 +10,18 @@ import sys
 from collections.abc import Callable
 from typing import Protocol
 
-from layerjam.errors import LayerjamError
+from layerjam.device.brake import Brake
+from layerjam.errors import LayerjamError, QuantityError
+from layerjam.fluid.line import Line
 from layerjam.rig.driver import Bench
+from layerjam.rig.machine import VirtualMachine
 from layerjam.rig.recorder import Block
 from layerjam.simulate.procedure import Pull, Return
 
 Note = Callable[[str, str], None]
 """Keeps an event: its kind, its text."""
+EXTERNAL = 16
+"""Flag of a sample: the machine's contact is closed."""
 WAITS = 600.0
 """Seconds that a person is waited for."""
 
@@ -95,6 +100,93 @@ class Manual:
     def _ask(self, text: str) -> None:
         self._note("prompt", text)
         self._say(text)
+
+
+class Trigger:
+    """A machine that two contacts start and end: `OUTP:SYNC` closes, its own contact answers.
+
+    The board shows the machine's contact in every sample. Closed, it says that the method is over;
+    it must be open at the start.
+    """
+
+    def __init__(self) -> None:
+        self._closed = self._moves = False
+        self._due = self._at = 0.0
+
+    def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
+        """Close the contact that starts the method."""
+        if self._closed:
+            raise CrossheadLostError("the machine's contact is closed before it was started")
+        self._due = patience(step, self._at)
+        self._at = step.end
+        self._moves = True
+        bench.tell("OUTP:SYNC ON")
+
+    def done(self, passed: float) -> bool:
+        """Whether the machine's contact has closed."""
+        if passed > self._due and not self._closed:
+            raise CrossheadLostError(
+                f"the machine's contact did not close within {self._due:.3g} s"
+            )
+        return self._closed
+
+    def end(self, bench: Bench) -> None:
+        """Open the contact."""
+        if self._moves:
+            self._moves = False
+            bench.tell("OUTP:SYNC OFF")
+
+    def positions(self, block: Block) -> list[tuple[int, float, float]]:
+        """The machine keeps them; the contact is in the samples."""
+        self._closed = bool(block.rows["flags"][-1] & EXTERNAL)
+        return []
+
+
+class Virtual:
+    """The machine in the plant of a virtual board; QuantityError for a bench that has none here."""
+
+    def __init__(self, bench: Bench, brake: Brake, line: Line) -> None:
+        plant = bench.plant
+        if plant is None:
+            raise QuantityError.of(
+                "crosshead",
+                f"virtual is not allowed on {bench.address}: it moves in a virtual board that this "
+                "command starts itself (sim:LINE)",
+            )
+        self._machine = plant.machine = VirtualMachine(brake, line)
+        self._due = self._end = self._seen = 0.0
+
+    def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
+        """Start the move; the marker is on as long as it lasts."""
+        self._due, self._end = patience(step, self._machine.elongation), step.end
+        bench.tell("OUTP:SYNC ON")
+        self._machine.go(step.end, step.speed)
+
+    def done(self, passed: float) -> bool:
+        """Whether the samples show it at the end."""
+        there = self._seen == self._end
+        if passed > self._due and not there:
+            raise CrossheadLostError(f"the virtual machine did not arrive within {self._due:.3g} s")
+        return there
+
+    def end(self, bench: Bench) -> None:
+        """Stand."""
+        moved, self._due = self._due, 0.0
+        self._machine.halt()
+        if moved:
+            bench.tell("OUTP:SYNC OFF")
+
+    def positions(self, block: Block) -> list[tuple[int, float, float]]:
+        """What the machine showed at each sample."""
+        rows = zip(block.rows["seq"].tolist(), block.us.tolist(), strict=True)
+        shown = [(us, *self._machine.taken(seq)) for seq, us in rows]
+        self._seen = shown[-1][1]
+        return shown
+
+
+def patience(step: Pull | Return, start: float) -> float:
+    """Seconds after which a move that begins at an elongation [m] should be over for long."""
+    return 2 * abs(step.end - start) / step.speed + 10.0
 
 
 def _shown(text: str) -> None:

@@ -181,7 +181,7 @@ class Execution:
     def _begin(self) -> None:
         """What the sensor shows at rest; then the law runs, with nothing to hold."""
         self.bench.target = 0.0
-        self.recorder.begin()
+        self.recorder.begin(self._moves)
         self.first_us = self.recorder.now
         seen: list[np.ndarray[Any, Any]] = []
 

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from layerjam.control.exact import Rates, factors
 from layerjam.control.faults import FaultInjection
@@ -19,6 +20,9 @@ from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Sensor
 from layerjam.rig.address import Address
 from layerjam.units import check, parse
+
+if TYPE_CHECKING:
+    from layerjam.rig.machine import VirtualMachine
 
 TOLD = struct.Struct("<dIBBH")
 """From the board: pump, board's clock [us, 30 bits], power of the vent, whether it asks."""
@@ -114,6 +118,8 @@ class VirtualPlant:
         self.estop = self.supply_low = False
         self.drift = self.stall = self.pace = 0.0
         self.watch: Callable[[], None] | None = None
+        self.machine: VirtualMachine | None = None
+        """What pulls a brake whose chamber this is."""
         self.recorded: Callable[[], None] | None = None
         """Called before each sample by who records it: what it waits for, the board waits for."""
         self.vacuum = self.side = self.shown = 0.0
@@ -166,6 +172,9 @@ class VirtualPlant:
         known, made = self._broken, self.behind
         if known is None or known[0] is not self.injected or known[1] is not made:
             known = self._broken = self.injected, made, self.injected.on(made.plant)
+        if self.machine is not None and self.machine.swell != 1.0:
+            larger = replace(self.injected, volume=self.injected.volume * self.machine.swell)
+            return larger.on(made.plant)
         return known[2]
 
     def _move(self, dt: float) -> None:
@@ -193,6 +202,10 @@ class VirtualPlant:
             more = left * (self.vacuum - self.shown) + slope * sensed
             self.shown = self.shown + more if lag > 0.0 else after
             self.vacuum = after
+        if self.machine is not None:
+            before, self.vacuum = self.vacuum, self.machine.advance(dt, self.vacuum)
+            if lag == 0.0:
+                self.shown += self.vacuum - before
         self.time += dt
 
     def reading(self) -> tuple[float, int]:
@@ -225,6 +238,8 @@ class VirtualPlant:
         self.asked += 1
         if self.recorded is not None:
             self.recorded()
+        if self.machine is not None:
+            self.machine.sample(self.asked - 1)
         if self.watch is not None:
             self.watch()
         if self.pace:

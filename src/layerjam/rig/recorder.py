@@ -52,6 +52,10 @@ class Block:
     us: np.ndarray[Any, Any]
 
 
+Moves = Callable[[Block], list[tuple[int, float, float]]]
+"""Rows of a crosshead that belong to a block: board's clock [us], elongation [m], force [N]."""
+
+
 class Recorder:
     """One board into one file; `pump` is to be called every 50 ms or so.
 
@@ -81,10 +85,10 @@ class Recorder:
         """Number of the last sample, -1 before there is one."""
         return -1 if self._last is None else self._last[0]
 
-    def pump(self, moves: Callable[[Block], list[tuple[int, float, float]]] | None = None) -> Block:
+    def pump(self, moves: Moves | None = None) -> Block:
         """One block: fetched, on disk, acknowledged.
 
-        `moves` gives the crosshead's rows (us, elongation [m], force [N]) that belong to it. Raises
+        `moves` gives the crosshead's rows that belong to it. Raises
         LineError, or RecordingError where the disk takes no more: then nothing is acknowledged.
         """
         rows, boot = self.bench.stream(FULL)
@@ -110,12 +114,12 @@ class Recorder:
                 self.file.note("link", text, self.now)
         return block
 
-    def begin(self) -> None:
+    def begin(self, moves: Moves | None = None) -> None:
         """Record what the board still has from before; time counts from the last of it on."""
-        block = self.pump()
+        block = self.pump(moves)
         while len(block.rows) == FULL:
             self.pause(block)
-            block = self.pump()
+            block = self.pump(moves)
         if not self.file.meta.get("begun"):
             self.file.state({"begun": max(self.seq, 0)})
         self.recorded = 0
