@@ -8,6 +8,9 @@ SIMULATORS := $(VENV)/interop
 EMULATOR := $(VENV)/emulator
 
 .PHONY: demo test slow bench interop firmware firmware-checks docs lint mutants coverage alarms fuzz lock clean
+INSTRUMENTS := $(VENV)/instruments
+
+.PHONY: demo test slow bench bench-checks interop docs lint mutants coverage alarms fuzz lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -85,6 +88,15 @@ $(EMULATOR)/.installed: tests/rig/emulated/requirements.lock $(STAMP)
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes --target $(EMULATOR) \
 	  -r tests/rig/emulated/requirements.lock
 	@touch $@
+# The instrument as tools see it that nobody here wrote, in an environment of their own: Debian's
+# programs are installed where that is possible; checks whose tools are missing say so.
+TALKERS = lxi-tools netcat-openbsd socat sqlite3 strace
+
+bench-checks: $(INSTRUMENTS)/.installed
+	@( for tool in lxi nc socat sqlite3 strace; do command -v $$tool >/dev/null || exit 1; done ) || \
+	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(TALKERS); } || \
+	  echo "not installed: $(TALKERS); what needs them is skipped"
+	$(INSTRUMENTS)/bin/python -m pytest -q -rs --confcutdir=tests/rig/checks tests/rig/checks
 
 # Installs exactly what requirements.lock names, hashes checked, then this package.
 # Debian ships python3 without ensurepip: the venv package is fetched once where that is so.
@@ -113,6 +125,12 @@ $(SIMULATORS)/.installed: tests/interop/requirements.lock $(STAMP)
 	@$(SIMULATORS)/bin/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation --no-index --editable .
 	@touch $@
 
+$(INSTRUMENTS)/.installed: tests/rig/checks/requirements.lock $(STAMP)
+	@echo "installing PyVISA, PyMeasure, QCoDeS and others into $(INSTRUMENTS) (once)"
+	@$(PYTHON) -m venv $(INSTRUMENTS)
+	@$(INSTRUMENTS)/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r tests/rig/checks/requirements.lock
+	@touch $@
+
 # uv writes no registry host with these options; a test greps for one.
 lock:
 	printf 'hatchling>=1.27\neditables\n' > build.in
@@ -130,6 +148,8 @@ lock:
 	uv pip compile --universal --generate-hashes --no-header --no-annotate \
 	  --no-emit-index-url --no-emit-find-links --python-version 3.11 -c requirements.lock \
 	  tests/rig/emulated/requirements.in --output-file tests/rig/emulated/requirements.lock
+	  --no-emit-index-url --no-emit-find-links --python-version 3.11 \
+	  tests/rig/checks/requirements.in --output-file tests/rig/checks/requirements.lock
 
 clean:
 	rm -rf $(VENV) out

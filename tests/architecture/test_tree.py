@@ -100,7 +100,14 @@ def test_no_registry_host_and_no_path_of_one_machine() -> None:
     assert found == []
 
 
-@pytest.mark.parametrize("name", ["requirements.lock", "tests/interop/requirements.lock"])
+LOCKS = (
+    "requirements.lock",
+    "tests/interop/requirements.lock",
+    "tests/rig/checks/requirements.lock",
+)
+
+
+@pytest.mark.parametrize("name", LOCKS)
 def test_the_lock_names_hashes_and_no_address(name: str) -> None:
     lock = (ROOT / name).read_text(encoding="utf-8")
     assert "://" not in lock and "@ " not in lock and "file:" not in lock
@@ -112,13 +119,12 @@ def test_the_lock_names_hashes_and_no_address(name: str) -> None:
 
 
 def test_every_dependency_is_in_a_lock() -> None:
-    """What is heavy and only wanted by `make interop` is in the lock of that target.
+    """What is only wanted by `make interop` or `make bench-checks` is in the lock of that target.
 
     `ziglang`, 411 MB of compilers, is wanted by nothing that is run here.
     """
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    locks = ("requirements.lock", "tests/interop/requirements.lock")
-    lock = "\n".join((ROOT / name).read_text(encoding="utf-8").lower() for name in locks)
+    lock = "\n".join((ROOT / name).read_text(encoding="utf-8").lower() for name in LOCKS)
     asked = list(project["dependencies"])
     for extra in project["optional-dependencies"].values():
         asked += extra

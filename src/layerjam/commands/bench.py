@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 PORT = QuantitySpec("1", "port to listen on; 0 takes a free one", hi=65535, whole=True)
 BenchAddress = Annotated[
     str,
-    Help("Where the bench is: serial:/dev/ttyACM0, tcp:HOST:PORT or sim:LINE.", metavar="ADDRESS"),
+    Help(
+        "Where the bench is: serial:/dev/ttyACM0, tcp:HOST:PORT, visa:RESOURCE or sim:LINE.",
+        metavar="ADDRESS",
+    ),
 ]
 
 

@@ -1,4 +1,4 @@
-"""Where a bench is: `serial:/dev/ttyACM0`, `tcp:host:5025`, `sim:choi2018?speed=10`."""
+"""Where a bench is: `serial:PORT`, `tcp:host:5025`, `visa:RESOURCE`, `sim:choi2018?speed=10`."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from layerjam.errors import QuantityError, UnknownNameError
 KINDS = {
     "serial": "serial:/dev/ttyACM0",
     "tcp": "tcp:127.0.0.1:5025",
+    "visa": "visa:TCPIP::127.0.0.1::5025::SOCKET",
     "sim": "sim:choi2018",
 }
 """Kind: an example."""
@@ -26,6 +27,7 @@ OPTIONS = (
     "second",
     "seed",
     "python",
+    "store",
 )
 """What follows the question mark of a `sim:` address."""
 

@@ -97,6 +97,8 @@ class VirtualBoard:
         # the firmware reads what is there and goes on with its samples
         os.set_blocking(heard[0], False)
         words = [shown[0], told[1], made.speed, f"SIM-{made.name}"]
+        if "store" in address.options:
+            words.append(os.path.abspath(address.options["store"]))
         self._process = subprocess.Popen(
             [*command, str(Path(self._folder.name) / "main.py"), *(str(word) for word in words)],
             stdin=heard[0],
@@ -111,6 +113,11 @@ class VirtualBoard:
         self._thread.start()
         self._ends = (said[0], heard[1])
         self.line = Line(Pipes(*self._ends, self.close), str(address))
+
+    @property
+    def ends(self) -> tuple[int, int]:
+        """Descriptors of the line: what the board says, what it hears."""
+        return self._ends
 
     @property
     def pid(self) -> int:

@@ -18,7 +18,7 @@ from layerjam.rig.board import law_hash
 from layerjam.rig.line import LineError
 from layerjam.rig.link import BoardLink, Link, link_to
 from layerjam.rig.plant import VirtualPlant
-from layerjam.rig.telemetry import records
+from layerjam.rig.telemetry import payload, records
 from layerjam.units import QuantitySpec, check, parse
 
 SAFE_STATES = {"release": "REL", "hold": "HOLD"}
@@ -92,11 +92,19 @@ class Bench:
         self.address = address
         self.events: list[str] = []
         self._commanded = False
-        self.identity = self.ask("*IDN?")
+        answer, code, text = link.exchange("*IDN?")
+        self.identity = answer.decode("ascii", "replace")
+        while code:  # of the board's start, nothing that was asked for here
+            self.events.append(text)
+            _, code, text = link.exchange("*WAI")
 
     def ask(self, query: str) -> str:
         """The answer to one query of SCPI. Raises InstrumentError where it is refused."""
         return self._said(query).decode("ascii", "replace")
+
+    def block(self, query: str) -> bytes:
+        """What the definite-length block holds that answers a query; raises InstrumentError."""
+        return payload(self._said(query))
 
     def tell(self, line: str) -> None:
         """Send one command and make sure that it was taken; raises InstrumentError."""

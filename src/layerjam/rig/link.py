@@ -10,6 +10,7 @@ from layerjam.errors import FileError
 from layerjam.rig.address import Address, address_of
 from layerjam.rig.board import VirtualBoard, connect
 from layerjam.rig.line import Line, LineError
+from layerjam.rig.visa import VisaEnds
 
 PATIENCE = 5.0
 """Seconds that a gateway's answer is waited for."""
@@ -58,17 +59,22 @@ class BoardLink:
             self.line.close()
 
 
+def connected(address: Address) -> socket.socket:
+    """The socket of a `tcp:` address; FileError where nobody listens."""
+    try:
+        made = socket.create_connection(address.host_port, PATIENCE)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise FileError(str(address), f"nobody answers: {reason}") from None
+    made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return made
+
+
 class SocketLink:
-    """A client of a gateway, in plain SCPI."""
+    """A client of a gateway, in plain SCPI, over a socket or what VISA has."""
 
     def __init__(self, address: Address) -> None:
-        host, port = address.host_port
-        try:
-            self._socket = socket.create_connection((host, port), PATIENCE)
-        except OSError as error:
-            reason = error.strerror or str(error)
-            raise FileError(str(address), f"nobody answers: {reason}") from None
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket = VisaEnds(address) if address.kind == "visa" else connected(address)
         self._buffer = b""
         self._name = str(address)
 
@@ -116,8 +122,8 @@ class SocketLink:
 
 
 def link_to(address: str | Address) -> Link:
-    """A client of a gateway (`tcp:`), else the owner of the board's line."""
+    """A client of a gateway (`tcp:`, `visa:`), else the owner of the board's line."""
     where = address_of(address)
-    if where.kind == "tcp":
+    if where.kind in ("tcp", "visa"):
         return SocketLink(where)
     return BoardLink(*connect(where))

@@ -18,6 +18,7 @@ from layerjam.control.plant import Plant, plant_of
 from layerjam.errors import QuantityError
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Sensor
+from layerjam.rig.accelerometer import VirtualAccelerometer
 from layerjam.rig.address import Address
 from layerjam.units import check, parse
 
@@ -25,12 +26,14 @@ if TYPE_CHECKING:
     from layerjam.rig.machine import VirtualMachine
 
 TOLD = struct.Struct("<dIBBH")
-"""From the board: pump, board's clock [us, 30 bits], power of the vent, whether it asks."""
+"""From the board: pump, board's clock [us, 30 bits], power of the vent, what it asks, how many."""
+READING, SAMPLES, START = 1, 2, 3
+"""What it asks: a reading; accelerometer samples; their scale, and samples from now on."""
 SHOWN = struct.Struct("<dHhBBHd")
 """To the board: vacuum [Pa], raw counts, temperature [0.01 degC], flags, nothing, time for which
 the sample keeps the board busy [ms], what a second sensor shows [Pa]."""
 WRAP = 1 << 30
-ESTOP, SUPPLY_LOW, DIAGNOSTIC, SECOND = 1, 2, 4, 8
+ESTOP, SUPPLY_LOW, DIAGNOSTIC, SECOND, CONTACT = 1, 2, 4, 8, 16
 RANGE = 103421.0
 """Of the sensor [Pa] where neither line nor address states one: 15 psi, Honeywell HSC 015PD."""
 COUNTS = (1638, 13108)
@@ -109,19 +112,21 @@ class VirtualPlant:
     board, as does `supply_low`. Pump and vent are those of `outputs`, as commanded, held until set
     anew. `trace`, where it is a list, is given (time [s], pump, vent open, vacuum [Pa]) at each
     change of the outputs. `watch` is called at each sample, `at` something at a moment between two;
-    `pace` [s] holds each sample back, in the host's time.
+    `pace` [s] holds each sample back, in the host's time. `contact` closes the contact for a
+    trigger; `accelerometer` may be given a drop (`drop.py`).
     """
 
     def __init__(self, made: Behind) -> None:
         self.behind = made
         self.injected = HEALTHY
-        self.estop = self.supply_low = False
+        self.estop = self.supply_low = self.contact = False
         self.drift = self.stall = self.pace = 0.0
         self.watch: Callable[[], None] | None = None
         self.machine: VirtualMachine | None = None
         """What pulls a brake whose chamber this is."""
         self.recorded: Callable[[], None] | None = None
         """Called before each sample by who records it: what it waits for, the board waits for."""
+        self.accelerometer = VirtualAccelerometer(made.seed)
         self.vacuum = self.side = self.shown = 0.0
         self.time = 0.0
         self.asked = self.wraps = 0
@@ -142,7 +147,7 @@ class VirtualPlant:
         """Everything works again, and nothing waits to happen."""
         self.watch = self._due = None
         self.injected = HEALTHY
-        self.estop = self.supply_low = False
+        self.estop = self.supply_low = self.contact = False
         self.drift = self.stall = self.pace = self._climbed = 0.0
 
     def at(self, time: float, act: Callable[[], None]) -> None:
@@ -247,6 +252,7 @@ class VirtualPlant:
         vacuum, raw = self.reading()
         flags = (ESTOP if self.estop else 0) | (SUPPLY_LOW if self.supply_low else 0)
         flags |= (DIAGNOSTIC if vacuum != vacuum else 0) | (SECOND if self.behind.second else 0)
+        flags |= CONTACT if self.contact else 0
         busy, self.stall = round(1e3 * self.stall), 0.0
         second = self.second_reading()
         return SHOWN.pack(vacuum, raw, ROOM_TEMPERATURE, flags, 0, busy, second)
@@ -266,14 +272,14 @@ class PlantThread(threading.Thread):
         plant = self.plant
         try:
             while len(data := _exactly(self._told, TOLD.size)) == TOLD.size:
-                pump, now, power, asks, _ = TOLD.unpack(data)
+                pump, now, power, asks, count = TOLD.unpack(data)
                 passed = 0 if last is None else (now - last + WRAP // 2) % WRAP - WRAP // 2
                 plant.wraps += last is not None and passed > 0 and now < last
                 last = now
                 plant.advance(passed * 1e-6)
                 plant.set_outputs(pump, bool(power))
                 if asks:
-                    os.write(self._shown, plant.answer())
+                    os.write(self._shown, plant.answer(asks, count))
         except OSError:
             pass  # the board is gone
         finally:

@@ -7,6 +7,7 @@ import math
 import os
 import struct
 
+import capture
 import law
 import status
 import store
@@ -27,6 +28,8 @@ OVERRUN = 100000
 SUPPLY_SAMPLES = 3
 APART = 0.05
 """Share of the range by which two sensors may differ."""
+DRIVEN = 5000000
+"""Microseconds for which outputs may be driven by hand, from SAFE to SAFE."""
 DAY = 8640000
 """Samples after which a zero is old."""
 NEVER = 1 << 40
@@ -52,6 +55,7 @@ class Bench:
     def __init__(self, hal) -> None:
         self.hal = hal
         self.ring = Ring()
+        self.capture = capture.Capture(hal)
         self.headers: list[str] = []
         self.sessions = [status.Session(number) for number in range(SESSIONS)]
         self.boot = struct.unpack("<I", os.urandom(4))[0]
@@ -75,7 +79,8 @@ class Bench:
         self.openings: list[int] = []
         self.second = getattr(hal, "sensor2", None)
         self.apart = 0
-        self.until = 0
+        self.until = self.allowed = 0
+        self.ran = False
         self.reach = 0.0
         self.learn()
         self.rest()
@@ -123,10 +128,14 @@ class Bench:
             self.owner = -1
         self.ring.leave(number)
         fresh = status.Session(number)
-        fresh.standard = 0
         fresh.operation.condition = self.operation
         fresh.questionable.condition = self.questionable
         self.sessions[number] = fresh
+        # what the start found is said to everybody until settings are stored or outputs are on
+        for code in (self.trouble, 124 if self.cause == "WATCHDOG" and not self.ran else 0):
+            if code:
+                fresh.push(code)
+        fresh.standard = 0
 
     def set_output(self, pump: float, vent: int) -> None:
         """Pump -1 to 1, vent 1 for open; what its rest state does not do, the valve is given."""
@@ -185,10 +194,17 @@ class Bench:
         self.state_of_law = law.fresh()
         self.openings = []
         self.apart = 0
+        self.ran = True
         self.state = RUN
 
     def drive(self, pump: float, vent: int, time: float) -> None:
-        """Outputs by hand for a while, for looking after the wiring."""
+        """Outputs by hand for a while, for looking after the wiring; 5 s in all, then SAFE."""
+        if self.state not in (SAFE, DRIVE):
+            raise ScpiError(-221, "only in SAFE, and this is " + STATES[self.state])
+        if self.state == SAFE:
+            self.allowed = DRIVEN
+        elif time * 1e6 > self.allowed:
+            raise ScpiError(-221, "%.2f s of driving are left" % (self.allowed * 1e-6))
         if not self.settings.rest:
             raise ScpiError(-221, "OUTP:VENT:REST is not declared")
         if self.hal.estop():
@@ -215,9 +231,11 @@ class Bench:
             self.regulate(late, stopped, diagnostic)
         elif self.state == DRIVE:
             self.until -= passed
+            self.allowed -= passed
             if stopped or self.left == 0 or self.until <= 0 or self.low_supply >= SUPPLY_SAMPLES:
                 self.off()
         self.watch_zero()
+        self.capture.tick(self.micros)
         flags = self.vent | (2 if self.pump < 0 else 0) | self.sync << 2 | (8 if stopped else 0)
         power = min(int(abs(self.pump) * 255 + 0.5), 255)
         if self.ring.put(
@@ -279,6 +297,10 @@ class Bench:
         self.late += late > 1000
         self.worst = max(self.worst, late)
         now = status.VENT_OPEN if self.vent else 0
+        if self.capture.state == capture.WAITING:
+            now |= status.AWAITS
+        elif self.capture.state == capture.RUNNING:
+            now |= status.CAPTURES
         if self.state == RUN:
             now |= status.OUTPUTS_ON
             if not abs(self.target - self.reading) <= 0.01 * self.target:

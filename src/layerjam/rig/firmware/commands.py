@@ -8,6 +8,7 @@ import struct
 
 import ring
 import store
+from acceleration import CAPTURE
 from bench import FAULT as FAULTED
 from bench import RUN, SAFE, STATES, STEPS
 from common import COMMON, NO_NUMBER, block, setting, shown
@@ -52,6 +53,7 @@ def output_now(bench, session) -> int:
 
 def abort(bench, session) -> None:
     bench.off()
+    bench.capture.stop()
 
 
 def safe_state(bench, session, place: int) -> None:
@@ -231,12 +233,12 @@ TABLE = [
             drive,
             (Number("pump", "", -1, 1), Number("vent", "", 0, 1, whole=1),
              Number("time", "s", 0, 5)),
-            flags="SL",
+            flags="L",
         ),
         None,
     ),
 ]  # fmt: skip
-TABLE = COMMON + TABLE
+TABLE = COMMON + TABLE + CAPTURE
 
 
 def tree(bench) -> Node:

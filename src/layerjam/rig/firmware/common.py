@@ -71,11 +71,12 @@ def none(bench, session) -> None:
 
 def reset(bench, session) -> None:
     bench.off()
+    bench.capture.reset()
     bench.target, bench.sync = 0.0, 0
 
 
 def trigger(bench, session) -> None:
-    raise ScpiError(-211, "nothing waits for one")
+    bench.capture.trigger()
 
 
 def byte(bench, session) -> int:

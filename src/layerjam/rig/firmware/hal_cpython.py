@@ -35,11 +35,11 @@ class Hal(hal_pipe.Hal):
             return 0
         return os.write(1, data[: hal_pipe.PIECE])
 
-    def read_plant(self) -> bytes:
+    def read_plant(self, size: int) -> bytes:
         """The plant's answer, whole."""
         data = b""
-        while len(data) < hal_pipe.SIZE:
-            more = os.read(self.plant_in, hal_pipe.SIZE - len(data))
+        while len(data) < size:
+            more = os.read(self.plant_in, size - len(data))
             if not more:
                 break
             data += more
@@ -48,3 +48,10 @@ class Hal(hal_pipe.Hal):
     def write_plant(self, data: bytes) -> None:
         """Tell the plant."""
         os.write(self.plant_out, data)
+
+    def keep(self, path: str, data: bytes) -> None:
+        """Write a file and have it on the disk."""
+        with open(path, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())

@@ -6,12 +6,14 @@ the clock stands still 2 ms after the sample that is due: it is not the host's t
 sees the even samples that a board gives it.
 """
 
+import array
 import select
 import struct
 import sys
 import time
 
 import ticks
+from capture import NOTHING, ROOM
 from scpi import ScpiError
 
 BEGIN = ticks.WRAP - 5000000
@@ -21,20 +23,26 @@ MOST = 10000000
 SERVED = 20
 """Samples between two looks at the line at speed 0."""
 PIECE = 4096
-ASKED, TOLD = 1, 0
+TOLD, ASKED, SAMPLED, STARTED = 0, 1, 2, 3
+"""What a message to the plant wants: nothing, a reading, samples, a scale and samples from now."""
 OUT = "<dIBBH"
 IN = "<dHhBBHd"
 SIZE = 24
-ESTOP, SUPPLY_LOW, DIAGNOSTIC, SECOND = 1, 2, 4, 8
+SLOT = ".%d"
+MISSING = 2
+"""The number of the error for a file that is not there."""
+SCALE = "<4d"
+ESTOP, SUPPLY_LOW, DIAGNOSTIC, SECOND, CONTACT = 1, 2, 4, 8, 16
 
 
 class Hal:
-    """words: descriptors of the pipes from and to the plant, speed, serial, rest."""
+    """words: descriptors of the pipes from and to the plant, speed, serial, settings' file."""
 
     collects = True
 
     def __init__(self, words: list, reset) -> None:
         self.plant_in, self.plant_out, speed, self.serial = words[:4]
+        self.store = words[4] if len(words) > 4 else ""
         self.speed = float(speed)
         self.reset_error = reset
         self.cause = "POWER_ON"
@@ -46,7 +54,8 @@ class Hal:
         self.leap = LEAP
         self.second: float | None = None
         self.waits = 0
-        self.estop_open = self.supply_low = False
+        self.estop_open = self.supply_low = self.contact = False
+        self.scale, self.captures, self.sampled = NOTHING, False, 0
         self.pump, self.power = 0.0, 0
         self.open()
         self.seen = self.host_us()
@@ -87,9 +96,9 @@ class Hal:
             return 0
         return self.line_out.write(data[:PIECE]) or 0
 
-    def read_plant(self) -> bytes:
+    def read_plant(self, size: int) -> bytes:
         """The plant's answer, whole."""
-        return self.plant_in.read(SIZE)
+        return self.plant_in.read(size)
 
     def write_plant(self, data: bytes) -> None:
         """Tell the plant."""
@@ -136,19 +145,25 @@ class Hal:
             raise EOFError
         return data or b""
 
-    def tell(self, kind: int) -> None:
+    def tell(self, kind: int, count: int = 0) -> None:
         """Time and outputs, to the plant."""
-        self.write_plant(struct.pack(OUT, self.pump, self.ticks_us(), self.power, kind, 0))
+        self.write_plant(struct.pack(OUT, self.pump, self.ticks_us(), self.power, kind, count))
+
+    def asked(self, kind: int, size: int, count: int = 0) -> bytes:
+        """The plant's answer; where there is none, the board ends."""
+        self.tell(kind, count)
+        data = self.read_plant(size)
+        if data is None or len(data) != size:
+            raise EOFError
+        return data
 
     def sensor(self) -> tuple:
         """(vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
-        self.tell(ASKED)
-        data = self.read_plant()
-        if data is None or len(data) != SIZE:
-            raise EOFError
+        data = self.asked(ASKED, SIZE)
         vacuum, raw, warmth, flags, _, busy, second = struct.unpack(IN, data)
         self.estop_open = bool(flags & ESTOP)
         self.supply_low = bool(flags & SUPPLY_LOW)
+        self.contact = bool(flags & CONTACT)
         self.second = second if flags & SECOND else None
         if busy:  # something else has kept the core so long [ms]
             self.leap = LEAP + 1000 * busy
@@ -183,17 +198,67 @@ class Hal:
         """No watchdog."""
 
     def load(self, slot: int):
-        """The settings in a slot, None where there are none; they last as long as the process."""
-        return self.slots[slot]
+        """The settings in a slot, None where there are none; without a file the process's own."""
+        if not self.store:
+            return self.slots[slot]
+        try:
+            with open(self.store + SLOT % slot, "rb") as file:
+                return file.read()
+        except OSError as error:
+            return None if error.errno == MISSING else b""
 
     def save(self, slot: int, data: bytes) -> None:
         """Keep settings in a slot."""
         self.slots[slot] = data
+        if self.store:
+            self.keep(self.store + SLOT % slot, data)
         self.saved = self.host_us()
+
+    def keep(self, path: str, data: bytes) -> None:
+        """Write a file and have it on the disk, which MicroPython's `flush` does."""
+        with open(path, "wb") as file:
+            file.write(data)
+            file.flush()
 
     def since_save(self) -> int:
         """Microseconds of the host's time since settings were kept."""
         return 1 << 40 if self.saved is None else self.host_us() - self.saved
+
+    def external(self) -> bool:
+        """Whether the contact for a trigger is closed, at the last sample."""
+        return self.contact
+
+    def capture_start(self, rate: int) -> None:
+        """Have the plant sample its accelerometer from now on."""
+        self.capture_ring = array.array("h", bytes(2 * ROOM))
+        data = self.asked(STARTED, struct.calcsize(SCALE), rate)
+        self.scale = struct.unpack(SCALE, data)
+        self.sampled, self.since, self.passed = 0, self.now, 0
+        self.captures = True
+
+    def capture_count(self) -> int:
+        """How many samples there are since then; those that came are put into the ring."""
+        if not self.captures:
+            return self.sampled
+        now = self.ticks_us()
+        self.passed += ticks.diff(now, self.since)
+        self.since = now
+        left = int(self.passed * self.scale[3] * 1e-6) - self.sampled
+        while left > 0:
+            at = self.sampled % ROOM
+            count = min(left, ROOM - at)
+            data = self.asked(SAMPLED, 2 * count, count)
+            self.capture_ring[at : at + count] = array.array("h", data)
+            self.sampled, left = self.sampled + count, left - count
+        return self.sampled
+
+    def capture_stop(self) -> None:
+        """No more samples; the ring stays."""
+        self.captures = False
+
+    def capture_scale(self) -> tuple:
+        """Counts at 0, m/s^2 a count, range [m/s^2], rate [Hz] of the last start."""
+        return self.scale
 
     def identity(self) -> tuple:
         """(model, serial)."""

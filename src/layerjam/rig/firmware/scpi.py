@@ -29,6 +29,7 @@ TEXTS = {
     -151: "Invalid string data",
     -203: "Command protected",
     -211: "Trigger ignored",
+    -213: "Init ignored",
     -221: "Settings conflict",
     -222: "Data out of range",
     -224: "Illegal parameter value",

@@ -1,0 +1,167 @@
+"""The accelerometer's record: sampled fast into a ring by the HAL, kept around a trigger.
+
+A HAL that has an accelerometer gives `capture_start(rate)`, `capture_count()` (samples since then),
+`capture_ring` (int16 counts, ROOM long, sample n at n % ROOM), `capture_scale()` and
+`capture_stop()`, and `external()` for the contact.
+"""
+
+import struct
+
+from scpi import ScpiError
+
+IDLE, WAITING, RUNNING, DONE = 0, 1, 2, 3
+STATES = ("IDLE", "WAITING", "RUNNING", "DONE")
+IMMEDIATE, BUS, ACCELERATION, EXTERNAL = 0, 1, 2, 3
+ROOM = 16384
+"""Samples of the ring."""
+SPARE = 0.02
+"""Seconds of the ring that a late look may cost."""
+STILL = 10
+"""Looks at the beginning whose mean is the level at rest."""
+LEAST, MOST = 0.7, 1.3
+"""Free fall takes 1 g away; so much [g] of it is taken for it, either way round."""
+GRAVITY = 9.80665
+READ = 2000
+"""Samples in one answer at most."""
+NOTHING = (0.0, 1.0, 0.0, 0.0)
+
+
+class Capture:
+    """Settings and state of one record; `first` to `end` are its samples, `at` is the trigger."""
+
+    def __init__(self, hal) -> None:
+        self.hal = hal
+        self.state = IDLE
+        self.reset()
+
+    def reset(self) -> None:
+        """The settings as they are at power-up; nothing runs, and a record is given up."""
+        self.stop()
+        self.state = IDLE
+        self.scale = NOTHING
+        self.rate, self.before, self.after = 8000, 0.1, 0.5
+        self.source, self.level, self.fall = IMMEDIATE, 5.0, 0.03
+        self.first = self.at = self.end = 0
+        self.micros = 0
+
+    def stop(self) -> None:
+        """Leave what waits or runs; a record that is whole stays."""
+        if self.state in (WAITING, RUNNING):
+            self.hal.capture_stop()
+            self.state = IDLE
+
+    def at_rest(self) -> None:
+        """Refuse what would change a capture that waits or runs."""
+        if self.state in (WAITING, RUNNING):
+            raise ScpiError(-221, "a capture waits or runs; ABOR")
+
+    def start(self) -> None:
+        """Sample from now on and wait for the trigger."""
+        if self.state in (WAITING, RUNNING):
+            raise ScpiError(-213, "a capture waits or runs")
+        if not hasattr(self.hal, "capture_start"):
+            raise ScpiError(-241, "no accelerometer")
+        if self.rate * (self.before + self.after + SPARE) > ROOM:
+            raise ScpiError(-221, "rate, PRE and POST make more than %d samples" % ROOM)
+        self.hal.capture_start(self.rate)
+        self.scale = self.hal.capture_scale()
+        self.state = WAITING
+        self.asked = self.armed = False
+        self.looked = self.looks = 0
+        self.rest, self.zero, self.fallen = 0.0, 0.0, 0.0
+        self.closed = False
+
+    def trigger(self) -> None:
+        """*TRG."""
+        if self.state != WAITING or self.source != BUS:
+            raise ScpiError(-211, "nothing waits for one")
+        self.asked = True
+
+    def tick(self, micros: int) -> None:
+        """One look at what came, a hundred times a second; `micros` is the board's time."""
+        if self.state == WAITING:
+            count = self.hal.capture_count()
+            at = self.found(count)
+            self.looked = count
+            self.looks += 1
+            if at >= 0:
+                self.state, self.at = RUNNING, at
+                self.first = max(at - int(self.rate * self.before + 0.5), 0)
+                self.end = at + int(self.rate * self.after + 0.5)
+                self.micros = (micros - int((count - at) * 1e6 / self.scale[3])) & 0xFFFFFFFF
+        elif self.state == RUNNING and self.hal.capture_count() >= self.end:
+            self.hal.capture_stop()
+            self.state = DONE
+
+    def found(self, count: int) -> int:
+        """Number of the sample that triggers, -1 while none does."""
+        if self.source == IMMEDIATE:
+            at = int(self.rate * self.before + 0.5)
+            return at if count > at else -1
+        if self.source == BUS:
+            return count if self.asked else -1
+        if self.source == EXTERNAL:
+            was, self.closed = self.closed, self.hal.external()
+            return count if self.closed and not was and self.looks else -1
+        return self.hit(self.looked, count)
+
+    def hit(self, begin: int, end: int) -> int:
+        """The first sample beyond the level, once there was rest and, where asked for, a fall."""
+        if begin == end:
+            return -1
+        parts = self.parts(begin, end)
+        count = end - begin
+        mean = sum([sum(part) for part in parts]) / count
+        if self.looks < STILL:
+            self.rest += (mean - self.rest) / (self.looks + 1)
+            self.zero = self.rest
+            return -1
+        gain = GRAVITY / abs(self.scale[1])
+        if self.fall > 0.0 and not self.armed:
+            if LEAST * gain <= abs(mean - self.rest) <= MOST * gain:
+                self.fallen += count / self.scale[3]
+                self.zero = mean
+                self.armed = self.fallen >= self.fall - 1e-6
+            else:
+                self.fallen = 0.0
+            return -1
+        low, high = self.zero - self.level * gain, self.zero + self.level * gain
+        if low <= min([min(part) for part in parts]) and high >= max([max(p) for p in parts]):
+            return -1
+        at = begin
+        for part in parts:
+            for value in part:
+                if not low <= value <= high:
+                    return at
+                at += 1
+        return -1
+
+    def parts(self, begin: int, end: int) -> list:
+        """Samples of the ring, in one or two pieces, none empty."""
+        ring = memoryview(self.hal.capture_ring)
+        first, last = begin % ROOM, end % ROOM
+        if first < last:
+            return [ring[first:last]]
+        return [ring[first:], ring[:last]] if last else [ring[first:]]
+
+    def data(self, first: int, count: int) -> bytes:
+        """So many samples of the record, int16, little-endian."""
+        if self.state != DONE:
+            raise ScpiError(-230, "no record; this is " + STATES[self.state])
+        size = self.end - self.first
+        if not (first < size and first + count <= size):
+            raise ScpiError(-222, "the record has %d samples" % size)
+        begin = self.first + first
+        return b"".join([bytes(part) for part in self.parts(begin, begin + count)])
+
+    def shown(self) -> str:
+        """State, samples of the record, samples before the trigger, board's time of it [us]."""
+        known = self.state in (RUNNING, DONE)
+        size = self.end - self.first if known else 0
+        before = self.at - self.first if known else 0
+        return "%s,%d,%d,%d" % (STATES[self.state], size, before, self.micros if known else 0)
+
+    def scaled(self) -> bytes:
+        """Counts at 0, m/s^2 a count, range [m/s^2], rate [Hz]."""
+        has = hasattr(self.hal, "capture_scale")
+        return struct.pack("<4d", *(self.hal.capture_scale() if has else NOTHING))

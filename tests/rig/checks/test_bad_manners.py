@@ -1,0 +1,167 @@
+"""Checks 24 and 25: a line that spoils one byte in a thousand, and clients with bad manners."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("pyvisa", reason="PyVISA is not installed: `make bench-checks` has it")
+
+from rig.checks.served import OURS, Served, environment, serving
+from rig.checks.visa import client, error
+
+pytestmark = pytest.mark.slow
+HERE = Path(__file__).parent
+COMMANDS = 400
+
+
+@contextlib.contextmanager
+def spoilt(folder: Path, program: str, one_in: int) -> Iterator[tuple[str, Path]]:
+    """A serial port whose board is behind a line that changes one byte in so many."""
+    port, counts = folder / "line", folder / "counts"
+    # a colon ends a word of socat's
+    board = rf"{OURS} {HERE / 'noisy_line.py'} sim\:choi2018 {one_in} {counts}"
+    process = subprocess.Popen(
+        [program, f"PTY,link={port},raw,echo=0,wait-slave", f"EXEC:{board}"], env=environment()
+    )
+    try:
+        for _ in range(200):
+            if port.exists():
+                break
+            time.sleep(0.05)
+        yield str(port), counts
+    finally:
+        process.terminate()
+        process.wait(20)
+
+
+def test_24_one_byte_in_a_thousand(
+    tmp_path: Path, tool: Callable[[str], str], figure: Callable[[str], None]
+) -> None:
+    """Each wrong command makes one error: two would be a command that was executed twice."""
+    with (
+        spoilt(tmp_path, tool("socat"), 1000) as (port, counts),
+        serving(tmp_path, f"serial:{port}") as made,
+        client(made) as use,
+    ):
+        boot = use.query("SYST:BOOT?").split(",")[0]
+        doubled = lost = 0
+        for n in range(COMMANDS):
+            use.write(f"TRIED{n}")
+            # LINE_CORRUPT (126) may stand between them
+            count = use.query("SYST:ERR:ALL?").count(f'TRIED{n}"')
+            doubled, lost = doubled + (count > 1), lost + (count < 1)
+        assert use.query("SYST:BOOT?").split(",")[0] == boot
+        passed, changed = json.loads(counts.read_text("utf-8"))
+    assert (doubled, lost) == (0, 0) and changed > 20
+    figure(f"24  {passed:,} bytes, {changed} changed: {COMMANDS} commands, 0 doubled, 0 lost")
+
+
+def test_25_two_megabytes_without_a_line(
+    served: Served, tool: Callable[[str], str], figure: Callable[[str], None]
+) -> None:
+    """The one that sends them is closed; another client goes on meanwhile."""
+    nc = tool("nc")
+    with client(served) as other:
+        process = subprocess.Popen(
+            [nc, "127.0.0.1", str(served.port)], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL
+        )
+        assert process.stdin is not None
+        begun = time.monotonic()
+        with contextlib.suppress(BrokenPipeError):
+            process.stdin.write(b"A" * 2_000_000)
+            process.stdin.flush()
+            while process.poll() is None and time.monotonic() - begun < 10:
+                assert other.query("*OPC?") == "1"
+                process.stdin.write(b"A")
+                process.stdin.flush()
+                time.sleep(0.01)
+        with contextlib.suppress(BrokenPipeError):
+            process.stdin.close()
+        closed = process.wait(10)
+        assert other.query("FETC:ALL?").split(",")[5] == "SAFE" and error(other) == 0
+    figure(f"25  nc with 2 MB without LF: closed after {time.monotonic() - begun:.2f} s ({closed})")
+
+
+def test_25_twenty_connections(served: Served, figure: Callable[[str], None]) -> None:
+    """As many as there are sessions are served, the others closed; then all are free again."""
+    lines = [socket.create_connection(("127.0.0.1", served.port), 5) for _ in range(20)]
+    answers = [asked(line, b"*IDN?") for line in lines]
+    for line in lines:
+        line.close()
+    good = sum(answer.startswith(b"layerjam,") for answer in answers)
+    assert answers.count(b"") == 20 - good and good == 14  # the fifteenth is the serial port's
+    for _ in range(100):
+        with (
+            contextlib.suppress(OSError),
+            socket.create_connection(("127.0.0.1", served.port), 5) as again,
+        ):
+            if asked(again, b"*OPC?") == b"1\n":
+                break
+        time.sleep(0.05)
+    else:
+        raise AssertionError("nobody is served any more")
+    figure(f"25  20 connections: {good} served, {20 - good} closed, then all free again")
+
+
+def test_25_six_wrong_tokens(tmp_path: Path, figure: Callable[[str], None]) -> None:
+    token = tmp_path / "token"
+    with serving(tmp_path, "sim:choi2018", "--host", "127.0.0.1", "--token-file", str(token)) as at:
+        right = token.read_text("utf-8").strip().encode()
+        assert token.stat().st_mode & 0o077 == 0
+        with socket.create_connection(("127.0.0.1", at.port), 5) as line:
+            assert asked(line, b"MEAS:VAC?;:SYST:ERR?", b"SYST:ERR?").startswith(b"-203")
+            for _ in range(6):
+                with contextlib.suppress(OSError):
+                    line.sendall(b'SYST:PASS:CEN "0123456789abcdef"\n')
+                    time.sleep(0.05)
+            assert rest(line) == b""
+        begun = time.monotonic()
+        while True:
+            with (
+                contextlib.suppress(OSError),
+                socket.create_connection(("127.0.0.1", at.port), 5) as line,
+            ):
+                line.sendall(b'SYST:PASS:CEN "' + right + b'"\n')
+                if asked(line, b"OUTP?") == b"0\n":
+                    break
+            assert time.monotonic() - begun < 30
+            time.sleep(0.5)
+    waited = time.monotonic() - begun
+    assert 5 < waited < 15
+    figure(f"25  6 wrong tokens: closed, heard again after {waited:.0f} s, board unmoved")
+
+
+def asked(line: socket.socket, *texts: bytes) -> bytes:
+    """One answer, nothing where the connection is closed."""
+    with contextlib.suppress(OSError):
+        line.sendall(b"".join(text + b"\n" for text in texts))
+        return received(line)
+    return b""
+
+
+def received(line: socket.socket) -> bytes:
+    data = b""
+    while not data.endswith(b"\n"):
+        more = line.recv(4096)
+        if not more:
+            break
+        data += more
+    return data
+
+
+def rest(line: socket.socket) -> bytes:
+    """What still comes up to the end of the connection."""
+    data: Any = b""
+    with contextlib.suppress(ConnectionError):
+        while more := line.recv(4096):
+            data += more
+    return bytes(data)
