@@ -30,6 +30,7 @@ from layerjam.device.load import catalogue, load, materials
 from layerjam.measure.sidecar import Facts
 from layerjam.records.source import KINDS
 from layerjam.records.toml import parse_toml
+from layerjam.rig.headers import bounds, headers
 from layerjam.simulate.record import DropRecord, TensileRecord
 from layerjam.simulate.stick_slip import StickSlipRecord
 from layerjam.units import QuantitySpec, quantities, show
@@ -285,6 +286,20 @@ def command_functions() -> str:
     )
 
 
+def scpi_headers() -> str:
+    """Every header of the instrument, from the firmware's own table."""
+    groups: dict[str, list[str]] = {}
+    for one in headers():
+        given = one.command if one.command is not None else one.query
+        argument = ", ".join(bounds(param) for param in given or ())
+        who = ", ".join(letter for letter in "SL" if letter in one.flags)
+        groups.setdefault(one.group, []).append(
+            row(f"`{one.shown}`", argument.replace("`", ""), who, one.note)
+        )
+    head = ("header", "parameters", "", "what it does")
+    return "\n\n".join(f"### {name}\n\n{table(head, rows)}" for name, rows in groups.items())
+
+
 PARTS: dict[str, Callable[[], str]] = {
     f.__name__: f
     for f in (
@@ -298,6 +313,7 @@ PARTS: dict[str, Callable[[], str]] = {
         command_table,
         command_quantities,
         command_functions,
+        scpi_headers,
     )
 }
 PARTS |= {

@@ -118,6 +118,7 @@ def test_generated_tables_are_what_the_code_says(generate: ModuleType) -> None:
         "file-format.md",
         "commands.md",
         "reference.md",
+        "scpi.md",
     }
     for page in pages:
         text = page.read_text(encoding="utf-8")

@@ -238,8 +238,12 @@ class VirtualPlant:
             y = round(y / sensor.resolution) * sensor.resolution
         return min(max(y, -sensor.range), sensor.range)
 
-    def answer(self) -> bytes:
-        """What the board gets at a sample."""
+    def answer(self, asks: int = READING, count: int = 0) -> bytes:
+        """What the board is told at a sample, or of its accelerometer."""
+        if asks == START:
+            return self.accelerometer.start(count, self.time)
+        if asks == SAMPLES:
+            return self.accelerometer.samples(count)
         self.asked += 1
         if self.recorded is not None:
             self.recorded()

@@ -1,0 +1,113 @@
+"""The instrument's headers as its firmware has them, with what each does: the SCPI reference."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from layerjam.rig.board import stage
+
+NOTES = Path(__file__).with_name("headers.toml")
+REACH = "reach"
+"""A bound that follows from the regulator."""
+SCRIPT = f"""
+import json, sys
+sys.path.insert(0, sys.argv[1])
+import commands
+def bound(value):
+    return {REACH!r} if callable(value) else value
+def said(param):
+    out = {{"name": param.name}}
+    for key in ("unit", "lo", "hi", "default", "whole", "words", "most"):
+        if hasattr(param, key):
+            out[key] = bound(getattr(param, key))
+    return out
+def rule(made):
+    if made is None:
+        return None
+    params = [said(param) for param in made.params]
+    return {{"params": params, "least": made.least, "flags": made.flags}}
+rows = [(header, rule(command), rule(query)) for header, command, query in commands.TABLE]
+print(json.dumps(rows))
+"""
+
+
+@dataclass(frozen=True)
+class Header:
+    """One header: parameters of its command and its query (None: there is none), and a note.
+
+    `flags` are those of the command: L is refused to others while locked, S is for SAFE alone.
+    """
+
+    header: str
+    command: Sequence[Mapping[str, Any]] | None
+    query: Sequence[Mapping[str, Any]] | None
+    least: int
+    """Parameters that cannot be left out."""
+    flags: str
+    group: str
+    note: str
+
+    @property
+    def shown(self) -> str:
+        """The header with `?` where it is only asked, `(?)` where it is both."""
+        return self.header + (
+            "" if self.query is None else "(?)" if self.command is not None else "?"
+        )
+
+
+def headers() -> list[Header]:
+    """All headers, in the order of NOTES; KeyError for one that has no note."""
+    with tempfile.TemporaryDirectory(prefix="layerjam-headers-") as folder:
+        stage(Path(folder))
+        done = subprocess.run(
+            [sys.executable, "-S", "-E", "-s", "-B", "-c", SCRIPT, folder],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+    table = {header: (command, query) for header, command, query in json.loads(done.stdout)}
+    out = []
+    for group, notes in tomllib.loads(NOTES.read_text("utf-8")).items():
+        for header, note in notes.items():
+            command, query = table.pop(header)
+            first = command or query
+            out.append(
+                Header(
+                    header=header,
+                    command=None if command is None else command["params"],
+                    query=None if query is None else query["params"],
+                    least=first["least"],
+                    flags="" if command is None else command["flags"],
+                    group=group,
+                    note=note,
+                )
+            )
+    if table:
+        raise KeyError(f"{NOTES.name}: no note for {', '.join(table)}")
+    return out
+
+
+def bounds(param: Mapping[str, Any]) -> str:
+    """What a parameter may be, as a phrase: `0 to reach Pa`, `RELease or HOLD`."""
+    if "words" in param:
+        return " or ".join(f"`{word}`" for word in param["words"])
+    if "most" in param:
+        return f"{param['name']}, a quoted string"
+    if "lo" not in param:
+        return "`MIN`, `MAX` or `DEF`"
+    unit = f" {param['unit']}" if param["unit"] else ""
+    known = param["default"]
+    text = f"{param['name']} {_shown(param['lo'])} to {_shown(param['hi'])}{unit}"
+    return text if known is None else f"{text}, default {_shown(known)}"
+
+
+def _shown(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:.10g}".replace("-", "−")
