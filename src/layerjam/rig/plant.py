@@ -239,7 +239,7 @@ class VirtualPlant:
         return min(max(y, -sensor.range), sensor.range)
 
     def answer(self, asks: int = READING, count: int = 0) -> bytes:
-        """What the board is told at a sample, or of its accelerometer."""
+        """What the board gets at a sample, or of its accelerometer."""
         if asks == START:
             return self.accelerometer.start(count, self.time)
         if asks == SAMPLES:
