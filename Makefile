@@ -7,10 +7,10 @@ NEIGHBOURS := $(VENV)/.bench
 SIMULATORS := $(VENV)/interop
 EMULATOR := $(VENV)/emulator
 
-.PHONY: demo test slow bench interop firmware firmware-checks docs lint mutants coverage alarms fuzz lock clean
 INSTRUMENTS := $(VENV)/instruments
 
-.PHONY: demo test slow bench bench-checks interop docs lint mutants coverage alarms fuzz lock clean
+.PHONY: demo test slow bench bench-checks interop firmware firmware-checks docs lint mutants coverage \
+  alarms fuzz lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -88,6 +88,7 @@ $(EMULATOR)/.installed: tests/rig/emulated/requirements.lock $(STAMP)
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes --target $(EMULATOR) \
 	  -r tests/rig/emulated/requirements.lock
 	@touch $@
+
 # The instrument as tools see it that nobody here wrote, in an environment of their own: Debian's
 # programs are installed where that is possible; checks whose tools are missing say so.
 TALKERS = lxi-tools netcat-openbsd socat sqlite3 strace
@@ -148,6 +149,7 @@ lock:
 	uv pip compile --universal --generate-hashes --no-header --no-annotate \
 	  --no-emit-index-url --no-emit-find-links --python-version 3.11 -c requirements.lock \
 	  tests/rig/emulated/requirements.in --output-file tests/rig/emulated/requirements.lock
+	uv pip compile --universal --generate-hashes --no-header --no-annotate \
 	  --no-emit-index-url --no-emit-find-links --python-version 3.11 \
 	  tests/rig/checks/requirements.in --output-file tests/rig/checks/requirements.lock
 
