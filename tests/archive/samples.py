@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import json
+import sqlite3
 from pathlib import Path
+from typing import Any
 
+from layerjam.cli.main import main
 from layerjam.device.load import load
 from layerjam.fluid.file import load_line
 from layerjam.rig.run_file import RunFile
@@ -48,3 +54,20 @@ def pull_file(path: Path, force: float = 40.0, synthetic: bool = False) -> Path:
     rows = "\n".join(f"{i},{i},{force * i / 5}" for i in range(6))
     path.write_text(f"# layerjam measurement\n{marked}time [s],elongation [mm],force [N]\n{rows}\n")
     return path
+
+
+def tables(db: Path) -> dict[str, list[tuple[Any, ...]]]:
+    """Every row of every table, as a stranger reads it."""
+    with contextlib.closing(sqlite3.connect(db)) as base:
+        names = [n for (n,) in base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
+        assert base.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
+        assert base.execute("PRAGMA foreign_key_check").fetchall() == []
+        return {name: sorted(base.execute(f"SELECT * FROM {name}"), key=repr) for name in names}
+
+
+def said(*words: object) -> tuple[int, dict[str, Any]]:
+    """Exit code and JSON of a command."""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        code = main(["records", *map(str, words), "--json"])
+    return code, json.loads(out.getvalue()) if out.getvalue() else {}

@@ -159,3 +159,30 @@ def test_a_server_that_is_not_there_is_one_sentence() -> None:
     with pytest.raises(RecordsError) as caught:
         lj.records_list(db="postgresql://me:secret@127.0.0.1:1/lab")
     assert "secret" not in str(caught.value) and "\n" not in str(caught.value)
+
+
+KILLED = """
+import os, signal, sys
+from layerjam.archive import store
+from layerjam.archive.database import Database
+calls = 0
+def dies():
+    global calls
+    calls += 1
+    if calls == 30:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "somebody"
+store.user = dies
+store.add(Database(sys.argv[1]), sys.argv[2:])
+"""
+
+
+def test_a_killed_writer_leaves_nothing(db: str, tmp_path: Path) -> None:
+    first = pull_file(tmp_path / "first.csv", 0.5)
+    lj.records_add(first, db=db)
+    paths = [pull_file(tmp_path / f"{number}.csv", 1 + number) for number in range(40)]
+    done = subprocess.run([sys.executable, "-c", KILLED, db, *map(str, paths)], check=False)
+    assert done.returncode == -9
+    assert asked(db, "SELECT name FROM files") == [("first.csv",)]
+    assert asked(db, "SELECT count(*) FROM entries") == [(1,)]
+    assert len(lj.records_add(paths, db=db).ids) == 40

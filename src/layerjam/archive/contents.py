@@ -13,7 +13,15 @@ from typing import Any
 
 import tomlkit
 
-from layerjam.archive.pieces import Cited, Content, Piece, hex_of, made_of_text, text_digest
+from layerjam.archive.pieces import (
+    Cited,
+    Content,
+    Piece,
+    hex_of,
+    made_of_text,
+    storable,
+    text_digest,
+)
 from layerjam.archive.runs import check_whole, run
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, LayerjamError
@@ -51,6 +59,8 @@ def read(path: str | Path) -> Content:
         reason = getattr(error, "strerror", None) or error
         raise FileError(name[:200], f"cannot be read: {reason}") from None
     full = place.absolute()
+    if storable(str(full)) != str(full):
+        raise FileError(name, "has a name that is not UTF-8 text; rename it")
     own = {"sha256": digest, "bytes": size, "name": full.name, "folder": str(full.parent)}
     if head.startswith(SQLITE) or place.suffix == ENDING:
         return run(name, own)
@@ -119,7 +129,7 @@ def _named(entries: Any, role: str) -> list[Cited]:
     for one in entries if isinstance(entries, list) else ():
         if not isinstance(one, dict):
             continue
-        name = str(one.get("name") or one.get("file") or "")
+        name = storable(str(one.get("name") or one.get("file") or ""))
         if digest := hex_of(one.get("sha256")):
             made.append(Cited(digest, role, name))
         if digest := hex_of(one.get("facts_sha256")):
@@ -149,11 +159,11 @@ def _json(path: str, own: Mapping[str, Any]) -> Content:
     brake = brake if isinstance(brake, dict) else {}
     cited = [*_named(made.get("files"), "measured"), *_named(said.get("excluded"), "left out")]
     if digest := hex_of(brake.get("sha256")):
-        cited.append(Cited(digest, "start", str(brake.get("name", ""))))
+        cited.append(Cited(digest, "start", storable(str(brake.get("name", "")))))
     piece = Piece(
         kind="calibration",
         columns={
-            "kind": f"calibrate {said.get('depth', '')}".strip(),
+            "kind": storable(f"calibrate {said.get('depth', '')}".strip()),
             "result": json.dumps(said),
             "checks": json.dumps(said["checks"]),
             "sha256": own["sha256"],
@@ -179,9 +189,10 @@ def _data(path: str, own: Mapping[str, Any], head: bytes) -> Content:
     cited = []
     if comments and comments[0].endswith(" bench export") and said.get("run_id"):
         file["kind"] = "export"
-        cited.append(Cited(said["run_id"].strip(), "run", "the run that was exported"))
+        run_id = storable(said["run_id"].strip())
+        cited.append(Cited(run_id, "run", "the run that was exported"))
     if (brake := _brake_above(comments)) is not None:
-        cited.append(Cited(text_digest(brake), "brake", said.get("brake", "the brake in its head")))
+        cited.append(Cited(text_digest(brake), "brake", "the brake in its head"))
     return Content(path=path, file=file, cited=tuple(cited))
 
 

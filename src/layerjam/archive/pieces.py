@@ -47,6 +47,11 @@ class Content:
     notes: tuple[str, ...] = ()
 
 
+def storable(text: str) -> str:
+    """A text without what a database refuses: NUL, and bytes of a name that are no UTF-8."""
+    return text.replace("\0", "\ufffd").encode("utf-8", "replace").decode("utf-8")
+
+
 def hex_of(value: Any) -> str | None:
     """A SHA-256 in hex, None for anything else."""
     right = isinstance(value, str) and re.fullmatch("[0-9a-f]{64}", value)

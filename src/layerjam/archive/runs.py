@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from layerjam.archive.pieces import Cited, Content, Piece, made_of_text, text_digest
+from layerjam.archive.pieces import Cited, Content, Piece, made_of_text, storable, text_digest
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.runs import opened
 
@@ -52,7 +52,7 @@ def run(path: str, own: Mapping[str, Any]) -> Content:
         raise FileError(path, f"is damaged: {error}") from None
     finally:
         base.close()
-    said = {str(key): str(value) for key, value in rows if value not in (None, "")}
+    said = {str(key): storable(str(value)) for key, value in rows if value not in (None, "")}
     samples = sum(count for count, _ in counts)
     simulated = said.get("simulated") != "0"
     columns = {

@@ -18,7 +18,7 @@ from layerjam.archive.contents import read
 from layerjam.archive.database import Database
 from layerjam.archive.move import RecordsError
 from layerjam.archive.names import named
-from layerjam.archive.pieces import Content, Piece
+from layerjam.archive.pieces import Content, Piece, storable
 from layerjam.archive.schema import (
     BRAKES,
     CALIBRATIONS,
@@ -83,7 +83,9 @@ def _with_serial(content: Content, serial: str | None) -> Content:
     what = content.what
     if what is None or what.kind not in ("brake", "line"):
         raise FileError(content.path, "is no brake and no line, which alone have a serial number")
-    return replace(content, what=replace(what, columns={**what.columns, "serial": serial}))
+    return replace(
+        content, what=replace(what, columns={**what.columns, "serial": storable(serial)})
+    )
 
 
 def _add(db: Connection, contents: Iterable[Content], made: Added) -> None:
@@ -342,7 +344,7 @@ def withdraw(database: Database, ident: str, why: str) -> tuple[str, list[str]]:
         before = _why_withdrawn(db, whole)
         if before is not None:
             raise RecordsError(f"{whole}: was withdrawn before, because: {before}")
-        made = {"id": whole, "when": now(), "why": why.strip(), "by": user()}
+        made = {"id": whole, "when": now(), "why": storable(why.strip()), "by": user()}
         db.execute(WITHDRAWN.insert().values(**made))
         children = select(DERIVED_FROM.c.child).where(DERIVED_FROM.c.parent == whole).distinct()
         return whole, sorted(str(row[0]) for row in db.execute(children))
