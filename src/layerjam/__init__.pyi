@@ -9,6 +9,7 @@ from layerjam.commands.bench import bench_status as bench_status
 from layerjam.commands.bench_check import bench_check as bench_check
 from layerjam.commands.bench_faults import bench_faults as bench_faults
 from layerjam.commands.bench_faults import bench_soak as bench_soak
+from layerjam.commands.bench_flash import bench_flash as bench_flash
 from layerjam.commands.bench_run import bench_export as bench_export
 from layerjam.commands.bench_run import bench_log as bench_log
 from layerjam.commands.bench_run import bench_run as bench_run

@@ -34,7 +34,7 @@ INSTEAD = {
     "export fmu": "layerjam export fmu choi2018-kapton --out kapton.fmu --sources-only",
 }
 """What is run in place of a command's first example, for it takes less time or no C compiler."""
-WITHOUT_JSON = {"workbench", "bench serve"}
+WITHOUT_JSON = {"workbench", "bench serve", "bench flash"}
 COMMANDS = {
     name: INSTEAD.get(name, entry.examples[0])
     for name, entry in commands().items()

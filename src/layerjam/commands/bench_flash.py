@@ -1,0 +1,67 @@
+"""`bench flash`: firmware and wiring onto a board."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from layerjam.commands.declare import Help, command
+from layerjam.commands.results import Result, fact, result
+
+
+@result
+class BoardFlashed(Result):
+    """What a board was given and what it says then."""
+
+    board: str = fact("kind of board")
+    image_sha256: str | None = fact("SHA-256 of the image, null where none was given")
+    files: Sequence[str] = fact("files written to the board and read back", listed=False)
+    verified: bool = fact("whether the board then runs this package's firmware")
+    identity: str | None = fact("what the board says of itself then")
+
+    @property
+    def exit_code(self) -> int:
+        """1 where another firmware runs, or nobody could ask."""
+        return 0 if self.verified else 1
+
+
+@command(
+    "bench",
+    place=30,
+    under="bench",
+    examples=("layerjam bench flash /dev/ttyACM0 --board pico --settings mine.toml",),
+    computes=False,
+)
+def bench_flash(
+    port: Annotated[str, Help("Serial port, or the boot loader's drive.", metavar="PORT")],
+    *,
+    board: Annotated[str, Help("Kind of board.", metavar="BOARD")] = "pico",
+    image: Annotated[
+        str | Path | None, Help("Image that `make firmware` built.", metavar="FILE.uf2")
+    ] = None,
+    settings: Annotated[
+        str | Path | None, Help("What hangs on which pin.", metavar="FILE.toml")
+    ] = None,
+) -> BoardFlashed:
+    """Put firmware and wiring onto a board.
+
+    With an image the board's boot loader takes it; a board with plain MicroPython gets the
+    firmware's files otherwise. Raises FileError, ImageError, LineError, QuantityError and
+    UnknownNameError.
+    """
+    from layerjam.rig.flash import flash
+
+    done = flash(
+        port,
+        board=board,
+        image=None if image is None else Path(image),
+        settings=None if settings is None else Path(settings),
+    )
+    return BoardFlashed(
+        board=board,
+        image_sha256=done.image_sha256,
+        files=done.files,
+        verified=done.verified,
+        identity=done.identity,
+    )
