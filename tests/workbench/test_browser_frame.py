@@ -29,6 +29,7 @@ TABS = {
     "vacuum": "[data-testid=vacuum-chart] canvas",
     "laboratory": "[data-testid=laboratory-drop]",
     "design": "[data-testid^=design]",
+    "bench": "[data-testid=bench-connect]",
 }
 CONTRAST = (Path(__file__).parent / "contrast.js").read_text(encoding="utf-8")
 UNNAMED = """() => [...document.querySelectorAll(

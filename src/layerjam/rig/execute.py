@@ -147,9 +147,10 @@ class Execution:
         file: RunFile,
         crosshead: Crosshead | None,
         stop: Stop,
+        watch: Callable[[Block], None],
     ) -> None:
         self.bench, self.procedure, self.file = bench, procedure, file
-        self.crosshead, self.stop = crosshead, stop
+        self.crosshead, self.stop, self._told = crosshead, stop, watch
         self.recorder = Recorder(bench, file)
         self.watch = Watch.of(bench)
         self.done = [Done(text=step.text()) for step in procedure.steps]
@@ -271,6 +272,7 @@ class Execution:
         if boot is not None and recorder.boot != boot:
             raise EndedError(LINE_LOST, "the board was reset during the run")
         if len(block.rows):
+            self._told(block)
             self._look(block)
         recorder.pause(block)
         return block
@@ -369,13 +371,16 @@ def execute(
     crosshead: Crosshead | None = None,
     meta: Mapping[str, object] | None = None,
     force: bool = False,
+    stop: Stop | None = None,
+    watch: Callable[[Block], None] = lambda block: None,
 ) -> Executed:
     """Carry out a procedure on a bench whose regulator and safe state are set, and record it.
 
     `meta` is what the file should say besides what the bench does (brake_toml, line_toml). Raises
     QuantityError or ProcedureError for what cannot be done, InstrumentError where the bench refuses
     to start, FileError for the file; nothing is left behind then. Ctrl-C and SIGTERM end it with
-    OPERATOR_STOPPED.
+    OPERATOR_STOPPED, as does a `stop` that is asked for elsewhere. `watch` hears of every block of
+    samples, once it is on disk.
     """
     steps = parse_procedure(procedure) if isinstance(procedure, str) else procedure
     check(bench, steps, crosshead)
@@ -383,14 +388,14 @@ def execute(
     if plant is not None and plant.behind.speed != 1.0:
         bench.lease = QUICK
     said = {"kind": "run", "procedure": steps.text(), **described(bench), **(meta or {})}
-    with Stop() as stop:
+    with stop or Stop() as stop:
         if not bench.lock():
             owner = bench.ask("SYST:LOCK:OWN?")
             raise QuantityError.of("bench", f"is locked by another client (session {owner})")
         try:
             file = RunFile.create(out, said, force)
             try:
-                made = _recorded(bench, steps, file, crosshead, stop)
+                made = _recorded(bench, file, Execution(bench, steps, file, crosshead, stop, watch))
             except BaseException:
                 file.close()
                 raise
@@ -399,11 +404,8 @@ def execute(
     return made
 
 
-def _recorded(
-    bench: Bench, steps: Procedure, file: RunFile, crosshead: Crosshead | None, stop: Stop
-) -> Executed:
+def _recorded(bench: Bench, file: RunFile, running: Execution) -> Executed:
     """Run it and close the file."""
-    running = Execution(bench, steps, file, crosshead, stop)
     try:
         outcome, reason = running.run()
     except LayerjamError:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from layerjam.rig.address import Address
 from layerjam.rig.crosshead import Crosshead
 from layerjam.rig.driver import Bench, opened
 from layerjam.rig.execute import Executed, execute
+from layerjam.rig.recorder import Block
+from layerjam.rig.stop import Stop
 from layerjam.simulate.procedure import Procedure
 
 
@@ -23,12 +25,23 @@ class ProcedureBench(Bench):
         crosshead: Crosshead | None = None,
         meta: Mapping[str, object] | None = None,
         force: bool = False,
+        stop: Stop | None = None,
+        watch: Callable[[Block], None] = lambda block: None,
     ) -> Executed:
         """Carry out a procedure and record it in the file `out`; see `rig.execute.execute`.
 
         Regulator, safe state and vent rest must be set before.
         """
-        return execute(self, procedure, out=out, crosshead=crosshead, meta=meta, force=force)
+        return execute(
+            self,
+            procedure,
+            out=out,
+            crosshead=crosshead,
+            meta=meta,
+            force=force,
+            stop=stop,
+            watch=watch,
+        )
 
 
 def open_procedure_bench(address: str | Address) -> ProcedureBench:

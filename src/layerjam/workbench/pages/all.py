@@ -30,4 +30,5 @@ TABS = (
     Tab("vacuum", "Vacuum", "air"),
     Tab("laboratory", "Laboratory", "science"),
     Tab("design", "Design", "tune"),
+    Tab("bench", "Bench", "memory"),
 )

@@ -1,0 +1,239 @@
+"""The bench behind one page: a thread that talks to it, and only as long as the page is there.
+
+A board keeps its outputs on while somebody talks to it. The browser says several times a second
+that its page is there; where that stops, nobody talks, and the board's lease runs out.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from layerjam.commands.regulator import RegulatorSettings, regulator_of
+from layerjam.control.faults import injection_of
+from layerjam.control.settings import Regulator, validate
+from layerjam.errors import LayerjamError, QuantityError
+from layerjam.fluid.file import LineFile
+from layerjam.rig.address import address_of
+from layerjam.rig.execute import Executed
+from layerjam.rig.plant import HEALTHY, behind
+from layerjam.rig.procedure_bench import ProcedureBench, open_procedure_bench
+from layerjam.rig.recorder import Block
+from layerjam.rig.stop import Stop
+from layerjam.rig.telemetry import PERIOD
+from layerjam.units import exact_text
+
+LEASE = 3.0
+"""Seconds after which a page that is gone keeps no brake closed any more."""
+PRESENT = 1.0
+"""Of these, seconds for which a page counts as there that was not heard of; the rest is the
+board's."""
+PACE, SEEN = 0.1, 600
+"""Seconds between two looks at the bench, and looks that are kept."""
+RECORDED_EVERY = 10
+"""Samples of a recorded run for one that is shown."""
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Look:
+    """What the bench did at one moment; vacuum None where the sensor gives none."""
+
+    time: float
+    """By the board's clock [s]."""
+    vacuum: float | None
+    target: float
+    pump: float
+    vent: bool
+    state: str
+    fault: str | None
+
+
+@dataclass
+class Session:
+    """One bench, held by one page. `alive` says whether the page is there."""
+
+    bench: ProcedureBench
+    alive: Callable[[], bool]
+    looks: deque[Look] = field(default_factory=lambda: deque(maxlen=SEEN))
+    lost: str = ""
+    """Why the line is gone; "" while it is there."""
+    running: Stop | None = None
+    """The way to stop the procedure that runs now."""
+
+    def __post_init__(self) -> None:
+        self._asked: queue.SimpleQueue[tuple[Callable[[ProcedureBench], Any], Future[Any]]]
+        self._asked = queue.SimpleQueue()
+        self._over = threading.Event()
+        self._faults: dict[int, str] = {}
+        # only who holds the lock renews the lease: another client must not keep a brake closed for
+        # a page that is gone
+        if not self.bench.lock():
+            raise QuantityError.of("bench", "is locked by another client")
+        self.bench.lease = LEASE - PRESENT
+        self._thread = threading.Thread(target=self._work, name="layerjam bench", daemon=True)
+        self._thread.start()
+
+    @classmethod
+    def connect(cls, address: str, alive: Callable[[], bool], target: float) -> Session:
+        """The session at an address; a virtual line is made linear at the target [Pa]."""
+        where = address_of(address)
+        if where.simulated and "at" not in where.options:
+            where = replace(where, options={**where.options, "at": exact_text(target, "Pa")})
+        bench = open_procedure_bench(where)
+        try:
+            return cls(bench, alive)
+        except BaseException:
+            bench.close()
+            raise
+
+    def ask(self, act: Callable[[ProcedureBench], T]) -> Future[T]:
+        """Have the thread do it, and not before what was asked for earlier."""
+        answer: Future[T] = Future()
+        if self._over.is_set() or self.lost:
+            answer.set_exception(LayerjamError(self.lost or "the bench is disconnected"))
+        else:
+            self._asked.put((act, answer))
+        return answer
+
+    def close(self) -> None:
+        """Outputs off and the line free; a procedure that runs ends first."""
+        if self.running is not None:
+            self.running.ask()
+        self._over.set()
+
+    def joined(self, seconds: float) -> bool:
+        """Whether the thread has ended within so many seconds."""
+        self._thread.join(seconds)
+        return not self._thread.is_alive()
+
+    def _work(self) -> None:
+        try:
+            while not self._over.is_set():
+                try:
+                    act, answer = self._asked.get(timeout=PACE)
+                except queue.Empty:
+                    if self.alive():
+                        self._look()
+                    continue
+                try:
+                    answer.set_result(act(self.bench))
+                except LayerjamError as error:
+                    answer.set_exception(error)
+        except LayerjamError as error:
+            self.lost = str(error)
+        finally:
+            self._over.set()
+            self.bench.close()
+
+    def _look(self) -> None:
+        parts = self.bench.ask("FETC:ALL?").split(",")
+        vacuum, fault = float(parts[1]), int(parts[6])
+        if fault and fault not in self._faults:
+            self._faults[fault] = self.bench.fault or str(fault)
+        self.looks.append(
+            Look(
+                time=int(parts[0]) * PERIOD * 1e-6,
+                vacuum=None if abs(vacuum) > 1e37 else vacuum,
+                target=float(parts[2]),
+                pump=float(parts[3]),
+                vent=parts[4] == "1",
+                state=parts[5],
+                fault=self._faults.get(fault),
+            )
+        )
+
+    def record(self, procedure: str, out: Path, meta: dict[str, object]) -> Future[Executed]:
+        """Carry out a procedure; it ends where the page is gone."""
+
+        def act(bench: ProcedureBench) -> Executed:
+            stop = self.running = Stop()
+            try:
+                return bench.run(
+                    procedure, out=out, meta=meta, force=True, stop=stop, watch=self._recorded
+                )
+            finally:
+                self.running = None
+                bench.lock()
+
+        return self.ask(act)
+
+    def _recorded(self, block: Block) -> None:
+        if not self.alive() and self.running is not None:
+            self.running.ask()
+        states = {0: "SAFE", 1: "RUN", 2: "FAULT"}
+        for row in block.rows[::RECORDED_EVERY]:
+            vacuum = float(row["vacuum"])
+            self.looks.append(
+                Look(
+                    time=int(row["seq"]) * PERIOD * 1e-6,
+                    vacuum=None if vacuum != vacuum else vacuum,
+                    target=float(row["target"]),
+                    pump=int(row["pump"]) / 255,
+                    vent=bool(row["flags"] & 1),
+                    state=states.get(int(row["state"]), "DRIVE"),
+                    fault=None,
+                )
+            )
+
+
+class Presence:
+    """Whether a page is there: its browser says so again and again."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._heard = clock()
+
+    def beat(self) -> None:
+        """The browser was heard."""
+        self._heard = self._clock()
+
+    def __call__(self) -> bool:
+        """Whether it was heard lately."""
+        return self._clock() - self._heard < PRESENT
+
+
+def regulator_for(
+    address: str, line: LineFile, target: float, safe_state: str, kind: str, sensor_range: float
+) -> Regulator:
+    """For a virtual board that of its own line, else that of the line on the desk.
+
+    Raises QuantityError where a target [Pa] cannot be held.
+    """
+    where = address_of(address)
+    if where.simulated:
+        at = {"at": exact_text(target, "Pa"), **where.options}
+        made = behind(replace(where, options=at))
+        found = Regulator(plant=made.plant, sensor=made.sensor, kind=kind, safe_state=safe_state)
+    else:
+        stated: dict[str, Any] = {"safe_state": safe_state, "kind": kind}
+        if line.line.sensor is None:
+            stated["sensor_range"] = sensor_range
+        found, _ = regulator_of(line, target, RegulatorSettings(**stated))
+    validate(found, target)
+    return found
+
+
+def switch_on(bench: ProcedureBench, regulator: Regulator, rest: str, target: float) -> None:
+    """Hold a target [Pa]; where it holds one already, only the target is another."""
+    if not bench.output:
+        bench.safe_state, bench.vent_rest = regulator.safe_state, rest
+        bench.regulator = regulator
+        bench.target = target
+        bench.output = True
+    else:
+        bench.target = target
+
+
+def provoke(bench: ProcedureBench, fault: str, regulator: Regulator, target: float) -> None:
+    """Break what is behind a virtual board; "none" mends it."""
+    if bench.plant is not None:
+        broken = HEALTHY if fault == "none" else injection_of(fault, 0.0, regulator, target)[0]
+        bench.plant.injected = broken

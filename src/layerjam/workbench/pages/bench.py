@@ -1,0 +1,368 @@
+"""Bench: a board that regulates a line, or a virtual one: connect, hold a vacuum, run and keep."""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from functools import partial
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from nicegui import ui
+
+from layerjam.control.faults import PROVOKED
+from layerjam.control.settings import KINDS
+from layerjam.errors import LayerjamError
+from layerjam.fluid.file import lines
+from layerjam.rig.driver import VENT_RESTS
+from layerjam.rig.execute import Executed
+from layerjam.rig.export import export
+from layerjam.units import show
+from layerjam.workbench import live
+from layerjam.workbench.bench_session import (
+    LEASE,
+    Look,
+    Presence,
+    Session,
+    provoke,
+    regulator_for,
+    switch_on,
+)
+from layerjam.workbench.charts import Curve, options
+from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.page import Page
+from layerjam.workbench.pages.vacuum import safe_choice
+from layerjam.workbench.rest import elsewhere
+from layerjam.workbench.widgets import (
+    QUIET,
+    button,
+    chart,
+    columns,
+    field,
+    fold,
+    hint,
+    one_line,
+    status,
+)
+
+DRAWN, WINDOW = 0.2, 60.0
+"""Seconds between two drawings, and seconds that are shown."""
+BEAT = 250
+"""Milliseconds between two signs of life of the browser."""
+KPA = 1e3
+PROCEDURE = "evacuate to 40 kPa and hold 5 s; vent"
+STATES = MappingProxyType(
+    {
+        "SAFE": "Safe state, nothing runs",
+        "RUN": "The regulator runs",
+        "FAULT": "Fault, in the safe state",
+        "DRIVE": "Outputs driven by hand",
+    }
+)
+SIMULATED = (
+    "A virtual board: the firmware is the real one, the line behind it is computed. Nothing is "
+    "measured."
+)
+NOT_YET = "Not connected. Connect the virtual board, or the address of your own."
+GONE = (
+    f"Keep this page open and in view: {LEASE:g} s after it is gone the bench is in its safe state."
+)
+
+
+def rest_choice() -> Choice:
+    """What the vent valve does without power; nothing is chosen for the user."""
+    words = {"": "not chosen", **{rest: rest for rest in VENT_RESTS}}
+    about = "What the vent valve does without power. A board in reset cannot move it."
+    return Choice("vent_rest", words, "", label="Vent at rest", help=about)
+
+
+class Bench(Page):
+    """One bench, connected from this page."""
+
+    name = "bench"
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        about = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
+        self.law = Choice("kind", {k: k for k in KINDS}, "pi", label="Law", help=about)
+        self.safe, self.rest = safe_choice(), rest_choice()
+        words = {name: f"{name.replace('-', ' ')}: {about}" for name, about in PROVOKED.items()}
+        self.broken = Choice("broken", {"none": "nothing", **words}, "none", label="Break")
+        self.present = Presence()
+        self.session: Session | None = None
+        self.folder: Path | None = None
+        self.done: Executed | None = None
+        self._drawn: Any = None
+
+    def controls(self) -> Mapping[str, Control]:
+        """Target and sensor."""
+        full = self.desk.line.line.site.atmosphere
+        target = asked("rise", "target", min(40e3, 0.6 * full), (0.01 * full, 0.99 * full))
+        return by_key(
+            target.within(high=full),
+            asked("regulate", "sensor_range", 103e3, (10e3, 200e3)),
+        )
+
+    def build(self) -> None:
+        """What to connect and to hold left, what it does right."""
+        side, main = columns()
+        with side:
+            self._connecting()
+            choice(self.desk, self.name, self.safe)
+            choice(self.desk, self.name, self.rest)
+            choice(self.desk, self.name, self.law)
+            self.slider("target")
+            with ui.row().classes("gap-2"):
+                button("Hold the target", self._on, "bench-on", "play_arrow")
+                button("Off", self._off, "bench-off", "stop", how="dense no-caps color=negative")
+                button("Clear the fault", self._clear, "bench-clear")
+            self.problem_line()
+            with fold("Run a procedure and keep it", "bench-procedure-fold", is_open=True):
+                self._running()
+            with fold("Sensor of a real board", "bench-sensor"):
+                hint("Where the line's file names none. A virtual board brings its own.")
+                self.slider("sensor_range")
+            with ui.column().classes("w-full") as self.breaking, fold("Break something"):
+                menu(self.desk, self.name, self.broken)
+        with main:
+            self.banner = status("bench-simulated", "text-sm font-medium")
+            with ui.row().classes("items-baseline gap-6"):
+                self.number = status("bench-vacuum", "text-4xl font-medium tabular-nums", "–")
+                self.words = status("bench-state", "text-lg", NOT_YET)
+            what = "Vacuum and target over the last minute"
+            self.curve = chart("bench-chart", what, "width: 100%; height: 380px")
+            self.facts = status("bench-facts", QUIET)
+            self.outcome = status("bench-outcome", "text-base")
+            with ui.row().classes("gap-2") as self.keep:
+                button("Run file", partial(self._give, ".ljrun"), "bench-file", "download")
+                button("CSV", partial(self._give, ".csv"), "bench-csv", "download")
+            self.keep.set_visibility(False)
+            hint(GONE)
+        ui.on("layerjam_beat", lambda _: self.present.beat())
+        ui.run_javascript(f"setInterval(() => emitEvent('layerjam_beat'), {BEAT})")
+        self.timer = ui.timer(DRAWN, self._draw_live)
+        if self.client is not None:
+            self.client.on_delete(self._leave)
+        self._see()
+
+    def _connecting(self) -> None:
+        known = self.desk.state.line if self.desk.state.line in lines() else "choi2018"
+        self.address = field(
+            "Address", "bench-address", f"sim:{known}", example="serial:/dev/ttyACM0",
+            tip="sim:LINE is a virtual board; serial:PORT a board; tcp:HOST:5025 a gateway",
+        )  # fmt: skip
+        with ui.row().classes("gap-2"):
+            self.link = button("Connect", self._connect, "bench-connect", "link")
+            self.unlink = button("Disconnect", self._disconnect, "bench-disconnect", "link_off")
+        hint("sim:LINE is a virtual board on a line of the catalogue: try it without hardware.")
+
+    def _running(self) -> None:
+        self.procedure = field("Procedure", "bench-procedure", PROCEDURE, example=PROCEDURE)
+        with ui.row().classes("gap-2"):
+            button("Run and record", self._run, "bench-run", "fiber_manual_record")
+            button("Stop", self._stop, "bench-stop")
+
+    def _virtual(self) -> bool:
+        return self.session is not None and self.session.bench.plant is not None
+
+    def _see(self) -> None:
+        there = self.session is not None
+        self.link.set_enabled(not there)
+        self.unlink.set_enabled(there)
+        self.address.set_enabled(not there)
+        self.breaking.set_visibility(self._virtual())
+
+    def compute(self) -> Any:
+        """What was set is sent: another target while one is held, and what breaks."""
+        session = self.session
+        if session is None or not session.looks or session.running is not None:
+            return None
+        if session.looks[-1].state == "RUN":
+            session.ask(partial(switch_on, **self._wanted())).result(10)
+        if session.bench.plant is not None:
+            wanted = self._wanted(rest=False)
+            session.ask(partial(provoke, fault=self.word(self.broken), **wanted)).result(10)
+        return None
+
+    def _wanted(self, *, rest: bool = True) -> dict[str, Any]:
+        target = self.value("target")
+        safe = self.word(self.safe) or ("release" if not rest else "")
+        made = regulator_for(
+            str(self.address.value), self.desk.line, target, safe, self.word(self.law),
+            self.value("sensor_range"),
+        )  # fmt: skip
+        more = {"rest": self.word(self.rest)} if rest else {}
+        return {"regulator": made, "target": target, **more}
+
+    def draw(self, result: Any) -> None:
+        """Nothing: what the bench does is drawn as it comes."""
+
+    async def _tried(self, what: Callable[[], Any]) -> Any:
+        """Its result, computed elsewhere; a refusal stands on the page, and None comes back."""
+        if self.problem is not None:
+            self.problem.say("")
+        try:
+            made = await elsewhere(what)
+            return await asyncio.wrap_future(made) if isinstance(made, Future) else made
+        except LayerjamError as error:
+            if self.problem is not None:
+                self.problem.say(one_line(error))
+            return None
+
+    async def _connect(self) -> None:
+        self.present.beat()
+        address, target = str(self.address.value).strip(), self.value("target")
+        self.link.set_enabled(False)
+        self.session = await self._tried(partial(Session.connect, address, self.present, target))
+        gone = self.client is None or self.client.is_deleted
+        if self.session is not None and gone:
+            self._leave()
+        self._see()
+
+    def _disconnect(self) -> None:
+        if self.session is not None:
+            self.session.close()
+        self.session = None
+        self._see()
+
+    def _leave(self) -> None:
+        if self.session is not None:
+            self.session.close()
+        if self.folder is not None:
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+    async def _do(self, act: Callable[[Any], Any]) -> Any:
+        session = self.session
+        if session is None:
+            if self.problem is not None:
+                self.problem.say("Nothing is connected")
+            return None
+        return await self._tried(lambda: session.ask(act))
+
+    def _undeclared(self) -> str:
+        if not self.word(self.safe):
+            return "Choose where a fault should end: release or hold"
+        return "" if self.word(self.rest) else "Choose what the vent valve does without power"
+
+    async def _on(self) -> None:
+        missing = self._undeclared()
+        if missing and self.problem is not None:
+            self.problem.say(missing)
+            return
+        wanted = await self._tried(self._wanted)
+        if wanted is not None:
+            await self._do(partial(switch_on, **wanted))
+
+    async def _off(self) -> None:
+        self._stop()
+        await self._do(lambda bench: bench.off())
+
+    async def _clear(self) -> None:
+        await self._do(lambda bench: bench.clear())
+
+    def _stop(self) -> None:
+        session = self.session
+        if session is not None and session.running is not None:
+            session.running.ask()
+
+    async def _run(self) -> None:
+        missing = self._undeclared()
+        if missing and self.problem is not None:
+            self.problem.say(missing)
+            return
+        wanted = await self._tried(self._wanted)
+        session = self.session
+        if session is None or wanted is None:
+            await self._do(lambda bench: None)
+            return
+        if self.folder is None:
+            self.folder = Path(tempfile.mkdtemp(prefix="layerjam-workbench-"))
+        made, rest = wanted["regulator"], wanted["rest"]
+
+        def declare(bench: Any) -> None:
+            bench.off()
+            bench.safe_state, bench.vent_rest, bench.regulator = made.safe_state, rest, made
+
+        meta: dict[str, object] = {
+            "line_toml": self.desk.line.text,
+            "brake_toml": self.desk.brake.text,
+        }
+        out = self.folder / "run.ljrun"
+
+        def record() -> Future[Executed]:
+            session.ask(declare).result(10)
+            return session.record(str(self.procedure.value), out, meta)
+
+        self.outcome.set_text("Running …")
+        self.done = await self._tried(record)
+        self.outcome.set_text(_ended(self.done) if self.done is not None else "")
+        self.keep.set_visibility(self.done is not None)
+
+    async def _give(self, ending: str) -> None:
+        if self.done is None:
+            return
+        file = self.done.file
+        if ending == ".ljrun":
+            ui.download.content(file.read_bytes(), file.name, "application/vnd.sqlite3")
+            return
+        out = file.with_suffix(ending)
+        if await self._tried(partial(export, file, out, force=True)) is not None:
+            ui.download.content(out.read_bytes(), out.name, "text/csv")
+
+    def _draw_live(self) -> None:
+        session = self.session
+        if session is None or self.desk.state.page != self.name:
+            if session is None and self._drawn is not None:
+                self._drawn = None
+                self.words.set_text(NOT_YET)
+                self.number.set_text("–")
+            return
+        if session.lost:
+            self.words.set_text(f"The line is gone: {session.lost}")
+            self._disconnect()
+            return
+        looks = list(session.looks)
+        if not looks or looks[-1] is self._drawn:
+            return
+        self._drawn = looks[-1]
+        self.banner.set_text(SIMULATED if session.bench.simulated else "")
+        self._say(looks[-1])
+        end = looks[-1].time
+        shown = [look for look in looks if look.time >= end - WINDOW]
+        since = [look.time - end for look in shown]
+        vacuum = [float("nan") if k.vacuum is None else k.vacuum / KPA for k in shown]
+        wanted = [look.target / KPA for look in shown]
+        top = max([50.0, *(1.15 * v for v in (*vacuum, *wanted) if v == v)])
+        curves = [
+            Curve(since, wanted, "good", "target", dashed=True, width=1.5),
+            Curve(since, vacuum, "main", "vacuum"),
+        ]
+        axes: dict[str, Any] = {"x": "time before now [s]", "y": "vacuum [kPa]"}
+        axes |= {"x_range": (-WINDOW, 0), "y_range": (0, -(-top // 10) * 10)}
+        made = options(curves, dark=self.dark, **axes)
+        # at the end they lie on each other, their names must not
+        for series, shift in zip(made["series"], (7, -7), strict=True):
+            series["endLabel"]["offset"] = [0, shift]
+        live.draw(self.curve, made)
+
+    def _say(self, look: Look) -> None:
+        vacuum = "no reading" if look.vacuum is None else f"{look.vacuum / KPA:.1f} kPa"
+        self.number.set_text(vacuum)
+        state = STATES.get(look.state, look.state)
+        self.words.set_text(f"{state}: {look.fault}" if look.fault else state)
+        vent = "open" if look.vent else "closed"
+        self.facts.set_text(f"Target {show(look.target, 'Pa')}, pump {look.pump:.0%}, vent {vent}")
+
+
+def _ended(done: Executed) -> str:
+    """How a run ended, in a sentence."""
+    missing = f"{done.gaps} samples are missing" if done.gaps else "no sample is missing"
+    kept = f"{done.samples} samples are in its file, with those of before it began; {missing}."
+    if done.reason is None:
+        return f"All steps carried out in {done.duration:.1f} s. {kept}"
+    return f"Ended after {done.duration:.1f} s: {done.reason}. {kept}"
