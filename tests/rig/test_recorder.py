@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 
 from layerjam.errors import FileError
 from layerjam.measure.runs import read_run
-from layerjam.rig import run_file
+from layerjam.rig import recorder, run_file
 from layerjam.rig.address import address_of
 from layerjam.rig.driver import InstrumentError
+from layerjam.rig.line import LineError
 from layerjam.rig.recorder import Recorder, check_board
 from layerjam.rig.run_file import RecordingError, RunFile, check_place, file_system
 from layerjam.rig.telemetry import RECORD, fit_clock, unwrapped
@@ -71,11 +72,11 @@ def opened(path: Path, board: Any) -> Recorder:
 @pytest.mark.parametrize("uptime", [0, 2**32 - 3_000_000])
 def test_every_sample_once_and_its_clock_counts_on(tmp_path: Path, uptime: int) -> None:
     board, path = Board(uptime=uptime), tmp_path / "a.ljrun"
-    recorder = opened(path, board)
+    made = opened(path, board)
     for _ in range(5):
         board.run(150)
-        recorder.pump()
-    recorder.file.close("FINISHED")
+        made.pump()
+    made.file.close("FINISHED")
     run = read_run(path)
     assert run.outcome == "FINISHED" and not run.interrupted and run.gaps == 0
     assert np.array_equal(run.columns["seq"], np.arange(750))
@@ -89,8 +90,8 @@ def test_nothing_is_acknowledged_before_it_is_on_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     board = Board()
-    recorder = opened(tmp_path / "a.ljrun", board)
-    add = recorder.file.add
+    made = opened(tmp_path / "a.ljrun", board)
+    add = made.file.add
 
     def noted(*given: Any) -> None:
         add(*given)
@@ -98,14 +99,14 @@ def test_nothing_is_acknowledged_before_it_is_on_disk(
             seen = stranger.execute("SELECT max(seq) FROM samples").fetchone()[0]
         board.acts.append(f"on disk to {seen}")
 
-    monkeypatch.setattr(recorder.file, "add", noted)
+    monkeypatch.setattr(made.file, "add", noted)
     for _ in range(2):
         board.run(30)
-        recorder.pump()
+        made.pump()
     assert board.acts == [
         "fetch", "on disk to 29", "acknowledge", "fetch", "on disk to 59", "acknowledge",
     ]  # fmt: skip
-    recorder.file.close("FINISHED")
+    made.file.close("FINISHED")
 
 
 @settings(max_examples=8, deadline=None)
@@ -123,9 +124,9 @@ def test_killed_anywhere_it_misses_nothing_and_doubles_nothing(
     path = tmp_path_factory.mktemp("kills") / "a.ljrun"
     board = Board(uptime=2**32 - 5_000_000)
     for samples, dies_after in lives:
-        recorder = opened(path, board)
+        made = opened(path, board)
         board.run(samples)
-        target: Any = recorder.file if dies_after == "add" else board
+        target: Any = made.file if dies_after == "add" else board
         if dies_after:
             name = {"fetch": "stream"}.get(dies_after, dies_after)
             act = getattr(target, name)
@@ -137,16 +138,16 @@ def test_killed_anywhere_it_misses_nothing_and_doubles_nothing(
             setattr(target, name, dying)
         try:
             while board.kept < board.made:
-                recorder.pump()
+                made.pump()
         except Killed:
             pass
         if dies_after:
             delattr(target, name)
-        recorder.file.close()
-    recorder = opened(path, board)
+        made.file.close()
+    made = opened(path, board)
     while board.kept < board.made:
-        recorder.pump()
-    recorder.file.close("FINISHED")
+        made.pump()
+    made.file.close("FINISHED")
     run = read_run(path)
     assert np.array_equal(run.columns["seq"], np.arange(board.made)) and run.gaps == 0
     assert np.array_equal(np.diff(run.columns["board_us"]), np.full(max(board.made - 1, 0), 10_000))
@@ -154,14 +155,14 @@ def test_killed_anywhere_it_misses_nothing_and_doubles_nothing(
 
 def test_what_the_ring_lost_is_counted_and_said(tmp_path: Path) -> None:
     board, path = Board(), tmp_path / "a.ljrun"
-    recorder = opened(path, board)
+    made = opened(path, board)
     board.run(100)
-    recorder.pump()
+    made.pump()
     board.run(ROOM + 123)
     while board.kept < board.made:
-        recorder.pump()
-    assert recorder.file.counts() == (ROOM + 100, 123, 1)
-    recorder.file.close("FINISHED")
+        made.pump()
+    assert made.file.counts() == (ROOM + 100, 123, 1)
+    made.file.close("FINISHED")
     run = read_run(path)
     assert run.gaps == 123 and any("123 samples are missing" in text for *_, text in run.events)
     assert run.columns["time"][100] == pytest.approx(2.23)
@@ -171,16 +172,16 @@ def test_a_board_that_starts_anew_is_another_boot(tmp_path: Path) -> None:
     """Time goes on by the host's clock, and never back, whatever the calendar does."""
     path, now = tmp_path / "a.ljrun", [10**12, 10**18]
     first, second = Board(boot=900), Board(boot=3)
-    recorder = opened(path, first)
-    recorder._clocks = lambda: (now[0], now[1])
+    made = opened(path, first)
+    made._clocks = lambda: (now[0], now[1])
     first.run(200)
-    recorder.pump()
+    made.pump()
     now[:] = now[0] + 5 * 10**9, now[1] - 3600 * 10**9
-    recorder.bench = second  # type: ignore[assignment]
+    made.bench = second  # type: ignore[assignment]
     second.run(200)
-    recorder.pump()
-    assert recorder.file.counts() == (400, 0, 2)
-    recorder.file.close("FINISHED")
+    made.pump()
+    assert made.file.counts() == (400, 0, 2)
+    made.file.close("FINISHED")
     run = read_run(path)
     assert run.boots == (900, 3) and run.meta["boots"].split() == ["00000384", "00000003"]
     assert run.columns["boot"].tolist() == [900] * 200 + [3] * 200
@@ -193,17 +194,17 @@ def test_a_board_that_starts_anew_is_another_boot(tmp_path: Path) -> None:
 
 def test_an_open_file_is_read_and_a_second_recorder_refused(tmp_path: Path) -> None:
     board, path = Board(), tmp_path / "a.ljrun"
-    recorder = opened(path, board)
+    made = opened(path, board)
     board.run(50)
-    recorder.pump()
+    made.pump()
     assert read_run(path).interrupted and read_run(path).samples == 50
     with pytest.raises(FileError, match="another recorder"):
         RunFile.resume(path)
     with pytest.raises(FileError, match="exists already"):
         RunFile.create(path, META)
     board.run(50)
-    recorder.pump()
-    recorder.file.close()
+    made.pump()
+    made.file.close()
     assert read_run(path).samples == 100
     other = Board()
     other.identity = "layerjam,test bench,T2,0"
@@ -219,15 +220,15 @@ def test_an_open_file_is_read_and_a_second_recorder_refused(tmp_path: Path) -> N
 
 def test_a_full_disk_acknowledges_nothing(tmp_path: Path) -> None:
     board, path = Board(), tmp_path / "a.ljrun"
-    recorder = opened(path, board)
-    pages = recorder.file._base.execute("PRAGMA page_count").fetchone()[0]
-    recorder.file._base.execute(f"PRAGMA max_page_count = {pages + 6}")
+    made = opened(path, board)
+    pages = made.file._base.execute("PRAGMA page_count").fetchone()[0]
+    made.file._base.execute(f"PRAGMA max_page_count = {pages + 6}")
     with pytest.raises(RecordingError, match="full"):
         for _ in range(50):
             board.run(100)
-            recorder.pump()
+            made.pump()
     kept = board.kept
-    recorder.file.close("DISK_FULL")
+    made.file.close("DISK_FULL")
     run = read_run(path)
     assert 0 < kept < board.made and run.samples == kept
     assert np.array_equal(run.columns["seq"], np.arange(kept))
@@ -309,3 +310,72 @@ def test_the_hosts_clock_over_the_boards(rate: float, begin: int, seed: int) -> 
     fit = fit_clock(board + 5_000_000, host)
     assert fit.rate == pytest.approx(rate, abs=3e-6)
     assert fit.begin == pytest.approx(begin, abs=2e5) and 0 < fit.delay < 2e6
+
+
+class Cable(Board):
+    """A board whose line is pulled after so many blocks; `makes` samples come between two."""
+
+    safe_state = vent_rest = None
+    simulated = False
+
+    def __init__(self, blocks: int, makes: int = 60) -> None:
+        super().__init__()
+        self.blocks, self.makes, self.closed = blocks, makes, 0
+
+    def ask(self, query: str) -> str:
+        return "0"
+
+    def stream(self, count: int) -> tuple[np.ndarray, int]:
+        self.run(self.makes)
+        self.blocks -= 1
+        if self.blocks == 0:
+            raise LineError("the serial line is gone")
+        return super().stream(count)
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def test_a_cable_is_pulled_and_put_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same board goes on without a gap; a while without a line costs nothing either."""
+    board, tries = Cable(blocks=5), iter([True, False, False, True])
+
+    def found(address: object) -> Cable:
+        if not next(tries):
+            raise FileError(address, "cannot be had")
+        return board
+
+    monkeypatch.setattr(recorder, "open_bench", found)
+    said: list[str] = []
+    made = recorder.log("tcp:127.0.0.1:1", tmp_path / "a.ljrun", duration=8.0, say=said.append)
+    assert (made.outcome, made.gaps, made.boots, made.simulated) == ("FINISHED", 0, 1, False)
+    assert len(said) == 2 and board.closed == 2
+    kinds = [text for *_, kind, text in read_run(made.file).events if kind == "link"]
+    assert kinds == ["the line is lost: the serial line is gone", "the line is there again"]
+
+
+def test_another_board_on_the_cable_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = Cable(blocks=3), Cable(blocks=99)
+    second.identity = "layerjam,test bench,T2,0"
+    boards = iter([first, second])
+    monkeypatch.setattr(recorder, "open_bench", lambda address: next(boards))
+    with pytest.raises(FileError, match="board T1"):
+        recorder.log("tcp:127.0.0.1:1", tmp_path / "a.ljrun", duration=8.0)
+    assert (first.closed, second.closed) == (2, 1)
+    assert read_run(tmp_path / "a.ljrun").samples == 120
+
+
+def test_a_line_that_stays_down_ends_a_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    boards = iter([Cable(blocks=3)])
+
+    def found(address: object) -> Cable:
+        for board in boards:
+            return board
+        raise FileError(address, "cannot be had")
+
+    monkeypatch.setattr(recorder, "open_bench", found)
+    made = recorder.log("tcp:127.0.0.1:1", tmp_path / "a.ljrun", patience=0.3)
+    assert (made.outcome, made.reason) == ("LINE_LOST", "the serial line is gone")
+    assert made.samples == 120 and read_run(made.file).outcome == "LINE_LOST"

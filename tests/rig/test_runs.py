@@ -175,6 +175,10 @@ def test_a_log_is_read_as_it_is(recorded: Path, tmp_path: Path) -> None:
     assert read.reading == "vacuum" and "temperature" not in read.log
     assert np.allclose(read.log["time"], run.columns["time"], atol=5e-7)
     assert np.array_equal(read.absolute, np.maximum(101325.0 - run.columns["vacuum"], 1.0))
+    # the run itself reads the same
+    own = read_pressure(recorded, ReadingOptions(), 101325.0)
+    assert np.array_equal(own.absolute, read.absolute)
+    assert np.array_equal(own.log["time"], read.log["time"])
     facts = read_facts(out)
     assert facts.synthetic and facts.vacuum == 40e3 and facts.procedure == PROCEDURE
 
@@ -325,6 +329,24 @@ def test_a_line_that_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     with ready() as bench:
         made = bench.run(PROCEDURE, out=tmp_path / "a.ljrun")
     assert made.outcome == "LINE_LOST" and read_run(made.file).outcome == "LINE_LOST"
+
+
+def test_a_board_that_is_reset_ends_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its number is another then, and its outputs are at rest anyway."""
+    stream, count = Bench.stream, 0
+
+    def anew(self: Bench, records: int = 200) -> tuple[np.ndarray, int]:
+        nonlocal count
+        count += 1
+        rows, boot = stream(self, records)
+        return rows, boot + (count > 20)
+
+    monkeypatch.setattr(Bench, "stream", anew)
+    with ready() as bench:
+        made = bench.run("hold 100 s", out=tmp_path / "a.ljrun")
+    run = read_run(made.file)
+    assert (made.outcome, made.reason) == ("LINE_LOST", "the board was reset during the run")
+    assert len(run.boots) == 2 and any("started anew" in text for *_, text in run.events)
 
 
 def test_another_has_locked_the_bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,8 @@ from layerjam.measure.readers.content import IN_CELL, Source
 from layerjam.measure.readers.encoding import decoded
 from layerjam.measure.readers.layouts import plain_table
 from layerjam.measure.readers.workbook import sheets
+from layerjam.measure.run_text import csv_text
+from layerjam.measure.runs import ENDING, read_run
 
 MAX_BYTES = 1_000_000_000
 _HEAD = 65_536
@@ -31,13 +33,17 @@ def load_source(path: str | Path) -> Source:
 
 
 def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
-    """A text file, or each sheet of a workbook that holds anything, or the one named `sheet`.
+    """A text file, a run of a bench as text, or each sheet of a workbook that holds anything.
+
+    With `sheet` the one of that name.
 
     Raises FileError where there is no such file or sheet, or nothing that is text.
     """
     name = str(path)
     if not name:
         raise FileError("''", "is an empty name; give the name of a file")
+    if Path(name).suffix == ENDING:
+        return [Source(name, csv_text(read_run(path)).encode(), "utf-8")]
     data = _read(name, path)
     if not data or data.isspace():
         raise FileError(name, "is empty")
