@@ -21,8 +21,6 @@ from layerjam.rig.observer import drawn
 from layerjam.units import show
 
 PAGE = Path(__file__).parent.parent / "docs" / "bench-faults.md"
-LOST = 0.1
-"""Share of the target that is missing when a drift has done harm."""
 
 
 def between(page: str, name: str, rows: list[str]) -> str:
@@ -99,9 +97,7 @@ def drifts(runs: int) -> list[str]:
             lost, doubted, named, second = [], [], 0, []
             for n in range(runs):
                 trial = tried(one, drawn(one.behind, "sensor-drift", n, 0, size=rate))
-                trace = one.bench()[1].plant.trace or []
-                low = (1 - LOST) * trial.plan.case.target
-                lost += [row[0] - trace[0][0] for row in trace if row[3] < low][:1]
+                lost += [] if trial.lost_after is None else [trial.lost_after]
                 doubted += [] if trial.doubted_after is None else [trial.doubted_after]
                 named += trial.named is not None
                 other = tried(two, drawn(two.behind, "sensor-drift", n, 0, size=rate))

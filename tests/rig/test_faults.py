@@ -86,6 +86,12 @@ def test_a_drift_is_doubted_by_the_board_when_the_plant_says_so(
             bit = int(bed.bench()[0].ask("STAT:QUES?")) & 1024
             assert (trial.doubted_after is not None) == doubted == bool(bit), size
             assert trial.named is None and trial.safe_after is None and trial.met
+            if doubted:  # what is missing has climbed, less what the vent did not yet give away
+                case = trial.plan.case
+                band = case.regulator.vents_above  # held is what is as near as this
+                assert trial.lost_after is not None
+                climbed = size * trial.lost_after - 0.1 * case.target
+                assert -band - 250 <= climbed <= band + 250 + 2 * size
 
 
 @pytest.mark.slow

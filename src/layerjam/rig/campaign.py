@@ -50,6 +50,8 @@ class Trial:
     vacuum_after: float
     doubted_after: float | None
     """Until the third opening of the vent within a minute."""
+    lost_after: float | None
+    """Until a tenth of the target was missing; at once where it had not been reached."""
     trouble: str = ""
     """What kept the run from its end."""
 
@@ -181,8 +183,14 @@ def tried(bed: Bed, plan: Plan) -> Trial:
         deadline=deadline if math.isfinite(deadline) else None,
         vacuum_after=observer.vacuum if observer else math.nan,
         doubted_after=observer.openings(VENTS, VENT_WINDOW) if observer else None,
+        lost_after=_after(observer.lost, observer.event) if observer else None,
         trouble=trouble,
     )
+
+
+def _after(time: float | None, event: float | None) -> float | None:
+    """Time [s] from an event, None where one of both did not come."""
+    return None if time is None or event is None else time - event
 
 
 def _through(bench: Bench, board: VirtualBoard, observer: Observer) -> int | None:

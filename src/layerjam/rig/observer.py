@@ -8,8 +8,10 @@ import random
 import threading
 from dataclasses import dataclass, replace
 
+from layerjam.control.plant import Plant
 from layerjam.control.settings import KINDS as LAWS
 from layerjam.control.settings import Regulator
+from layerjam.fluid.line import Sensor
 from layerjam.rig.kinds import DRIFTS, KINDS, LEASES, STALLS, Case, FaultKind, Moment
 from layerjam.rig.plant import Behind, VirtualPlant
 
@@ -29,6 +31,8 @@ MARGIN = 2.0
 """Time [s] beyond twice the deadline for which a fault is watched."""
 LONGEST = 600.0
 """Time [s] for which a fault is watched that nothing is promised for."""
+TENTH = 0.1
+"""Share of the target whose loss is noted."""
 GONE = 0.02
 """Share of the target below which the vacuum is gone."""
 SLOW = 1e-3
@@ -58,6 +62,12 @@ class Plan:
         return KINDS[self.name]
 
 
+def highest_target(plant: Plant, sensor: Sensor) -> float:
+    """The highest vacuum [Pa] that is asked for, with room above it for pump and sensor."""
+    highest = TARGETS[1] * min(plant.reach, sensor.range)
+    return highest if plant.passage is None else min(highest, plant.passage.vacuum)
+
+
 def drawn(behind: Behind, name: str, number: int, seed: int, size: float | None = None) -> Plan:
     """The `number`-th run of a fault: the same for the same seed, whatever else is run.
 
@@ -81,7 +91,7 @@ def drawn(behind: Behind, name: str, number: int, seed: int, size: float | None 
         kind=draw.choice(list(LAWS)),
         safe_state="release" if behind.normally_open else "hold",
     )
-    target = draw.uniform(*TARGETS) * min(plant.reach, behind.sensor.range)
+    target = draw.uniform(TARGETS[0] / TARGETS[1], 1.0) * highest_target(plant, behind.sensor)
     band = regulator.half_band if regulator.kind == "bang-bang" else 1 / regulator.gains().gain
     highest = min(LEVELS[1] * target, target - FULL * band)
     level = max(draw.uniform(LEVELS[0] * target, max(highest, 0.0)), 0.0)
@@ -125,6 +135,8 @@ class Observer:
         """From when on the deadline counts [s]."""
         self.since: float | None = None
         """Since when the outputs are safe [s]."""
+        self.lost: float | None = None
+        """When a tenth of the target was missing [s]."""
         self.vacuum = math.nan
         """True vacuum at the end [Pa]."""
         self.began: float | None = None
@@ -178,6 +190,8 @@ class Observer:
 
     def _look(self, now: float) -> None:
         plant, case = self.plant, self.plan.case
+        if self.lost is None and plant.vacuum < (1 - TENTH) * case.target:
+            self.lost = now
         if plant.outputs != self._safe:
             self.since = None
         elif self.since is None and plant.trace:

@@ -16,7 +16,7 @@ from layerjam.rig.board import VirtualBoard, connect
 from layerjam.rig.campaign import LONG_LEASE, accelerated
 from layerjam.rig.driver import Bench
 from layerjam.rig.link import SESSION, BoardLink
-from layerjam.rig.observer import TARGETS
+from layerjam.rig.observer import highest_target
 from layerjam.rig.telemetry import records
 
 PERIOD = 10_000
@@ -129,7 +129,7 @@ def _ready(bench: Bench, board: VirtualBoard, kind: str) -> float:
     made = board.plant.behind
     safe = "release" if made.normally_open else "hold"
     regulator = Regulator(plant=made.plant, sensor=made.sensor, kind=kind, safe_state=safe)
-    highest = TARGETS[1] * min(made.plant.reach, made.sensor.range)
+    highest = highest_target(made.plant, made.sensor)
     validate(regulator, highest)
     bench.safe_state = safe
     bench.vent_rest = "open" if made.normally_open else "closed"
