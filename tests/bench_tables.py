@@ -119,9 +119,14 @@ def main() -> None:
     asked = parser.parse_args()
     said = [json.loads(file.read_text("utf-8")) for file in asked.files]
     tables: dict[str, list[str]] = {}
+    campaign: dict[str, Any] = {}
     for one in said:
-        if "left_out" in one:
-            tables["faults"] = faults(one)
+        if "left_out" in one:  # a fault that was tried again replaces its row
+            rows = {row["fault"]: row for row in [*campaign.get("faults", ()), *one["faults"]]}
+            whole = campaign.get("complete", True) and one["complete"]
+            campaign = {**one, "faults": list(rows.values()), "complete": whole}
+            campaign["missed"] = sum(row["missed"] for row in rows.values())
+            tables["faults"] = faults(campaign)
     if soaked := [one for one in said if "wraps" in one]:
         tables["soak"] = soaks(soaked)
     if asked.drift:

@@ -141,6 +141,21 @@ def test_a_leak_takes_the_vacuum_out_of_its_band_in_time() -> None:
     assert case.falls(0.0, 0.0) == case.falls(1.0, 2 * case.target) == math.inf
 
 
+def test_an_open_valve_shows_when_the_pump_looks_weak() -> None:
+    """The closed form against steps of a plant that pumps with its vent open."""
+    case = drawn(BEHIND, "vent-stuck-open", 0, 0).case
+    plant = VirtualPlant(replace(BEHIND, plant=case.regulator.plant))
+    plant.set_outputs(1.0, False)
+    assert plant.outputs == (1.0, True), "a valve that rests open, without power"
+    made, before, share = case.regulator.plant, 0.0, 1.0
+    while share > case.regulator.weak_ratio / 2:
+        before = plant.vacuum
+        plant.advance(1e-4)
+        share = (plant.vacuum - before) / (1e-4 * made.rate * (made.top - before))
+    lasts = KINDS["vent-stuck-open"].deadline(case) - case.detected["WEAK_PUMP"]
+    assert lasts == pytest.approx(plant.time, abs=1e-3)
+
+
 def test_something_happens_between_two_samples() -> None:
     """The plant breaks at its moment: the pump stops a third of a sample in."""
     plant, half = VirtualPlant(BEHIND), VirtualPlant(BEHIND)

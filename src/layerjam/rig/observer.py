@@ -97,7 +97,7 @@ def drawn(behind: Behind, name: str, number: int, seed: int, size: float | None 
     level = max(draw.uniform(LEVELS[0] * target, max(highest, 0.0)), 0.0)
     sizes = {
         "sensor-drift": draw.choice(DRIFTS),
-        "tick-late": draw.uniform(*STALLS),
+        "tick-late": round(draw.uniform(*STALLS), 3),
         "sensor-rail": draw.choice((-1.0, 1.0)),
     }
     case = Case(
