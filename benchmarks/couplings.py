@@ -72,9 +72,7 @@ COUPLINGS: tuple[tuple[str, Coupling], ...] = (
 
 def table() -> str:
     """Errors of the slip [um] as a table in Markdown."""
-    drop = lj.drop(
-        "choi2018-kapton", mass=MASS, speed=SPEED, vacuum=VACUUM, rope_stiffness=ROPE
-    )
+    drop = lj.drop("choi2018-kapton", mass=MASS, speed=SPEED, vacuum=VACUUM, rope_stiffness=ROPE)
     exact = float(drop.slip or 0)
     head = "| coupling | " + " | ".join(f"{1e3 * step:g} ms" for step in STEPS) + " |"
     rows = [head, "|---|" + "---|" * len(STEPS)]

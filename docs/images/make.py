@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,16 +14,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(__file__).parent
-NAMES = ("kapton", "rise", "regulators", "forces", "warned", "coupling")
+NAMES = ("kapton", "engines", "rise", "regulators", "forces", "warned", "coupling")
 VACUUMS = (94.5e3, 65.5e3, 31.0e3, 0.0)
 
 
 def draw(name: str, path: Path) -> Path:
-    """One picture by name, `kapton` or a function of report/line_pictures.py."""
+    """One picture by name: a function of this file or of report/line_pictures.py."""
     jax.config.update("jax_enable_x64", True)
     from layerjam.report import fluid_figures, line_pictures, style
 
-    here = {"kapton": kapton, "rise": fluid_figures.fig5}
+    here = {"kapton": kapton, "engines": engines, "rise": fluid_figures.fig5}
     figure = here[name]() if name in here else getattr(line_pictures, name)()
     return style.save(figure, path, force=True)
 
@@ -59,6 +60,46 @@ def kapton() -> Figure:
         )  # fmt: skip
         right.set(xlabel="vacuum [kPa]", xlim=(0, 102), ylim=(0, 200))
         style.title(right, "Which vacuum for 100 N?", "computed; after 20 mm of slip")
+    return figure
+
+
+SHAPES = "osD^vP"
+
+
+def engines() -> Figure:
+    """The same drop in six engines, as benchmarks/engines.py measured it: slip, and its error."""
+    from layerjam.report import style
+
+    record = json.loads((HERE / "engines.json").read_text(encoding="utf-8"))
+    with style.look():
+        figure, (left, right) = style.canvas(
+            columns=2, width=9.6, height=3.9, gridspec_kw={"width_ratios": (1.1, 1)}
+        )
+        known = list(zip(record["engines"].items(), style.CYCLE, SHAPES, strict=True))
+        errors = []
+        for row, ((name, found), color, shape) in enumerate(known):
+            slip = np.array(found["slip"])
+            times = record["step"] * (np.arange(len(slip)) + found["ahead"])
+            seen = slice(row, None, len(known))  # one engine after the other along the curve
+            left.plot(times[seen] * 1e3, slip[seen] * 1e3, shape, color=color, ms=5)
+            error = (slip[-1] - record["exact"]) * 1e6
+            right.plot([0, error], [row, row], color=color, lw=1.2)
+            right.plot(error, row, shape, color=color, ms=7)
+            errors.append((error, row, f"{name} {error:+.1f}".replace("-", "−"), color))
+        exact = record["exact"] * 1e3
+        style.level(left, exact, f"closed form {exact:.3f} mm", style.INK, at=0.02)
+        style.panel(
+            left, "1 kg falls into the brake at 2.5 m/s", "Kapton, 94.5 kPa, rope 16.8 kN/m",
+            xlabel="time [ms]", ylabel="slip [mm]", xlim=(0, 30), ylim=(0, 20),
+        )  # fmt: skip
+        style.panel(
+            right, "Five engines err alike, OpenSim hardly",
+            f"steps of {record['step'] * 1e3:g} ms; measured on {record['day']}",
+            xlabel="error of the slip [µm]", xlim=(-20, 130), ylim=(5.6, -0.6), yticks=(),
+        )  # fmt: skip
+        right.axvline(0, color=style.GREY, lw=1)
+        for error, row, text, color in errors:
+            style.label(right, error + 5, row, text, color, ha="left", weight="bold")
     return figure
 
 

@@ -196,7 +196,7 @@ def test_citation_has_the_version_and_the_paper() -> None:
     assert f"## {__version__}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", ["kapton", "regulators"])
+@pytest.mark.parametrize("name", ["kapton", "engines", "regulators"])
 def test_picture_is_what_the_script_draws(name: str, tmp_path: Path) -> None:
     """The other pictures take longer; what they draw is drawn in the report's test."""
     committed = ROOT / "docs" / "images" / f"{name}.svg"

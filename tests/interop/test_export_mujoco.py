@@ -83,11 +83,13 @@ def test_a_brake_that_would_snap_is_said_and_strict_stops(tmp_path):
 
 @MUJOCO
 def test_the_model_opens_and_its_library_is_the_plugin(tmp_path):
+    """Also a second time: `import mujoco` loads one where layerjam is installed."""
     made = export_mujoco("choi2018-kapton", out=tmp_path / "made")
     assert made.library in made.files and made.mujoco_version
+    (tmp_path / "made" / "again.so").write_bytes((tmp_path / "made" / made.library).read_bytes())
     code = (
         "import ctypes, mujoco as m\n"
-        f"ctypes.CDLL('./{made.library}')\n"
+        f"ctypes.CDLL('./{made.library}'), ctypes.CDLL('./again.so')\n"
         "model = m.MjModel.from_xml_path('brake.xml'); d = m.MjData(model)\n"
         "m.mj_resetDataKeyframe(model, d, 0); m.mj_step(model, d, nstep=4000)\n"
         "print(d.plugin_state[3] == 0, -d.actuator_force[0])"

@@ -288,6 +288,7 @@ static void advance(const mjModel *m, mjData *d, int instance)
 __attribute__((constructor)) static void layerjam_register(void)
 {
     mjpPlugin plugin;
+    int slot;
     if (mj_version() != mjVERSION_HEADER) {
         fprintf(stderr,
                 "layerjam.brake was built for MuJoCo %d and this is %d: run layerjam export mujoco "
@@ -295,6 +296,9 @@ __attribute__((constructor)) static void layerjam_register(void)
                 mjVERSION_HEADER, mj_version());
         return;
     }
+    /* MuJoCo ends the program for a name that it has already: a second copy of this library is fine */
+    if (mjp_getPlugin("layerjam.brake", &slot))
+        return;
     mjp_defaultPlugin(&plugin);
     plugin.name = "layerjam.brake";
     plugin.nattribute = (int)(sizeof ATTRIBUTES / sizeof *ATTRIBUTES);
