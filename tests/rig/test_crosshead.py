@@ -107,6 +107,32 @@ def test_two_contacts() -> None:
     assert patience(PULL, 0.0) == pytest.approx(2 * 40 / 13 + 10)
 
 
+def test_a_machine_started_and_ended_by_contacts(tmp_path: Path) -> None:
+    """The machine is a few lines of the test: it closes its contact 200 samples after the start."""
+    with ready() as bench:
+        plant = bench.plant
+        assert plant is not None
+        started: list[int] = []
+
+        class Machine(Trigger):
+            def begin(self, *given: Any) -> None:
+                super().begin(*given)
+                started.append(plant.asked)
+                plant.watch = close
+
+        def close() -> None:
+            plant.contact = plant.asked >= started[-1] + 200
+
+        made = bench.run(
+            "pull at 13 mm/s until 40 mm", out=tmp_path / "a.ljrun", crosshead=Machine()
+        )
+    run = read_run(made.file)
+    flags, seq = run.columns["flags"], run.columns["seq"]
+    closed, marked = seq[flags & 16 != 0], seq[flags & 4 != 0]
+    assert made.outcome == "FINISHED" and closed[0] == started[0] + 199
+    assert marked[0] <= started[0] and closed[0] < marked[-1]
+
+
 def test_a_virtual_machine_needs_a_virtual_board_of_its_own() -> None:
     brake, line = load("choi2018-kapton").brake, load_line("choi2018").line
     with pytest.raises(QuantityError, match="virtual is not allowed"):

@@ -56,6 +56,8 @@ class Bench:
         self.hal = hal
         self.ring = Ring()
         self.capture = capture.Capture(hal)
+        # a machine's contact, where the board has one
+        self.contact = getattr(hal, "external", None)
         self.headers: list[str] = []
         self.sessions = [status.Session(number) for number in range(SESSIONS)]
         self.boot = struct.unpack("<I", os.urandom(4))[0]
@@ -237,6 +239,8 @@ class Bench:
         self.watch_zero()
         self.capture.tick(self.micros)
         flags = self.vent | (2 if self.pump < 0 else 0) | self.sync << 2 | (8 if stopped else 0)
+        if self.contact is not None and self.contact():
+            flags |= 16
         power = min(int(abs(self.pump) * 255 + 0.5), 255)
         if self.ring.put(
             self.micros, self.reading, self.target, self.raw, self.warmth, power, flags,
