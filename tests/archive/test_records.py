@@ -203,6 +203,7 @@ def test_other_databases_are_left_alone(tmp_path: Path) -> None:
         ("mysql://me:secret@host/x", "cannot be used"),
         ("sqlite://", "cannot be used"),
         ("://", "no URL"),
+        ("postgresql:/me@host/x", "no URL"),
     ):
         for call in (lj.records_list, partial(lj.records_add, pull)):
             with pytest.raises(RecordsError, match=why) as caught:

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 import layerjam as lj
-from archive.samples import BRAKE, pull_file, run_file
+from archive.samples import BRAKE, pull_file, run_file, said
 from layerjam.archive.move import RecordsError
 
 pytestmark = pytest.mark.slow
@@ -110,10 +110,10 @@ def test_the_same_rows_and_refusals(db: str, tmp_path: Path) -> None:
         pull_file(tmp_path / "p.csv"),
         run_file(tmp_path / "r.ljrun", lost=2),
     ]
-    added = lj.records_add(paths, db=db)
-    assert len(added.ids) == 3 and not added.refused
-    again = lj.records_add(paths, db=db)
-    assert set(again.refused) == set(map(str, paths)) and not again.ids
+    code, added = said("add", *paths, "--db", db)
+    assert code == 0 and len(added["ids"]) == 3 and not added["refused"]
+    code, again = said("add", *paths, "--db", db)
+    assert code == 3 and set(again["refused"]) == set(map(str, paths)) and not again["ids"]
     counts = {"brakes": 1, "lines": 1, "boards": 1, "sensor_calibrations": 1, "runs": 1, "files": 3}
     for table, rows in counts.items():
         assert asked(db, f"SELECT count(*) FROM {table}") == [(rows,)]

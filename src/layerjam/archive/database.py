@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -37,7 +38,7 @@ def url_of(db: str | Path | None) -> URL:
     """
     if db is None:
         return URL.create("sqlite", database=str(default_file()))
-    if "://" not in str(db):
+    if not re.match(r"[\w+]{2,}:|:", str(db)):
         return URL.create("sqlite", database=str(db))
     allowed = "use sqlite:///FILE, postgresql://USER@HOST/NAME, or the path of a file"
     try:

@@ -21,6 +21,8 @@ STATED = (
     "safe_state",
 )
 """What `meta` says under the names that the table of runs has."""
+NONE = {"zero": 0.0, "gain": 1.0, "name": ""}
+"""What a board says whose sensor was never calibrated."""
 BOARD = {"serial": "board", "model": "model", "firmware": "firmware"}
 """{column of a board: key of `meta`}."""
 
@@ -96,7 +98,7 @@ def _inside(path: str, said: Mapping[str, str]) -> tuple[dict[str, Piece], list[
         columns = {name: said.get(key) for name, key in BOARD.items()}
         found["board"] = Piece(kind="board", columns=columns)
         text = said.get("sensor_calibration")
-        if text is not None:
+        if text is not None and _calibration(text) != NONE:
             found["sensor calibration"] = Piece(
                 kind="sensor calibration", columns={"said": text, **_calibration(text)}
             )

@@ -11,7 +11,7 @@ from layerjam.commands.results import Result, fact, result
 from layerjam.errors import MissingExtraError, Notice
 
 RecordsDatabase = Annotated[
-    str | Path | None,
+    str | None,  # a path would lose a slash of a URL
     Help(
         "File of the records, or URL of a PostgreSQL database; else a file in your data folder.",
         metavar="URL",
@@ -139,7 +139,7 @@ def _line(row: Mapping[str, Any]) -> str:
     return "  ".join(words)
 
 
-def _database(db: str | Path | None) -> Any:
+def _database(db: str | None) -> Any:
     """The database; MissingExtraError without SQLAlchemy."""
     with MissingExtraError.without("a database of records (SQLAlchemy)", "records"):
         import sqlalchemy  # noqa: F401
