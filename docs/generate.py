@@ -30,6 +30,7 @@ from layerjam.device.load import catalogue, load, materials
 from layerjam.measure.sidecar import Facts
 from layerjam.records.source import KINDS
 from layerjam.records.toml import parse_toml
+from layerjam.rig.circuit import load_circuit
 from layerjam.rig.headers import bounds, headers
 from layerjam.simulate.record import DropRecord, TensileRecord
 from layerjam.simulate.stick_slip import StickSlipRecord
@@ -300,6 +301,12 @@ def scpi_headers() -> str:
     return "\n\n".join(f"### {name}\n\n{table(head, rows)}" for name, rows in groups.items())
 
 
+def wiring_parts() -> str:
+    """What to buy for a bench."""
+    rows = [row(p.name, p.pick, p.status, p.source) for p in load_circuit("pico").parts]
+    return table(("part", "pick", "status", "where from"), rows)
+
+
 PARTS: dict[str, Callable[[], str]] = {
     f.__name__: f
     for f in (
@@ -314,6 +321,7 @@ PARTS: dict[str, Callable[[], str]] = {
         command_quantities,
         command_functions,
         scpi_headers,
+        wiring_parts,
     )
 }
 PARTS |= {

@@ -13,6 +13,7 @@ from layerjam.commands.bench_flash import bench_flash as bench_flash
 from layerjam.commands.bench_run import bench_export as bench_export
 from layerjam.commands.bench_run import bench_log as bench_log
 from layerjam.commands.bench_run import bench_run as bench_run
+from layerjam.commands.bench_wiring import bench_wiring as bench_wiring
 from layerjam.commands.bend import bend as bend
 from layerjam.commands.build import build as build
 from layerjam.commands.calibration import calibrate as calibrate

@@ -119,6 +119,7 @@ def test_generated_tables_are_what_the_code_says(generate: ModuleType) -> None:
         "commands.md",
         "reference.md",
         "scpi.md",
+        "wiring.md",
     }
     for page in pages:
         text = page.read_text(encoding="utf-8")

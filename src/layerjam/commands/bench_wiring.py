@@ -1,0 +1,66 @@
+"""`bench wiring`: how a board is wired, as a list, a check and a drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+from layerjam.commands.declare import Help, command
+from layerjam.commands.results import Result, fact, result
+from layerjam.errors import FileError
+
+
+@result
+class BoardWiring(Result):
+    """The wires of a board, and what contradicts itself in them."""
+
+    board: str = fact("the board")
+    pins: Sequence[Any] = fact(
+        "for each wire: pin of the socket, its label, what it is for, parts, where it ends",
+        listed=False,
+    )
+    conflicts: Sequence[str] = fact("what cannot be right; empty where nothing was found")
+    out: str | None = fact("where the drawing was written", default=None)
+
+
+@command(
+    "bench",
+    place=40,
+    under="bench",
+    examples=("layerjam bench wiring pico --out wiring.svg",),
+    computes=False,
+)
+def bench_wiring(
+    board: Annotated[str | Path, Help("A board's TOML file, or pico.", metavar="BOARD.toml")],
+    *,
+    out: Annotated[
+        str | Path | None, Help("Write the drawing to this SVG file.", metavar="FILE")
+    ] = None,
+) -> BoardWiring:
+    """List a board's wires, look for contradictions, and draw them.
+
+    Raises FileError for a file that is no board's, or that is there already; UnknownNameError for
+    a board that nobody knows.
+    """
+    from layerjam.rig.circuit import load_circuit
+
+    made = load_circuit(board)
+    if out is not None:
+        from layerjam.report.wiring import drawing
+
+        path = Path(out)
+        try:
+            with path.open("x", encoding="utf-8") as file:
+                file.write(drawing(made))
+        except FileExistsError:
+            raise FileError(path, "is there already") from None
+        except OSError as error:
+            raise FileError(path, error.strerror or "cannot be written") from None
+    return BoardWiring(
+        board=made.board,
+        pins=[asdict(wire) for wire in made.wires],
+        conflicts=made.conflicts(),
+        out=None if out is None else str(out),
+    )
