@@ -46,7 +46,7 @@ def test_a_healthy_bench_has_the_plants_own_rates(rest: str) -> None:
     ("broken", "wrong"),
     [
         (FaultInjection(sensor="nan"), "sensor-silent"),
-        (FaultInjection(pump=0.0), "pump-does-nothing"),
+        pytest.param(FaultInjection(pump=0.0), "pump-does-nothing", marks=pytest.mark.slow),
         pytest.param(FaultInjection(pump=-0.2), "pump-reversed", marks=pytest.mark.slow),
         pytest.param(FaultInjection(vent=0.0), "vent-does-nothing", marks=pytest.mark.slow),
     ],
@@ -88,6 +88,7 @@ def test_who_has_the_lock_and_five_seconds_in_all() -> None:
             check_bench(bench)
 
 
+@pytest.mark.slow
 def test_as_it_is_typed(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["bench", "check", "sim:choi2018?speed=50", "--vent-rest", "open", "--json"]
     assert main([*words, "--line", "choi2018"]) == 0
