@@ -58,10 +58,10 @@ fuzz: $(STAMP)
 # C kernel on other processors. Debian's cross compilers and emulators are installed where that is
 # possible; tests whose tools are missing say so.
 CROSS = gcc gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm qemu-user \
-  gcc-aarch64-linux-gnu libc6-dev-arm64-cross
+  gcc-aarch64-linux-gnu libc6-dev-arm64-cross libtbb12 wine
 
 interop: $(SIMULATORS)/.installed
-	@( for tool in qemu-system-arm arm-none-eabi-gcc aarch64-linux-gnu-gcc qemu-aarch64; do \
+	@( for tool in qemu-system-arm arm-none-eabi-gcc aarch64-linux-gnu-gcc qemu-aarch64 wine; do \
 	  command -v $$tool >/dev/null || exit 1; done ) || \
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(CROSS); } || \
 	  echo "not installed: $(CROSS); what needs them is skipped"

@@ -119,10 +119,7 @@ def test_the_lock_names_hashes_and_no_address(name: str) -> None:
 
 
 def test_every_dependency_is_in_a_lock() -> None:
-    """What is only wanted by `make interop` or `make bench-checks` is in the lock of that target.
-
-    `ziglang`, 411 MB of compilers, is wanted by nothing that is run here.
-    """
+    """What only `make interop` or `make bench-checks` wants is in the lock of that target."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     lock = "\n".join((ROOT / name).read_text(encoding="utf-8").lower() for name in LOCKS)
     asked = list(project["dependencies"])
@@ -130,7 +127,7 @@ def test_every_dependency_is_in_a_lock() -> None:
         asked += extra
     for line in asked:
         name = re.split(r"[\[<>=!~ ;]", line)[0].lower()
-        if name in ("layerjam", "ziglang"):
+        if name == "layerjam":
             continue
         assert re.search(rf"^{re.escape(name)}==", lock, re.MULTILINE), name
 

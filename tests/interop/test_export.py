@@ -35,7 +35,7 @@ def ran(*command: object) -> str:
 
 
 @CC
-@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize("precision", ["double", pytest.param("single", marks=pytest.mark.slow)])
 def test_exported_brake_compiles_and_pulls_as_the_law_does(tmp_path, precision):
     made = export_c("choi2018-kapton", out=tmp_path / "made", precision=precision)
     assert sorted(made.files) == sorted(p.name for p in (tmp_path / "made").iterdir())
@@ -51,7 +51,10 @@ def test_exported_brake_compiles_and_pulls_as_the_law_does(tmp_path, precision):
 
 
 @ARM
-@pytest.mark.parametrize("define", [(), ("-DLJ_SINGLE", "-fno-math-errno")])
+@pytest.mark.parametrize(
+    "define",
+    [(), pytest.param(("-DLJ_SINGLE", "-fno-math-errno"), marks=pytest.mark.slow)],
+)
 @pytest.mark.parametrize(
     ("chip", "most"),
     [

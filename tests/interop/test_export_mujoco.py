@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from importlib.metadata import entry_points
 
 import pytest
 
@@ -101,3 +103,28 @@ def test_the_model_opens_and_its_library_is_the_plugin(tmp_path):
     assert done.returncode == 0, done.stderr
     still, force = done.stdout.split()
     assert still == "True" and 0 <= float(force) < 30
+
+
+@MUJOCO
+@pytest.mark.slow
+@pytest.mark.skipif(
+    shutil.which("xvfb-run") is None or shutil.which("xwininfo") is None,
+    reason="Debian's xvfb and x11-utils are not installed",
+)
+def test_the_viewer_opens_a_window_with_the_model(tmp_path):
+    """The plugin comes through the entry point of the installed package; no line of code."""
+    if not any(one.name == "layerjam" for one in entry_points(group="mujoco.plugins")):
+        pytest.skip("layerjam is not installed: its entry point is not found")
+    export_mujoco("choi2018-kapton", out=tmp_path / "made")
+    script = f"""
+    "{sys.executable}" -m mujoco.viewer --mjcf=brake.xml & viewer=$!
+    for i in $(seq 60); do
+      xwininfo -root -tree | grep -q "a layer-jamming brake" && {{ kill $viewer; exit 0; }}
+      sleep 1
+    done
+    kill $viewer; exit 1"""
+    screen = ["xvfb-run", "-a", "-s", "-screen 0 1024x768x24", "sh", "-c", script]
+    done = subprocess.run(
+        screen, cwd=tmp_path / "made", capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -73,7 +73,9 @@ def test_parameters_carry_names_units_and_bounds_of_a_brake_file(version):
 
 @CC
 @BOTH
-@pytest.mark.parametrize("seed", [0, 2, 5, 11])
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 5, 11))]
+)
 def test_forces_are_the_kernels(made, version, seed):
     bent = replace(one(random_brakes(seed, 2, exponent=True), 0), vacuum_share=0.8)
     for brake, rope in ((KAPTON, 16.8e3), (PTFE, None), (bent, None)):

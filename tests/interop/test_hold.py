@@ -18,7 +18,11 @@ HERE = Path(__file__).parent
 
 @CC
 @pytest.mark.parametrize(
-    ("define", "calls"), [("-ULJ_SINGLE", 10_000_000), ("-DLJ_SINGLE", 1_000_000)]
+    ("define", "calls"),
+    [
+        ("-ULJ_SINGLE", 10_000_000),
+        pytest.param("-DLJ_SINGLE", 10_000_000, marks=pytest.mark.slow),
+    ],
 )
 def test_ten_million_calls_change_no_bit(tmp_path, define, calls):
     """At 0.999 of c L2, and after a slide; at 1.001 it slides."""

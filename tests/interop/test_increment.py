@@ -42,10 +42,8 @@ def traced(path, vacuum, compliance, dtype):
 
 
 @CC
-@pytest.mark.parametrize(
-    ("dtype", "newtons"),
-    [(jnp.float64, 1e-9), pytest.param(jnp.float32, 5e-3, marks=pytest.mark.slow)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("dtype", "newtons"), [(jnp.float64, 1e-9), (jnp.float32, 5e-3)])
 def test_the_increment_is_the_kernel(dtype, newtons):
     """In single precision up to where the sheets part: nobody holds anything beyond."""
     parted = 0

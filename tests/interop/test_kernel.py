@@ -56,6 +56,7 @@ def test_kernel_agrees_with_the_law(seed):
 
 
 @CC
+@pytest.mark.slow
 def test_the_same_with_an_exponent_a_share_of_the_vacuum_and_spacers():
     bent = replace(one(random_brakes(7, 2, exponent=True), 0), vacuum_share=0.8)
     assert all(gap(bent, seed)[0] <= 1 for seed in (1, 4))

@@ -47,6 +47,7 @@ def test_the_coupling_that_eats_energy_stops_short():
     assert drop(5e-4, coupling="explicit") == drop(5e-4)
 
 
+@SLOW
 def test_the_twin_without_a_compiler_drops_as_far(monkeypatch):
     def none(*_, **__):
         raise CompilerError("no C compiler found")

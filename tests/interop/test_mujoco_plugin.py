@@ -99,6 +99,20 @@ def test_a_held_load_keeps_every_bit(seconds):
     assert data.plugin_state[SLIP] == 0 and -data.actuator_force[0] == pytest.approx(156.9, abs=0.1)
 
 
+@pytest.mark.slow
+def test_frictionloss_creeps_where_the_brake_does_not():
+    """Its hardest setting, the same 16 kg and the same hour; benchmarks.creep prints the rest."""
+    hardest = 'frictionloss="175.43" solreffriction=".002 1" solimpfriction=".9999 .9999 .001 .5 2"'
+    text = falling(16.0, step=2e-3, stiffness=None)
+    joint = 'axis="0 0 -1"/>'
+    assert joint in text
+    model = mj.MjModel.from_xml_string(text.replace(joint, f'axis="0 0 -1" {hardest}/>'))
+    data = mj.MjData(model)
+    mj.mj_step(model, data, nstep=1_800_000)
+    print(f"frictionloss at its hardest: {1e3 * data.qpos[0]:.3f} mm in an hour under 16 kg")
+    assert 5e-3 < data.qpos[0] < 10e-3
+
+
 @pytest.mark.parametrize("late", [0.0, 0.3, 0.7])
 def test_a_light_body_at_a_coarse_step_gains_no_speed(late):
     """20 g on 131 kN/m at 2 ms."""
@@ -109,6 +123,7 @@ def test_a_light_body_at_a_coarse_step_gains_no_speed(late):
         mj.mj_step(model, data)
         fastest = max(fastest, abs(data.qvel[0]))
     assert fastest <= 2.5 * (1 + 1e-9)
+    assert data.plugin_state[SLIP] == 0 and data.qvel[0] == pytest.approx(-2.5, rel=1e-9)
     model, data = built(text, rope_stiffness=None, coupling="implicit")
     data.qpos[0], data.qvel[0] = -late * 5e-3, 2.5
     mj.mj_step(model, data, nstep=100)
@@ -227,10 +242,27 @@ def test_the_gradient_by_differences_sees_the_vacuum():
     ("before", "after", "words"),
     [
         ('key="contact" value="0.0273"', 'key="contact" value="-1"', "contact must be above zero"),
-        ('key="reach" value="0.045"', 'key="reach" value="4,5"', "reach is no number"),
-        ('key="overlap" value="0.068"', 'key="rest_length" value="0.1"', "overlap is missing"),
-        ('value="limited"', 'value="loose"', "coupling is 'loose'"),
-        ('key="contact"', 'key="kontakt"', "unrecognized attribute 'plugin:kontakt'"),
+        pytest.param(
+            'key="reach" value="0.045"',
+            'key="reach" value="4,5"',
+            "reach is no number",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            'key="overlap" value="0.068"',
+            'key="rest_length" value="0.1"',
+            "overlap is missing",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            'value="limited"', 'value="loose"', "coupling is 'loose'", marks=pytest.mark.slow
+        ),
+        pytest.param(
+            'key="contact"',
+            'key="kontakt"',
+            "unrecognized attribute 'plugin:kontakt'",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_wrong_attributes_are_named(before, after, words, tmp_path):
