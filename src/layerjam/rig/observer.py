@@ -27,6 +27,8 @@ WAITS = (0.2, 5.0)
 """Time [s] for which a vacuum is held before a fault."""
 PATIENCE = 120.0
 """Time [s] of the plant after which a moment that has not come does not come, nor a host's word."""
+FLOODED = 15.0
+"""Time [s] in which a board reads what a deaf host asks, until its 4 kB wait to be sent."""
 MARGIN = 2.0
 """Time [s] beyond twice the deadline for which a fault is watched."""
 LONGEST = 600.0
@@ -205,8 +207,10 @@ class Observer:
             more = MARGIN if self.event is not None else PATIENCE
             if passed > 2 * self._deadline + self._settle + more:
                 self._end()
-        elif passed >= self._deadline + self._settle and self._known:
-            self._end()  # what is safe by itself had the time to be named
+        elif self._known:  # what is safe by itself has to be named too
+            more = 0.0 if self.event is not None else FLOODED
+            if passed >= self._deadline + self._settle + more:
+                self._end()
 
     @property
     def _known(self) -> bool:
