@@ -142,3 +142,28 @@ class Emulated:
         self.say(text)
         assert self.run(seconds, lambda: self.heard.endswith(b"\n")), (text, bytes(self.heard))
         return self.heard[:-1].decode("ascii")
+
+    def executed(self, text: str, seconds: float) -> str:
+        """What a program prints at the board's prompt (raw mode: Ctrl-A, the text, Ctrl-D)."""
+        for part in ("\x01", *(text[i : i + 128] for i in range(0, len(text), 128)), "\x04"):
+            for byte in part.encode("ascii"):
+                self.usb.send_serial_byte(byte)
+            self.run(0.05)
+        assert self.run(seconds, lambda: self.heard.count(b"\x04") >= 2), bytes(self.heard)
+        return self.heard.decode("ascii", "replace")
+
+    def hold(self, reads: bool = False) -> None:
+        """The host reads nothing any more, or reads again what waits for it."""
+        usb = self.chip.usb_ctrl
+        usb.write_delay_microseconds = 10 if reads else 10**9
+        if reads:
+            for waiting in usb.endpoint_write_alarms:
+                if waiting.alarm.scheduled:
+                    waiting.alarm.schedule(10_000)
+
+    def hang(self) -> None:
+        """The core runs in a circle, with interrupts off, as after a stray pointer."""
+        core = self.chip.core
+        at = 0x20041000
+        self.chip.sram[at - 0x20000000 : at - 0x20000000 + 2] = b"\xfe\xe7"
+        core.pc, core.pm = at, True
