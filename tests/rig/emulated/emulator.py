@@ -132,9 +132,12 @@ class Emulated:
         self.heard.clear()
 
     def say(self, text: str) -> None:
-        """Send a line."""
-        for byte in text.encode("ascii") + b"\n":
-            self.usb.send_serial_byte(byte)
+        """Send a line; the emulated host holds 512 bytes at most."""
+        line = text.encode("ascii") + b"\n"
+        for at in range(0, len(line), 256):
+            for byte in line[at : at + 256]:
+                self.usb.send_serial_byte(byte)
+            assert self.run(1.0, lambda: not self.usb.tx_fifo.item_count), text
 
     def ask(self, text: str, seconds: float = 1.0) -> str:
         """The answer to one line that has one."""
