@@ -122,8 +122,8 @@ class Gateway:
         try:
             if session:
                 await self._serve(session, reader, writer, peer)
-        except (ConnectionError, LineError, TimeoutError):
-            pass  # the client or the board is gone
+        except (ConnectionError, LineError, TimeoutError, asyncio.CancelledError):
+            pass  # the client or the board is gone, or the gateway ends
         finally:
             if task is not None:
                 self._tasks.discard(task)
