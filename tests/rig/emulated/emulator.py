@@ -161,7 +161,7 @@ class Emulated:
         usb.write_delay_microseconds = 10 if reads else 10**9
         if reads:
             for waiting in usb.endpoint_write_alarms:
-                if waiting.alarm.scheduled:
+                if waiting.buffers:
                     waiting.alarm.schedule(10_000)
 
     def hang(self) -> None:
