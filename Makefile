@@ -34,11 +34,11 @@ docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --site-dir out/site
 
 lint: $(STAMP)
-	$(BIN)/ruff check src tests benchmarks docs
-	$(BIN)/ruff format --check src tests benchmarks
+	$(BIN)/ruff check src tests benchmarks docs examples
+	$(BIN)/ruff format --check src tests benchmarks examples
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/codespell src tests docs benchmarks README.md CHANGELOG.md CONTRIBUTING.md
+	$(BIN)/codespell src tests docs benchmarks examples README.md CHANGELOG.md CONTRIBUTING.md
 
 mutants: $(STAMP)
 	$(BIN)/python tests/mutants.py
@@ -66,7 +66,7 @@ interop: $(SIMULATORS)/.installed
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(CROSS); } || \
 	  echo "not installed: $(CROSS); what needs them is skipped"
 	$(SIMULATORS)/bin/python -m pytest -q -rs tests/interop
-	$(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md docs/simulators.md
+	$(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md docs/simulators.md docs/elbow.md
 	$(BIN)/python -m benchmarks.kernel
 
 # The image for a board, from Debian's packages, into out/firmware.
