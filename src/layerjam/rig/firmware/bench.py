@@ -72,6 +72,8 @@ class Bench:
         self.pump, self.vent, self.sync = 0.0, 0, 0
         self.reading, self.raw, self.warmth = math.nan, 0, 0
         self.count = self.micros = 0
+        # sample at which a reset was asked for
+        self.leaving = -1
         self.last = hal.ticks_us()
         self.late = self.worst = self.slowest = 0
         self.lateness = [0, 0, 0, 0, 0]

@@ -10,6 +10,9 @@ from port import Port
 
 COLLECT = 50
 """Samples between two collections of garbage."""
+ANSWERED, PATIENT = 5, 100
+"""Samples after which a reset that was asked for comes, so that its answer is out: at least, and at
+most where nobody reads."""
 
 
 class Reset(Exception):
@@ -38,6 +41,10 @@ def loop(hal) -> None:
             port.feed(data)
         if port.outbox:
             port.outbox = port.outbox[hal.send(port.outbox) :]
+        if bench.leaving >= 0:
+            since = bench.count - bench.leaving
+            if since > PATIENT or (since > ANSWERED and not port.outbox):
+                hal.reset()
 
 
 def hal_of(words: list):
