@@ -140,6 +140,7 @@ def test_without_a_compiler_the_c_rows_are_left_out_in_plain_words(monkeypatch):
         compiled.library("absent")
 
 
+@pytest.mark.slow
 def test_diffrax_is_as_exact_as_stated():
     pytest.importorskip("diffrax", reason="diffrax is not installed: `make bench` brings it")
     from benchmarks.comparators import diffrax_drop

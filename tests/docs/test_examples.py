@@ -18,7 +18,7 @@ def practice(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-LONG = ("stack.md", "models.md", "vacuum.md", "bayes.md")
+LONG = ("README.md", "impact.md", "stack.md", "models.md", "vacuum.md", "bayes.md")
 """Pages that compile or sample for a quarter of a minute and more."""
 PAGES = [
     pytest.param(p, id=str(p.relative_to(examples.ROOT)),
