@@ -66,7 +66,7 @@ interop: $(SIMULATORS)/.installed
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(CROSS); } || \
 	  echo "not installed: $(CROSS); what needs them is skipped"
 	$(SIMULATORS)/bin/python -m pytest -q -rs tests/interop
-	$(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md docs/simulators.md docs/elbow.md
+	PYTHONPATH=$(CURDIR)/examples $(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md docs/simulators.md docs/elbow.md
 	$(BIN)/python -m benchmarks.kernel
 
 # The image for a board, from Debian's packages, into out/firmware.
