@@ -67,6 +67,9 @@ def test_a_refusal_is_told_and_the_session_goes_on(session):
     refused = session.ask(lambda b: setattr(b, "output", True))
     with pytest.raises(LayerjamError, match="OUTP:SAFE"):
         refused.result(10)
+    # nor does a mistake of ours leave the bench alone, or who asked without an answer
+    with pytest.raises(ZeroDivisionError):
+        session.ask(lambda b: 1 / 0).result(10)
     assert session.ask(lambda b: b.state).result(10) == "SAFE"
     with pytest.raises(QuantityError, match="target"):
         regulator_for(ADDRESS, load_line("choi2018"), 103e3, "release", "pi", 103e3)

@@ -125,13 +125,16 @@ class Session:
                     continue
                 try:
                     answer.set_result(act(self.bench))
-                except LayerjamError as error:
+                except Exception as error:
+                    # whoever asked is told, and the bench is not left alone
                     answer.set_exception(error)
         except LayerjamError as error:
             self.lost = str(error)
         finally:
             self._over.set()
             self.bench.close()
+            while not self._asked.empty():
+                self._asked.get()[1].set_exception(LayerjamError("the bench is disconnected"))
 
     def _look(self) -> None:
         parts = self.bench.ask("FETC:ALL?").split(",")

@@ -7,49 +7,17 @@ from common import block, setting
 from scpi import Choice, Number, Rule
 
 
-def rate(bench, session, value: int) -> None:
-    bench.capture.at_rest()
-    bench.capture.rate = value
+def kept(header: str, number: Number, name: str, flags: str) -> tuple:
+    """The header of a number that the capture keeps under a name; none changes while it runs."""
 
+    def put(bench, session, value) -> None:
+        bench.capture.at_rest()
+        setattr(bench.capture, name, value)
 
-def rate_now(bench) -> int:
-    return bench.capture.rate
+    def now(bench):
+        return getattr(bench.capture, name)
 
-
-def before(bench, session, time: float) -> None:
-    bench.capture.at_rest()
-    bench.capture.before = time
-
-
-def before_now(bench) -> float:
-    return bench.capture.before
-
-
-def after(bench, session, time: float) -> None:
-    bench.capture.at_rest()
-    bench.capture.after = time
-
-
-def after_now(bench) -> float:
-    return bench.capture.after
-
-
-def level(bench, session, value: float) -> None:
-    bench.capture.at_rest()
-    bench.capture.level = value
-
-
-def level_now(bench) -> float:
-    return bench.capture.level
-
-
-def fall(bench, session, time: float) -> None:
-    bench.capture.at_rest()
-    bench.capture.fall = time
-
-
-def fall_now(bench) -> float:
-    return bench.capture.fall
+    return setting(header, number, put, now, flags)
 
 
 def source(bench, session, place: int) -> None:
@@ -78,22 +46,16 @@ def data(bench, session, first: int, count: int) -> bytes:
 
 
 CAPTURE = [
-    setting(
-        "SENSe:ACCeleration:RATE",
-        Number("rate", "Hz", 500, 20000, 8000, whole=1),
-        rate,
-        rate_now,
-        "SL",
-    ),
-    setting("SENSe:ACCeleration:PRE", Number("pre", "s", 0.0, 0.5, 0.1), before, before_now, "SL"),
-    setting("SENSe:ACCeleration:POST", Number("post", "s", 0.01, 1.5, 0.5), after, after_now, "SL"),
+    kept("SENSe:ACCeleration:RATE", Number("rate", "Hz", 500, 20000, 8000, whole=1), "rate", "SL"),
+    kept("SENSe:ACCeleration:PRE", Number("pre", "s", 0.0, 0.5, 0.1), "before", "SL"),
+    kept("SENSe:ACCeleration:POST", Number("post", "s", 0.01, 1.5, 0.5), "after", "SL"),
     (
         "TRIGger:SOURce",
         Rule(source, (Choice("source", "IMMediate|BUS|ACCeleration|EXTernal"),), flags="L"),
         Rule(source_now),
     ),
-    setting("TRIGger:LEVel", Number("level", "g", 0.5, 200.0, 5.0), level, level_now, "L"),
-    setting("TRIGger:FALL", Number("fall", "s", 0.0, 0.5, 0.03), fall, fall_now, "L"),
+    kept("TRIGger:LEVel", Number("level", "g", 0.5, 200.0, 5.0), "level", "L"),
+    kept("TRIGger:FALL", Number("fall", "s", 0.0, 0.5, 0.03), "fall", "L"),
     ("INITiate", Rule(start, flags="L"), None),
     ("FETCh:ACCeleration:STATe", None, Rule(state)),
     ("FETCh:ACCeleration:SCALe", None, Rule(scale)),
