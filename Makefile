@@ -65,7 +65,7 @@ interop: $(SIMULATORS)/.installed
 	  command -v $$tool >/dev/null || exit 1; done ) || \
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(CROSS); } || \
 	  echo "not installed: $(CROSS); what needs them is skipped"
-	$(SIMULATORS)/bin/python -m pytest -q -rs tests/interop
+	$(SIMULATORS)/bin/python -m pytest -q -rs tests/interop tests/kernel
 	PYTHONPATH=$(CURDIR)/examples $(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md docs/simulators.md docs/elbow.md
 	$(BIN)/python -m benchmarks.kernel
 

@@ -11,9 +11,9 @@ import tempfile
 from pathlib import Path
 
 from layerjam.device.load import load
-from layerjam.interop.compiler import FLAGS, SOURCES, compiler
-from layerjam.interop.parameters import parameters
 from layerjam.interop.source import c_files
+from layerjam.kernel.compiler import FLAGS, SOURCES, compiler
+from layerjam.kernel.parameters import parameters
 
 PROGRAM = """
 #include <stdio.h>

@@ -15,10 +15,11 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "layerjam"
 MODULES = sorted(SOURCE.rglob("*.py"))
 FLOORS = (
-    "errors", "units", "records", "device", "fluid", "mechanics", "simulate", "measure",
+    "errors", "units", "records", "device", "fluid", "mechanics", "kernel", "simulate", "measure",
     "identify", "lab", "control", "design", "archive", "fabricate", "rig", "interop", "report",
     "commands", "studies", "workbench", "laws", "cli",
 )  # fmt: skip
+CORE = ("device", "mechanics", "kernel", "simulate")
 BUILDERS = ("ezdxf", "OCP", "manifold3d", "typst", "matplotlib")
 HEAVY = ("jax", "numpy", "pandas", "pint", "typer", "scipy", "matplotlib", "xarray", "tomlkit")
 
@@ -103,7 +104,7 @@ def test_no_circle() -> None:
 
 @pytest.mark.parametrize(
     "path",
-    [p for p in MODULES if p.relative_to(SOURCE).parts[0] in ("device", "mechanics", "simulate")],
+    [p for p in MODULES if p.relative_to(SOURCE).parts[0] in CORE],
     ids=name_of,
 )
 def test_the_core_neither_draws_nor_talks(path: Path) -> None:

@@ -17,7 +17,7 @@ from benchmarks import engines  # noqa: E402
 from layerjam.commands.impact import drop  # noqa: E402
 from layerjam.device.load import load  # noqa: E402
 from layerjam.errors import CompilerError  # noqa: E402
-from layerjam.interop.kernel import Kernel  # noqa: E402
+from layerjam.kernel.kernel import Kernel  # noqa: E402
 
 RECORD = json.loads(engines.RECORD.read_text(encoding="utf-8"))
 PAGE = engines.PAGE.read_text(encoding="utf-8")

@@ -187,7 +187,7 @@ def write_file(block: Block) -> None:
 def compiled(block: Block) -> str | None:
     """What a C program prints that is compiled with the kernel beside it; None without compiler."""
     from layerjam.errors import CompilerError
-    from layerjam.interop.compiler import FLAGS, compiler
+    from layerjam.kernel.compiler import FLAGS, compiler
 
     source = Path(block.title)
     source.write_text(block.text, encoding="utf-8")

@@ -13,9 +13,9 @@ from layerjam.cli.main import main
 from layerjam.commands.export import export_c
 from layerjam.device.load import load
 from layerjam.errors import FileError, QuantityError
-from layerjam.interop.compiler import SOURCES, compiler
-from layerjam.interop.kernel import Kernel
 from layerjam.interop.source import NAMES
+from layerjam.kernel.compiler import SOURCES, compiler
+from layerjam.kernel.kernel import Kernel
 from layerjam.mechanics.pull import force_at_elongation
 
 WARNINGS = ("all", "extra", "conversion", "shadow", "error")

@@ -15,7 +15,7 @@ import pytest
 from layerjam.cli.main import main
 from layerjam.commands.export_mujoco import export_mujoco
 from layerjam.errors import CompilerError, FileError, MissingExtraError, UnknownNameError
-from layerjam.interop import compiler
+from layerjam.kernel import compiler
 
 THERE = importlib.util.find_spec("mujoco") is not None
 MUJOCO = pytest.mark.skipif(not THERE, reason="make interop installs MuJoCo")

@@ -14,15 +14,15 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from interop.histories import history
 from interop.importer import Refused, Unit
+from kernel.histories import history
 from layerjam.cli.main import main
 from layerjam.commands.export import export_fmu
 from layerjam.device.brake import Brake
 from layerjam.errors import FileError, QuantityError
 from layerjam.interop import fmi
 from layerjam.interop.fmi_variables import FILE, printed, token, variables
-from layerjam.interop.kernel import Kernel
+from layerjam.kernel.kernel import Kernel
 from layerjam.units import quantities
 from strategies import KAPTON, PTFE, one, random_brakes
 

@@ -12,7 +12,7 @@ import pytest
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
 from layerjam.interop.increment import Increment, at_start, moved
-from layerjam.interop.kernel import SEPARATED, Kernel
+from layerjam.kernel.kernel import SEPARATED, Kernel
 
 CC = pytest.mark.skipif(
     shutil.which("cc") is None and shutil.which("gcc") is None, reason="no C compiler here"

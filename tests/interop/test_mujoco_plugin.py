@@ -17,7 +17,7 @@ from interop.scenes import EXACT_SLIP, ROPE, STIFFNESS, VACUUM, arm, falling
 from layerjam.device.load import load
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.interop import mujoco as brakes
-from layerjam.interop.kernel import Kernel
+from layerjam.kernel.kernel import Kernel
 
 KAPTON = "choi2018-kapton"
 SLIP, FORCE, HEAT, VACUUM_AT = 3, 2, 5, 1

@@ -14,7 +14,7 @@ from layerjam.device.load import load
 from layerjam.errors import QuantityError
 from layerjam.interop import mjcf
 from layerjam.interop.fmi import start_values
-from layerjam.interop.kernel import OVERFLOW, REFUSED, Kernel
+from layerjam.kernel.kernel import OVERFLOW, REFUSED, Kernel
 from strategies import KAPTON, change
 
 CC = pytest.mark.skipif(

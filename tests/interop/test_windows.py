@@ -15,7 +15,7 @@ import pytest
 from interop.importer import Unit
 from layerjam.commands.export import export_fmu
 from layerjam.interop import fmi
-from layerjam.interop.compiler import SOURCES
+from layerjam.kernel.compiler import SOURCES
 
 HERE = Path(__file__).parent
 PATH = (1e-3, 20e-3, 19e-3, 5e-3, 39e-3)

@@ -14,14 +14,14 @@ from layerjam.errors import Notice, QuantityError
 from layerjam.units import show
 
 if TYPE_CHECKING:
-    from layerjam.interop.parameters import Parameters
+    from layerjam.kernel.parameters import Parameters
 
 Strict = Annotated[bool, Help("Write nothing if the brake could snap on its stiffness.")]
 
 
 def in_words(parameters: Mapping[str, float]) -> str:
     """The eight numbers with their units, for people."""
-    from layerjam.interop.parameters import UNITS
+    from layerjam.kernel.parameters import UNITS
 
     return ", ".join(f"{key} {show(value, UNITS[key])}" for key, value in parameters.items())
 
@@ -43,7 +43,7 @@ class Exported(Result):
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
         """{parameter: SI unit}."""
-        from layerjam.interop.parameters import UNITS
+        from layerjam.kernel.parameters import UNITS
 
         return UNITS
 
@@ -72,9 +72,9 @@ def export_c(
     rest; static friction above it is not exported. Raises FileError where a file exists and `force`
     is not set, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
     """
-    from layerjam.interop.kernel import state_bytes
-    from layerjam.interop.parameters import parameters
     from layerjam.interop.source import NAMES, c_files
+    from layerjam.kernel.kernel import state_bytes
+    from layerjam.kernel.parameters import parameters
     from layerjam.report.folder import check_folder, write_folder
 
     numbers = parameters(brake, rope_stiffness)
@@ -151,9 +151,9 @@ def export_fmu(
     """
     from layerjam.device.load import write_whole
     from layerjam.interop import fmi as units
-    from layerjam.interop.compiler import compiler, version
     from layerjam.interop.fmi_variables import token, variables
-    from layerjam.interop.parameters import parameters
+    from layerjam.kernel.compiler import compiler, version
+    from layerjam.kernel.parameters import parameters
 
     numbers, values = parameters(brake, rope_stiffness), units.start_values(brake, rope_stiffness)
     if sources_only and platforms is not None:

@@ -36,7 +36,7 @@ class ExportedMujoco(Result):
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
         """{parameter: SI unit}."""
-        from layerjam.interop.parameters import UNITS
+        from layerjam.kernel.parameters import UNITS
 
         return UNITS
 
@@ -71,8 +71,8 @@ def export_mujoco(
     fan out, a speed law or a hyperelastic enclosure.
     """
     from layerjam.interop import mjcf
-    from layerjam.interop.parameters import parameters
     from layerjam.interop.source import plugin_files
+    from layerjam.kernel.parameters import parameters
     from layerjam.report.folder import check_folder, write_folder
 
     numbers = parameters(brake, rope_stiffness)

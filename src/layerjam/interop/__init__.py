@@ -1,1 +1,1 @@
-"""The brake in other programs: one C kernel, and what wraps it."""
+"""The brake in other programs: what wraps the C kernel."""

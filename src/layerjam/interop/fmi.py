@@ -13,10 +13,11 @@ from typing import NamedTuple
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
-from layerjam.interop.compiler import SOURCES, library
 from layerjam.interop.fmi_variables import parameter_list
 from layerjam.interop.fmi_xml import MODEL, Version, build_description, model_description
-from layerjam.interop.parameters import brake_of
+from layerjam.interop.source import KERNEL, WRAPPERS
+from layerjam.kernel.compiler import SOURCES, library
+from layerjam.kernel.parameters import brake_of
 from layerjam.mechanics.stiffness import working_stiffness
 
 
@@ -38,8 +39,7 @@ PLATFORMS: Mapping[str, Platform] = {
 }
 FLAGS = ("-fvisibility=hidden",)
 EPOCH = (1980, 1, 1, 0, 0, 0)
-UNIT = SOURCES / "fmu"
-_KERNEL = ("layerjam.c", "layerjam.h", "formulas.h")
+UNIT = WRAPPERS / "fmu"
 _MAGIC = b"LJBRAKE1"
 
 
@@ -136,7 +136,7 @@ def fmu(
         files[f"binaries/{folder}/{MODEL}{at.ending}"] = library_
     if version == "3":
         files["sources/buildDescription.xml"] = build_description(sources)
-    for kernel in _KERNEL:
+    for kernel in KERNEL:
         files[f"sources/{kernel}"] = (SOURCES / kernel).read_bytes()
     for own in (f"fmi{version}.c", "model.c", "model.h", "variables.h"):
         files[f"sources/{own}"] = (UNIT / own).read_bytes()

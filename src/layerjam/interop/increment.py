@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.errors import QuantityError
-from layerjam.interop.parameters import Parameters
+from layerjam.kernel.parameters import Parameters
 from layerjam.mechanics.enclosure import enclosure_of
 from layerjam.mechanics.hysteresis import Setting, State, change_vacuum, move
 from layerjam.mechanics.law import in_double_precision

@@ -8,8 +8,8 @@ from xml.sax.saxutils import quoteattr
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.interop.parameters import Parameters, parameters
 from layerjam.interop.tendon import Coupling, checked
+from layerjam.kernel.parameters import Parameters, parameters
 
 AnyBrake = str | BrakeFile | Brake
 INSTANCE = "layerjam"

@@ -20,7 +20,6 @@ import jax.numpy as jnp
 from layerjam.errors import MissingExtraError, QuantityError
 from layerjam.interop.increment import Moved, at_start, moved
 from layerjam.interop.mjcf import AnyBrake, brake_file
-from layerjam.interop.parameters import Parameters, parameters
 from layerjam.interop.tendon import (
     LOWEST,
     Coupling,
@@ -29,6 +28,7 @@ from layerjam.interop.tendon import (
     compliance_of,
     tendon_of,
 )
+from layerjam.kernel.parameters import Parameters, parameters
 
 
 class Held(NamedTuple):

@@ -14,9 +14,7 @@ from __future__ import annotations
 from typing import Any
 
 from layerjam.errors import CompilerError
-from layerjam.interop.kernel import Kernel
 from layerjam.interop.mjcf import AnyBrake, attach, brake_file, mjcf
-from layerjam.interop.parameters import parameters
 from layerjam.interop.plugin import installed, load, plugin
 from layerjam.interop.tendon import (
     LOWEST,
@@ -26,6 +24,8 @@ from layerjam.interop.tendon import (
     compliance_of,
     tendon_of,
 )
+from layerjam.kernel.kernel import Kernel
+from layerjam.kernel.parameters import parameters
 
 __all__ = ["AnyBrake", "Brake", "Coupling", "attach", "load", "mjcf", "plugin"]
 

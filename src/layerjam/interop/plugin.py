@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.errors import CompilerError, MissingExtraError
-from layerjam.interop.compiler import SOURCES, library
+from layerjam.kernel.compiler import SOURCES, library
 
-SOURCE = SOURCES / "mujoco_plugin.c"
+SOURCE = Path(__file__).parent / "c" / "mujoco_plugin.c"
 _loaded: list[ctypes.CDLL] = []
 
 

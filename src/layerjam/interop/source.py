@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from layerjam._version import __version__
-from layerjam.interop.compiler import SOURCES
-from layerjam.interop.kernel import Precision
-from layerjam.interop.parameters import UNITS, Parameters
+from pathlib import Path
 
-BRAKE = "brake.h"
-FILES = ("layerjam.h", "layerjam.c", "formulas.h", "example.c")
-NAMES = (BRAKE, *FILES)
+from layerjam._version import __version__
+from layerjam.kernel.compiler import SOURCES
+from layerjam.kernel.kernel import Precision
+from layerjam.kernel.parameters import UNITS, Parameters
+
+WRAPPERS = Path(__file__).parent / "c"
+"""C that stands around the kernel: an example, the plugin for MuJoCo, the mock-up unit."""
+BRAKE, EXAMPLE = "brake.h", "example.c"
+KERNEL = ("layerjam.h", "layerjam.c", "formulas.h")
+NAMES = (BRAKE, *KERNEL, EXAMPLE)
 """All files of an export."""
 _GUARD = "#define LAYERJAM_H\n"
 _SINGLE = "\n/* exported in single precision */\n#ifndef LJ_SINGLE\n#define LJ_SINGLE\n#endif\n"
@@ -17,17 +21,23 @@ _SINGLE = "\n/* exported in single precision */\n#ifndef LJ_SINGLE\n#define LJ_S
 
 def c_files(name: str, of: Parameters, precision: Precision) -> dict[str, str]:
     """{file: text} of the kernel with a brake called `name`."""
-    made = {one: (SOURCES / one).read_text(encoding="utf-8") for one in FILES}
+    made = _kernel()
     if precision == "single":
         made["layerjam.h"] = made["layerjam.h"].replace(_GUARD, _GUARD + _SINGLE)
-    return {BRAKE: brake_header(name, of), **made}
+    return {BRAKE: brake_header(name, of), **made, EXAMPLE: _wrapper(EXAMPLE)}
 
 
 def plugin_files() -> dict[str, str]:
     """{file: text} of the actuator plugin for MuJoCo with the kernel that it wraps."""
-    kernel = ("layerjam.h", "layerjam.c", "formulas.h")
-    made = {one: (SOURCES / one).read_text(encoding="utf-8") for one in kernel}
-    return {"layerjam_mujoco.c": (SOURCES / "mujoco_plugin.c").read_text(encoding="utf-8"), **made}
+    return {"layerjam_mujoco.c": _wrapper("mujoco_plugin.c"), **_kernel()}
+
+
+def _kernel() -> dict[str, str]:
+    return {one: (SOURCES / one).read_text(encoding="utf-8") for one in KERNEL}
+
+
+def _wrapper(name: str) -> str:
+    return (WRAPPERS / name).read_text(encoding="utf-8")
 
 
 def brake_header(name: str, of: Parameters) -> str:

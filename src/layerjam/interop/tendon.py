@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.interop.parameters import Parameters
+from layerjam.kernel.parameters import Parameters
 
 Coupling = Literal["limited", "explicit", "implicit"]
 """How a step's force is found: see `compliance_of`."""

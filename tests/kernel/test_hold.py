@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.interop.compiler import FLAGS, SOURCES, compiler
+from layerjam.kernel.compiler import FLAGS, SOURCES, compiler
 
 CC = pytest.mark.skipif(
     shutil.which("cc") is None and shutil.which("gcc") is None, reason="no C compiler here"

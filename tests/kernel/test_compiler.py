@@ -7,8 +7,8 @@ import shutil
 import pytest
 
 from layerjam.errors import CompilerError, QuantityError
-from layerjam.interop import compiler as compilers
-from layerjam.interop.parameters import parameters
+from layerjam.kernel import compiler as compilers
+from layerjam.kernel.parameters import parameters
 from strategies import KAPTON, change
 
 CC = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.interop.parameters import parameters
+from layerjam.kernel.parameters import parameters
 
 
 def history(brake: Brake, seed: int, n: int = 1024) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-/* Printed by layerjam/interop/formulas.py from the Python laws. Apache License 2.0. */
+/* Printed by layerjam/kernel/formulas.py from the Python laws. Apache License 2.0. */
 
 typedef struct {
     lj_real stiffness;

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.interop.compiler import FLAGS, SOURCES
+from layerjam.kernel.compiler import FLAGS, SOURCES
 
 HERE = Path(__file__).parent
 KERNEL = SOURCES / "layerjam.c"

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from interop.histories import history, most
+from kernel.histories import history, most
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
-from layerjam.interop import kernel as kernels
-from layerjam.interop.formulas import FILE, printed
-from layerjam.interop.kernel import Kernel
-from layerjam.interop.parameters import parameters
+from layerjam.kernel import kernel as kernels
+from layerjam.kernel.formulas import FILE, printed
+from layerjam.kernel.kernel import Kernel
+from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.hysteresis import brake_cycle
 from strategies import KAPTON, PTFE, change, one, random_brakes
@@ -42,7 +42,7 @@ def gap(brake, seed, kernel=None):
 
 
 def test_the_formulas_are_those_of_the_laws():
-    """python -m layerjam.interop.formulas writes them anew."""
+    """python -m layerjam.kernel.formulas writes them anew."""
     assert FILE.read_text("utf-8") == printed()
 
 

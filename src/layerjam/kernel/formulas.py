@@ -1,6 +1,6 @@
 """The kernel's formulas in C, printed from the laws in Python: each equation is written once.
 
-`python -m layerjam.interop.formulas` writes `c/formulas.h` anew; a test compares.
+`python -m layerjam.kernel.formulas` writes `c/formulas.h` anew; a test compares.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LAWS: tuple[Callable[..., Any], ...] = (
     memory._force_of_stored,
 )
 """In an order in which each uses earlier ones only."""
-HEAD = """/* Printed by layerjam/interop/formulas.py from the Python laws. Apache License 2.0. */
+HEAD = """/* Printed by layerjam/kernel/formulas.py from the Python laws. Apache License 2.0. */
 """
 OPERATORS: dict[type, tuple[str, int]] = {
     ast.BitOr: ("||", 1),

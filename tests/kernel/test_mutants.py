@@ -8,11 +8,11 @@ import shutil
 import numpy as np
 import pytest
 
-from interop.histories import history, most
+from kernel.histories import history, most
 from layerjam.device.load import load
-from layerjam.interop import kernel as kernels
-from layerjam.interop.compiler import SOURCES, build, compiler
-from layerjam.interop.kernel import Kernel
+from layerjam.kernel import kernel as kernels
+from layerjam.kernel.compiler import SOURCES, build, compiler
+from layerjam.kernel.kernel import Kernel
 from layerjam.mechanics.hysteresis import brake_cycle
 from strategies import one, random_brakes
 
