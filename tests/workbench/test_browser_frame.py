@@ -18,6 +18,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from layerjam.units import show
+from workbench.access import CONTRAST
 from workbench.conftest import running
 
 pytestmark = pytest.mark.slow
@@ -31,7 +32,6 @@ TABS = {
     "design": "[data-testid^=design]",
     "bench": "[data-testid=bench-connect]",
 }
-CONTRAST = (Path(__file__).parent / "contrast.js").read_text(encoding="utf-8")
 UNNAMED = """() => [...document.querySelectorAll(
     'input:not([type=file]), select, textarea, button, [role=slider], [role=tab], canvas')]
   .filter(e => e.checkVisibility() && !(e.getAttribute('aria-label') || e.labels?.length
@@ -204,37 +204,6 @@ def test_the_tabs_go_by_arrow_keys_and_focus_is_seen(tab):
     places = [order.index(name) for name in wanted]
     assert places == sorted(places)
     assert all(ring for _, ring in seen if _ != "BODY")
-
-
-NUMBERED = """() => {
-  const all = [...document.querySelectorAll(
-    'button, a[href], input:not([type=file]), textarea, select, [tabindex]')];
-  const meant = all.filter(e => e.tabIndex >= 0 && !e.disabled && e.checkVisibility()
-    && e.getAttribute('aria-disabled') !== 'true' && e.getBoundingClientRect().width >= 1);
-  meant.forEach((e, i) => { e.dataset.walk = i; });
-  document.activeElement.blur();
-  return meant.map(e => e.outerHTML.slice(0, 160));
-}"""
-
-STILL = """() => new Promise(done => {
-  let timer = setTimeout(done, 3000);
-  new MutationObserver(() => { clearTimeout(timer); timer = setTimeout(done, 3000); })
-    .observe(document.body, {childList: true, subtree: true});
-})"""
-"""Until nothing has come or gone on the page for three seconds."""
-
-
-def test_every_control_is_reached_by_the_tab_key(tab):
-    for name in TABS:
-        opened(tab, name)
-        tab.evaluate(STILL)
-        meant = tab.evaluate(NUMBERED)
-        reached = set()
-        for _ in range(len(meant) + 30):
-            tab.keyboard.press("Tab")
-            reached.add(tab.evaluate("document.activeElement?.dataset.walk"))
-        missed = [html for i, html in enumerate(meant) if str(i) not in reached]
-        assert len(meant) > 10 and missed == [], name
 
 
 def test_a_link_of_rubbish_opens_a_fresh_page_with_a_sentence(chromium, workbench):

@@ -146,10 +146,13 @@ def html(shown: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
     return made.render(**shown, pictures=inside, style=_text("page.css"))
 
 
-def drawn(figure: style.Figure) -> str:
-    """The figure as an SVG file's text; the same figure gives the same bytes."""
+def drawn(figure: style.Figure, words: bool = False) -> str:
+    """The figure as an SVG file's text; the same figure gives the same bytes.
+
+    With `words` what is written in it stays text, for a page that has a typeface of its own.
+    """
     buffer = io.StringIO()
-    with style.look():
+    with style.look(words):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     return buffer.getvalue()
 

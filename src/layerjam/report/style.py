@@ -75,17 +75,19 @@ _RC: dict[Any, Any] = {
     "figure.dpi": 110,
     "savefig.dpi": 160,
     "svg.hashsalt": "layerjam",
-    "svg.fonttype": "path",
     "pdf.fonttype": 42,
 }
 
 
 @contextmanager
-def look() -> Iterator[None]:
-    """The style, for the figures made inside; raises MissingExtraError without matplotlib."""
+def look(words: bool = False) -> Iterator[None]:
+    """The style, for the figures made inside; raises MissingExtraError without matplotlib.
+
+    With `words` an SVG keeps its words as text, else they are drawn as curves.
+    """
     with MissingExtraError.without("drawing (matplotlib)", "figures"):
         import matplotlib
-    with matplotlib.rc_context(_RC):
+    with matplotlib.rc_context({**_RC, "svg.fonttype": "none" if words else "path"}):
         yield
 
 

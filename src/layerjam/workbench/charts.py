@@ -15,6 +15,8 @@ from layerjam.report.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, S
 COLORS = MappingProxyType(
     dict(main=BLUE, second=ORANGE, good=GREEN, bad=RED, quiet=GREY, other=PURPLE, sky=SKY)
 )
+FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
+"""The page's own: it comes from this machine, with NiceGUI."""
 POINTS = 500
 """Points of a curve sent to the browser at most."""
 
@@ -79,6 +81,7 @@ def options(
         series[0]["markArea"] = {"silent": True, "data": [_band(*band) for band in bands]}
     return {
         "animation": False,
+        "textStyle": {"fontFamily": FONT},
         "grid": dict(left=62, right=96, top=24, bottom=48),
         "tooltip": {
             **dict(trigger="axis", confine=True, order="valueDesc"),
@@ -124,6 +127,7 @@ def _axis(
 def stacked(parts: Sequence[dict[str, Any]], shares: Sequence[float]) -> dict[str, Any]:
     """Charts of `options` below each other as one, on one x axis; `shares` of the height."""
     made: dict[str, Any] = dict(animation=False, grid=[], xAxis=[], yAxis=[], series=[])
+    made["textStyle"] = parts[0]["textStyle"]
     made["tooltip"] = {**parts[0]["tooltip"], "axisPointer": {"type": "line"}}
     made["axisPointer"] = {"link": [{"xAxisIndex": "all"}]}
     top, room = 3.0, 88.0 - 4.0 * (len(parts) - 1)
@@ -169,4 +173,8 @@ def _series(curve: Curve, ink: str) -> dict[str, Any]:
     # a line's own colour is too faint for words
     end = dict(show=bool(curve.name), formatter="{a}", color=ink, distance=4, fontSize=12)
     line = dict(width=curve.width, type="dashed" if curve.dashed else "solid")
-    return made | dict(showSymbol=False, silent=True, lineStyle=line, endLabel=end)
+    # names at the ends of curves that end alike stand below each other
+    apart = {"moveOverlap": "shiftY"}
+    return made | dict(
+        showSymbol=False, silent=True, lineStyle=line, endLabel=end, labelLayout=apart
+    )

@@ -223,7 +223,8 @@ def choice(desk: Desk, page: str, what: Choice) -> None:
     with ui.row().classes("w-full items-center justify-between"):
         ui.label(what.name).classes("text-sm").tooltip(what.help or what.name)
         toggle = ui.toggle(dict(what.words), value=word(desk, page, what))
-        dressed(toggle, f"{page}-{what.key}", how="dense no-caps", aria_label=what.name)
+        look = "dense no-caps unelevated"
+        dressed(toggle, f"{page}-{what.key}", "toggle", look, role="group", aria_label=what.name)
     _bind(desk, page, what, toggle)
 
 

@@ -16,7 +16,7 @@ from layerjam.workbench.call import Options, parameters
 from layerjam.workbench.controls import on_typed, with_unit
 from layerjam.workbench.page import Page
 from layerjam.workbench.uploads import LARGEST, Uploads
-from layerjam.workbench.widgets import Alert, button, dressed, field, fold, hint, select
+from layerjam.workbench.widgets import Alert, button, dressed, field, fold, hint, select, zone
 
 
 def others(command: str, shown: Collection[str]) -> list[Parameter]:
@@ -136,10 +136,8 @@ class More:
             self.page.refresh()
 
         hint(p.sentence)
-        area = ui.upload(
-            label=label, auto_upload=True, max_files=1, max_file_size=LARGEST, on_upload=came
-        )
-        dressed(area, f"{ident}-file", "w-full", "flat bordered", aria_label=label)
+        area = ui.upload(auto_upload=True, max_files=1, max_file_size=LARGEST, on_upload=came)
+        zone(area, label, f"{ident}-file")
         kept = dressed(ui.label(), ident, "text-sm font-medium")
         drop = button("Take it away", forget, f"{ident}-forget", "close", how="flat dense no-caps")
         drop.set_visibility(False)

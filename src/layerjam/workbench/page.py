@@ -18,8 +18,8 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
 from layerjam.workbench.rest import WORK, elsewhere, settle_later
 from layerjam.workbench.runner import Runner
-from layerjam.workbench.tables import html
-from layerjam.workbench.widgets import QUIET, Alert, dressed, named, one_line
+from layerjam.workbench.tables import html, typeset
+from layerjam.workbench.widgets import QUIET, Alert, dressed, heading, hint, named, one_line
 
 
 class Asking:
@@ -97,7 +97,9 @@ class View(Asking):
 
 
 class Page(View):
-    """A tab."""
+    """A tab; `title` stands above it as its heading, `about` beside that as a sentence."""
+
+    title = about = ""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -119,8 +121,16 @@ class Page(View):
             self.built = True
             self.client = ui.context.client
             self.client.on_delete(self.runner.stop)
+            self._head()
             self.build()
         self.refresh()
+
+    def _head(self) -> None:
+        """The heading; a page without a title brings its own."""
+        if self.title:
+            with ui.row().classes("page-head"):
+                heading(self.title, 1)
+                hint(self.about)
 
     def refresh(self) -> None:
         """Compute anew, with the latest inputs."""
@@ -167,7 +177,7 @@ class Figures:
         """`keys` of the command's result; `names` are given where the key alone says too little."""
         self._cells: dict[str, Words] = {}
         about = result_fields(command)
-        with ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1 items-baseline"):
+        with ui.grid(columns="auto auto").classes("figures gap-x-6 gap-y-1 items-baseline"):
             for key in keys:
                 name = names.get(key) or named(key)
                 label = ui.label(name).classes(QUIET)
@@ -180,7 +190,8 @@ class Figures:
         """The numbers of a result with their units; those of `but` do not apply."""
         for key, cell in self._cells.items():
             value = None if key in but else result.values.get(key)
-            cell.set_text("–" if value is None else in_words(value, result.units.get(key, "1")))
+            unit = result.units.get(key, "1")
+            cell.set_text("–" if value is None else typeset(in_words(value, unit)))
 
 
 class Box(ui.column):

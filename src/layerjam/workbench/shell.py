@@ -20,6 +20,8 @@ from layerjam.workbench.widgets import button, dressed, shipped
 # what slides moves away from under a click
 ui.expansion.default_props("duration=0")
 
+SCRIPTS = ("workbench.js", "controls.js")
+"""Loaded once, at the end of the page's body."""
 DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
 
 
@@ -44,7 +46,8 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         desk.state = replace(desk.state, page=tabs[0].name)
     pages: dict[str, Page] = {}
     ui.add_css(shipped("workbench.css"))
-    ui.add_body_html(f"<script>{shipped('workbench.js')}</script>")
+    for script in SCRIPTS:
+        ui.add_body_html(f"<script>{shipped(script)}</script>")
     ui.colors(primary="#0B5C8E", negative="#B3261E")
     dark = ui.dark_mode(None)
     heads = _header(desk, tabs, pages, dark)

@@ -2,8 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
+
+_POWER = re.compile(r"(?<=[A-Za-zµΩ)])\^(-?\d+)")
+_TEN = re.compile(r"(?<=\d)e([+-]\d+)(?![\w.])")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def typeset(text: str) -> str:
+    """A number with its unit as it is printed: m² for m^2, 1.2 × 10⁶ for 1.2e+06."""
+    text = _POWER.sub(lambda found: found[1].translate(_RAISED), text)
+    return _TEN.sub(lambda found: f" × 10{str(int(found[1])).translate(_RAISED)}", text)
+
 
 Cell = str | tuple[str, str]
 """A text, or a text and the classes it has besides."""
@@ -26,8 +38,11 @@ def html(
         for place, cell in enumerate(row):
             text, more = (cell, "") if isinstance(cell, str) else cell
             kind = f"{'num' if place in numbers else ''} {more}".strip()
-            scope = ' scope="col"' if tag == "th" else ""
-            made += f"<{tag}{scope}{_said('class', kind)}>{escape(text)}</{tag}>"
+            text = typeset(text) if place in numbers else text
+            # a head without words is none
+            kind_of = "th" if tag == "th" and text else "td"
+            scope = ' scope="col"' if kind_of == "th" else ""
+            made += f"<{kind_of}{scope}{_said('class', kind)}>{escape(text)}</{kind_of}>"
         return f"<tr>{made}</tr>"
 
     body = "".join(cells(row, "td") for row in rows)

@@ -48,6 +48,13 @@ def status(ident: str, classes: str = "", text: str = "") -> live.Words:
     return dressed(live.Words(text), ident, classes, role="status")
 
 
+def heading(text: str, level: int = 2, ident: str = "") -> ui.label:
+    """What stands above a page (level 1) or a part of it."""
+    made = dressed(ui.label(text), ident, f"heading heading-{level}")
+    made.tag = f"h{level}"
+    return made
+
+
 class Alert(ui.label):
     """Where a refusal stands, in words; hidden while there is none."""
 
@@ -115,10 +122,32 @@ def field(
     return made.tooltip(tip) if tip else made
 
 
-def columns(classes: str = "") -> tuple[ui.column, ui.column]:
-    """Controls on the left, results on the right; below each other where it is narrow."""
-    with ui.row().classes(f"w-full no-wrap items-start gap-6 page {classes}"):
-        return ui.column().classes("side"), ui.column().classes("main gap-3")
+ZONE = """<div class="zone-head"><span>{label}</span><q-btn flat dense round icon="add_box"
+ aria-label="{label}, or choose files" @click="props.pickFiles"></q-btn>
+<span style="display: none"><q-uploader-add-trigger></q-uploader-add-trigger></span></div>"""
+"""Its own head has a field for files without a name inside of a button without one."""
+
+
+def zone(area: ui.upload, label: str, ident: str, classes: str = "w-full") -> ui.upload:
+    """An area to drop files into, with a button to choose them; `label` is a text of ours."""
+    area.add_slot("header", ZONE.format(label=label))
+    return dressed(area, ident, classes, "flat bordered", role="group", aria_label=label)
+
+
+def columns(classes: str = "", whole: bool = False) -> tuple[ui.column, ui.column]:
+    """Controls on the left, results on the right.
+
+    Where it is narrow they stand below each other: the first two controls, a button that shows the
+    others, and the results; with `whole` every control stands there at once.
+    """
+    with ui.row().classes(f"w-full no-wrap items-start gap-6 page {classes}") as row:
+        side = ui.column().classes("side")
+        if not whole:
+            row.classes("page-folds")
+            more = button("All controls", None, "", "tune")
+            more.on("click", js_handler="(event) => layerjamFold(event.currentTarget)")
+            dressed(more, "", "side-more", aria_expanded="false", aria_controls=side.html_id)
+        return side, ui.column().classes("main gap-3")
 
 
 @cache

@@ -58,14 +58,14 @@ class MachineResult(Result):
         return [*super().rows(), *own]
 
     def pictures(self, progress: Progress) -> list[tuple[str, str]]:
-        """(SVG text, caption) of each drawing of the machine's page, in order."""
+        """(SVG text, caption) of each drawing of the machine's page, in order; words are text."""
         from layerjam.report.page import drawn
         from layerjam.studies.machines.figures import pictures
 
         made = []
         for picture in pictures(self.record):
             progress(f"figure {picture.name}", 0.0)
-            made.append((drawn(picture.figure()), picture.caption))
+            made.append((drawn(picture.figure(), words=True), picture.caption))
         return made
 
     def lines(self) -> Iterator[str]:

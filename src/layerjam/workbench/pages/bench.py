@@ -84,7 +84,8 @@ def rest_choice() -> Choice:
 class Bench(Page):
     """One bench, connected from this page."""
 
-    name = "bench"
+    name, title = "bench", "Bench"
+    about = "A real board, or a virtual one, that holds the vacuum"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -135,7 +136,7 @@ class Bench(Page):
                 self.number = status("bench-vacuum", "text-4xl font-medium tabular-nums", "–")
                 self.words = status("bench-state", "text-lg", NOT_YET)
             what = "Vacuum and target over the last minute"
-            self.curve = chart("bench-chart", what, "width: 100%; height: 380px")
+            self.curve = chart("bench-chart", what, "width: 100%; height: max(380px, 50vh)")
             self.facts = status("bench-facts", QUIET)
             self.outcome = status("bench-outcome", "text-base")
             with ui.row().classes("gap-2") as self.keep:

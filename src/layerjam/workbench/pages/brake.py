@@ -42,7 +42,8 @@ PART = Choice(
 class Brake(Page):
     """Change a number and see what it does, or whether and how it is built."""
 
-    name = "brake"
+    name, title = "brake", "Brake"
+    about = "What it is made of, what it weighs, holds and bears"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)

@@ -31,7 +31,8 @@ PART = Choice("part", WORDS, "need", help="What this page shows")
 class Design(Page):
     """Four parts, one of them open; only the open one is computed."""
 
-    name = "design"
+    name, title = "design", "Design"
+    about = "From a requirement to a brake"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)

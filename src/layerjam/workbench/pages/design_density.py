@@ -48,7 +48,7 @@ class Density(Part):
         with ui.column().classes("side"):
             self.slider("ours")
         what = "Force over mass, both logarithmic; the table below has the numbers"
-        self.chart = chart(f"{PAGE}-density-chart", what, "width: 100%; height: 540px")
+        self.chart = chart(f"{PAGE}-density-chart", what, "width: 100%; height: max(540px, 60vh)")
         self.sheet = dressed(live.Words(""), f"{PAGE}-sheet", "text-sm")
         self.missing = hint("")
         self.table = dressed(live.Table(), f"{PAGE}-density-table", "w-full")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import re
 from collections.abc import Sequence
 from functools import cached_property
 from html import escape
@@ -49,7 +47,7 @@ class Machines(Part):
         self.verdict = dressed(ui.label(""), f"{PAGE}-verdict", "text-base", role="status")
         self.verdict.style("max-width: 75ch")
         self.limits = dressed(ui.html("", sanitize=False), f"{PAGE}-limits", "w-full")
-        self.pictures = dressed(ui.html("", sanitize=False), f"{PAGE}-pictures", "w-full")
+        self.pictures = dressed(ui.html("", sanitize=False), f"{PAGE}-pictures", "w-full figure")
         with fold("Every number", f"{PAGE}-machine-numbers"):
             self.results = ui.html("", sanitize=False).classes("w-full")
         hint(
@@ -75,7 +73,8 @@ class Machines(Part):
         result = found.result
         self.verdict.set_text(result.verdict)
         self.limits.set_content(limits_table(result))
-        self.pictures.set_content("".join(_figure(svg, text) for svg, text in found.pictures))
+        drawings = enumerate(found.pictures)
+        self.pictures.set_content("".join(_figure(f"machine{n}", *one) for n, one in drawings))
         rows = [(words(k), said(v, result.units.get(k, ""))) for k, v in result.results.items()]
         rows.append(("mass of the brakes", said(result.mass, "kg")))
         needed = "none does" if result.brakes_needed is None else str(result.brakes_needed)
@@ -97,14 +96,10 @@ def limits_table(result: Any) -> str:
     return html(("Limit", "Value", "Allowed", ""), rows, (1, 2), "Limits")
 
 
-def _figure(svg: str, caption: str) -> str:
-    """A drawing as an image of its own, so that nothing in it meets the page."""
-    points = re.search(r'<svg[^>]*? width="([0-9.]+)pt"', svg)
-    wide = float(points.group(1)) * 1.2 if points else 700.0  # every figure at one scale
-    data = base64.b64encode(svg.encode()).decode()
-    return (
-        f'<figure style="margin: 0 0 16px"><img class="design-picture" '
-        f'style="max-width: {wide:.0f}px" alt="{escape(caption)}" '
-        f'src="data:image/svg+xml;base64,{data}"><figcaption class="text-sm opacity-80" '
-        f'style="max-width: 75ch">{escape(caption)}</figcaption></figure>'
-    )
+def _figure(name: str, svg: str, caption: str) -> str:
+    """A drawing in the colours of the page, light or dark; its ids carry `name`."""
+    from layerjam.report.page import svg_of, themed
+
+    said = escape(caption)
+    inside = themed(svg_of(svg, name)).replace("<svg", f'<svg role="img" aria-label="{said}"', 1)
+    return f'<figure>{inside}<figcaption class="text-sm opacity-80">{said}</figcaption></figure>'

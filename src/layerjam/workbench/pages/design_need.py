@@ -135,7 +135,7 @@ class NeedPart(Part):
 
     def build(self) -> None:
         """Specification, then front and tables."""
-        side, main = columns()
+        side, main = columns(whole=True)
         with side.classes("design-side"):
             self._specification()
         with main:
@@ -182,7 +182,7 @@ class NeedPart(Part):
             text, look = "Put this brake on the desk", "no-caps dense"
             button(text, self.take, f"{PAGE}-take", "move_down", how=look)
         what = "The front; the buttons above walk along it"
-        size = "width: 100%; height: 400px"
+        size = "width: 100%; height: max(400px, 50vh)"
         self.chart = chart(f"{PAGE}-front", what, size, self._clicked)
         self.looked = status(f"{PAGE}-picked", "font-medium")
         self.tables: dict[str, live.Table] = {}

@@ -63,7 +63,8 @@ HISTORY = ("vacuum_history", "reading", "columns", "decimal")
 class Drop(Page):
     """Drop a mass, see it stop; none, full and tuned side by side."""
 
-    name = "drop"
+    name, title = "drop", "Drop"
+    about = "A mass falls into the brake and is stopped"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -113,7 +114,7 @@ class Drop(Page):
                 stage = ui.column().style("width: 270px; flex: none")
                 with ui.element("div").style("flex: 1; min-width: 300px; position: relative"):
                     what = "Force, travel and deceleration over time"
-                    self.chart = chart("drop-chart", what, "width: 100%; height: 460px")
+                    self.chart = chart("drop-chart", what, "width: 100%; height: max(460px, 62vh)")
                     cursor = ui.element("div")
                 with stage:
                     self.animation = Animation(self.chart, cursor)

@@ -107,7 +107,7 @@ def table(drops: Drops, shown: str) -> str:
     heads = [f'<th scope="col"{_mark(m, shown)}>{escape(MODES[m])}</th>' for m in drops]
     return (
         '<table class="drop-table"><caption class="sr-only">The same drop with no brake, at full '
-        f'vacuum and tuned</caption><thead><tr><th scope="col"></th>{"".join(heads)}</tr></thead>'
+        f"vacuum and tuned</caption><thead><tr><td></td>{''.join(heads)}</tr></thead>"
         f"<tbody>{''.join(rows)}</tbody></table>"
     )
 

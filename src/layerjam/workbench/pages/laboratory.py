@@ -69,7 +69,8 @@ KINDS = {"report.pdf": "application/pdf", "report.html": "text/html"}
 class Laboratory(Page):
     """Two files dropped here, and the brake is calibrated."""
 
-    name = "laboratory"
+    name, title = "laboratory", "Laboratory"
+    about = "From measured files to a calibrated brake"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -90,7 +91,7 @@ class Laboratory(Page):
     def build(self) -> None:
         """Drop zone and settings left; files, results and report right."""
         ui.context.client.on_delete(self.close)
-        side, main = columns()
+        side, main = columns(whole=True)
         with side:
             self.dropped = Dropped(self.uploads, self._arrived)
             tip = (

@@ -203,7 +203,7 @@ def pages_of(folder: Path) -> dict[str, bytes]:
 def picture_of(name: str, result: Any) -> str:
     """The figure of a result as SVG whose colours follow the page."""
     with _drawing:
-        return themed(svg_of(drawn(result.draw()), name))
+        return themed(svg_of(drawn(result.draw(), words=True), name))
 
 
 def stem_of(brake: Subject) -> str:

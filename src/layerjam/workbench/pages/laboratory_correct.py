@@ -26,7 +26,17 @@ from layerjam.workbench.pages.laboratory_files import (
     edits_of,
     put_edits,
 )
-from layerjam.workbench.widgets import Alert, button, chart, dressed, field, fold, one_line, select
+from layerjam.workbench.widgets import (
+    Alert,
+    button,
+    chart,
+    dressed,
+    field,
+    fold,
+    heading,
+    one_line,
+    select,
+)
 
 UNITS = MappingProxyType(
     {
@@ -86,8 +96,7 @@ class Correct:
         self._said: dict[str, str] = {}
         self._fields: dict[str, Any] = {}
         with dressed(ui.card(), "laboratory-detail", "w-full", "flat bordered") as self.box:
-            name = ui.label("")
-            self._name = dressed(name, "", "text-lg font-medium break-all", role="heading")
+            self._name = heading("").classes("break-all")
             with ui.row().classes("w-full items-start gap-6"):
                 self._words = ui.column().classes("gap-1").style("flex:1; min-width:300px")
                 look = "flex:1; min-width:320px; height:260px"

@@ -11,7 +11,7 @@ from nicegui import events, ui
 from layerjam.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.uploads import LARGEST, MOST, Refused, Uploads, clean
-from layerjam.workbench.widgets import button, dressed, hint
+from layerjam.workbench.widgets import button, dressed, hint, zone
 
 AT_ONCE = 1000
 """Files that the browser offers in one go at most; what is kept is bounded by uploads."""
@@ -32,9 +32,8 @@ class Dropped:
             max_file_size=LARGEST,
             max_files=AT_ONCE,
             on_upload=self._take,
-            label="Drop measured files here",
         )
-        dressed(self.zone, "laboratory-drop", "files-dropped", "flat")
+        zone(self.zone, "Drop measured files here", "laboratory-drop", "files-dropped")
         with self.zone.add_slot("list"):
             hint(
                 "CSV, TSV, TXT, TRA, XLSX, ODS, and sidecars NAME.csv.toml, many at once. Up to "

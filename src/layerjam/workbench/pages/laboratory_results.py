@@ -11,7 +11,7 @@ from layerjam.commands.results import in_words
 from layerjam.workbench.call import key_of, result_fields
 from layerjam.workbench.page import Box, Notes, checks
 from layerjam.workbench.pages.laboratory_chain import Chain, Done
-from layerjam.workbench.widgets import dressed, hint, named
+from layerjam.workbench.widgets import dressed, heading, hint, named
 
 CARDS = {
     "friction": (
@@ -40,8 +40,7 @@ class Card:
         self.name, self._show_done = name, show
         with dressed(ui.card(), f"laboratory-{name}", "w-full", "flat bordered"):
             with ui.row().classes("w-full items-center justify-between"):
-                title = ui.label(CARDS[name][0])
-                dressed(title, "", "text-lg font-medium", role="heading")
+                heading(CARDS[name][0])
                 with ui.row().classes("gap-2"):
                     buttons()
             self._box = Box(self._show, "w-full gap-2")

@@ -49,7 +49,8 @@ SAW = (
 class Pull(Page):
     """Drag the vacuum and watch the force curve rise."""
 
-    name = "pull"
+    name, title = "pull", "Pull"
+    about = "The force it takes to pull the brake apart"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)

@@ -17,7 +17,7 @@ from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.page import Box, Notes, answered, checks
 from layerjam.workbench.tables import html
 from layerjam.workbench.uploads import LARGEST, Upload, Uploads
-from layerjam.workbench.widgets import Alert, button, dressed, hint
+from layerjam.workbench.widgets import Alert, button, dressed, hint, zone
 
 
 @dataclass(frozen=True)
@@ -91,12 +91,11 @@ class Measured:
         area = ui.upload(
             multiple=True,
             max_file_size=LARGEST,
-            label=label,
             auto_upload=True,
             on_multi_upload=self._came,
             on_rejected=lambda: self._trouble.say(f"a file has at most {LARGEST // 2**20} MB"),
         )
-        self.area = dressed(area, "pull-drop", "w-full", "flat bordered", aria_label=label)
+        self.area = zone(area, label, "pull-drop")
         ui.label(
             "Exports of a test machine, with NAME.csv.toml beside NAME.csv if there is one. They "
             "stay on this machine and are not in the link."

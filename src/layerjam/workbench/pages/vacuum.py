@@ -23,7 +23,7 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Figures, Notes, Page, answered
 from layerjam.workbench.pages.records import Editor, Kind
-from layerjam.workbench.widgets import chart, columns, dressed, fold, hint, status
+from layerjam.workbench.widgets import chart, columns, dressed, fold, heading, hint, status
 
 LINE = Kind(
     "line",
@@ -97,7 +97,8 @@ def fault_choice() -> Choice:
 class Vacuum(Page):
     """A line: its step response, its regulator, its faults."""
 
-    name = "vacuum"
+    name, title = "vacuum", "Vacuum"
+    about = "How fast a line brings the vacuum, and how a regulator holds it"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -154,20 +155,20 @@ class Vacuum(Page):
         return self.desk.line.line.sensor is None
 
     def _results(self) -> None:
-        ui.label("Step response, pump full on").classes("text-lg")
+        heading("Step response, pump full on")
         self.rise_words = status("vacuum-rise-words")
         narrow = "width: 260px; flex: none"
-        with ui.row().classes("w-full no-wrap items-start gap-4"):
-            look = "flex: 1; min-width: 0; height: 260px"
+        with ui.row().classes("w-full beside items-start gap-4"):
+            look = "flex: 1; min-width: 0; height: max(260px, 30vh)"
             self.steps = chart("vacuum-chart", "Vacuum over time, pump full on", look)
             with ui.column().style(narrow):
                 self.rise_figures = Figures(self.name, "rise", RISE)
-        ui.label("Regulator").classes("text-lg")
+        heading("Regulator")
         self.verdict = status("vacuum-verdict", text=NOT_CHOSEN)
-        with ui.row().classes("w-full no-wrap items-start gap-4") as self.regulated:
+        with ui.row().classes("w-full beside items-start gap-4") as self.regulated:
             with ui.column().classes("gap-0").style("flex: 1; min-width: 0"):
                 what = "Vacuum and command over time, regulated"
-                self.loop = chart("vacuum-loop", what, "width: 100%; height: 430px")
+                self.loop = chart("vacuum-loop", what, "width: 100%; height: max(430px, 46vh)")
                 hint(KEY)
             with ui.column().style(narrow):
                 self.loop_figures = Figures("vacuum-loop", "regulate", LOOP)
