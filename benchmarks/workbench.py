@@ -74,7 +74,7 @@ def files_ready(page: Any) -> None:
 def drop_ready(page: Any) -> None:
     """The tuned drop has stopped."""
     page.wait_for_function(
-        "document.querySelector('[data-testid=drop-verdict]')?.innerText.startsWith('STOPPED')",
+        "document.querySelector('[data-testid=drop-verdict]')?.innerText.startsWith('Stopped')",
         timeout=LONG,
     )
 

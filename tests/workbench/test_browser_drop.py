@@ -17,7 +17,7 @@ def drop(tab):
     tab.click("[data-testid=tab-drop]")
     tab.wait_for_selector(f"{at('chart')} canvas", timeout=LONG)
     tab.wait_for_function(
-        "document.querySelector('[data-testid=drop-verdict]').innerText.startsWith('STOPPED')",
+        "document.querySelector('[data-testid=drop-verdict]').innerText.startsWith('Stopped')",
         timeout=LONG,
     )
     tab.wait_for_function("window.layerjamDrop !== undefined", timeout=LONG)
@@ -69,10 +69,10 @@ def test_every_kind_of_vacuum_and_undo(drop):
     drop.get_by_text("is not allowed").wait_for()
     field.fill("5")
     field.press("Enter")
-    drop.get_by_text("BOTTOMED_OUT: the travel").wait_for()
+    drop.get_by_text("The travel of 60 mm is used up").wait_for()
     assert drop.inner_text(at("value-outcome")) == "bottomed out"
     drop.click("[data-testid=undo]")
     drop.wait_for_function(
-        "document.querySelector('[data-testid=drop-verdict]').innerText.startsWith('STOPPED')"
+        "document.querySelector('[data-testid=drop-verdict]').innerText.startsWith('Stopped')"
     )
     assert drop.errors == []

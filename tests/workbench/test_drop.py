@@ -6,6 +6,7 @@ import asyncio
 
 import numpy as np
 import pytest
+from nicegui import ui
 
 from layerjam.commands.impact import drop
 from layerjam.commands.index import load
@@ -13,7 +14,8 @@ from layerjam.commands.tuning import tune
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import NO_ROPE, OWN, Drop
 from layerjam.workbench.pages.drop_animation import SLOW, series, slowness
-from layerjam.workbench.pages.drop_table import notes, table, verdict
+from layerjam.workbench.pages.drop_outcome import verdict
+from layerjam.workbench.pages.drop_table import notes, table
 from layerjam.workbench.state import State, from_link, to_link
 from layerjam.workbench.uploads import Upload
 from workbench.standing import standing
@@ -58,11 +60,14 @@ def test_without_a_rope_no_brake_is_refused_in_words_and_the_rest_answered():
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"shown": "full"}, "STOPPED: in 13.34 ms, after 0.3104 mm of slip"),
-        ({"shown": "value", "vacuum": 5e3}, "BOTTOMED_OUT: the travel of 60 mm is used up"),
-        ({"shown": "full", "mass": 0.1, "speed": 0.5}, "NEVER_SLID"),
+        ({"shown": "full"}, "Stopped in 13.34 ms, after 0.3104 mm of slip"),
+        (
+            {"shown": "value", "vacuum": 5e3},
+            "The travel of 60 mm is used up with the mass still at",
+        ),
+        ({"shown": "full", "mass": 0.1, "speed": 0.5}, "Stopped in "),
         ({"shown": "tuned", "speed": 5.0}, "Cannot: 5 m/s is too fast for 40 mm"),
-        ({"shown": "none"}, "STOPPED: in 12.51 ms"),
+        ({"shown": "none"}, "Stopped in 12.51 ms by the rope, without a brake"),
         ({"shown": "value", "vacuum": 60e3, "rope_stiffness": 500.0, "speed": 5.0}, "Cannot: "),
     ],
 )
@@ -121,17 +126,65 @@ def test_what_is_sent_is_the_record():
 def test_the_page_stands_and_follows_its_controls():
     async def use() -> None:
         async with standing(Drop) as (user, pages):
-            await user.should_see("STOPPED: in 63.94 ms, after 40 mm of slip", retries=300)
+            await user.should_see("Stopped in 63.94 ms, after 40 mm of slip", retries=300)
             page = pages[-1]
             page.desk.put("drop", "shown", "full")
-            await user.should_see("STOPPED: in 13.34 ms, after 0.3104 mm of slip", retries=50)
+            await user.should_see("Stopped in 13.34 ms, after 0.3104 mm of slip", retries=50)
             page.desk.put("drop", "direction", "horizontal")
             await user.should_see("v²/2gd: the force", retries=50)
             page.desk.undo()
             page.desk.undo()
-            await user.should_see("STOPPED: in 63.94 ms, after 40 mm of slip", retries=50)
+            await user.should_see("Stopped in 63.94 ms, after 40 mm of slip", retries=50)
             page.desk.put("drop", "speed", 5.0)
             await user.should_see("Cannot: 5 m/s is too fast for 40 mm", retries=50)
-            assert not page.chart.visible
+            # full vacuum is shown, it crashes, and the page says what would stop it
+            await user.should_see("it crashes, with up to", retries=50)
+            assert page.chart.visible
+            before = page.desk.state
+            user.find(kind=ui.button, content="23 sheets").click()
+            await user.should_see("Stopped in ", retries=50)
+            assert page.desk.brake.brake.sheets.count == 23
+            page.desk.undo()
+            assert page.desk.state == before
+            await user.should_see("3 brakes", retries=50)
+            user.find(kind=ui.button, content="3 brakes").click()
+            await user.should_see("Stopped in ", retries=50)
+            assert page.value("mass") == pytest.approx(1 / 3)
+            assert page.value("rope_stiffness") == pytest.approx(16.8e3 / 3)
+            page.desk.undo()
+            assert page.desk.state == before
 
     asyncio.run(use())
+
+
+def test_a_drop_that_crashes_is_drawn_to_its_standstill_behind_the_travel():
+    shown, drops, _ = page_of(shown="value", vacuum=5e3).compute()
+    stop = drops[shown][0]
+    made = series(stop.record, None, stop.crash)
+    assert made["crash"] == pytest.approx(stop.record.time[-1] * 1e3)
+    assert made["last"] > made["crash"]
+    assert made["top"] == pytest.approx(stop.crash_force, rel=1e-4)
+    after = np.array(made["time"]) > made["crash"] * (1 + 1e-6)
+    assert set(np.array(made["slip"])[after]) == {60.0}
+    assert made["travel"][-1] == pytest.approx(stop.crash.travel[-1] * 1e3, rel=1e-4)
+    assert f"{stop.crash_g:.3g} g" in verdict(stop, "")
+    # without a rope the record ends where it crashes, and nobody knows how hard
+    bare = drop(KAPTON, mass="1 kg", speed="1.5 m/s", vacuum="5 kPa")
+    alone = series(bare.record, None, bare.crash)
+    assert alone["crash"] == pytest.approx(alone["last"])
+    assert "How hard is not known" in verdict(bare, "")
+    fine = drop(KAPTON, **CASE, vacuum="50 kPa")
+    assert series(fine.record, None, fine.crash)["crash"] is None
+
+
+def test_what_would_stop_it_is_looked_for_once(monkeypatch):
+    """A vacuum that there is not costs one search, which takes most of the time."""
+    from layerjam.simulate import tuned
+
+    asked = []
+    real = tuned.other_sheets
+    monkeypatch.setattr(tuned, "other_sheets", lambda case: asked.append(case) or real(case))
+    _, drops, (found, _) = page_of(speed=5.0).compute()
+    assert len(asked) == 1
+    own = drop(KAPTON, **CASE | {"speed": "5 m/s"}, vacuum="tuned", travel="40 mm")
+    assert drops["tuned"][0].reason == own.reason == found.reason

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from layerjam.commands.predict import show
 from layerjam.commands.stick_slip import stick_slip
 from layerjam.commands.tensile import tensile
 from layerjam.device.load import load
+from layerjam.simulate.record import Outcome
 from layerjam.workbench import takeaway
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.outcomes import PULLS, of_pull, of_slide
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.pull_chart import pulled, round_up
 from layerjam.workbench.pages.pull_files import Reading, laid_out, read
@@ -145,3 +148,28 @@ def test_the_record_taken_away_reads_back(tmp_path):
     text = takeaway.file_bytes(answer, "csv").decode()
     assert text.startswith("# layerjam")
     assert load(KAPTON).name in text
+
+
+@pytest.mark.parametrize(
+    ("procedure", "words"),
+    [
+        ("evacuate to 60 kPa; pull at 1 mm/s until 20 mm", "Pulled to 20 mm"),
+        ("evacuate to 60 kPa; pull at 1 mm/s until 90 mm", "came apart at 68"),
+        (
+            "evacuate to 60 kPa; pull at 1 mm/s until 20 mm; return at 1 mm/s to 18 mm; vent; "
+            "hold 1 s; return at 1 mm/s to 0 mm",
+            "pulled the brake back",
+        ),
+    ],
+)
+def test_every_pull_ends_in_a_sentence(procedure, words):
+    assert words in of_pull(tensile(KAPTON, procedure=procedure))
+
+
+def test_a_sentence_for_every_outcome_that_a_pull_can_have():
+    for outcome in Outcome:
+        record = SimpleNamespace(elongation=np.array([0.0, 0.01]), speed=0.001)
+        found = SimpleNamespace(outcome=str(outcome), record=record, events=3)
+        for said in (of_pull(found), of_slide(found)):
+            assert said.endswith(".") and said[0].isupper()
+        assert (outcome in of_pull(found)) == (outcome not in PULLS)

@@ -84,7 +84,7 @@ def test_the_page_stands_and_the_line_can_be_changed():
             await user.should_see("Nothing is regulated until a safe state is chosen")
             page = pages[-1]
             page.desk.put("vacuum", "safe_state", "release")
-            await user.should_see("HEALTHY: risen to 60 kPa", retries=100)
+            await user.should_see("No fault was reported: risen to 60 kPa", retries=100)
             line = page.line
             for path in FIELDS:
                 line.row(path)

@@ -29,9 +29,10 @@ from layerjam.commands.quantities import (
 from layerjam.commands.reading import LogOptions
 from layerjam.commands.results import fact, number, result
 from layerjam.commands.sensor import Heating, Reading, Sensing, Warmth, heating, reading
-from layerjam.commands.tuning import arrival, tune
+from layerjam.commands.tuning import TunedVacuum, arrival, tune
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
+from layerjam.simulate.crash import Crash, crash
 from layerjam.simulate.quantities import DURATION
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.rope_alone import BareDrop
@@ -68,6 +69,10 @@ class Stop(Reading, Heating):
     stopping_time: float | None = number("s", "time from the taut rope", default=None)
     dissipated_energy: float | None = number("J", "heat until then", default=None)
     end_speed: float | None = number("m/s", "speed at the end", default=None)
+    crash_force: float | None = number(
+        "N", "greatest force after the travel is used up, if its end is rigid", default=None
+    )
+    crash_g: float | None = number("1", "the same over weight, as felt", default=None)
     vacuum: float | None = number("Pa", "vacuum of the brake", default=None)
     outcome: str | None = fact("how it ended", default=None)
     speed: float | None = number("m/s", "speed at the taut rope", default=None)
@@ -80,6 +85,8 @@ class Stop(Reading, Heating):
     )
     slip_at_end: float | None = number("m", "slip when `duration` is over", default=None)
     outcome_at_end: str | None = fact("how the time after it ended", default=None)
+    crash: Crash | None = None
+    """How it goes on after the end of the travel, where that is known."""
 
     def rows(self) -> list[tuple[str, str]]:
         """Without what was only assumed, and without a sensor that shows the stop as it is."""
@@ -164,7 +171,7 @@ def drop(
     elif vacuum == "tuned":
         found = tune(brake, travel=travel, horizontal=horizontal, **known)
         if not found.feasible:
-            return Stop(speed=arrives, feasible=False, reason=found.reason, warnings=found.warnings)
+            return not_tuned(found, arrives)
         pressure = found.vacuum
     else:
         vacuum_within(vacuum, brake.brake)
@@ -177,6 +184,11 @@ def drop(
     if vacuum != "tuned":
         return made
     return _not_tuned_for(bool(damping), leak_time is not None, made, travel)
+
+
+def not_tuned(found: TunedVacuum, speed: float | None = None) -> Stop:
+    """The stop at a tuned vacuum that there is not: why, and nothing else."""
+    return Stop(speed=speed, feasible=False, reason=found.reason, warnings=found.warnings)
 
 
 def _not_tuned_for(damping: bool, leak: bool, made: Stop, travel: Any) -> Stop:
@@ -286,6 +298,7 @@ def _with_brake(
         )
     if until is not None:
         said |= {"slip_at_end": timed.slip_at_end, "outcome_at_end": str(timed.outcome_at_end)}
+    crashed, more, notices = _crash(record, brake.brake.site.gravity)
     return Stop(
         slip=timed.slip,
         **_peaks(timed.peak_force, record.mass, record.gravity, brake.brake.site.gravity),
@@ -296,9 +309,33 @@ def _with_brake(
         least_stiffness=None
         if follows_speed(brake.brake)
         else float(least_stiffness(record.vacuum, brake.brake)),
-        warnings=record.warnings,
+        warnings=[*record.warnings, *notices],
+        crash=crashed,
+        **more,
         **said,
     )
+
+
+def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], list[Notice]]:
+    """What comes after the end of the travel, its numbers, and what is not known of it."""
+    if record.outcome is not Outcome.BOTTOMED_OUT:
+        return None, {}, []
+    found = crash(record)
+    if found is None:
+        said = (
+            "the peaks leave the crash out: how hard it is depends on what gives at the end of the "
+            "travel, and without a rope nothing is known that does"
+        )
+        return None, {}, [Notice(said, "crash-unknown")]
+    force = found.peak_force
+    felt = force / (record.mass * g) if g else None
+    above = "" if felt is None else f" or {show(felt, '1', 3)} g"
+    said = (
+        "peak force, deceleration and g leave the crash out: at an end of the travel that does not "
+        f"give, the rope brings the mass up to {show(force, 'N')}{above}; an end that gives, to "
+        "less"
+    )
+    return found, {"crash_force": force, "crash_g": felt}, [Notice(said, "crash")]
 
 
 def _peaks(force: float, mass: float, along: float, g: float) -> dict[str, Any]:

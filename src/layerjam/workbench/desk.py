@@ -59,6 +59,14 @@ class Desk:
         self._moved, self._when = (page, key), now
         self._become(self.state.put(page, key, value), "settings", keep=not same)
 
+    def put_all(self, page: str, settings: Mapping[str, Value]) -> None:
+        """Set several controls as one step of undo; the page's controls follow."""
+        state = self.state
+        for key, value in settings.items():
+            state = state.put(page, key, value)
+        if state != self.state:
+            self._become(state, "undo")
+
     def put_file(self, what: str, text: str) -> None:
         """Another "brake", "line" or brake "beside" it: a catalogue name or TOML text.
 

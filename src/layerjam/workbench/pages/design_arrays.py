@@ -10,9 +10,10 @@ from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, with_readout
 from layerjam.workbench.controls import Control, asked, by_key
 from layerjam.workbench.more import More
+from layerjam.workbench.outcomes import of_pull
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.design_part import PAGE, Part
-from layerjam.workbench.widgets import chart, columns, hint
+from layerjam.workbench.widgets import chart, columns, hint, status
 
 MM = 1e3
 WIDE, LONG = 20, 10
@@ -28,7 +29,6 @@ TOTALS = (
     "stiffness",
     "mass",
     "force_density",
-    "outcome",
 )
 
 
@@ -56,6 +56,7 @@ class Arrays(Part):
             self.more.build()
             self.figures = Figures(f"{PAGE}-array", "array", TOTALS)
         with main:
+            self.outcome = status(f"{PAGE}-array-outcome")
             what = "Force over elongation of the array and of one brake"
             self.chart = chart(f"{PAGE}-array-chart", what)
             hint(
@@ -76,6 +77,7 @@ class Arrays(Part):
         whole, one = found
         live.draw(self.chart, array_chart(whole, one, self.page.dark))
         self.figures.fill(whole)
+        self.outcome.set_text(of_pull(whole))
         self.notes.fill(whole.warnings)
 
 

@@ -7,16 +7,19 @@ from typing import Any
 
 from nicegui import ui
 
+from layerjam.commands.impact import not_tuned
 from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, Options
 from layerjam.workbench.charts import Curve, options, stacked
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.heroes import Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Notes, Page, answered
 from layerjam.workbench.pages.drop_animation import SLOW, Animation, series
-from layerjam.workbench.pages.drop_table import MODES, notes, table, verdict
+from layerjam.workbench.pages.drop_outcome import GOOD, Advice, heroes, verdict
+from layerjam.workbench.pages.drop_table import MODES, notes, table
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.widgets import chart, columns, dressed, status
 
@@ -109,7 +112,9 @@ class Drop(Page):
             self.problem_line()
         with main:
             waiting_line(name, self.runner)
+            self.heroes = Heroes(name)
             self.verdict = status("drop-verdict", "text-lg")
+            self.advice = Advice(self.desk, self._rope)
             with ui.row().classes("w-full items-start gap-4"):
                 stage = ui.column().style("width: 270px; flex: none")
                 with ui.element("div").style("flex: 1; min-width: 300px; position: relative"):
@@ -127,6 +132,9 @@ class Drop(Page):
 
     def _roped(self) -> bool:
         return self.word(ON_ROPE) == "rope"
+
+    def _rope(self) -> float | None:
+        return self.value("rope_stiffness") if self._roped() else None
 
     def _arrives(self) -> str:
         """Nothing falls into a horizontal stop."""
@@ -175,17 +183,30 @@ class Drop(Page):
         drops, tune = self.columns(), self.calls()[-1]
         shown = "history" if "history" in drops else self.word(SHOWN)
         found: dict[str, tuple[Any, str]] = {"none": (None, NO_ROPE)}
-        found |= {mode: answered(call, progress=self.runner.tell) for mode, call in drops.items()}
-        return shown, found, answered(tune)
+        tuned, refused = answered(tune)
+        for mode, call in drops.items():
+            if mode == "tuned" and tuned is not None and not tuned.feasible:
+                # what would do instead takes long to find: it is not looked for twice
+                found[mode] = (not_tuned(tuned), "")
+            else:
+                found[mode] = answered(call, progress=self.runner.tell)
+        return shown, found, (tuned, refused)
 
     def draw(self, result: Any) -> None:
         """Verdict, stage, charts, table."""
         shown, drops, (tuned, _) = result
         stop, refusal = drops[shown]
-        self.verdict.set_text(verdict(stop, refusal))
+        said = verdict(stop, refusal)
+        if shown == "tuned" and stop is not None and stop.record is None and drops["full"][0]:
+            stop, refusal = drops["full"]
+            said = f"{said} Shown is full vacuum: {verdict(stop, refusal)}"
+        self.verdict.set_text(said)
+        self.heroes.fill(heroes(stop))
+        failed = drops[shown][0] is None or drops[shown][0].outcome not in GOOD
+        self.advice.fill(tuned, self.value("mass"), failed and shown != "none")
         record = stop.record if stop is not None else None
-        slow = self.word(SLOWLY)
-        made = None if record is None else series(record, None if slow == "auto" else float(slow))
+        slow = None if self.word(SLOWLY) == "auto" else float(self.word(SLOWLY))
+        made = None if record is None else series(record, slow, stop.crash)
         floor = None if tuned is None else tuned.floor_g
         self.chart.set_visibility(made is not None)
         if made is not None:
@@ -217,6 +238,8 @@ class Drop(Page):
             travel.append(Curve(time, made["slip"], "second", "slip"))
         common: dict[str, Any] = {"x_range": (0, last), "dark": self.dark}
         common["x"] = "time from the taut rope [ms]"
+        if made["crash"] is not None:
+            common["bands"] = [(min(made["crash"], 0.995 * last), last, "bad")]
         top = max(range(len(time)), key=made["force"].__getitem__)
         peak = (time[top], made["force"][top], f"{made['force'][top]:.4g} N", "bad")
         parts = [

@@ -51,6 +51,11 @@ window.layerjamDrop = window.layerjamDrop || (() => {
     made.words = shape("text", {"text-anchor": "middle", fill: "#fff", "font-size": 13});
     made.words.textContent = data.mass;
     svg.append(made.words);
+    if (data.crash !== null) {
+      made.bang = shape("text", {"text-anchor": "middle", fill: "#D55E00", "font-size": 15, "font-weight": 700});
+      made.bang.textContent = "crash";
+      svg.append(made.bang);
+    }
     const bar = ruler();
     put("path", {d: `M166 ${zero()} h10 M171 ${zero()} v${bar.pixels} m-5 0 h10`, stroke: "currentColor", fill: "none"});
     const text = shape("text", {fill: "currentColor", "font-size": 12});
@@ -93,9 +98,14 @@ window.layerjamDrop = window.layerjamDrop || (() => {
     }
     const top = zero() - REST.mass + travel;
     set(d.rope, {y1: end, y2: top, "stroke-width": 1.5 + 3 * share, stroke: share > 0.02 ? "#B3261E" : "#56646f", "stroke-opacity": share > 0.02 ? 0.35 + 0.65 * share : 1});
-    set(d.mass, {y: top});
+    const crashed = data.crash !== null && now >= data.crash - 1e-9;
+    set(d.mass, {y: top, fill: crashed ? "#B3261E" : "#56646f"});
+    if (d.bang) {
+      set(d.bang, d.flat ? {x: top + REST.mass / 2, y: 60} : {x: 125, y: top + REST.mass + 18});
+      d.bang.style.display = crashed ? "" : "none";
+    }
     set(d.words, d.flat ? {x: top + REST.mass / 2, y: 99} : {x: 125, y: top + REST.mass / 2 + 5});
-    const clock = `${round(now)} ms`;
+    const clock = `${round(now)} ms${crashed ? ", crash" : ""}`;
     part("clock").textContent = clock;
     part("force").textContent = `${round(force)} N`;
     part("travel").textContent = `${round(at(data.travel, now))} mm`;

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
-from layerjam.simulate.record import DropRecord
+from layerjam.simulate.crash import Crash, with_crash
+from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.rope_alone import BareDrop
 from layerjam.units import show
 from layerjam.workbench.widgets import shipped
@@ -25,8 +26,16 @@ def slowness(lasts: float) -> float:
     return next((factor for factor in SLOW if factor * lasts >= LASTS), SLOW[-1])
 
 
-def series(record: DropRecord | BareDrop, slow: float | None = None) -> dict[str, Any] | None:
-    """What the browser needs, in ms, mm, N and m/s²; None where nothing moved."""
+def series(
+    record: DropRecord | BareDrop, slow: float | None = None, crash: Crash | None = None
+) -> dict[str, Any] | None:
+    """What the browser needs, in ms, mm, N and m/s²; None where nothing moved.
+
+    `crash` is how a drop goes on that used the travel up; its beginning is the key `crash`.
+    """
+    if crash is not None and isinstance(record, DropRecord):
+        made = series(with_crash(record, crash), slow)
+        return None if made is None else {**made, "crash": float(record.time[-1] * 1e3)}
     keep = record.time >= 0
     time, travel = record.time[keep], record.travel[keep]
     if len(time) < 2 or not time[-1] > 0 or not travel.max() > 0:
@@ -52,12 +61,18 @@ def series(record: DropRecord | BareDrop, slow: float | None = None) -> dict[str
         "brake": brake,
         "horizontal": (record.gravity if isinstance(record, DropRecord) else record.along) == 0,
         "slow": slowness(float(time[-1])) if slow is None else slow,
+        "crash": float(time[-1] * 1e3) if record_crashes(record) else None,
     }
 
 
 def record_top(record: DropRecord | BareDrop) -> int:
     """Position of the greatest force among the samples from time zero on."""
     return int(np.argmax(record.force[record.time >= 0]))
+
+
+def record_crashes(record: DropRecord | BareDrop) -> bool:
+    """Whether the mass still moved when the travel was used up."""
+    return isinstance(record, DropRecord) and record.outcome is Outcome.BOTTOMED_OUT
 
 
 class Animation:

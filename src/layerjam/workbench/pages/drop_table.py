@@ -7,7 +7,6 @@ from html import escape
 from types import MappingProxyType
 from typing import Any
 
-from layerjam.units import show
 from layerjam.workbench.call import result_fields
 
 MODES = MappingProxyType(
@@ -26,6 +25,8 @@ ROWS = (
     "peak_force",
     "peak_deceleration",
     "peak_g",
+    "crash_force",
+    "crash_g",
     "stopping_time",
     "end_speed",
     "dissipated_energy",
@@ -57,27 +58,6 @@ def notes(drops: Drops) -> list[str]:
             shared = all(w in other for other in by_brake)
             made.append(w if shared else f"{MODES[mode]}: {w}")
     return list(dict.fromkeys(made))
-
-
-def verdict(stop: Any | None, refusal: str) -> str:
-    """What happened, in a sentence."""
-    if stop is None:
-        return f"Cannot: {refusal}"
-    if not stop.feasible:
-        return f"Cannot: {stop.reason}"
-    if stop.outcome == "BOTTOMED_OUT":
-        return (
-            f"BOTTOMED_OUT: the travel of {show(stop.slip, 'm')} is used up, the mass still at "
-            f"{show(stop.end_speed, 'm/s')}"
-        )
-    if stop.outcome is None:
-        return str(stop.reason)
-    if stop.stopping_time is None:
-        return f"{stop.outcome}: the mass does not stand still"
-    after = f"{stop.outcome}: in {show(stop.stopping_time, 's')}"
-    if stop.outcome == "NEVER_SLID":
-        return f"{after}, by the rope alone: the sheets never slid"
-    return after if stop.slip is None else f"{after}, after {show(stop.slip, 'm')} of slip"
 
 
 def table(drops: Drops, shown: str) -> str:

@@ -10,18 +10,21 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.errors import LayerjamError
+from layerjam.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.heroes import Hero, Heroes
 from layerjam.workbench.more import More
+from layerjam.workbench.outcomes import of_pull, of_slide
 from layerjam.workbench.page import Box, Figures, Notes, Page
 from layerjam.workbench.pages.pull_chart import pulled, saw
 from layerjam.workbench.pages.pull_files import Measured, Reading, laid_out, read, show_errors
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.uploads import Uploads
-from layerjam.workbench.widgets import button, chart, columns, one_line
+from layerjam.workbench.widgets import button, chart, columns, fold, one_line, status
 
 STICK_SLIP = "judder"
 """The word in links; they outlive names."""
@@ -32,14 +35,11 @@ MODEL = Choice(
     help="One friction for all sheets; every sheet a spring and every interface a friction; or a "
     "mass on a spring that sticks and slips, over time",
 )
-PULLED = ("peak_force", "peak_elongation", "force_at_end", "work", "dissipated_energy", "outcome")
+PULLED = ("force_at_end", "work")
 SAW = (
-    "outcome",
     "force_high",
     "force_low",
-    "amplitude",
     "slip_per_event",
-    "period",
     "events",
     "critical_speed",
     "stiffness_needed",
@@ -87,15 +87,15 @@ class Pull(Page):
             choice(self.desk, self.name, MODEL)
             self.problem_line()
             with self.while_(lambda: not self._saws()):
-                self.pulled = Figures(self.name, "tensile", PULLED)
                 self.more_of_pull.build()
             with self.while_(self._saws):
-                self.saw = Figures("pull-saw", STICK_SLIP, SAW)
                 self.more_of_saw.build()
             self.measured = Measured(self.uploads, self.refresh)
             self.of_files = self.slider("files_vacuum")
         with main:
             waiting_line(self.name, self.runner)
+            self.heroes = Heroes(self.name)
+            self.outcome = status("pull-outcome")
             self.chart = chart("pull-chart", "Force over elongation")
             with ui.row().classes("items-center gap-2"):
                 ui.label("Take away").classes("text-sm")
@@ -105,6 +105,11 @@ class Pull(Page):
                 self.compared = button("comparison as SVG", compare, "pull-comparison")
                 self.compared.set_visibility(False)
             self.errors = Box(show_errors, "w-full gap-1 overflow-auto")
+            with fold("More numbers", "pull-numbers"):
+                with self.while_(lambda: not self._saws()):
+                    self.pulled = Figures(self.name, "tensile", PULLED)
+                with self.while_(self._saws):
+                    self.saw = Figures("pull-saw", STICK_SLIP, SAW)
             self.notes = Notes()
 
     def _saws(self) -> bool:
@@ -161,6 +166,8 @@ class Pull(Page):
         else:
             live.draw(self.chart, pulled(found, whole, reading, self.dark))
         (self.saw if saws else self.pulled).fill(found)
+        self.heroes.fill(heroes(found))
+        self.outcome.set_text(of_slide(found) if saws else of_pull(found))
         self.measured.fill(reading)
         self.errors.fill(reading)
         self.notes.fill(found.warnings)
@@ -181,3 +188,21 @@ class Pull(Page):
             return
         name = "validate" if what == "comparison" else call.name
         ui.download.content(content, f"{self.desk.brake.name}-{name}.{ending}")
+
+
+def heroes(found: Any) -> list[Hero]:
+    """What a pull is looked at for: its peak and heat, or how it sticks and slips."""
+    if found.command == STICK_SLIP or not hasattr(found, "peak_force"):
+        swing = "–" if found.amplitude is None else f"± {show(found.amplitude, 'N')}"
+        period = "–" if found.period is None else show(found.period, "s")
+        fast = "–" if found.critical_speed is None else show(found.critical_speed, "m/s")
+        return [
+            ("amplitude", "Amplitude", swing),
+            ("period", "Period", period),
+            ("critical_speed", "Critical speed", fast),
+        ]
+    return [
+        ("peak_force", "Peak force", show(found.peak_force, "N")),
+        ("peak_elongation", "At an elongation of", show(found.peak_elongation, "m")),
+        ("dissipated_energy", "Turned into heat", show(found.dissipated_energy, "J")),
+    ]

@@ -20,6 +20,7 @@ from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, stacked
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, chosen, menu
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.heroes import Hero, Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Figures, Notes, Page, answered
 from layerjam.workbench.pages.records import Editor, Kind
@@ -64,9 +65,8 @@ KEY = (
 LONGEST, SHORTEST = 1200.0, 1e-3
 """Time simulated at most and time between samples at least, on this page [s]."""
 KPA = 1e3
-RISE = ("rise_time", "time_constant", "fall_time", "fall_by", "reachable", "gas_work")
+RISE = ("time_constant", "fall_by", "gas_work")
 LOOP = (
-    "outcome",
     "fault_at",
     "fault_time",
     "said_after",
@@ -156,6 +156,7 @@ class Vacuum(Page):
 
     def _results(self) -> None:
         heading("Step response, pump full on")
+        self.heroes = Heroes(self.name)
         self.rise_words = status("vacuum-rise-words")
         narrow = "width: 260px; flex: none"
         with ui.row().classes("w-full beside items-start gap-4"):
@@ -219,14 +220,16 @@ class Vacuum(Page):
     def _draw_rise(self, rise: Any | None, refused: str) -> None:
         self.steps.set_visibility(rise is not None)
         if rise is None:
-            self.rise_words.set_text(f"Cannot: {refused}")
+            self.rise_words.set_text(f"Cannot: {refused}.")
+            self.heroes.fill([])
             return
-        words = f"Cannot: {rise.reason}"
+        words = f"Cannot: {rise.reason}."
         if rise.feasible:
-            risen = f"10 to 90 % in {show(rise.rise_time, 's', 3)}"
-            words = f"{show(rise.target, 'Pa')} in {rise.fluid}: {risen}"
+            risen = f"rises from 10 to 90 % in {show(rise.rise_time, 's', 3)}"
+            words = f"A vacuum of {show(rise.target, 'Pa')} in {rise.fluid} {risen}."
         self.rise_words.set_text(words)
         self.rise_figures.fill(rise)
+        self.heroes.fill(heroes(rise))
         time, vacuum = np.asarray(rise.record.time), np.asarray(rise.record.vacuum)
         there = np.flatnonzero(vacuum >= rise.target)
         end = 1.4 * float(time[there[0]]) if len(there) else float(time[-1])
@@ -289,7 +292,7 @@ def verdict(result: Any) -> str:
     held = f"at the end the vacuum is {show(end, 'Pa', 3) if end >= 1 else 'gone'}"
     if result.fault is None and result.outcome == "HEALTHY":
         rise = "never" if result.rise_time is None else f"in {show(result.rise_time, 's', 3)}"
-        return f"HEALTHY: risen to {target} {rise} (10 to 90 %); {held}."
+        return f"No fault was reported: risen to {target} {rise} (10 to 90 %); {held}."
     what = ""
     if result.fault is not None:
         what = f"From {show(result.fault_at, 's')} on {result.broken}. "
@@ -298,9 +301,28 @@ def verdict(result: Any) -> str:
     after = "" if result.said_after is None else f", {show(result.said_after, 's', 3)} later"
     state = f"{result.safe_state}: {SAFE_STATES[result.safe_state]}"
     return (
-        f"{what}{result.outcome} was detected at {show(result.fault_time, 's')}{after}; from then "
+        f"{what}The fault {named_fault(result.outcome)} was detected at "
+        f"{show(result.fault_time, 's')}{after}; from then "
         f"on {state}, and {held}."
     )
+
+
+def named_fault(outcome: str) -> str:
+    """The detector's word for a fault as a sentence has it."""
+    return f"“{outcome.replace('_', ' ').lower()}”"
+
+
+def heroes(rise: Any) -> list[Hero]:
+    """What a step is looked at for; what is not known has a dash."""
+
+    def said(value: float | None, unit: str) -> str:
+        return "–" if value is None else show(value, unit, 3)
+
+    return [
+        ("rise_time", "Rises in (10 to 90 %)", said(rise.rise_time, "s")),
+        ("reachable", "Can reach", said(rise.reachable, "Pa")),
+        ("fall_time", "Falls in, vented", said(rise.fall_time, "s")),
+    ]
 
 
 def detection(result: Any) -> str:

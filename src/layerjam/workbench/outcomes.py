@@ -1,0 +1,48 @@
+"""How pulls ended, in a sentence; a drop's and a regulator's stand beside their pages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from layerjam.units import show
+
+
+def of_pull(pulled: Any) -> str:
+    """How a pull ended, from a result that has a record of elongation and force."""
+    words = PULLS.get(pulled.outcome)
+    if words is None:
+        return f"The pull ended with {pulled.outcome}."
+    return words(show(float(np.max(pulled.record.elongation)), "m"))
+
+
+PULLS: Mapping[str, Callable[[str], str]] = MappingProxyType(
+    {
+        "FINISHED": lambda end: f"Pulled to {end}; the brake held together.",
+        "SEPARATED": lambda end: f"The sheets came apart at {end}: the overlap was used up.",
+        "SNAPS": lambda end: (
+            f"It snaps at {end}: the sliding brake softens faster than what pulls it relaxes."
+        ),
+        "CLOSED_BY_SLEEVE": lambda _: (
+            "Unloaded, the enclosure pulled the brake back: friction no longer held it."
+        ),
+        "BOTTOMED_OUT": lambda end: f"Pulled to the end of the travel, {end}.",
+    }
+)
+"""{outcome: the sentence, given how far it was pulled}."""
+
+
+def of_slide(slid: Any) -> str:
+    """How a pull over time ended, that may stick and slip."""
+    pace = show(slid.record.speed, "m/s")
+    if slid.outcome == "JUDDERS":
+        times = "once" if slid.events == 1 else f"{slid.events} times"
+        return f"At {pace} it sticks and slips: {times} in this run."
+    if slid.outcome == "STEADY_SLIDING":
+        return f"At {pace} it slides steadily; no stick–slip is left."
+    if slid.outcome == "STUCK":
+        return "The sheets never slid: the pull ended before static friction was overcome."
+    return f"At {pace} the pull reached its end before stick–slip or steady sliding was settled."
