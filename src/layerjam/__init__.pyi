@@ -38,6 +38,8 @@ from layerjam.commands.predict import force as force
 from layerjam.commands.predict import new as new
 from layerjam.commands.predict import show as show
 from layerjam.commands.predict import vacuum as vacuum
+from layerjam.commands.publish import publish as publish
+from layerjam.commands.publish import recompute as recompute
 from layerjam.commands.pull import pull as pull
 from layerjam.commands.pump_down import pump_down as pump_down
 from layerjam.commands.records import records_add as records_add

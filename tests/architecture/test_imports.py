@@ -16,8 +16,8 @@ SOURCE = ROOT / "src" / "layerjam"
 MODULES = sorted(SOURCE.rglob("*.py"))
 FLOORS = (
     "errors", "units", "records", "device", "fluid", "mechanics", "kernel", "simulate", "measure",
-    "identify", "lab", "control", "design", "archive", "fabricate", "rig", "interop", "report",
-    "commands", "studies", "workbench", "laws", "cli",
+    "identify", "lab", "control", "design", "archive", "dataset", "fabricate", "rig", "interop",
+    "report", "commands", "studies", "workbench", "laws", "cli",
 )  # fmt: skip
 CORE = ("device", "mechanics", "kernel", "simulate")
 BUILDERS = ("ezdxf", "OCP", "manifold3d", "typst", "matplotlib")

@@ -50,6 +50,7 @@ APART = {
     "calibrate.speed": "of a crosshead, which is slower than what arrives",
     "validate.speed": "of a crosshead, which is slower than what arrives",
     "report.speed": "of a crosshead, which is slower than what arrives",
+    "publish.speed": "of a crosshead, which is slower than what arrives",
     "follow.speed": "of a slip, which may be held",
     "Stribeck.speed": "zero: static friction is lost at once",
     "WetFilm.speed": "zero: the water carries at once",

@@ -9,6 +9,7 @@ import json
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -32,8 +33,11 @@ INSTEAD = {
     "--travel 40mm --samples 1000",
     "apply": "layerjam apply slow-stop",
     "export fmu": "layerjam export fmu choi2018-kapton --out kapton.fmu --sources-only",
+    "publish": "layerjam publish campaign --brake choi2018-kapton --out campaign-dataset",
+    "recompute": f"layerjam recompute {ROOT}/tests/dataset/published-0.1.0.zip",
 }
 """What is run in place of a command's first example, for it takes less time or no C compiler."""
+LONG = ("reproduce", "publish", "recompute")
 WITHOUT_JSON = {"workbench", "bench serve", "bench flash"}
 COMMANDS = {
     name: INSTEAD.get(name, entry.examples[0])
@@ -80,6 +84,10 @@ def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
         Path("my-brake.toml").write_text(load_brake("choi2018-kapton").text, encoding="utf-8")
         for name, source in OTHER_LINKS.items():
             _link(Path(name), Path(source))
+        Path("campaign").mkdir()
+        for path in (*MEASURED.glob(LINKS["friction-*.csv"]), *MEASURED.glob(LINKS["pull-*.csv"])):
+            shutil.copy(path, "campaign")
+            shutil.copy(f"{path}.toml", "campaign")
         main(["records", "add", "pull-2.csv", "--db", "lab.db"])
     return folder
 
@@ -156,10 +164,7 @@ def _rows() -> dict[str, set[str]]:
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(name, marks=pytest.mark.slow) if name == "reproduce" else name
-        for name in COMMANDS
-    ],
+    [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in COMMANDS],
 )
 def test_json_has_the_keys_of_the_table(
     name: str, reader: Path, monkeypatch: pytest.MonkeyPatch

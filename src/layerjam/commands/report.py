@@ -119,9 +119,7 @@ class _Work:
     """What the stages take, and the report that they fill."""
 
     report: BrakeReport
-    atmosphere: float | None
-    vacuum: float | None
-    options: FileOptions
+    how: HowTested
     tell: Progress
 
     def keep(self, stage: str, found: Result, traces: Sequence[Trace], *left_out: str) -> None:
@@ -141,7 +139,7 @@ class _Work:
 
     def take_over(self, file: BrakeFile) -> None:
         """The brake that a stage has made, at the site's atmosphere."""
-        self.report.file = brake_file(file, self.atmosphere)
+        self.report.file = brake_file(file, self.how.atmosphere)
 
 
 @command(
@@ -189,12 +187,58 @@ def report(
     FileError where a report exists and `force` is not set.
     """
     from layerjam.report.brake_files import check_folder, write
-    from layerjam.report.brake_report import BrakeReport
     from layerjam.report.page import check_extras
 
     out, tell = Path(out), progress or (lambda _what, _share: None)
     check_extras()
     check_folder(out, force)
+    content = stages(
+        brake,
+        measurements,
+        HowTested(
+            test=test,
+            depth=depth,
+            vacuum=vacuum,
+            atmosphere=atmosphere,
+            left_out=left_out,
+            options=options,
+        ),
+        tell,
+        command=command,
+        date=date,
+        names=names,
+    )
+    return _written(content, write(content, out, force, lambda what: tell(what, 0.9)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class HowTested:
+    """How the files of a report are read and fitted; the fields are those of the command."""
+
+    test: FrictionTest = FrictionTest()
+    depth: Literal["exact", "curves"] = "exact"
+    vacuum: float | None = None
+    atmosphere: float | None = None
+    left_out: LeftOut = LeftOut()
+    options: FileOptions = FileOptions()
+
+
+def stages(
+    brake: BrakeFile,
+    measurements: Measurements,
+    how: HowTested,
+    tell: Progress,
+    *,
+    command: str,
+    date: str | None = None,
+    names: Mapping[str, str] | None = None,
+) -> BrakeReport:
+    """The stages of a report, computed and not written; `publish` and `recompute` take them too.
+
+    `command`, `date` and `names` as in `report`. Raises FitError where no file is given.
+    """
+    from layerjam.report.brake_report import BrakeReport
+
     content = BrakeReport(
         file=brake,
         command=command,
@@ -202,19 +246,19 @@ def report(
         brake_sha256=brake.sha256,
         names=names or {},
     )
-    work = _Work(report=content, options=options, vacuum=vacuum, atmosphere=atmosphere, tell=tell)
-    fitted_on, tested_on = measurements.divided(options, tell)
+    work = _Work(report=content, how=how, tell=tell)
+    fitted_on, tested_on = measurements.divided(how.options, tell)
     tests = several(measurements.friction)
     if not (tests or fitted_on or tested_on):
         raise FitError("nothing was given to report: --friction, --pulls or --validate")
-    without = [*left_out.among(fitted_on, tested_on)]
+    without = [*how.left_out.among(fitted_on, tested_on)]
     if tests:
-        _friction(work, tests, test)
+        _friction(work, tests)
     if fitted_on:
-        _calibration(work, fitted_on, depth, without[0])
+        _calibration(work, fitted_on, without[0])
     if tested_on:
         _validation(work, tested_on, without[1])
-    return _written(content, write(content, out, force, lambda what: tell(what, 0.9)))
+    return content
 
 
 def _written(content: BrakeReport, written: Written) -> Report:
@@ -241,12 +285,12 @@ def _written(content: BrakeReport, written: Written) -> Report:
     )
 
 
-def _friction(work: _Work, files: Sequence[Measured], test: FrictionTest) -> None:
+def _friction(work: _Work, files: Sequence[Measured]) -> None:
     """Friction into the report; the brake takes it over."""
     from layerjam.identify.friction.reduction import with_friction
 
     work.tell(f"friction: {len(files)} files", 0.1)
-    found = run_friction(files, test=test, options=work.options, progress=work.tell)
+    found = run_friction(files, test=work.how.test, options=work.how.options, progress=work.tell)
     traces, fit = work.report.friction = found.record
     work.keep("friction", found, traces)
     name = work.report.file.name
@@ -258,9 +302,7 @@ def _friction(work: _Work, files: Sequence[Measured], test: FrictionTest) -> Non
         work.take_over(BrakeFile.read(text, name))
 
 
-def _calibration(
-    work: _Work, files: Sequence[Measured], depth: Literal["exact", "curves"], without: LeftOut
-) -> None:
+def _calibration(work: _Work, files: Sequence[Measured], without: LeftOut) -> None:
     """The fit into the report; the brake takes it over."""
     work.tell(f"calibration: {len(files)} pulls", 0.3)
     with tempfile.TemporaryDirectory() as folder:
@@ -268,12 +310,12 @@ def _calibration(
         found = run_calibration(
             work.report.file,
             files,
-            depth=depth,
-            vacuum=work.vacuum,
+            depth=work.how.depth,
+            vacuum=work.how.vacuum,
             out=place,
             partial=True,
             left_out=without,
-            options=work.options,
+            options=work.how.options,
             progress=work.tell,
         )
         work.take_over(load(place))
@@ -288,9 +330,9 @@ def _validation(work: _Work, files: Sequence[Measured], without: LeftOut) -> Non
     found = run_validation(
         report.file,
         files,
-        vacuum=work.vacuum,
+        vacuum=work.how.vacuum,
         left_out=without,
-        options=work.options,
+        options=work.how.options,
         progress=work.tell,
     )
     work.keep("validation", found, found.traces, "calibrated-on")

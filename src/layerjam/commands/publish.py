@@ -1,0 +1,183 @@
+"""`publish` and `recompute`: a campaign as a dataset, and its numbers computed once more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from layerjam.commands.declare import Help, Input, Progress, command
+from layerjam.commands.friction import FrictionTest
+from layerjam.commands.left_out import LeftOut
+from layerjam.commands.quantities import AnyBrake, Atmosphere, Overwrite
+from layerjam.commands.reading import FileOptions, FileVacuum
+from layerjam.commands.report import HowTested, Measurements
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.errors import Notice
+from layerjam.units import show
+
+SHOWN = 12
+"""Differences that the table lists."""
+Author = Annotated[
+    Sequence[str], Help("Who made it, with the ORCID iD if known.", metavar="NAME[,ORCID]")
+]
+
+
+@result
+class Published(Result):
+    """The dataset that was written; `record` is the BrakeReport."""
+
+    folder: str = fact("the dataset")
+    files: Sequence[str] = fact("files in it", shown=lambda files: f"{len(files)} in the folder")
+    friction_tests: int = number("1", "friction tests")
+    calibrated_on: int = number("1", "pulls that the brake was calibrated on")
+    validated_on: int = number("1", "pulls that it was validated on")
+    crate: str = fact("its description for repositories")
+    checksums: str = fact("SHA-256 of every file")
+    report: str = fact("the page")
+    licence: str | None = fact("licence")
+    authors: Sequence[Mapping[str, str]] = fact("who made it", listed=False)
+    synthetic: bool = fact("whether any file was made by a program", listed=False)
+    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+
+    def lines(self) -> Iterator[str]:
+        """How others check it."""
+        yield from ("", "anyone can check it:", f"  layerjam recompute {self.folder}")
+
+
+@command(
+    "share",
+    place=60,
+    examples=(
+        "layerjam publish practice --out dataset --licence CC-BY-4.0 --author 'Ada Lovelace'",
+        "layerjam publish tests --brake choi2018-kapton --holdout 46.1kPa --out dataset",
+    ),
+)
+def publish(
+    campaign: Annotated[str | Path, Help("Folder of the measurements.", metavar="CAMPAIGN")],
+    *,
+    out: Annotated[str | Path, Help("Folder to write, new or a dataset's.", metavar="DIR")],
+    brake: Annotated[
+        AnyBrake | None,
+        Input("Brake that was tested, where the folder does not say.", metavar="BRAKE"),
+    ] = None,
+    line: Annotated[
+        str | Path | None, Help("Vacuum line it was tested with.", metavar="LINE")
+    ] = None,
+    measurements: Measurements = Measurements(),
+    test: FrictionTest = FrictionTest(),
+    depth: Annotated[
+        Literal["exact", "curves"], Help("Calibrate on peaks, or on whole curves.")
+    ] = "exact",
+    vacuum: FileVacuum = None,
+    atmosphere: Atmosphere = None,
+    left_out: LeftOut = LeftOut(),
+    options: FileOptions = FileOptions(),
+    title: Annotated[str | None, Help("Name of the dataset.", metavar="TEXT")] = None,
+    licence: Annotated[
+        str | None, Help("Licence of the data, such as CC-BY-4.0.", metavar="SPDX")
+    ] = None,
+    author: Author = (),
+    force: Overwrite = False,
+    progress: Progress | None = None,
+) -> Published:
+    """Write one campaign as a dataset that stands alone, so that others can recompute its numbers.
+
+    The raw files are copied untouched, with their sidecars and all else that lies in the folder
+    `campaign`. Beside them stand brake and line, report, results, recipe, checksums, and a
+    description that repositories read (RO-Crate 1.1). A measurement that states a normal force is a
+    friction test, any other a pull; a calibrated brake in the folder says which pulls it was
+    calibrated on, and `measurements` say it otherwise, as in `report`. Raises FileError where the
+    folder does not say which brake was tested and `brake` does not either, or where `out` exists
+    and is not a dataset to be replaced with `force`.
+    """
+    from layerjam.commands.publishing import write
+    from layerjam.dataset.people import Stated, author_of
+
+    how = HowTested(
+        test=test,
+        depth=depth,
+        vacuum=vacuum,
+        atmosphere=atmosphere,
+        left_out=left_out,
+        options=options,
+    )
+    stated = Stated(
+        name=title or f"Tests of a layer-jamming brake: {Path(campaign).resolve().name}",
+        licence=licence,
+        authors=[author_of(text) for text in ([author] if isinstance(author, str) else author)],
+        date=datetime.now(UTC).date().isoformat(),
+    )
+    tell = progress or (lambda _what, _share: None)
+    return Published.of(
+        **write(Path(campaign), Path(out), brake, line, measurements, how, stated, force, tell)
+    )
+
+
+@result
+class Recomputed(Result):
+    """Whether a dataset's numbers came out again; `record` is the list of differences."""
+
+    equal: bool = fact("whether every number and every file is as published")
+    numbers: int = number("1", "numbers compared")
+    differs: Sequence[Mapping[str, Any]] = fact(
+        "numbers that came out otherwise", shown=lambda found: str(len(found))
+    )
+    changed_files: Sequence[str] = fact(
+        "files that are not as published",
+        shown=lambda found: f"{len(found)}" + (f": {', '.join(found[:4])}" if found else ""),
+    )
+    added_files: Sequence[str] = fact("files that were not published", listed=False)
+    versions: Mapping[str, Mapping[str, str]] = fact("programs then and now", listed=False)
+
+    @property
+    def exit_code(self) -> int:
+        """1 where anything differs."""
+        return 0 if self.equal else 1
+
+    def lines(self) -> Iterator[str]:
+        """The first differences, and the versions."""
+        then, now = self.versions["published"], self.versions["recomputed"]
+        if self.differs:
+            yield from ("", "number: published, recomputed, relative difference")
+        for one in self.differs[:SHOWN]:
+            share = "" if one["share"] is None else f", {show(one['share'], '1', 2)}"
+            yield f"  {one['number']}: {_number(one['published'])}, " + (
+                f"{_number(one['recomputed'])}{share}"
+            )
+        if len(self.differs) > SHOWN:
+            yield f"  and {len(self.differs) - SHOWN} more (--json lists all)"
+        yield ""
+        for name in dict.fromkeys((*then, *now)):
+            was, has = then.get(name, "not stated"), now.get(name, "not here")
+            yield f"{name} {was}" + ("" if was == has else f", here {has}")
+
+
+def _number(value: Any) -> str:
+    return "none" if value is None else f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
+@command("share", place=70, examples=("layerjam recompute dataset", "layerjam recompute data.zip"))
+def recompute(
+    dataset: Annotated[
+        str | Path, Help("Folder or zip file that `publish` made.", metavar="DIR|FILE.zip")
+    ],
+    *,
+    progress: Progress | None = None,
+) -> Recomputed:
+    """Compute every number of a published dataset again from its raw files, and say which differ.
+
+    Two numbers are the same up to a relative difference of 1e-6. A file that does not hold what its
+    checksum says is named, whatever the numbers do. Nothing is written. Raises FileError for what
+    is no dataset.
+    """
+    from layerjam.commands.recomputing import again
+
+    found = again(Path(dataset), progress or (lambda _what, _share: None))
+    then, now = found["versions"]["published"], found["versions"]["recomputed"]
+    notices = []
+    if not found["equal"] and then != now:
+        said = "other versions computed this; a difference may be theirs and not the data's"
+        notices.append(Notice(said, "other-versions"))
+    return Recomputed.of(**found, warnings=notices)

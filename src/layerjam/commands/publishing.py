@@ -1,0 +1,260 @@
+"""What `publish` writes."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+import uuid
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from layerjam.commands.dataset_stages import USES, computed, options_of
+from layerjam.commands.declare import Progress
+from layerjam.commands.quantities import AnyBrake, brake_file
+from layerjam.commands.report import HowTested, Measurements
+from layerjam.dataset import campaign as campaigns
+from layerjam.dataset import checksums, crate
+from layerjam.dataset.people import Stated
+from layerjam.dataset.recipe import RECIPE, Recipe, versions
+from layerjam.device.file import BrakeFile
+from layerjam.errors import FileError, Notice
+from layerjam.fluid.file import load_line
+
+if TYPE_CHECKING:
+    from layerjam.report.brake_report import BrakeReport
+
+RAW, BRAKE, LINE, FITTED = "data", "brake.toml", "line.toml", "brake-calibrated.toml"
+REPORT, RESULTS, README = "report", "report/results.json", "README.md"
+
+
+def write(
+    folder: Path,
+    out: Path,
+    brake: AnyBrake | None,
+    line: str | Path | None,
+    measurements: Measurements,
+    how: HowTested,
+    stated: Stated,
+    force: bool,
+    tell: Progress,
+) -> dict[str, Any]:
+    """Write a dataset, whole or not at all; what the result's keys say of it."""
+    from layerjam.report import page
+
+    page.check_extras()
+    crate.require()
+    notices = stated.notices()
+    _writable(folder, out, force)
+    tell("looking at the files", 0.0)
+    found = campaigns.campaign(folder, how.options)
+    file, given = _tested(brake, found, how.atmosphere), _given(found, measurements)
+    other = None if line is None else load_line(line).text
+    staging = out.absolute().parent / f".layerjam-dataset-{uuid.uuid4().hex}"
+    try:
+        _copy(found, staging)
+        texts = {BRAKE: file.text or file.rendered(file.name), LINE: other}
+        _write(staging, {name: text for name, text in texts.items() if text is not None})
+        recipe, content = _computed(staging, given, how, stated, tell)
+        _describe(staging, recipe, stated, content)
+        _replace(staging, out)
+    except OSError as err:
+        raise FileError(out, f"cannot be written: {err.strerror or err}") from None
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+    return dict(
+        folder=str(out),
+        files=checksums.inside(out),
+        friction_tests=len(recipe.friction),
+        calibrated_on=len(recipe.calibrate),
+        validated_on=len(recipe.validate),
+        crate=str(out / crate.METADATA),
+        checksums=str(out / checksums.NAME),
+        report=str(out / REPORT / "report.html"),
+        licence=stated.licence,
+        authors=[vars(one) for one in stated.authors],
+        synthetic=content.synthetic,
+        refused={name: why for name, _, why in content.refused},
+        warnings=[*_notices(content), *notices],
+        record=content,
+    )
+
+
+def _notices(content: BrakeReport) -> Iterator[Notice]:
+    """What whoever publishes should know of the numbers."""
+    if content.synthetic:
+        yield Notice("synthetic: written by a program, not measured", "synthetic")
+    if content.seen:
+        yield Notice(
+            "validated on pulls that were also calibrated on, which is no test of the model: hold "
+            "some back with --holdout or --calibrate-on",
+            "calibrated-on",
+        )
+
+
+def _computed(
+    staging: Path, given: Measurements, how: HowTested, stated: Stated, tell: Progress
+) -> tuple[Recipe, BrakeReport]:
+    """Everything that follows from the raw files, written beside them."""
+    from layerjam.report import brake_files
+
+    used = _divided(staging, given, how, tell)
+    content = computed(staging, BRAKE, used, how, tell)
+    brake_files.write(content, staging / REPORT, say=lambda what: tell(what, 0.8))
+    recipe = Recipe(
+        versions=versions(),
+        brake=BRAKE,
+        results=RESULTS,
+        options=options_of(how),
+        **{use: tuple(files) for use, files in used.items()},
+    )
+    texts = {RECIPE: recipe.text(), README: _readme(stated, recipe, content)}
+    if content.calibration is not None or content.friction is not None:
+        texts[FITTED] = content.file.text
+    _write(staging, texts)
+    _write(staging, {checksums.NAME: checksums.written(staging, checksums.inside(staging))})
+    return recipe, content
+
+
+def _write(folder: Path, texts: Mapping[str, str]) -> None:
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def _writable(folder: Path, out: Path, force: bool) -> None:
+    """Raise FileError where the dataset could not stand at `out`."""
+    if os.path.lexists(out):
+        if not out.is_dir():
+            raise FileError(out, "is a file, not a folder")
+        if any(out.iterdir()):
+            if not (out / RECIPE).is_file():
+                raise FileError(out, "is not empty and no dataset; name another folder")
+            if not force:
+                raise FileError(out, "exists already; --force replaces it")
+    if out.resolve().is_relative_to(folder.resolve()):
+        raise FileError(out, f"lies in the campaign's own folder {folder}; name one beside it")
+
+
+def _tested(
+    brake: AnyBrake | None, found: campaigns.Campaign, atmosphere: float | None
+) -> BrakeFile:
+    """The brake that was tested."""
+    if brake is None:
+        said = campaigns.brake_of(found)
+        inside = found.folder / said
+        brake = inside if said in found.brakes else said
+    return brake_file(brake, atmosphere)
+
+
+def _given(found: campaigns.Campaign, asked: Measurements) -> Measurements:
+    """The files by their use, as paths inside the campaign's folder."""
+    lists = {
+        f.name: list(campaigns.within(found.folder, _listed(getattr(asked, f.name))))
+        for f in fields(asked)
+        if f.name != "holdout"
+    }
+    if any(lists[use] for use in ("friction", "pulls", "validate")):
+        return Measurements(**lists, holdout=asked.holdout)
+    lists |= {"friction": list(found.friction), "pulls": list(found.pulls)}
+    if not (asked.holdout or lists["calibrate_on"]):
+        fitted, others = campaigns.apart(found)
+        lists |= {"pulls": fitted or others, "validate": others if fitted else []}
+    return Measurements(**lists, holdout=asked.holdout)
+
+
+def _listed(given: Any) -> list[Any]:
+    return [given] if isinstance(given, str | Path) else list(given)
+
+
+def _copy(found: campaigns.Campaign, staging: Path) -> None:
+    for name in found.files:
+        target = staging / RAW / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(found.folder / name, target)
+
+
+def _divided(
+    staging: Path, given: Measurements, how: HowTested, tell: Progress
+) -> dict[str, list[str]]:
+    """{use: paths inside the dataset}."""
+
+    def there(names: Any) -> list[str]:
+        return [str(staging / RAW / name) for name in names]
+
+    asked = Measurements(
+        friction=there(given.friction),
+        pulls=there(given.pulls),
+        validate=there(given.validate),
+        calibrate_on=there(given.calibrate_on),
+        holdout=given.holdout,
+    )
+    fitted, tested = asked.divided(how.options, tell)
+    parts = dict(zip(USES, (asked.friction, fitted, tested), strict=True))
+    return {
+        use: [Path(str(p)).relative_to(staging).as_posix() for p in _listed(files)]
+        for use, files in parts.items()
+    }
+
+
+def _readme(stated: Stated, recipe: Recipe, content: BrakeReport) -> str:
+    """What a stranger reads first."""
+    lines = [f"# {stated.name}", ""]
+    if content.synthetic:
+        lines += ["**Synthetic**: files here were written by a program, not measured.", ""]
+    lines += [
+        f"Brake: {content.file.name}. {len(recipe.friction)} friction tests, "
+        f"{len(recipe.calibrate)} pulls to calibrate on, {len(recipe.validate)} to validate on.",
+        "",
+        f"- `{RAW}/`: the files as they came from the machine, with their sidecars",
+        f"- `{BRAKE}`: the brake before, `{FITTED}`: after friction tests and calibration",
+        f"- `{REPORT}/report.html`: the page; `{RESULTS}`: every number",
+        f"- `{RECIPE}`: which file was used for what, and how",
+        f"- `{checksums.NAME}`: `sha256sum --check {checksums.NAME}` finds changed files",
+        "",
+        "To compute every number again:",
+        "",
+        f"    pip install 'layerjam[report]=={recipe.versions['layerjam']}'",
+        "    layerjam recompute .",
+        "",
+        f"Licence: {stated.licence or crate.NO_LICENCE}",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _describe(staging: Path, recipe: Recipe, stated: Stated, content: BrakeReport) -> None:
+    names = checksums.inside(staging)
+    kind = "Synthetic tests" if content.synthetic else "Tests"
+    about = crate.About(
+        name=stated.name,
+        description=f"{kind} of the layer-jamming brake {content.file.name}: "
+        f"{len(recipe.friction)} friction tests and {len(recipe.calibrate)} + "
+        f"{len(recipe.validate)} pulls (calibration + validation), with all that was computed "
+        "from them.",
+        date=stated.date,
+        licence=stated.licence,
+        authors=stated.authors,
+        versions=recipe.versions,
+        made_from=[recipe.brake, *recipe.friction, *recipe.calibrate, *recipe.validate],
+        numbers=[name for name in names if name == FITTED or name.startswith(f"{REPORT}/")],
+    )
+    digests = {name: checksums.sha256(staging / name) for name in names}
+    crate.write_metadata(staging, digests, about)
+
+
+def _replace(staging: Path, out: Path) -> None:
+    """Put the finished folder in its place; the one before is there until the new one is."""
+    old = None
+    if out.exists():
+        old = Path(tempfile.mkdtemp(prefix=".layerjam-old-", dir=out.parent)) / "dataset"
+        os.replace(out, old)
+    try:
+        os.replace(staging, out)
+    except OSError:
+        if old is not None:
+            os.replace(old, out)
+        raise
+    if old is not None:
+        shutil.rmtree(old.parent, ignore_errors=True)

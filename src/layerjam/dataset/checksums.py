@@ -1,0 +1,61 @@
+"""SHA-256 of every file of a dataset, in the form that `sha256sum --check` reads."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from layerjam.errors import FileError
+
+NAME = "checksums.sha256"
+_LINE = re.compile(r"([0-9a-f]{64}) [ *](.+)")
+
+
+def sha256(path: Path) -> str:
+    """Digest of a file, read in pieces."""
+    with path.open("rb") as handle:
+        return hashlib.file_digest(handle, "sha256").hexdigest()
+
+
+def inside(folder: Path) -> list[str]:
+    """Every file below a folder by its path with slashes, sorted; links are left out."""
+    found = (p for p in folder.rglob("*") if p.is_file() and not p.is_symlink())
+    return sorted(p.relative_to(folder).as_posix() for p in found)
+
+
+def written(folder: Path, names: Iterable[str]) -> str:
+    """The text for files of a folder."""
+    return "".join(f"{sha256(folder / name)}  {name}\n" for name in names)
+
+
+def read(folder: Path) -> dict[str, str]:
+    """{path: digest} of a dataset's list; FileError where it is missing or broken."""
+    path = folder / NAME
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        raise FileError(path, "is missing or no text; without it nothing can be compared") from None
+    made = {}
+    for number, line in enumerate(lines, 1):
+        match = _LINE.fullmatch(line)
+        if match is None:
+            raise FileError(path, "is no line of a checksum and a path", number)
+        made[match.group(2)] = match.group(1)
+    return made
+
+
+def changed(folder: Path, listed: Mapping[str, str]) -> list[str]:
+    """Files that are missing, or that do not hold what the list says."""
+    return sorted(
+        name
+        for name, digest in listed.items()
+        if not _plain(folder, name) or sha256(folder / name) != digest
+    )
+
+
+def _plain(folder: Path, name: str) -> bool:
+    """Whether it is a file below the folder, and no link out of it."""
+    path = folder / name
+    return path.is_file() and path.resolve().is_relative_to(folder.resolve())

@@ -1,0 +1,109 @@
+"""Who made a dataset, and under which licence others may use it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from layerjam.errors import Notice, QuantityError
+
+USUAL = (
+    "CC-BY-4.0",
+    "CC0-1.0",
+    "CC-BY-SA-4.0",
+    "CC-BY-NC-4.0",
+    "ODbL-1.0",
+    "ODC-By-1.0",
+    "PDDL-1.0",
+    "Apache-2.0",
+    "BSD-3-Clause",
+    "MIT",
+)
+"""SPDX identifiers that data are usually published under."""
+SPDX = "https://spdx.org/licenses/"
+ORCID = "https://orcid.org/"
+LONGEST = 200
+
+
+@dataclass(frozen=True)
+class Author:
+    """A person by name, with the ORCID iD where one is known (16 digits in groups of four)."""
+
+    name: str
+    orcid: str = ""
+
+    @property
+    def id(self) -> str:
+        """The address of the ORCID iD, else a name inside the dataset."""
+        if self.orcid:
+            return ORCID + self.orcid
+        return "#" + (re.sub(r"[^\w-]+", "-", self.name).strip("-") or "author")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stated:
+    """What the user says of a dataset: its name, an SPDX licence, who made it, the day (ISO)."""
+
+    name: str
+    licence: str | None
+    authors: Sequence[Author]
+    date: str
+
+    def notices(self) -> list[Notice]:
+        """What it lacks for others to use and cite it; QuantityError for what is no licence."""
+        return licence_notices(self.licence, self.authors)
+
+
+def author_of(text: str) -> Author:
+    """The author in "NAME" or "NAME,ORCID".
+
+    Raises QuantityError for an empty name, or an ORCID iD whose check digit does not fit.
+    """
+    name, comma, orcid = (part.strip() for part in text.rpartition(","))
+    if not comma or not re.search(r"\d", orcid):
+        name, orcid = text.strip(), ""
+    if not name or len(name) > LONGEST or not name.isprintable():
+        raise QuantityError.of("author", f"'{text[:60]}' has no name; write NAME or NAME,ORCID")
+    number = orcid.upper().removeprefix(ORCID.upper())
+    if number and not _is_orcid(number):
+        raise QuantityError.of(
+            "author",
+            f"'{orcid[:60]}' is no ORCID iD (16 digits, the last one a check); "
+            "write such as 0000-0002-1825-0097",
+        )
+    return Author(name, number)
+
+
+def _is_orcid(number: str) -> bool:
+    """Whether the last of the 16 digits is the check of the others (ISO/IEC 7064, MOD 11-2)."""
+    if not re.fullmatch(r"\d{4}-\d{4}-\d{4}-\d{3}[\dX]", number):
+        return False
+    total, digits = 0, number.replace("-", "")
+    for digit in digits[:-1]:
+        total = (total + int(digit)) * 2
+    check = (12 - total % 11) % 11
+    return digits[-1] == ("X" if check == 10 else str(check))
+
+
+def licence_notices(licence: str | None, authors: Sequence[Author]) -> list[Notice]:
+    """What a dataset lacks for others to use and cite it.
+
+    Raises QuantityError for a licence that is no SPDX identifier.
+    """
+    made = []
+    if licence is None:
+        said = "no licence is stated, so nobody may use the data; give one: --licence CC-BY-4.0"
+        made.append(Notice(said, "no-licence"))
+    elif not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.+-]{1,60}", licence):
+        usual = ", ".join(USUAL[:4])
+        raise QuantityError.of(
+            "licence", f"'{licence[:60]}' is no SPDX identifier; write such as {usual}"
+        )
+    elif licence not in USUAL:
+        said = f"the licence {licence} is not one we know; see that {SPDX}{licence}.html is there"
+        made.append(Notice(said, "unknown-licence"))
+    if not authors:
+        said = "no author is stated; give each: --author 'NAME,ORCID'"
+        made.append(Notice(said, "no-author"))
+    return made

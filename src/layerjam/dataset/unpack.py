@@ -1,0 +1,69 @@
+"""A dataset from its folder or from a zip file of it, which may come from a stranger."""
+
+from __future__ import annotations
+
+import contextlib
+import stat
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path, PurePosixPath
+
+from layerjam.dataset.recipe import RECIPE
+from layerjam.errors import FileError
+
+MOST_FILES = 20_000
+LARGEST = 20 * 2**30
+"""Bytes of all files together."""
+RATIO = 1_000
+"""Times a file may unfold; numbers as text shrink to a tenth at best."""
+
+
+@contextlib.contextmanager
+def opened(source: str | Path) -> Iterator[Path]:
+    """The folder of a dataset; that of a zip file is made for as long as it is looked at.
+
+    Raises FileError for what is neither, and for a zip file that would write outside its folder,
+    unfold to more than 20 GB, or holds links.
+    """
+    path = Path(source)
+    if path.is_dir():
+        yield _root(path, path)
+        return
+    if not path.is_file():
+        raise FileError(source, "is not there")
+    with tempfile.TemporaryDirectory(prefix="layerjam-dataset-") as made:
+        folder = Path(made)
+        try:
+            with zipfile.ZipFile(path) as archive:
+                _unpack(archive, folder, path)
+        except (zipfile.BadZipFile, OSError, NotImplementedError, RuntimeError, EOFError) as err:
+            raise FileError(path, f"is no zip file that can be read: {err}") from None
+        yield _root(folder, path)
+
+
+def _root(folder: Path, source: Path) -> Path:
+    """The folder with the recipe: this one, or the only one in it."""
+    if (folder / RECIPE).is_file():
+        return folder
+    inner = [p for p in folder.iterdir() if p.is_dir() and (p / RECIPE).is_file()]
+    if len(inner) != 1:
+        raise FileError(source, f"is no dataset of `layerjam publish`: it holds no {RECIPE}")
+    return inner[0]
+
+
+def _unpack(archive: zipfile.ZipFile, folder: Path, source: Path) -> None:
+    entries = [e for e in archive.infolist() if not e.is_dir()]
+    if len(entries) > MOST_FILES:
+        raise FileError(source, f"holds {len(entries)} files; at most {MOST_FILES} are read")
+    if sum(e.file_size for e in entries) > LARGEST:
+        raise FileError(source, f"unfolds to more than {LARGEST // 2**30} GB")
+    for entry in entries:
+        inside = PurePosixPath(entry.filename.replace("\\", "/"))
+        if inside.is_absolute() or ".." in inside.parts or ":" in entry.filename:
+            raise FileError(source, f"would write outside its folder: {entry.filename[:80]!r}")
+        if stat.S_ISLNK(entry.external_attr >> 16):
+            raise FileError(source, f"holds a link: {entry.filename[:80]!r}")
+        if entry.file_size > RATIO * max(entry.compress_size, 1_000):
+            raise FileError(source, f"unfolds beyond all measure: {entry.filename[:80]!r}")
+        archive.extract(entry, folder)

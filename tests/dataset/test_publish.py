@@ -1,0 +1,209 @@
+"""`publish` and `recompute`: a campaign stands alone, and what is changed in it is found."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import shutil
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rocrate.rocrate import ROCrate
+
+from layerjam.commands.calibration import calibrate
+from layerjam.commands.publish import Published, Recomputed, publish, recompute
+from layerjam.errors import FileError, MissingExtraError
+from layerjam.measure.sidecar import Facts, write_facts
+from report.brake_files import BRAKE, Campaign, campaign
+
+pytestmark = pytest.mark.slow
+OLDER = Path(__file__).parent / "published-0.1.0.zip"
+"""Of `layerjam 0.1.0`, without report.html, report.pdf and figures, which nothing is computed from;
+its checksums name what is left."""
+
+
+@pytest.fixture(scope="module")
+def tests(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder as it lies beside a test machine: measurements, facts, a calibrated brake, notes."""
+    folder = tmp_path_factory.mktemp("tests")
+    made: Campaign = campaign(folder)
+    for path in made.friction:
+        write_facts(path, Facts(normal_force=2.45, brake=BRAKE, synthetic=True), force=True)
+    calibrate(BRAKE, made.pulls, out=folder / "calibrated.toml")
+    (folder / "notes.txt").write_text("the third pull was done after lunch\n")
+    (folder / "run.ljrun").write_bytes(b"SQLite format 3\0 as it is")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def published(tests: Path, tmp_path_factory: pytest.TempPathFactory) -> Published:
+    out = tmp_path_factory.mktemp("out") / "data set"
+    people = ["Ada Lovelace,0000-0002-1825-0097", "Émilie du Châtelet"]
+    return publish(tests, out=out, brake=BRAKE, line="choi2018", licence="CC-BY-4.0", author=people)
+
+
+def again(published: Published, tmp_path: Path) -> Path:
+    copy = tmp_path / "copy"
+    shutil.copytree(published.folder, copy)
+    return copy
+
+
+def test_everything_is_there_and_nothing_was_touched(tests: Path, published: Published) -> None:
+    root = Path(published.folder)
+    for path in tests.iterdir():
+        assert (root / "data" / path.name).read_bytes() == path.read_bytes()
+    assert {"brake.toml", "line.toml", "brake-calibrated.toml", "README.md"} <= {*published.files}
+    assert {"report/report.html", "report/results.json"} <= {*published.files}
+    for line in (root / "checksums.sha256").read_text().splitlines():
+        digest, name = line.split("  ", 1)
+        assert hashlib.sha256((root / name).read_bytes()).hexdigest() == digest
+
+
+def test_the_calibrated_brake_says_which_pulls_are_which(published: Published) -> None:
+    counts = (published.friction_tests, published.calibrated_on, published.validated_on)
+    assert counts == (3, 3, 8)
+    assert [w.key for w in published.warnings] == ["synthetic"]
+
+
+def test_no_path_of_this_machine_is_published(published: Published) -> None:
+    root = Path(published.folder)
+    for name in ("report/results.json", "report/report.html", "recipe.json", "brake.toml"):
+        assert str(root.parent) not in (root / name).read_text(), name
+        assert ".layerjam-" not in (root / name).read_text(), name
+
+
+def test_the_description_is_an_ro_crate(published: Published) -> None:
+    root = Path(published.folder)
+    read = ROCrate(root)
+    assert read.metadata.version == "1.1"
+    assert read.license["identifier"] == "CC-BY-4.0"
+    names = [one["name"] for one in read.root_dataset["author"]]
+    assert names == ["Ada Lovelace", "Émilie du Châtelet"]
+    described = {e.id: e for e in read.data_entities if e.type == "File"}
+    assert {*described} == {*published.files} - {"ro-crate-metadata.json"}
+    for name, entity in described.items():
+        assert entity["sha256"] == hashlib.sha256((root / name).read_bytes()).hexdigest()
+    (action,) = [e for e in read.contextual_entities if e.type == "CreateAction"]
+    assert len(action["object"]) == 1 + 3 + 3 + 8
+
+
+def test_the_numbers_come_out_again(published: Published, tmp_path: Path) -> None:
+    found = recompute(published.folder)
+    assert found.equal and found.exit_code == 0
+    assert found.numbers > 300
+    assert not (found.differs or found.changed_files or found.added_files)
+    packed = shutil.make_archive(str(tmp_path / "sent"), "zip", published.folder)
+    assert recompute(packed).equal
+
+
+def force_in(line: str) -> float:
+    """The last cell of a row of numbers [N]."""
+    (row,) = csv.reader([line]) if line.strip() else ([""],)
+    return float(row[-1]) if row[-1].replace(".", "").isdigit() else 0.0
+
+
+def test_one_digit_of_a_raw_file_is_found(published: Published, tmp_path: Path) -> None:
+    copy = again(published, tmp_path)
+    path = copy / "data" / "pull-2.csv"
+    lines = path.read_text().splitlines(keepends=True)
+    at = max(range(len(lines)), key=lambda i: force_in(lines[i]))
+    (row,) = csv.reader([lines[at]])
+    lines[at] = lines[at].replace(row[-1], "9" + row[-1][1:])  # 17x.y N becomes 97x.y N
+    path.write_text("".join(lines))
+    found = recompute(copy)
+    assert not found.equal and found.exit_code == 1
+    assert found.changed_files == ["data/pull-2.csv"]
+    by = {one["number"]: one for one in found.differs}
+    one = by["calibration.peak_force"]
+    assert one["file"] == "report/results.json"
+    assert one["share"] == pytest.approx(abs(one["recomputed"] / one["published"] - 1))
+    assert not any(name.startswith("friction.") for name in by)
+
+
+def test_a_published_number_that_was_polished_is_found(
+    published: Published, tmp_path: Path
+) -> None:
+    copy = again(published, tmp_path)
+    path = copy / "report" / "results.json"
+    held: dict[str, Any] = json.loads(path.read_text())
+    held["validation"]["mape"] /= 2
+    path.write_text(json.dumps(held))
+    found = recompute(copy)
+    assert [(d["number"], round(d["share"], 9)) for d in found.differs] == [("validation.mape", 1)]
+    assert found.changed_files == ["report/results.json"]
+
+
+def test_what_others_add_is_no_difference(published: Published, tmp_path: Path) -> None:
+    copy = again(published, tmp_path)
+    (copy / "my-notes.txt").write_text("mine")
+    found = recompute(copy)
+    assert found.equal and found.added_files == ["my-notes.txt"]
+
+
+def test_a_dataset_of_an_older_version_still_recomputes() -> None:
+    found: Recomputed = recompute(OLDER)
+    assert found.versions["published"]["layerjam"] == "0.1.0"
+    assert found.equal, found.differs
+    assert found.numbers > 200
+
+
+def test_a_missing_measurement_is_named(published: Published, tmp_path: Path) -> None:
+    copy = again(published, tmp_path)
+    (copy / "data" / "pull-3.csv").unlink()
+    found = recompute(copy)
+    assert not found.equal and found.changed_files == ["data/pull-3.csv"]
+
+
+def test_only_a_dataset_is_replaced(tests: Path, published: Published, tmp_path: Path) -> None:
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "thesis.txt").write_text("mine")
+    for force in (False, True):
+        with pytest.raises(FileError, match="no dataset"):
+            publish(tests, out=mine, brake=BRAKE, force=force)
+    with pytest.raises(FileError, match="own folder"):
+        publish(tests, out=tests / "dataset", brake=BRAKE)
+    with pytest.raises(FileError, match="--force"):
+        publish(tests, out=published.folder, brake=BRAKE)
+    assert [p.name for p in mine.parent.iterdir()] == ["mine"]
+
+
+def test_only_writing_needs_the_extra(
+    tests: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [m for m in sys.modules if m.split(".")[0] == "rocrate"]:
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setitem(sys.modules, "rocrate", None)
+    with pytest.raises(MissingExtraError, match=r"layerjam\[publish\]"):
+        publish(tests, out=tmp_path / "never", brake=BRAKE)
+    assert recompute(OLDER).equal
+
+
+def test_a_campaign_that_does_not_say_its_brake(tmp_path: Path) -> None:
+    made = campaign(tmp_path)
+    for path in [*made.pulls, *made.validate]:
+        path.with_name(path.name + ".toml").unlink()
+    with pytest.raises(FileError, match="--brake"):
+        publish(tmp_path, out=tmp_path.parent / "never")
+    assert not (tmp_path.parent / "never").exists()
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(FileError, match="no measurement"):
+        publish(tmp_path / "empty", out=tmp_path.parent / "never")
+
+
+def test_a_broken_dataset_is_one_sentence(published: Published, tmp_path: Path) -> None:
+    copy = again(published, tmp_path)
+    (copy / "report" / "results.json").write_text("{")
+    with pytest.raises(FileError, match="no results"):
+        recompute(copy)
+    (copy / "checksums.sha256").unlink()
+    with pytest.raises(FileError, match=r"checksums\.sha256"):
+        recompute(copy)
+    with zipfile.ZipFile(tmp_path / "empty.zip", "w"):
+        pass
+    with pytest.raises(FileError, match="no dataset"):
+        recompute(tmp_path / "empty.zip")
