@@ -240,6 +240,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_site_asks_nothing_of_other_hosts(site: Path) -> None:
     loads = re.compile(
         r"<(?:script|img|iframe|source|video|audio)\b[^>]*\bsrc=\"?(?:https?:)?//"
@@ -255,6 +256,7 @@ def test_site_asks_nothing_of_other_hosts(site: Path) -> None:
         assert not re.search(r"@import\s+[\"']?(?:url\()?[\"']?(?:https?:)?//", sheet.read_text())
 
 
+@pytest.mark.slow
 def test_reference_shows_what_is_public(site: Path) -> None:
     import layerjam
 

@@ -61,6 +61,7 @@ def test_the_keys_of_the_specification(made) -> None:
     assert said["screw"] == "M3 × 8" and said["strap_length"] == pytest.approx(0.2144)
 
 
+@pytest.mark.slow
 def test_the_same_bytes_in_another_process_zone_and_locale(made, tmp_path: Path) -> None:
     place, _ = made
     code = (

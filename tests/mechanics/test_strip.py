@@ -117,6 +117,7 @@ def test_pulled_on_after_a_rise_of_vacuum_agrees_with_strip():
     assert ours[-1] == pytest.approx(theirs[-1], rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slip_end", [0.0195, 0.017])
 def test_let_back_after_a_rise_of_vacuum_agrees_with_strip(slip_end):
     """Backwards it moves against the old friction and the new one, q + q'."""
@@ -126,6 +127,7 @@ def test_let_back_after_a_rise_of_vacuum_agrees_with_strip(slip_end):
     assert abs(alone[-1] - theirs[-1]) > 0.03 * ours.max()
 
 
+@pytest.mark.slow
 def test_pulled_on_after_a_rise_from_a_whole_strip_in_motion_agrees_with_strip():
     """Saturated before: only the strip's own length has friction to spare."""
     edge = float(saturation_slip(500.0, KAPTON))

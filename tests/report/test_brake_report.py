@@ -190,6 +190,7 @@ def test_provenance(files: Campaign, results: dict[str, Any]) -> None:
     assert results["synthetic"] is True and results["date"] == DAY
 
 
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes(
     told: tuple[Result, Path], files: Campaign, tmp_path: Path
 ) -> None:

@@ -16,6 +16,7 @@ from layerjam.report import page
 from layerjam.studies.choi2018.reproduce import reproduce
 from report.legible import faults
 
+pytestmark = pytest.mark.slow
 KEYS = ["claim", "section", "paper", "ours", "unit", "verdict", "because", "why", "again"]
 VERDICTS = (
     "reproduced", "consistent", "by construction", "differs", "not reproducible", "ours to explain"

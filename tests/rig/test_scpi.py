@@ -197,6 +197,7 @@ def fuzz(count: int, seed: int) -> None:
     assert len(rig.bench.sessions[1].errors) <= 16
 
 
+@pytest.mark.slow
 def test_random_lines_leave_it_alive_with_outputs_off() -> None:
     fuzz(10_000, 1)
 

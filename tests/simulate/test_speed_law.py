@@ -164,6 +164,7 @@ def test_without_growth_it_is_the_present_answer_to_the_last_bit() -> None:
             np.testing.assert_array_equal(getattr(ours[1], column), getattr(theirs[1], column))
 
 
+@pytest.mark.slow
 def test_the_solver_in_time_agrees_and_is_of_second_order() -> None:
     exact, record = drop(FAST, vacuum=94.5e3, **CASE)
     timed, _ = drop_in_time(FAST, vacuum=94.5e3, **CASE)

@@ -80,6 +80,7 @@ def test_what_happened_in_words(settings, words):
     assert len(said) == len(set(said))
 
 
+@pytest.mark.slow
 def test_what_the_fold_more_holds_reaches_the_command(tmp_path):
     page = page_of(rope_damping="20 N s/m", duration="0.2 s", accelerometer="adxl193", seed="x")
     names = {p.name for p in page.more.inputs} | set(OWN) | {"brake", "progress"}

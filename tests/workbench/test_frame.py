@@ -109,6 +109,7 @@ def test_a_value_of_a_link_that_is_out_of_bounds_does_not_count():
     assert number(Desk(State(settings={"pull": {"vacuum": 7e4}})), "pull", control) == 7e4
 
 
+@pytest.mark.slow
 def test_the_command_that_is_copied_gives_the_same_numbers(tmp_path):
     call = Call(
         "tensile", (Subject("choi2018-kapton"),),

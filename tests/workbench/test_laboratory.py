@@ -305,6 +305,7 @@ def test_a_brake_is_not_written_over_the_one_it_is_made_from(campaign):
     assert again.done["calibrate"].call.to_save == []
 
 
+@pytest.mark.slow
 def test_a_report_names_files_as_the_user_does(campaign):
     tab, rows, _ = campaign
     chain = Chain()
