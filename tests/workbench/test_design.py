@@ -175,6 +175,14 @@ def test_limits_of_a_machine_are_told():
     )
 
 
+async def until(true) -> None:
+    for _ in range(300):
+        if true():
+            return
+        await asyncio.sleep(0.1)
+    raise AssertionError("it did not come")
+
+
 def test_the_page_stands(monkeypatch):
     async def use() -> None:
         link = to_link(State(page="design", settings={"design": {"spec": SMALL}}))
@@ -196,6 +204,23 @@ def test_the_page_stands(monkeypatch):
             desk.put("design", "hold_length", 0.03)
             need.form.write()
             assert "no room" in need.form.refused.text
+            # another front is asked for: from then on no button acts on the one before
+            before, name = first, desk.brake.name
+            desk.put("design", "spec", SMALL.replace("300 N", "250 N"))
+            picked = need.wanted()
+            need.take()
+            need.walk(1)
+            await need.figure("svg")
+            assert desk.brake.name == name and need.wanted() == picked
+            assert not need.results.visible and need.verdict.text == "Searching"
+            # what comes late of the search before is not shown either
+            need.draw(Found(before))
+            assert not need.results.visible
+            await until(lambda: need.results.visible)
+            assert need._seen() is need._found[1].result is not before
+            need.pick(front.along(need._seen())[-1])
+            need.take()
+            assert desk.brake.text == brake_of(need._seen(), need.wanted()).text
             need.editor.set_value(IMPOSSIBLE)
             need.search()
             await user.should_see("Not possible: holding_force", retries=300)

@@ -90,6 +90,8 @@ class NeedPart(Part):
         self.form = Form(self.desk, self.written)
         self._found: tuple[object, Found] = (None, Found())
         self._drawn: tuple[object, ...] = ()
+        self._front: tuple[object, Any] = (None, None)
+        """What was asked, and its result: the front that stands on the page."""
 
     # ---- what is asked
 
@@ -114,9 +116,18 @@ class NeedPart(Part):
         spec = self.spec()
         return [Call("design", (Subject(f"{plain_name(spec.name)}.toml", spec),))]
 
+    def _asked(self) -> object:
+        """What is searched for now."""
+        return self.spec_text(), self.begun()
+
+    def _seen(self) -> Any:
+        """The result whose front is on the page; None while another one is being searched for."""
+        asked, result = self._front
+        return result if asked == self._asked() else None
+
     def compute(self) -> Found:
         """The result to the specification; nothing twice, and nothing anew that was stopped."""
-        key = (self.spec_text(), self.begun())
+        key = self._asked()
         if self._found[0] != key:
             self._found = (key, self._search())
         return self._found[1]
@@ -196,6 +207,13 @@ class NeedPart(Part):
     def _changed(self, what: str) -> None:
         if what == "undo":
             self.editor.set_value(self.spec_text()[0])
+        if self._front[1] is not None and self._seen() is None:
+            self._wait()
+
+    def _wait(self) -> None:
+        """Another front is being searched for: the buttons of the one before go with it."""
+        self.verdict.set_text("Searching")
+        self.results.set_visibility(False)
 
     # ---- what the user does
 
@@ -210,8 +228,8 @@ class NeedPart(Part):
         same = next((n for n, shipped in examples().items() if shipped == text), text)
         file = self.desk.brake
         own = self.desk.state.brake not in catalogue() and f'"{file.name}.toml"' in text
-        self._found = (None, Found())
-        self.verdict.set_text("Searching")
+        self._found, self._front = (None, Found()), (None, None)
+        self._wait()
         self.desk.put(PAGE, "picked", float(front.CHOSEN))
         if own:
             self.desk.put(PAGE, "begin", self.desk.state.brake)
@@ -231,12 +249,12 @@ class NeedPart(Part):
 
     def _clicked(self, event: events.EChartPointClickEventArguments) -> None:
         value = event.value
-        if isinstance(value, list) and len(value) > 2:
+        if isinstance(value, list) and len(value) > 2 and self._seen() is not None:
             self.pick(int(value[2]))
 
     def walk(self, step: int) -> None:
         """The next design along the front."""
-        result = self._found[1].design
+        result = self._seen()
         if result is None:
             return
         numbers = front.along(result)
@@ -250,14 +268,14 @@ class NeedPart(Part):
         return int(value) if isinstance(value, int | float) else front.CHOSEN
 
     def _seen_over(self, key: str, event: events.ValueChangeEventArguments[Any]) -> None:
-        result = self._found[1].design
+        result = self._seen()
         if event.value and result is not None:
             usual = seen_over(result)[key == "y"]
             self.desk.put(PAGE, key, "" if event.value == usual else str(event.value))
 
     def take(self) -> None:
         """The design looked at becomes the desk's brake."""
-        result = self._found[1].design
+        result = self._seen()
         if result is None:
             return
         number, design = front.picked(result, self.wanted())
@@ -273,7 +291,7 @@ class NeedPart(Part):
 
     async def figure(self, ending: str) -> None:
         """The figure that `design --figure` writes."""
-        result = self._found[1].design
+        result = self._seen()
         if result is None:
             return
         content = await elsewhere(lambda: takeaway.file_bytes(result, ending))
@@ -283,7 +301,11 @@ class NeedPart(Part):
     # ---- what is shown
 
     def draw(self, found: Found) -> None:
-        """The outcome; what has not changed stays as it is."""
+        """The outcome; what has not changed stays as it is, what was overtaken is not shown."""
+        asked, of_now = self._found
+        if of_now is not found or asked != self._asked():
+            return
+        self._front = (asked, found.design)
         self.trouble.set_content(problem(found, self.spec_text()[0]))
         result = found.result
         self.results.set_visibility(found.design is not None)
@@ -293,8 +315,8 @@ class NeedPart(Part):
             return
         names = self._axes(result)
         number, design = front.picked(result, self.wanted())
-        now = (id(result), names, number, self.page.dark)
-        if now == self._drawn:
+        now = (result, names, number, self.page.dark)
+        if self._drawn[:1] and self._drawn[0] is result and self._drawn[1:] == now[1:]:
             return
         self._drawn = now
         live.draw(self.chart, front.front_chart(result, names, number, self.page.dark))
