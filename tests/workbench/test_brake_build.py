@@ -119,7 +119,8 @@ def test_what_is_copied_writes_the_folder():
     page = page_of(cutter="knife", coupons="yes")
     (call,) = page.calls()
     assert call.command() == (
-        "layerjam build choi2018-kapton --cutter knife --coupons --out choi2018-kapton-build"
+        "layerjam build choi2018-kapton --cutter knife --coupons --out choi2018-kapton-build "
+        "--force"
     )
     assert 'lj.build("choi2018-kapton", cutter="knife", coupons=True, out=' in call.python()
     assert [c.name for c in page_of(part="brake").calls()] == ["show", "force"]

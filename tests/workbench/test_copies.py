@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 
 import jax
+import numpy as np
 import pytest
 
+from layerjam.cli.main import main
 from layerjam.commands.results import Result
-from layerjam.workbench.call import as_python
+from layerjam.workbench.call import Call, DataFile, Subject, as_python
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.brake import Brake
 from layerjam.workbench.pages.design import Design
@@ -107,11 +110,31 @@ def of_the_laboratory(practice, folder) -> list[tuple[str, Result]]:
     return made
 
 
+def test_a_copy_that_writes_a_brake_runs_as_often_as_one_likes(tmp_path, monkeypatch):
+    u = np.linspace(0, 0.11, 1200)
+    force = 2.45 * np.where(u < 0.002, 0.32 * u / 0.002, 0.24)
+    rows = "".join(f"{1e3 * x:.5f},{f:.6f}\n" for x, f in zip(u, force, strict=True))
+    (tmp_path / "sled.csv").write_text("Extension [mm],Load [N]\n" + rows)
+    options = {"normal_force": "2.45 N", "brake": Subject("choi2018-kapton")}
+    file = DataFile("sled.csv", tmp_path / "layerjam-file-0001.csv")
+    call = Call("friction", options=options, files=(file,), out="tested.toml")
+    monkeypatch.chdir(tmp_path)
+    found = []
+    for _ in range(3):
+        space: dict[str, object] = {}
+        exec(call.python(), space)
+        found.append((space["result"].json(), (tmp_path / "tested.toml").read_text()))
+    assert found[0] == found[1] == found[2]
+    assert main([*shlex.split(call.command())[1:], "--json"]) == 0
+    assert (tmp_path / "tested.toml").read_text() == found[0][1]
+
+
 @pytest.mark.slow
 def test_every_copy_runs_in_a_fresh_process(practice, tmp_path):
     (tmp_path / "small.toml").write_text(SPEC)
     made = [one for kind, settings in PAGES for one in asked(kind, settings)]
-    made += of_the_laboratory(practice, tmp_path)
+    laboratory = of_the_laboratory(practice, tmp_path)
+    made += [*laboratory, *laboratory]  # once more, now that the files it writes are there
     plain = {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
     # what the pages have compiled is not compiled again
     plain["JAX_COMPILATION_CACHE_DIR"] = str(jax.config.jax_compilation_cache_dir)

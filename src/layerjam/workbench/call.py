@@ -56,7 +56,8 @@ class Call:
     """A command with its subjects, measured files and options; two equal calls answer alike.
 
     Options are texts with units, numbers, flags, words, or files and subjects that are no
-    positional argument. `out` is the file or folder that is written, as the user would call it.
+    positional argument. `out` is the file or folder that is written, as the user would call it;
+    what is copied writes it anew each time that it is run.
     `made` says that the subject is a file that the call before writes.
     """
 
@@ -116,7 +117,7 @@ class Call:
     def _asked(self) -> str:
         parts = [_literal(_shown(v)) for v in self._alone()]
         parts += [f"{key}={_literal(_shown(v))}" for key, v in self.options.items()]
-        parts += [f"out={_literal(self.out)}"] if self.out else []
+        parts += [f"out={_literal(self.out)}", "force=True"] if self.out else []
         return f"result = lj.{load(self.name).python_name}({', '.join(parts)})\nprint(result)\n"
 
     def command(self) -> str:
@@ -132,7 +133,7 @@ class Call:
                 words += [declared.option, *_words(_shown(value))]
             elif value is not False:
                 words += [w for one in _words(_shown(value)) for w in (declared.option, one)]
-        words += ["--out", self.out] if self.out else []
+        words += ["--out", self.out, "--force"] if self.out else []
         return _head([self]) + " ".join(shlex.quote(word) for word in words)
 
 
