@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Collection
 from dataclasses import astuple, dataclass, fields, replace
 
@@ -12,6 +10,7 @@ from layerjam.fabricate.drawing import Drawing
 from layerjam.fabricate.lengths import ellipse_girth, mm
 from layerjam.fabricate.masses import screw_name
 from layerjam.fabricate.screws import THREADS, Thread, length_for
+from layerjam.records.table_text import rows_text
 from layerjam.units import show
 
 
@@ -36,11 +35,8 @@ def items(made: Drawing, there: Collection[str] | None = None) -> list[Item]:
 
 def bom_csv(made: Drawing, there: Collection[str] | None = None) -> str:
     """The parts list as CSV, with a row of headings."""
-    out = io.StringIO(newline="")
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([f.name for f in fields(Item)])
-    writer.writerows(astuple(row) for row in items(made, there))
-    return out.getvalue()
+    rows = (astuple(row) for row in items(made, there))
+    return rows_text([[f.name for f in fields(Item)], *rows])
 
 
 def _film(made: Drawing) -> list[Item]:

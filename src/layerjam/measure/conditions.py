@@ -16,6 +16,7 @@ from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.columns import split_unit
 from layerjam.measure.readers.unit_words import convert
 from layerjam.measure.sidecar import Facts, read_facts
+from layerjam.records.table_text import plain_cell
 from layerjam.records.toml import read_text
 from layerjam.records.values import entries
 from layerjam.units import FlagSpec, QuantitySpec, show
@@ -80,7 +81,11 @@ def _list(path: Path, _changed: int, _size: int) -> dict[str, dict[str, Any]]:
     text = read_text(path)
     mark = max(",;\t", key=text.partition("\n")[0].count)
     rows = [(n, row) for n, row in enumerate(csv.reader(io.StringIO(text), delimiter=mark), 1)]
-    rows = [(n, [cell.strip() for cell in row]) for n, row in rows if any(map(str.strip, row))]
+    rows = [
+        (n, [plain_cell(cell.strip()) for cell in row])
+        for n, row in rows
+        if any(map(str.strip, row))
+    ]
     if not rows:
         raise FileError(path, "is empty")
     heads = [split_unit(cell) for cell in rows[0][1]]

@@ -8,6 +8,7 @@ from layerjam._version import __version__
 from layerjam.errors import LayerjamError
 from layerjam.measure.runs import Array, Run
 from layerjam.measure.sidecar import Facts
+from layerjam.records.table_text import comment
 from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
 
 UNITS = {"time": "s", "elongation": "m", "force": "N", "vacuum": "Pa", "target": "Pa"}
@@ -33,7 +34,7 @@ def csv_text(run: Run) -> str:
     columns = in_order(run)
     text = io.StringIO()
     text.write(f"# layerjam {__version__} bench export\n")
-    text.writelines(f"# {key}: {value}\n" for key, value in short.items())
+    text.writelines(comment(f"{key}: {value}") + "\n" for key, value in short.items())
     names = (f"{name} [{UNITS[name]}]" if name in UNITS else name for name in columns)
     text.write(",".join(names) + "\n")
     cells = [_cells(name, values) for name, values in columns.items()]

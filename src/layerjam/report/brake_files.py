@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +11,7 @@ from layerjam._version import __version__
 from layerjam.errors import MissingExtraError
 from layerjam.identify.provenance import renamed
 from layerjam.identify.validation.metrics import WINDOW
+from layerjam.records.table_text import rows_text
 from layerjam.report import folder
 from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.report.brake_report import STAGES, BrakeReport, all_numbers, page
@@ -25,14 +24,8 @@ NAMES = ("results.json", "numbers.csv", "report.pdf", "report.html")
 
 def csv_text(numbers: Sequence[Number], names: Mapping[str, str] | None = None) -> str:
     """numbers.csv: SI values, every digit; `names` as in a BrakeReport."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for number in numbers:
-        cells = (renamed(plain(v), names or {}) for v in number.row().values())
-        row = ("" if v is None else repr(v) if isinstance(v, float) else v for v in cells)
-        writer.writerow(row)
-    return out.getvalue()
+    rows = ([renamed(plain(v), names or {}) for v in n.row().values()] for n in numbers)
+    return rows_text([COLUMNS, *rows])
 
 
 def results(report: BrakeReport, numbers: Sequence[Number]) -> dict[str, Any]:

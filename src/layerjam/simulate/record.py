@@ -15,6 +15,7 @@ from layerjam._version import __version__
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError, MissingExtraError
+from layerjam.records.table_text import comment, plain_comment
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
@@ -97,10 +98,10 @@ class Record:
     def to_csv(self, path: str | Path, *, force: bool = False) -> Path:
         """Write CSV: '#' header with the procedure and the whole brake, then columns with units."""
         head = self.header()
-        lines = [f"# {head.pop('made_by')}"]
+        lines = [comment(head.pop("made_by"))]
         brake = head.pop("brake")
-        lines += [f"# {key}: {value}" for key, value in head.items()]
-        lines += ["# brake:"] + [f"#   {line}" for line in brake.splitlines()]
+        lines += [comment(f"{key}: {value}") for key, value in head.items()]
+        lines += ["# brake:"] + [comment(f"  {line}") for line in brake.splitlines()]
         lines.append(",".join(f"{name} [{m.unit}]" for name, _, m in self.columns()))
         text = io.StringIO()
         text.write("\n".join(lines) + "\n")
@@ -216,11 +217,12 @@ def read_header(path: str | Path) -> tuple[BrakeFile, str]:
             for line in handle:
                 if not line.startswith("#"):
                     break
+                text = plain_comment(line)
                 if inside:
-                    brake_lines.append(line[4:])
-                elif line.startswith("# procedure: "):
-                    procedure = line.removeprefix("# procedure: ").strip()
-                inside = inside or line.strip() == "# brake:"
+                    brake_lines.append(text[4:])
+                elif text.startswith("# procedure: "):
+                    procedure = text.removeprefix("# procedure: ").strip()
+                inside = inside or text.strip() == "# brake:"
     except (OSError, UnicodeDecodeError) as err:
         raise FileError(path, f"cannot be read: {err}") from None
     if not (procedure and brake_lines):

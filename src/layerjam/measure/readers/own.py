@@ -13,6 +13,7 @@ from layerjam.measure.readers.rows import Rows, Table
 from layerjam.measure.readers.specimens import Specimen
 from layerjam.measure.readers.unit_words import ROLES
 from layerjam.measure.trace import Trace
+from layerjam.records.table_text import plain_comment
 from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
 
 NAME = "layerjam CSV"
@@ -47,8 +48,9 @@ def _vacuum(source: Source) -> float | None:
         if not text.startswith("#"):
             break
         if text.startswith("# procedure: "):
+            said = plain_comment(text).removeprefix("# procedure: ").strip()
             try:
-                steps = parse_procedure(text.removeprefix("# procedure: ").strip()).steps
+                steps = parse_procedure(said).steps
             except LayerjamError:
                 return None
             first, rest = steps[0], steps[1:]
