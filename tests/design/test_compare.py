@@ -195,3 +195,28 @@ def test_the_brake_of_a_file_is_taken(tmp_path: Path) -> None:
     (tmp_path / "wide.toml").write_text(text)
     row = compare(tmp_path / "wide.toml").devices[0]
     assert row["sheets"] == 22
+
+
+def test_calibrated_beside_uncalibrated_is_said(tmp_path: Path) -> None:
+    def said(*names: str | Path) -> list[str]:
+        warnings = compare(*map(str, names)).warnings
+        key = "calibrated-with-uncalibrated"
+        return [str(w) for w in warnings if getattr(w, "key", "") == key]
+
+    (both,) = said("choi2018-kapton", "choi2018-polyester", "choi2018-ptfe-fiberglass")
+    calibrated, not_so = both.split("calibrated,")
+    assert "choi2018-kapton" in calibrated
+    assert "choi2018-polyester" in not_so and "choi2018-ptfe-fiberglass" in not_so
+    assert not said("choi2018-kapton", "choi2018-ptfe")
+    assert not said("choi2018-polyester", "choi2018-ptfe-fiberglass")
+    # a factor that stands in a file without a word on where it comes from is none
+    text = load("choi2018-ptfe").text
+    own = tmp_path / "own.toml"
+    start = text.index("[scale_factor]")
+    end = text.index("\n\n", start)
+    body, table = text[:start] + text[end:], text.index("\n[")
+    own.write_text(body[:table] + "\nscale_factor = 1.24\n" + body[table:], encoding="utf-8")
+    assert load(own).brake.scale_factor == 1.24
+    assert said("choi2018-kapton", own)
+    rows = {r["name"].split(",")[0]: r["calibrated"] for r in compare().devices if r["computed"]}
+    assert rows["choi2018-kapton"] is True and rows["choi2018-polyester"] is False

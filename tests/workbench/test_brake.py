@@ -106,6 +106,10 @@ def test_the_comparison_says_which_is_better_in_words():
     assert verdict(0.5, 1.0, -1) == "▲ −50.0%, better"
     assert verdict(1.0, 1.0, 1) == "same"
     assert verdict(None, 1.0, 1) == ""
+    # what "0.00 %" would be said of is no difference, to either side and for either direction
+    for part in (4.9e-5, -4.9e-5):
+        assert {verdict(1 + part, 1.0, better) for better in (-1, 0, 1)} == {"same"}
+    assert verdict(1 + 5.1e-5, 1.0, -1) == "▼ +0.01%, worse"
     assert verdict(2.0, 1.0, 0) == "+100.0%"
     assert verdict(2.0, 0.0, 1) == "▲ more than none, better"
 

@@ -148,7 +148,7 @@ def compare(
     with the paper's words. `none_found` maps a class without a sourced device to what was looked
     at.
     """
-    from layerjam.design.comparison import comparison
+    from layerjam.design.comparison import comparison, uneven
 
     files: list[Any] = list(brakes)
     for file in files:
@@ -160,6 +160,6 @@ def compare(
         sheet=sheet,
         sheet_lines=lines,
         none_found=dict(others.looked_for),
-        warnings=[*(w for file in files for w in file.warnings()), *NOTES],
+        warnings=[*uneven(files), *(w for file in files for w in file.warnings()), *NOTES],
         record=(rows, lines, others),
     )

@@ -14,6 +14,9 @@ from layerjam.design.requirements import NAMEABLE, DesignSpecification, Objectiv
 from layerjam.design.search import Search, SweepResult, Told
 from layerjam.units import show
 
+SHOWN = 5e-5
+"""Least part that two digits behind the point of a percentage show."""
+
 
 def named(design: Mapping[str, Any]) -> str:
     """A design in a few words: film, thickness, sheets, how many brakes."""
@@ -41,8 +44,8 @@ def why_lost(
         total += o.weight * step
         if abs(step) < 1e-9:
             continue
-        over = loser[o.name] / winner[o.name] - 1
-        text = f"{o.name} {over:+.2%} ({show(loser[o.name], NAMEABLE[o.name].unit)})"
+        much = percent(loser[o.name] / winner[o.name] - 1)
+        text = f"{o.name} {much} ({show(loser[o.name], NAMEABLE[o.name].unit)})"
         (worse if step > 0 else better).append(text)
     if not worse and not better:
         return "it ties in every objective; of equals the first of the list is chosen"
@@ -50,7 +53,12 @@ def why_lost(
     if len(objectives) == 1:
         return f"it loses by {lost}"
     won = f"; against that {' and '.join(better)}" if better else ""
-    return f"it loses by {lost}{won}; weighted, {math.expm1(total):.2%} behind"
+    return f"it loses by {lost}{won}; weighted, {percent(math.expm1(total), sign='')} behind"
+
+
+def percent(part: float, sign: str = "+") -> str:
+    """A part in percent; one that two digits behind the point would not show in words."""
+    return f"{part:{sign}.2%}" if abs(part) >= SHOWN else "by less than 0.01 %"
 
 
 def forbidden(search: Search, found: SweepResult, told: Told) -> list[dict[str, Any]]:
@@ -66,7 +74,7 @@ def forbidden(search: Search, found: SweepResult, told: Told) -> list[dict[str, 
         gain = -math.expm1(told.scores[at] - score)
         reason = (
             f"{constraint} keeps out {named(design)}: {constraint.name} "
-            f"{show(value, constraint.unit)}; weighted, it would be {gain:.2%} better"
+            f"{show(value, constraint.unit)}; weighted, it would be {percent(gain, sign='')} better"
         )
         row = {"constraint": str(constraint), "design": design, "value": value}
         out.append({**row, "short": constraint.short(value), "gain": gain, "reason": reason})

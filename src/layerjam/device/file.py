@@ -103,17 +103,37 @@ class BrakeFile(RecordFile[Brake]):
         """{dotted path: value in SI} of all that is known."""
         return values_of(self.brake) | values_of(self.making)
 
+    @property
+    def calibrated(self) -> bool:
+        """Whether its scale factor was found on pulls, by whomever, and not just set to a value."""
+        source = self.sources.get("scale_factor")
+        return source is not None and source.kind not in ("assumed", "unstated")
+
+    @property
+    def synthetic(self) -> list[str]:
+        """Dotted paths of numbers that were found in files that a program wrote."""
+        return paths_of(self.sources, "synthetic")
+
+    def mark(self, without: Collection[str] = ()) -> str:
+        """What every file made from it says where some of its numbers are synthetic; else empty."""
+        made = [path for path in self.synthetic if path not in without]
+        if not made:
+            return ""
+        return f"{', '.join(made)} of {self.name}: synthetic, a program wrote the files behind it"
+
     def warnings(self, without: Collection[str] = ()) -> list[str]:
         """What every result made with this brake has to say about its numbers.
 
         `without`: paths of numbers the result does not rest on.
         """
-        out = []
+        out: list[str] = []
         for kind, word in (("handbook", "handbook values"), ("assumed", "assumed values")):
             paths = [p for p in paths_of(self.sources, kind) if p in _MATTERS - {*without}]
             if paths:
                 which = ", ".join(paths)
                 out.append(f"{which} of {self.name}: {word}, not measured on this brake")
+        if said := self.mark(without):
+            out.append(Notice(said, "synthetic-brake"))
         if self.brake.stiffness_measured is None and "stiffness_measured" not in without:
             out.append(
                 f"no stiffness was measured for {self.name}: the sheets' computed one stands in, "

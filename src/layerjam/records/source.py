@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, Self
 
@@ -19,6 +19,7 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "calibrated": "fitted to pulls of this brake",
         "data sheet": "from the maker's data sheet of the material",
         "handbook": "published for such a material, not measured on these surfaces",
+        "synthetic": "found in files that a program wrote, not measured",
         "assumed": "assumed, no source",
         "unstated": "the file does not say",
     }
@@ -64,6 +65,11 @@ class Source:
         if self.conflict:
             parts.append(f"conflict: {self.conflict}")
         return "; ".join(parts)
+
+    def from_synthetic(self) -> Self:
+        """The same for a number that was found in files that a program wrote."""
+        found = self.kind in ("measured", "calibrated")
+        return replace(self, kind="synthetic") if found else self
 
     @classmethod
     def read(cls, table: Mapping[str, Any], name: str) -> tuple[Any, Self]:

@@ -8,6 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.commands.edit import BRAKE_FIELDS, edit, stale
+from layerjam.design.comparison import uneven
 from layerjam.device.load import catalogue, load
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
@@ -161,6 +162,8 @@ class Brake(Page):
         self.view.show(stack, words, self.dark)
         self.words.set_text(words)
         self.figures.fill(force)
-        self.table.set_content(comparison(shown, other[0] if other else None))
-        self.notes.fill([*shown.warnings, *stale(self.desk.brake)])
+        kept = self.desk.beside
+        unlike = uneven([self.desk.brake, *([] if kept is None else [kept])])
+        self.table.set_content(comparison(shown, other[0] if other else None, not unlike))
+        self.notes.fill([*unlike, *shown.warnings, *stale(self.desk.brake)])
         self.sources.set_content(sources(self.desk.brake))

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from layerjam.commands.edit import BRAKE_FIELDS
+from layerjam.design.comparison import WITH_FACTOR
 from layerjam.device.file import BrakeFile
 from layerjam.units import get, show
 from layerjam.workbench.call import result_fields
@@ -34,11 +35,15 @@ ROWS: Mapping[str, int] = MappingProxyType(
 """Key of `show`, and which is better: more, less, or neither of the two."""
 
 
+ALIKE = 5e-5
+"""Part by which numbers may differ that are called the same: less than is shown of it."""
+
+
 def verdict(mine: float | None, other: float | None, better: int) -> str:
     """How the first compares with the second: sign, percent and, where it is clear, which wins."""
     if mine is None or other is None:
         return ""
-    if mine == other:
+    if mine == other or (other and abs(mine / other - 1) < ALIKE):
         return "same"
     much = _percent(mine / other - 1) if other else "more than none"
     if not better:
@@ -51,8 +56,11 @@ def _percent(part: float) -> str:
     return text.replace("-", "−")
 
 
-def comparison(here: Any, beside: Any | None) -> str:
-    """What the brake is and will do as HTML; with a second brake the difference, in words."""
+def comparison(here: Any, beside: Any | None, even: bool = True) -> str:
+    """What the brake is and will do as HTML; with a second brake the difference, in words.
+
+    Where only one of the two is calibrated they are not `even`, and none has the better force.
+    """
     heads = ["", here.values["name"]]
     if beside is not None:
         heads += [beside.values["name"], f"{here.values['name']} is"]
@@ -64,7 +72,8 @@ def comparison(here: Any, beside: Any | None) -> str:
         row: list[Cell] = [name, (show(mine, unit), "font-medium")]
         if beside is not None:
             other = beside.values[key]
-            words = verdict(mine, other, better)
+            judged = even or key not in WITH_FACTOR
+            words = verdict(mine, other, better if judged else 0)
             row += [show(other, unit), (words, _weight(words))]
         rows.append(row)
     return html(heads, rows, (1, 2, 3), "The brake", "brake-numbers")
