@@ -91,7 +91,7 @@ def test_curves_writes_a_brake_that_says_how_it_was_made(files: list[Path], tmp_
     product = brake.enclosure.modulus * brake.film.friction_on_silicone
     before = old.brake.enclosure.modulus * old.brake.film.friction_on_silicone
     assert product == pytest.approx(before * answer.enclosure_factor**2)
-    assert made.sources["enclosure.modulus"].kind == "calibrated"
+    assert made.sources["enclosure.modulus"].kind == "synthetic"  # as the files are
     notes = made.notes
     assert notes["depth"] == "curves" and notes["program"].startswith("layerjam ")
     assert notes["verdict"] == "all checks passed" and "20%" in notes["window"]

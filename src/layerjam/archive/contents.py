@@ -6,7 +6,6 @@ A run is read from its own tables; of a file of a test machine only its bytes co
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,8 @@ from layerjam.fluid.file import LineFile
 from layerjam.identify.provenance import sha256
 from layerjam.measure.runs import ENDING
 from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING, read_facts
+from layerjam.measure.synthetic import says_synthetic
+from layerjam.records.table_text import plain_comment
 from layerjam.records.toml import parse_toml, read_text
 
 SQLITE = b"SQLite format 3\0"
@@ -178,7 +179,7 @@ def _json(path: str, own: Mapping[str, Any]) -> Content:
 def _data(path: str, own: Mapping[str, Any], head: bytes) -> Content:
     """A measurement, or what was exported of a run; comment lines tell which."""
     comments = _comments(head)
-    synthetic = any(re.search(r"(?i)\bsynthetic\b", line) for line in comments)
+    synthetic = says_synthetic("\n".join(comments).encode())
     with_facts = False
     try:
         with_facts = read_facts(path).synthetic
@@ -202,7 +203,8 @@ def _comments(head: bytes) -> list[str]:
     for line in head.decode("utf-8-sig", "replace").splitlines():
         if not line.startswith("#"):
             break
-        found.append(line[2:] if line.startswith("# ") else line[1:])
+        text = plain_comment(line)
+        found.append(text[2:] if text.startswith("# ") else text[1:])
     return found
 
 

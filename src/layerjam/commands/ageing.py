@@ -15,6 +15,7 @@ from layerjam.commands.reading import FileOptions, Files, Partial
 from layerjam.commands.results import Bounded, bound, bounds, fact, number, result
 from layerjam.device.sheets import Film
 from layerjam.errors import FitError, QuantityError
+from layerjam.measure.synthetic import SYNTHETIC
 from layerjam.units import show, spec_of
 
 if TYPE_CHECKING:
@@ -52,8 +53,9 @@ class Ageing(Bounded):
     def draw(self) -> Figure:
         """Static friction over the hold, with the line."""
         from layerjam.report import measurement_figures
+        from layerjam.report.style import of_synthetic
 
-        return measurement_figures.ageing(self.record)
+        return of_synthetic(measurement_figures.ageing(self.record), self.synthetic)
 
 
 @command(
@@ -117,7 +119,7 @@ def ageing(
         understood=understood(t for t, _, _ in used),
         refused=refused,
         file=written,
-        warnings=[*found.warnings, *why],
+        warnings=[*[SYNTHETIC] * _synthetic(used), *found.warnings, *why],
         record=found,
     )
 
@@ -125,7 +127,7 @@ def ageing(
 def _written(brake: Any, found: Any, used: Sequence[tuple[Trace, float, float]], name: str) -> str:
     """The brake's file with the fit."""
     from layerjam.device.file import updated_text
-    from layerjam.identify.provenance import digests
+    from layerjam.identify.provenance import digests, marked
     from layerjam.records.source import Source
 
     def measured(interval: tuple[float, float]) -> Source:
@@ -140,4 +142,10 @@ def _written(brake: Any, found: Any, used: Sequence[tuple[Trace, float, float]],
         "film.static_hold": (found.hold, hold),
     }
     files = digests([t.path for t, _, _ in used], [t.path for t, _, _ in used if t.synthetic])
-    return updated_text(brake, name, changes, {"program": "layerjam ageing", "files": files})
+    made_by = {"program": "layerjam ageing", "files": files}
+    return updated_text(brake, name, marked(changes, _synthetic(used)), made_by)
+
+
+def _synthetic(used: Sequence[tuple[Trace, float, float]]) -> bool:
+    """Whether a program wrote any of the files."""
+    return any(trace.synthetic for trace, _, _ in used)

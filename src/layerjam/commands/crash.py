@@ -68,8 +68,9 @@ class CrashFound(Result):
     def draw(self) -> Figure:
         """Acceleration and velocity over time."""
         from layerjam.report import measurement_figures
+        from layerjam.report.style import of_synthetic
 
-        return measurement_figures.crash(self.record)
+        return of_synthetic(measurement_figures.crash(self.record), self.synthetic)
 
 
 @command(
@@ -129,7 +130,7 @@ def crash(
         )
     except FitError as error:
         raise FileError(log.path, str(error)) from None
-    warnings = list(found.warnings)
+    warnings = [*log.said, *found.warnings]
     if falling:
         why = "the weight is taken off the velocity change: the sensor fell freely before"
         warnings.append(Notice(why, "falling"))

@@ -82,7 +82,7 @@ def export_c(
     notices, snaps = said(brake, numbers)
     stops = strict and snaps is not None
     if not stops:
-        write_folder(Path(out), dict(c_files(brake.name, numbers, precision)))
+        write_folder(Path(out), dict(c_files(brake.name, numbers, precision, brake.mark())))
     return Exported(
         kind="c",
         feasible=not stops,
@@ -163,7 +163,8 @@ def export_fmu(
     notices, snaps = said(brake, numbers)
     stops, size = strict and snaps is not None, None
     if not stops:
-        made = units.fmu(fmi, brake.name, values, {o: units.binary(fmi, o) for o in chosen})
+        binaries = {o: units.binary(fmi, o) for o in chosen}
+        made = units.fmu(fmi, brake.name, values, binaries, brake.mark())
         write_whole(out, made, force)
         size = len(made)
     own = units.own_platform() in chosen

@@ -75,8 +75,9 @@ class LeakFound(Bounded):
     def draw(self) -> Figure:
         """Pressure over time with the laws."""
         from layerjam.report import measurement_figures
+        from layerjam.report.style import of_synthetic
 
-        return measurement_figures.leak(self.record)
+        return of_synthetic(measurement_figures.leak(self.record), self.synthetic)
 
 
 @command(

@@ -93,7 +93,7 @@ def read_pressure(
     around = Site().atmosphere if atmosphere is None else atmosphere
     log = read_log(file, [TIME, PRESSURE, *[TEMPERATURE] * warm], options)
     kind, says = log.pressure_reference(options.reading)
-    said = []
+    said: list[str] = [*log.said]
     if says not in (None, kind):
         said.append(f"{log.name}: its column says {says}; --reading {kind} counts")
     value = log["pressure"] - (zero or 0.0)

@@ -89,9 +89,10 @@ class PumpFound(Bounded):
     def draw(self) -> Figure:
         """Pressure over time with the fit."""
         from layerjam.report import measurement_figures
+        from layerjam.report.style import of_synthetic
 
         alone, second, constant = self.record
-        return measurement_figures.pump_down(alone, second, constant)
+        return of_synthetic(measurement_figures.pump_down(alone, second, constant), self.synthetic)
 
 
 @command(

@@ -122,6 +122,11 @@ class Result:
         return {}
 
     @property
+    def synthetic(self) -> bool:
+        """Whether it rests on files that a program wrote."""
+        return any(getattr(w, "key", "") == "synthetic" for w in self.warnings)
+
+    @property
     def exit_code(self) -> int:
         """What the command line ends with: 1 where the result is "cannot", 3 for refused files."""
         if getattr(self, "feasible", None) is False:

@@ -103,8 +103,10 @@ class SiliconeFit(Result):
     def draw(self) -> Figure:
         """Stress over strain of every specimen with its model."""
         from layerjam.report import measurement_figures as figures
+        from layerjam.report.style import of_synthetic
 
-        return figures.sleeve(self.record, {p: row["data_sheet"] for p, row in self.files.items()})
+        sheets = {path: row["data_sheet"] for path, row in self.files.items()}
+        return of_synthetic(figures.sleeve(self.record, sheets), self.synthetic)
 
 
 @command(
@@ -231,9 +233,12 @@ def _changes(
     values: Mapping[str, Any], done: Mapping[str, Any], brake: BrakeFile, hyperelastic: bool
 ) -> dict[str, tuple[float, Source] | None]:
     """The modulus, and the chosen model if it is wanted, as a brake's file takes them."""
+    from layerjam.identify.provenance import marked
+
     modulus = _with_modulus(values, done)
     source = modulus["enclosure.modulus"][1]
-    return {**modulus, **_with_model(values, brake, source, hyperelastic)}
+    changes = {**modulus, **_with_model(values, brake, source, hyperelastic)}
+    return marked(changes, any(specimen.synthetic for specimen, *_ in done.values()))
 
 
 def _with_model(

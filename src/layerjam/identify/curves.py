@@ -37,6 +37,8 @@ class Curve:
     pull: PullFeatures
     specimen: str = ""
     recorded_speed: float | None = None
+    synthetic: bool = False
+    """Whether a program wrote the file."""
 
     @property
     def name(self) -> str:
@@ -79,6 +81,7 @@ def curve_of(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> C
         pull=pull,
         specimen="" if trace is None else trace.specimen,
         recorded_speed=None if trace is None else recorded_speed(trace),
+        synthetic=trace is not None and trace.synthetic,
     )
 
 

@@ -13,6 +13,7 @@ from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.errors import Notice
 from layerjam.measure.sidecar import sidecar_path
+from layerjam.records.source import Source
 
 if TYPE_CHECKING:
     from layerjam.identify.calibration.record import Calibration
@@ -101,7 +102,8 @@ def calibrated_text(
     The table holds program and version, date, depth, the window of the fit, the verdict (the
     sentences of failed checks) and every file's name and SHA-256; of those that were left out by
     hand (`file`, `because`, `sha256`) the reason too. `files` are the entries of those that were
-    used, where the caller has them.
+    used, where the caller has them. Where a program wrote any of them, the source of every
+    number that was fitted says so.
     """
     failed = [c.sentence for c in found.checks if not c.passed]
     made_by: dict[str, Any] = {
@@ -118,4 +120,17 @@ def calibrated_text(
             | ({"sha256": one["sha256"]} if one["sha256"] else {})
             for one in excluded
         ]
-    return updated_text(file, name, dict(found.sources), made_by)
+    synthetic = any(curve.synthetic for curve in found.curves)
+    return updated_text(file, name, marked(found.sources, synthetic), made_by)
+
+
+def marked(
+    changes: Mapping[str, tuple[float, Source] | None], synthetic: bool
+) -> dict[str, tuple[float, Source] | None]:
+    """Numbers for a brake's file; where `synthetic` the source of each that was found says so.
+
+    The numbers carry the mark themselves, since [made_by] is another one after the next command.
+    """
+    if not synthetic:
+        return dict(changes)
+    return {path: one and (one[0], one[1].from_synthetic()) for path, one in changes.items()}

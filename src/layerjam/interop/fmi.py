@@ -117,14 +117,16 @@ def fmu(
     name: str,
     values: Mapping[str, float],
     binaries: Mapping[str, bytes],
+    mark: str = "",
 ) -> bytes:
     """The archive: description, binaries {platform: library}, start values, and all sources.
 
-    The sources start with this brake too. The same input gives the same bytes.
+    The sources start with this brake too; `mark` is said in the description. The same input gives
+    the same bytes.
     """
     sources = (f"fmi{version}.c", "model.c", "layerjam.c")
     files: dict[str, bytes | str] = {
-        "modelDescription.xml": model_description(version, name, values, sources),
+        "modelDescription.xml": model_description(version, name, values, sources, mark),
         "resources/brake.bin": _MAGIC
         + struct.pack(
             f"<I{len(values)}d", len(values), *(values[o.name] for o in parameter_list())

@@ -25,10 +25,18 @@ UNITS: Mapping[str, tuple[str, tuple[str, float] | None]] = {
 
 
 def model_description(
-    version: Version, name: str, values: Mapping[str, float], sources: Sequence[str]
+    version: Version,
+    name: str,
+    values: Mapping[str, float],
+    sources: Sequence[str],
+    mark: str = "",
 ) -> str:
-    """The XML for a brake called `name` with its parameters' values; C files only FMI 2 lists."""
-    lines = _fmi3(name, values) if version == "3" else _fmi2(name, values, sources)
+    """The XML for a brake called `name` with its parameters' values; C files only FMI 2 lists.
+
+    `mark` is said in its description.
+    """
+    head = _head(name, mark)
+    lines = _fmi3(head, values) if version == "3" else _fmi2(head, values, sources)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + "\n".join(lines) + "\n"
 
 
@@ -45,20 +53,22 @@ def build_description(sources: Sequence[str]) -> str:
 """
 
 
-def _head(name: str) -> str:
+def _head(name: str, mark: str) -> str:
+    about = "Soft layer-jamming brake: force over elongation and vacuum"
+    about += f" ({mark})" * bool(mark)
     return (
         f"modelName={quoteattr(name)} "
-        'description="Soft layer-jamming brake: force over elongation and vacuum" '
+        f"description={quoteattr(about)} "
         f'generationTool="layerjam {__version__}" variableNamingConvention="structured"'
     )
 
 
-def _fmi3(name: str, values: Mapping[str, float]) -> Iterator[str]:
+def _fmi3(head: str, values: Mapping[str, float]) -> Iterator[str]:
     can = (
         f'modelIdentifier="{MODEL}" canGetAndSetFMUState="true" canSerializeFMUState="true" '
         'providesDirectionalDerivatives="true" providesAdjointDerivatives="true"'
     )
-    yield f'<fmiModelDescription fmiVersion="3.0" {_head(name)} instantiationToken="{token()}">'
+    yield f'<fmiModelDescription fmiVersion="3.0" {head} instantiationToken="{token()}">'
     yield f"  <ModelExchange {can}/>"
     yield f'  <CoSimulation {can} canHandleVariableCommunicationStepSize="true"/>'
     yield from _units()
@@ -81,7 +91,7 @@ def _fmi3(name: str, values: Mapping[str, float]) -> Iterator[str]:
     yield "</fmiModelDescription>"
 
 
-def _fmi2(name: str, values: Mapping[str, float], sources: Sequence[str]) -> Iterator[str]:
+def _fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) -> Iterator[str]:
     can = (
         f'modelIdentifier="{MODEL}" canGetAndSetFMUstate="true" canSerializeFMUstate="true" '
         'providesDirectionalDerivative="true"'
@@ -89,7 +99,7 @@ def _fmi2(name: str, values: Mapping[str, float], sources: Sequence[str]) -> Ite
     files = "".join(f'<File name="{file}"/>' for file in sources)
     files = f"<SourceFiles>{files}</SourceFiles>"
     yield (
-        f'<fmiModelDescription fmiVersion="2.0" {_head(name)} guid="{token()}" '
+        f'<fmiModelDescription fmiVersion="2.0" {head} guid="{token()}" '
         'numberOfEventIndicators="1">'
     )
     yield f"  <ModelExchange {can}>{files}</ModelExchange>"

@@ -85,8 +85,10 @@ def mjcf(
         **_lag(vacuum_lag),
     }
     words = " ".join(f"{key}={quoteattr(value)}" for key, value in actuator.items())
+    mark = given.mark().replace("--", "- -") if isinstance(given, BrakeFile) else ""
+    said = mark and f"  <!-- {mark} -->\n"
     return f"""<mujocoinclude>
-  <!-- the control is the vacuum [Pa] -->
+{said}  <!-- the control is the vacuum [Pa] -->
   <extension>
     <plugin plugin="{PLUGIN}">
       <instance name={quoteattr(instance)}>

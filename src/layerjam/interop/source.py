@@ -19,12 +19,12 @@ _GUARD = "#define LAYERJAM_H\n"
 _SINGLE = "\n/* exported in single precision */\n#ifndef LJ_SINGLE\n#define LJ_SINGLE\n#endif\n"
 
 
-def c_files(name: str, of: Parameters, precision: Precision) -> dict[str, str]:
-    """{file: text} of the kernel with a brake called `name`."""
+def c_files(name: str, of: Parameters, precision: Precision, mark: str = "") -> dict[str, str]:
+    """{file: text} of the kernel with a brake called `name`; `mark` is said beside the name."""
     made = _kernel()
     if precision == "single":
         made["layerjam.h"] = made["layerjam.h"].replace(_GUARD, _GUARD + _SINGLE)
-    return {BRAKE: brake_header(name, of), **made, EXAMPLE: _wrapper(EXAMPLE)}
+    return {BRAKE: brake_header(name, of, mark), **made, EXAMPLE: _wrapper(EXAMPLE)}
 
 
 def plugin_files() -> dict[str, str]:
@@ -40,15 +40,19 @@ def _wrapper(name: str) -> str:
     return (WRAPPERS / name).read_text(encoding="utf-8")
 
 
-def brake_header(name: str, of: Parameters) -> str:
+def brake_header(name: str, of: Parameters, mark: str = "") -> str:
     """The numbers of a brake as a constant for C and C++."""
-    plain = "".join(c if c.isprintable() else "?" for c in name).replace("*/", "* /")
+    plain, said = (
+        "".join(c if c.isprintable() else "?" for c in text).replace("*/", "* /")
+        for text in (name, mark)
+    )
+    said = said and f" * {said}.\n"
     rows = (
         f"    (lj_real){value!r}, /* {key} [{UNITS[key]}] */\n"
         for key, value in of._asdict().items()
     )
     return f"""/* The brake {plain}, written by layerjam {__version__}. SI units.
- *
+{said} *
  * It holds contact * vacuum * overlap when at rest: the greater static friction is not in it.
  */
 #ifndef LAYERJAM_BRAKE_H

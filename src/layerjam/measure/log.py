@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from layerjam.errors import FileError
+from layerjam.errors import FileError, Notice
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.columns import (
     Column,
@@ -33,6 +33,8 @@ from layerjam.measure.readers.table import bare_table, blocks_of, headless
 from layerjam.measure.readers.unit_words import PRESSURE as PRESSURE_UNIT
 from layerjam.measure.readers.unit_words import convert
 from layerjam.measure.readers.words import plain
+from layerjam.measure.sidecar import read_facts
+from layerjam.measure.synthetic import SYNTHETIC, says_synthetic
 from layerjam.measure.trace import Array
 from layerjam.units import show, unit_factor
 
@@ -65,6 +67,8 @@ class Log:
     taken: Mapping[str, Column]
     head: Mapping[str, tuple[str, ...]]
     understood: tuple[str, ...]
+    synthetic: bool = False
+    """Whether a program wrote the file: its head says so, or its sidecar."""
 
     def __getitem__(self, role: str) -> Array:
         return self.columns[role]
@@ -76,6 +80,11 @@ class Log:
     def name(self) -> str:
         """The file's name without its folder."""
         return Path(self.path).name
+
+    @property
+    def said(self) -> list[Notice]:
+        """What every result made from it has to say."""
+        return [SYNTHETIC] if self.synthetic else []
 
     def pressure_reference(self, given: str | None) -> tuple[str, str | None]:
         """(what the pressure counts from, what its column says of it or None).
@@ -126,7 +135,10 @@ def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | 
     rows, fixed = _last_point(Rows(source, table), columns, decimal)
     made = dict(zip(taken, read_columns(rows, columns, decimal), strict=True))
     _check_time(source.path, made, wants)
-    return Log(source.path, made, taken, _head(source, table), (*notes, *fixed))
+    above = source.data[: table.first]
+    synthetic = says_synthetic(above) or read_facts(source.path).synthetic
+    head = _head(source, table)
+    return Log(source.path, made, taken, head, (*notes, *fixed), synthetic)
 
 
 def _table(source: Source, wants: Sequence[Want], listed: bool) -> Table:

@@ -24,7 +24,7 @@ from layerjam.units import show
 
 STAGES = ("friction", "calibration", "validation")
 SYNTHETIC = (
-    "Synthetic data: the files marked so were written by a program from a stated truth, not "
+    "Synthetic data: files that this rests on were written by a program from a stated truth, not "
     "measured. What follows shows the procedure; it says nothing about a real brake."
 )
 HEADLINE = {
@@ -69,8 +69,8 @@ class BrakeReport:
 
     @property
     def synthetic(self) -> bool:
-        """Whether any file was made by a program."""
-        return any(f.synthetic for f in self.files)
+        """Whether a program wrote any file, or any that the brake's numbers were found in."""
+        return any(f.synthetic for f in self.files) or bool(self.file.synthetic)
 
 
 def page(report: BrakeReport) -> Page:

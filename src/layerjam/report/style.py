@@ -127,6 +127,13 @@ def title(axes: Axes, headline: str, detail: str = "") -> None:
         axes.text(0, 1.015, detail, transform=axes.transAxes, fontsize=8.5, color=GREY, va="bottom")
 
 
+def of_synthetic(figure: Figure, synthetic: bool) -> Figure:
+    """The figure, with the word in its corner where a program wrote what it shows."""
+    if synthetic:
+        figure.text(0.995, 0.995, "synthetic data", ha="right", va="top", fontsize=8.5, color=GREY)
+    return figure
+
+
 def readable(color: str) -> str:
     """The colour for words about a curve of this colour."""
     return _READABLE.get(color.upper(), color)

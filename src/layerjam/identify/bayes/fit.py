@@ -138,6 +138,7 @@ def _fit(
 ) -> BayesFit:
     known = priors(brake)
     return BayesFit(
+        synthetic=any(curve.synthetic for curve in curves),
         brake=brake,
         paths=tuple(c.path for c in curves),
         vacuum=tuple(c.vacuum for c in curves),

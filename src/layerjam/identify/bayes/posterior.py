@@ -15,6 +15,8 @@ from layerjam.errors import MissingExtraError
 from layerjam.identify.bayes.model import FLOOR, RULE, Prior
 from layerjam.identify.checks import Check
 from layerjam.identify.shape import with_shape
+from layerjam.measure.synthetic import SYNTHETIC
+from layerjam.records.table_text import comment
 from layerjam.simulate.record import column
 from layerjam.units import QuantitySpec
 
@@ -99,6 +101,8 @@ class BayesFit:
     rule: str = RULE
     """How curves were reduced and their residuals understood."""
     checks: tuple[Check, ...] = ()
+    synthetic: bool = False
+    """Whether a program wrote any of the files."""
 
     @property
     def trusted(self) -> bool:
@@ -163,7 +167,7 @@ class BayesFit:
         place: Array = np.indices(self.scale_factor.shape)
         named: dict[str, Array] = {"chain": place[0], "draw": place[1], **flat}
         table = pandas.DataFrame({name: values.ravel() for name, values in named.items()})
-        head = "".join(f"# {key}: {value}\n" for key, value in self.header().items())
+        head = "".join(comment(f"{key}: {value}") + "\n" for key, value in self.header().items())
         text = head + table.to_csv(index=False, lineterminator="\n")
         return write_whole(path, text, force)
 
@@ -171,6 +175,8 @@ class BayesFit:
         """What stands above the draws."""
         out = {"made by": f"layerjam {__version__} Bayesian calibration", "seed": str(self.seed)}
         out["files"] = ", ".join(Path(p).name for p in self.paths)
+        if self.synthetic:
+            out["data"] = str(SYNTHETIC)
         out["rule"] = self.rule
         out |= {f"prior of {n}": f"{p.text()}; {p.why}" for n, p in self.priors.items()}
         marks = {True: "passed", False: "LOOK"}

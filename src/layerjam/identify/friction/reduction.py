@@ -8,7 +8,7 @@ with stick–slip in it has no kinetic friction to be averaged: its envelope is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from layerjam.errors import FileError, FitError
 from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_of
 from layerjam.identify.friction.standards import PAPER, Standard
 from layerjam.identify.friction.stribeck import USUAL
-from layerjam.identify.provenance import digests, sha256
+from layerjam.identify.provenance import digests, marked, sha256
 from layerjam.identify.repeats import OverRepeats, over_repeats
 from layerjam.identify.stick_slip import SawTeeth, find_saw_teeth
 from layerjam.measure.trace import Array, Trace
@@ -43,8 +43,7 @@ class FrictionRepeat:
 
     `kinetic` is None where the record sticks and slips, unless the envelope's middle was accepted.
     `window` is the travel the mean was taken over [m], `teeth` the stick–slip in it (forces in N).
-    `distinct` is False where a standard's first
-    maximum does not stand out.
+    `distinct`: a standard's first maximum stands out; `synthetic`: a program wrote the file.
     """
 
     static: float
@@ -58,6 +57,7 @@ class FrictionRepeat:
     teeth: SawTeeth | None = None
     inertia: Inertia | None = None
     warnings: tuple[str, ...] = ()
+    synthetic: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,6 +209,7 @@ def reduce_repeat(
         teeth=teeth,
         inertia=inertia,
         warnings=tuple(warnings),
+        synthetic=trace.synthetic,
     )
 
 
@@ -428,10 +429,11 @@ def with_friction(file: BrakeFile, result: FrictionResult, name: str) -> tuple[s
         )
     if file.brake.amplification_held is not None:
         changes["amplification_held"] = (1.0, blank)
-    return updated_text(file, name, dict(changes), _made_by(result)), warnings
+    made = _made_by(result, made_up := {r.path for r in result.repeats if r.synthetic})
+    return updated_text(file, name, marked(changes, bool(made_up)), made), warnings
 
 
-def _made_by(result: FrictionResult) -> dict[str, Any]:
+def _made_by(result: FrictionResult, synthetic: Collection[str]) -> dict[str, Any]:
     start, end = (show(w, "m") for w in result.window)
     means = (f"{name} {o.mean:.4g}, {o.interval_words()}" for name, o in result.means.items())
     sticking, middle = 0, ""
@@ -444,5 +446,5 @@ def _made_by(result: FrictionResult) -> dict[str, Any]:
         "window": f"{start} to {end} of travel",
         "interval": "; ".join(means),
         "stick_slip": f"in {sticking} of {len(result.repeats)} repeats{middle}",
-        "files": digests(r.path for r in result.repeats),
+        "files": digests((r.path for r in result.repeats), synthetic),
     }

@@ -53,6 +53,8 @@ class Specimen:
     head: Mapping[str, tuple[str, ...]]
     understood: tuple[str, ...]
     warnings: tuple[str, ...] = ()
+    synthetic: bool = False
+    """Whether a program wrote the file."""
 
     @property
     def name(self) -> str:
@@ -136,7 +138,8 @@ def read_rubber(
         stress=stress[kept],
         head=log.head,
         understood=(*log.understood, *said),
-        warnings=tuple(notes),
+        warnings=(*log.said, *notes),
+        synthetic=log.synthetic,
     )
 
 

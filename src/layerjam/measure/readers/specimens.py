@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 
-from layerjam.errors import FileError, Notice
+from layerjam.errors import FileError
 from layerjam.measure.conditions import conditions
 from layerjam.measure.options import ColumnEntry, ReadingOptions
 from layerjam.measure.readers.columns import (
@@ -37,11 +37,11 @@ from layerjam.measure.readers.table import (
 )
 from layerjam.measure.readers.unit_words import ROLES, unit_role
 from layerjam.measure.readers.words import plain
+from layerjam.measure.synthetic import SYNTHETIC, says_synthetic
 from layerjam.measure.trace import FEWEST_ROWS, Trace, checked
 from layerjam.units import show
 
 _SHARE = 0.2
-_SYNTHETIC = re.compile(rb"(?i)\bsynthetic\b")
 _COUNTED = re.compile(r"(.*?)[\s_.\-#(]*(\d{1,3})\)?")
 
 
@@ -81,9 +81,9 @@ class Specimen:
                 values[role] = -values[role]
                 understood.append(f"the sign of the {role} was turned, as asked")
         warnings = gainsaid(self.written, taken, self.wants) if self.written else []
-        if facts.synthetic or _SYNTHETIC.search(source.data[: rows.table.first]):
+        if facts.synthetic or says_synthetic(source.data[: rows.table.first]):
             facts = replace(facts, synthetic=True)
-            warnings.append(Notice("synthetic: written by a program, not measured", "synthetic"))
+            warnings.append(SYNTHETIC)
         if not rows.ended:
             why = "the last line has no line end: the file may have been cut off there"
             warnings.append(why)
