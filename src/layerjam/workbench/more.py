@@ -62,11 +62,11 @@ class More:
         text, spec = self.options().get("atmosphere"), ATMOSPHERE
         return float(spec.read(text, "atmosphere")) if isinstance(text, str) else usual
 
-    def build(self) -> None:
+    def build(self, title: str = "More") -> None:
         """The fold; the files go with the tab."""
         for uploads in self.files.values():
             ui.context.client.on_delete(uploads.close)
-        with fold("More", f"{self.page.name}-more"):
+        with fold(title, f"{self.page.name}-more"):
             for p in self.inputs:
                 self._field(p)
 

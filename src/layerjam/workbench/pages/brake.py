@@ -14,6 +14,7 @@ from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.more import More
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.brake_build import BuildPart
 from layerjam.workbench.pages.brake_tables import comparison, sources
@@ -50,11 +51,12 @@ class Brake(Page):
         super().__init__(desk)
         self.editor = Editor(desk, KIND)
         self.making = BuildPart(self)
+        self.more = More(self, "force", ("slip", "vacuum"))
 
     def controls(self) -> Mapping[str, Control]:
         """What the picture shows: slip and vacuum, within the brake's bounds."""
         brake = self.desk.brake.brake
-        lap, full = brake.sheets.overlap, brake.site.atmosphere
+        lap, full = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
         slip = asked("force", "slip", 0.0, (0.0, lap), label="Slip drawn")
         vacuum = asked("force", "vacuum", full, (0.0, full), label="Vacuum drawn")
         return by_key(slip.within(high=lap), vacuum.within(high=full))
@@ -100,6 +102,7 @@ class Brake(Page):
                     self.slider(key)
                 keys = ("force", "sheet_friction", "enclosure_force")
                 self.figures = Figures(self.name, "force", keys)
+                self.more.build()
         self._beside()
         self.table = live.Table()
         self.notes = Notes()
@@ -139,9 +142,12 @@ class Brake(Page):
         if self._builds():
             return self.making.calls()
         here = self.desk.brake_subject()
-        made = [Call("show", (here,)), Call("force", (here,), self.texts("slip", "vacuum"))]
+        more = self.more.options()
+        site = {key: value for key, value in more.items() if key == "atmosphere"}
+        drawn = {**self.texts("slip", "vacuum"), **more}
+        made = [Call("show", (here,), site), Call("force", (here,), drawn)]
         if self.desk.beside is not None:
-            made.append(Call("show", (self.desk.subject("beside"),)))
+            made.append(Call("show", (self.desk.subject("beside"),), site))
         return made
 
     def compute(self) -> Any:

@@ -15,7 +15,8 @@ from layerjam.workbench import live
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import COLORS, ink_of
 from layerjam.workbench.controls import Control, asked, by_key
-from layerjam.workbench.page import Notes
+from layerjam.workbench.more import More
+from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.design_front import PALE, points_chart, scatter
 from layerjam.workbench.pages.design_part import PAGE, Part
 from layerjam.workbench.tables import html
@@ -35,10 +36,14 @@ HEADS = ("Device", "Kind", "Mass", "Force", "Force over mass", "Source")
 class Density(Part):
     """A log-log picture and a table with the sources."""
 
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
+        self.more = More(page, "compare", ("vacuum",))
+
     def controls(self) -> Mapping[str, Control]:
         """The vacuum of ours."""
         sites = [self.desk.brake, *map(load, devices())]
-        full = min(file.brake.site.atmosphere for file in sites)
+        full = self.more.atmosphere(min(file.brake.site.atmosphere for file in sites))
         span, name = (0.05 * full, full), "Vacuum of ours"
         ours = asked("compare", "vacuum", min(94.5e3, full), span, key="ours", label=name)
         return by_key(ours.within(high=full))
@@ -47,6 +52,7 @@ class Density(Part):
         """The picture over the table."""
         with ui.column().classes("side"):
             self.slider("ours")
+            self.more.build()
         what = "Force over mass, both logarithmic; the table below has the numbers"
         self.chart = chart(f"{PAGE}-density-chart", what, "width: 100%; height: max(540px, 60vh)")
         self.sheet = dressed(live.Words(""), f"{PAGE}-sheet", "text-sm")
@@ -58,7 +64,9 @@ class Density(Part):
         """The desk's brake first, then the catalogue's."""
         here = self.desk.brake_subject()
         others = [Subject(name) for name in devices() if name != here.name]
-        return [Call("compare", (here, *others), {"vacuum": self.text("ours")})]
+        return [
+            Call("compare", (here, *others), {"vacuum": self.text("ours"), **self.more.options()})
+        ]
 
     def draw(self, found: Any) -> None:
         """Picture, what a sheet adds, table."""

@@ -14,6 +14,7 @@ from layerjam.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench.call import Call, Options, key_of
 from layerjam.workbench.controls import Choice, choice, chosen, menu
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.more import More
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.laboratory_chain import (
     SAMPLE,
@@ -59,6 +60,14 @@ FREE = Choice(
     label="Fit as well (whole curves)",
     help="--free of the command",
 )
+BY_FILE = (
+    *("negative", "column", "columns", "decimal", "specimen", "sheet", "names", "speed"),
+    *("normal_force", "vacuum", "exclude", "because"),
+)
+"""Inputs that the page has for each file alone, as its facts, corrections or role."""
+OWN_FRICTION = (*BY_FILE, "standard", "accept_stick_slip", "brake", "partial", "force")
+OWN_CALIBRATION = (*BY_FILE, "depth", "free", "partial", "force")
+"""Inputs of the commands that have a control of their own, or none; the rest is in the folds."""
 SOON = 0.3
 """Files that arrive within this time [s] of each other are read together."""
 LOOK = 0.2
@@ -77,6 +86,10 @@ class Laboratory(Page):
         self.uploads, self.chain = Uploads(), Chain()
         self.standard = chosen("friction", "standard", STANDARDS, label="Friction tests read")
         self.method = chosen("calibrate", "depth", METHODS, label="Calibrated on")
+        self.more = {
+            "More for friction tests": More(self, "friction", OWN_FRICTION),
+            "More for the calibration": More(self, "calibrate", OWN_CALIBRATION),
+        }
         self.rows: list[Row] = []
         self._read = lru_cache(4 * MOST)(read_row)
         self._wanted: set[str] = set()
@@ -106,6 +119,8 @@ class Laboratory(Page):
             choice(self.desk, self.name, STICK_SLIP)
             choice(self.desk, self.name, self.method)
             menu(self.desk, self.name, FREE)
+            for title, more in self.more.items():
+                more.build(title)
             waiting_line(self.name, self.runner)
             self.problem_line()
         with main.classes("gap-4"):
@@ -164,6 +179,8 @@ class Laboratory(Page):
             "depth": depth,
             "free": (free,) if free and depth == "curves" else (),
         }
+        for more in self.more.values():
+            asked |= more.options()
         brake, folder = self.desk.brake_subject(), self.uploads.folder
         return Campaign(self.rows, brake, asked, folder, self.runner.tell)
 

@@ -89,7 +89,8 @@ class Campaign:
 
     def validation(self, brake: Subject) -> Call:
         """A brake beside pulls that were held back."""
-        return Call("validate", (brake,), files=self.used("validate"), made=brake is not self.brake)
+        files, made = self.used("validate"), brake is not self.brake
+        return Call("validate", (brake,), self.options("validate"), files, made=made)
 
     def report(self) -> Call:
         """All files as pages."""
