@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(__file__).parent
-NAMES = ("kapton", "engines", "rise", "regulators", "forces", "warned", "coupling")
+NAMES = ("device", "kapton", "engines", "rise", "regulators", "forces", "warned", "coupling")
 VACUUMS = (94.5e3, 65.5e3, 31.0e3, 0.0)
 
 
@@ -23,9 +23,17 @@ def draw(name: str, path: Path) -> Path:
     jax.config.update("jax_enable_x64", True)
     from layerjam.report import fluid_figures, line_pictures, style
 
-    here = {"kapton": kapton, "engines": engines, "rise": fluid_figures.fig5}
+    here = {"device": device, "kapton": kapton, "engines": engines, "rise": fluid_figures.fig5}
     figure = here[name]() if name in here else getattr(line_pictures, name)()
     return style.save(figure, path, force=True)
+
+
+def device() -> Figure:
+    """The paper's Kapton brake with every named length and force."""
+    from layerjam.device.load import load
+    from layerjam.report import device_drawing
+
+    return device_drawing.device(load("choi2018-kapton"))
 
 
 def kapton() -> Figure:

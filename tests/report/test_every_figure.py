@@ -46,6 +46,7 @@ from layerjam.report import (
     brake_figures,
     control_figures,
     design_figures,
+    device_drawing,
     figures,
     impact_figures,
     line_pictures,
@@ -239,6 +240,7 @@ def specimens(tmp_path: Path, count: int) -> Any:
 
 
 OF_BRAKE: dict[str, Callable[[str], Any]] = {
+    "device": lambda n: device_drawing.device(load(n)),
     "force": lambda n: figures.force_over_slip(load(n), FULL, 0.02),
     "force-at-the-end": lambda n: figures.force_over_slip(load(n), 5e3, 0.065),
     "vacuum": lambda n: figures.force_over_vacuum(load(n), 0.02, 40.0, 60e3),

@@ -96,6 +96,12 @@ class BrakeSummary(Result):
     peak_vacuum: float = number("Pa", "vacuum above which a pull has a peak")
     sources: Mapping[str, str] = fact("where each number comes from", listed=False)
 
+    def draw(self) -> Figure:
+        """The brake with every named length and force."""
+        from layerjam.report.device_drawing import device
+
+        return device(self.record)
+
     def lines(self) -> Iterator[str]:
         """Where the numbers come from."""
         yield from ("", "where the numbers come from")

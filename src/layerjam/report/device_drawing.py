@@ -1,0 +1,212 @@
+"""The brake drawn from its file: sheets, caps, enclosure, every named length and force.
+
+Lengths along the pull are to scale; thicknesses are drawn larger, and the figure says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile
+from layerjam.report import style
+from layerjam.report.style import BLUE, GREY, INK, MM, ORANGE, RED
+from layerjam.units import show
+
+SKIN, CAP = "#dfe9ee", "#b9c2ca"
+DRAWN = 11
+"""Sheets that are drawn; of more the number is said."""
+LOOSE, JAMMED, SHEET = 1.0, 0.62, 0.5
+"""Distance of the sheets at rest and under vacuum, and their thickness; units of the drawing."""
+SIDE = 15.0
+"""Half of the drawing's height, in the same."""
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """Lengths along the pull [mm], and what is drawn of the stack."""
+
+    left: float
+    overlap: float
+    right: float
+    cap: float
+    travel: float
+    sheets: int
+
+    @property
+    def whole(self) -> float:
+        """Between the caps at rest."""
+        return self.left + self.overlap + self.right
+
+    @property
+    def room(self) -> float:
+        """For a word beside the caps."""
+        return 0.16 * (self.whole + self.travel)
+
+
+def _shape(brake: Brake) -> _Shape:
+    sheets = brake.sheets
+    free = sheets.free_left + sheets.overlap + sheets.free_right
+    return _Shape(
+        left=sheets.free_left * MM,
+        overlap=sheets.overlap * MM,
+        right=sheets.free_right * MM,
+        cap=max(brake.mount.clamped_length, 0.06 * free) * MM,
+        travel=sheets.usable_travel * MM,
+        sheets=min(sheets.count, DRAWN),
+    )
+
+
+@style.styled
+def device(file: BrakeFile) -> style.Figure:
+    """The brake at rest and pulled to its usable travel, along the pull and across."""
+    brake, shape = file.brake, _shape(file.brake)
+    figure, axes = style.canvas(2, 2, 8.6, 5.0, width_ratios=(4.4, 1))
+    rest, rest_end, pulled, pulled_end = axes
+    for one in axes:
+        style.bare(one)
+    far = shape.whole + shape.travel + shape.cap + shape.room
+    for one in (rest, pulled):
+        one.set(xlim=(-shape.cap - shape.room, far), ylim=(-SIDE, SIDE))
+    _along(rest, shape, 0.0, LOOSE)
+    _along(pulled, shape, shape.travel, JAMMED)
+    _said_at_rest(rest, shape, brake)
+    _said_pulled(pulled, shape, brake)
+    _across(rest_end, brake, shape, LOOSE)
+    _across(pulled_end, brake, shape, JAMMED)
+    style.title(rest, "Full of air: the sheets slide freely")
+    style.title(pulled, "Pumped empty: the sheets press together, friction resists")
+    style.title(rest_end, "Across")
+    figure.suptitle(
+        f"{file.name}: lengths along the pull to scale, thicknesses not",
+        x=0.01,
+        ha="left",
+        fontsize=8.5,
+        color=GREY,
+    )
+    return figure
+
+
+def _along(axes: style.Axes, shape: _Shape, pulled: float, pitch: float) -> None:
+    """The section along the pull."""
+    from matplotlib.patches import Polygon, Rectangle
+
+    end = shape.whole + pulled
+    high, low = _height(shape, LOOSE), _height(shape, pitch)
+    slope = min(0.5 * min(shape.left, shape.right), 0.04 * end)
+    upper = [(0, high), (slope, low), (end - slope, low), (end, high)]
+    skin = [*upper, *((x, -y) for x, y in reversed(upper))]
+    axes.add_patch(Polygon(skin, closed=True, fc=SKIN, ec=GREY, lw=0.9))
+    for number in range(shape.sheets):
+        y = (number - (shape.sheets - 1) / 2) * pitch
+        from_left = number % 2 == 0
+        bent = 0.0 if pitch == LOOSE else slope
+        start = bent if from_left else shape.left + pulled
+        stop = shape.left + shape.overlap if from_left else end - bent
+        color = BLUE if from_left else ORANGE
+        size = (stop - start, SHEET)
+        axes.add_patch(Rectangle((start, y - SHEET / 2), *size, fc=color, ec="white", lw=0.3))
+        root = (0.0 if from_left else end, y * LOOSE / pitch)
+        if pitch != LOOSE:
+            first = slope if from_left else end - slope
+            axes.plot((root[0], first), (root[1], y), color=color, lw=2.2, solid_capstyle="butt")
+    for x in (-shape.cap, end):
+        box = Rectangle((x, -high), shape.cap, 2 * high, fc=CAP, ec=GREY, lw=0.9, zorder=3)
+        axes.add_patch(box)
+
+
+def _height(shape: _Shape, pitch: float) -> float:
+    """Half of the enclosure's height."""
+    return (shape.sheets - 1) / 2 * pitch + SHEET + 0.45
+
+
+def _measure(axes: style.Axes, start: float, stop: float, y: float, text: str, **how: str) -> None:
+    """A length between two arrow heads, named under it."""
+    line = {"arrowstyle": "<|-|>", "color": INK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", (start, y), (stop, y), arrowprops={**line, "mutation_scale": 6})
+    for x in (start, stop):
+        axes.plot((x, x), (y - 0.7, y + 0.7), color=INK, lw=0.6)
+    ha = how.get("ha", "center")
+    x = {"left": start, "right": stop}.get(ha, (start + stop) / 2)
+    style.label(axes, x, y - 0.9, text, ha=ha, va="top")
+
+
+def _said_at_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
+    sheets, high = brake.sheets, _height(shape, LOOSE)
+    y, edge = -high - 1.6, shape.left + shape.overlap
+    narrow = 0.1 * (shape.whole + shape.travel)
+    lower = y - 3.2 * (min(shape.left, shape.right) < narrow)
+    _measure(axes, shape.left, edge, y, f"overlap $L_2$ = {show(sheets.overlap, 'm')}")
+    left = f"$L_1$ = {show(sheets.free_left, 'm')}"
+    right = f"$L_3$ = {show(sheets.free_right, 'm')}"
+    _measure(axes, 0, shape.left, lower, left, ha="right" if shape.left < narrow else "center")
+    _measure(axes, edge, shape.whole, lower, right, ha="left" if shape.right < narrow else "center")
+    style.label(axes, -shape.cap / 2, high + 1.4, "cap", ha="center")
+    style.label(
+        axes,
+        shape.left + shape.overlap / 2,
+        high + 1.4,
+        "silicone enclosure, airtight",
+        ha="center",
+        color=GREY,
+    )
+    more = "" if sheets.count <= DRAWN else f", {DRAWN} of them drawn"
+    style.label(
+        axes,
+        shape.whole + shape.cap + 0.02 * shape.whole,
+        1.2,
+        f"$n$ = {sheets.count} sheets{more}\n{show(sheets.thickness, 'm')} thick ($t$)",
+        ha="left",
+    )
+    place = (shape.whole + shape.cap + 0.02 * shape.whole, -2.4)
+    style.label(axes, *place, "held left", ha="left", color=BLUE)
+    style.label(axes, place[0], place[1] - 2.2, "held right", ha="left", color=ORANGE)
+
+
+def _said_pulled(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
+    sheets, high, low = brake.sheets, _height(shape, LOOSE), _height(shape, JAMMED)
+    start, edge = shape.left + shape.travel, shape.left + shape.overlap
+    end, y = shape.whole + shape.travel, -high - 1.6
+    left = sheets.overlap - sheets.usable_travel
+    _measure(axes, start, edge, y, f"overlap $L_2 − x$ = {show(left, 'm')}")
+    _measure(
+        axes,
+        shape.whole,
+        end,
+        high + 3.2,
+        f"slip $x$ = {show(sheets.usable_travel, 'm')}",
+    )
+    axes.plot((shape.whole,) * 2, (-high, high + 2.4), color=GREY, lw=0.8, ls=style.DASHED)
+    push = {"arrowstyle": "-|>", "color": RED, "lw": 1.2, "mutation_scale": 8}
+    for share in (0.2, 0.4, 0.6, 0.8):
+        x = share * end
+        for side in (1, -1):
+            tip, tail = side * (low + 0.1), side * (low + 2.6)
+            if side > 0 or not start - 2 < x < edge + 2:
+                axes.annotate("", (x, tip), (x, tail), arrowprops=push)
+    style.label(axes, 0.3 * end, low + 3.6, "vacuum $P$ presses", ha="center", color=RED)
+    pull = {"arrowstyle": "-|>", "color": INK, "lw": 2.2, "mutation_scale": 14}
+    reach = 0.6 * shape.room
+    for root, way in ((-shape.cap, -1), (end + shape.cap, 1)):
+        axes.annotate("", (root + way * reach, 0), (root, 0), arrowprops=pull)
+        style.label(axes, root + way * reach / 2, 2.2, "force $F$", ha="center")
+
+
+def _across(axes: style.Axes, brake: Brake, shape: _Shape, pitch: float) -> None:
+    """The section across the pull."""
+    from matplotlib.patches import FancyBboxPatch, Rectangle
+
+    half = 6.0
+    axes.set(xlim=(-1.5 * half, 1.5 * half), ylim=(-SIDE, SIDE))
+    high = _height(shape, pitch)
+    corner = f"round,pad=0,rounding_size={0.5 * high}"
+    box = ((-half - 1, -high), 2 * half + 2, 2 * high)
+    axes.add_patch(FancyBboxPatch(*box, boxstyle=corner, fc=SKIN, ec=GREY, lw=0.9))
+    for number in range(shape.sheets):
+        y = (number - (shape.sheets - 1) / 2) * pitch
+        color = BLUE if number % 2 == 0 else ORANGE
+        at = (-half, y - SHEET / 2)
+        axes.add_patch(Rectangle(at, 2 * half, SHEET, fc=color, ec="white", lw=0.3))
+    if pitch == LOOSE:
+        width, wall = show(brake.sheets.width, "m"), show(brake.enclosure.wall, "m")
+        _measure(axes, -half, half, -high - 1.6, f"width $W$ = {width}\nwall {wall}")
