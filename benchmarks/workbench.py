@@ -216,8 +216,11 @@ def first_page(context: Any, port: int) -> float:
                 if "ERR_CONNECTION_REFUSED" not in str(error):
                     raise
                 time.sleep(0.02)
-        page.wait_for_selector(at("brake-numbers"), timeout=LONG)
-        page.wait_for_selector("canvas", timeout=LONG)
+        page.wait_for_selector(at("start-chart") + " canvas", timeout=LONG)
+        page.wait_for_function(
+            "document.querySelector('[data-testid=start-force]').innerText.endsWith('N')",
+            timeout=LONG,
+        )
         took = time.perf_counter() - began
         page.close()
         return took
@@ -234,7 +237,7 @@ def memory(process: int) -> float:
 def all_pages(page: Any, place: str) -> None:
     """Open every tab once."""
     page.goto(place)
-    page.wait_for_selector(at("brake-numbers"), timeout=LONG)
+    page.wait_for_selector(at("start-chart"), timeout=LONG)
     for tab in page.locator("[data-testid^=tab-]").all():
         tab.click()
         page.wait_for_timeout(4000)

@@ -17,7 +17,8 @@ def cell(tab, name):
 
 
 def test_a_brake_is_edited_compared_undone_saved_and_opened(tab, tmp_path):
-    tab.wait_for_selector("[data-testid=brake-numbers]")
+    cell(tab, "tab-brake").click()
+    tab.wait_for_selector("[data-testid=brake-numbers]", timeout=90_000)
     cell(tab, "brake-keep").click()
     width = cell(tab, "brake-sheets.width")
     width.fill("26")
@@ -64,6 +65,7 @@ def test_a_measured_pull_is_dropped_and_compared(tab, tmp_path):
 
 
 def test_the_stack_is_drawn_when_it_looks_different_and_not_otherwise(tab):
+    cell(tab, "tab-brake").click()
     tab.wait_for_selector("[data-testid=brake-numbers]", timeout=90_000)
     view = tab.evaluate_handle(
         "() => getElement(+document.querySelector('[data-testid=brake-scene]').id.slice(1))"
@@ -94,6 +96,7 @@ def test_the_stack_is_drawn_when_it_looks_different_and_not_otherwise(tab):
 
 
 def test_a_build_is_drawn_and_its_folder_downloaded(tab, tmp_path):
+    cell(tab, "tab-brake").click()
     tab.wait_for_selector("[data-testid=brake-numbers]", timeout=90_000)
     tab.get_by_role("button", name="Build", exact=True).click()
     tab.wait_for_selector("[data-testid=brake-build-checks]", timeout=60_000)

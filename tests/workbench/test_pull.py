@@ -15,10 +15,11 @@ from layerjam.commands.tensile import tensile
 from layerjam.device.load import load
 from layerjam.simulate.record import Outcome
 from layerjam.workbench import takeaway
+from layerjam.workbench.charts import round_up
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.outcomes import PULLS, of_pull, of_slide
 from layerjam.workbench.pages.pull import Pull
-from layerjam.workbench.pages.pull_chart import pulled, round_up
+from layerjam.workbench.pages.pull_chart import pulled
 from layerjam.workbench.pages.pull_files import Reading, laid_out, read
 from layerjam.workbench.state import State
 

@@ -35,8 +35,8 @@ def test_nothing_is_regulated_until_a_safe_state_is_chosen():
 def test_the_page_asks_what_the_verbs_answer():
     page = page_of(safe_state="release", fault="sensor-nan", fault_at=8.0)
     (risen, _), (loop, _) = page.compute()
-    assert risen.values == rise("choi2018", target="60 kPa").values
-    own = regulate("choi2018", target="60 kPa", safe_state="release", fault="sensor-nan",
+    assert risen.values == rise("choi2018", target="94.5 kPa").values
+    own = regulate("choi2018", target="94.5 kPa", safe_state="release", fault="sensor-nan",
                    fault_at="8 s", **SEEN)  # fmt: skip
     assert loop.values == own.values
 
@@ -80,11 +80,11 @@ def test_refusals_are_words_and_leave_the_other_answer():
 def test_the_page_stands_and_the_line_can_be_changed():
     async def use() -> None:
         async with standing(Vacuum) as (user, pages):
-            await user.should_see("10 to 90 % in 1.58 s", retries=300)
+            await user.should_see("10 to 90 % in 3.9 s", retries=300)
             await user.should_see("Nothing is regulated until a safe state is chosen")
             page = pages[-1]
             page.desk.put("vacuum", "safe_state", "release")
-            await user.should_see("No fault was reported: risen to 60 kPa", retries=100)
+            await user.should_see("No fault was reported: risen to 94.5 kPa", retries=100)
             line = page.line
             for path in FIELDS:
                 line.row(path)
@@ -94,7 +94,7 @@ def test_the_page_stands_and_the_line_can_be_changed():
             line.row("chamber.volume").typed()
             assert page.desk.line.line.chamber.volume == pytest.approx(15.006e-6)
             assert page.desk.line.name == "choi2018-edited"
-            await user.should_see("10 to 90 % in 3.16 s", retries=100)
+            await user.should_see("10 to 90 % in 7.8 s", retries=100)
             typed.set_value("15 kPa")
             line.row("chamber.volume").typed()
             assert "units of m^3" in typed.error

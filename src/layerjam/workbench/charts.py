@@ -93,6 +93,12 @@ def options(
     }
 
 
+def round_up(value: float) -> float:
+    """A round number above a positive one, for an axis."""
+    step = 10.0 ** math.floor(math.log10(value)) / 2
+    return math.ceil(1.05 * value / step) * step
+
+
 def ink_of(dark: bool) -> str:
     """The colour of words and lines on the page's ground."""
     return "#dfe5ea" if dark else INK

@@ -13,6 +13,7 @@ from layerjam.units import QuantitySpec, exact_text, unit_factor, usual_unit
 from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Bar
+from layerjam.workbench.state import shared
 from layerjam.workbench.widgets import dressed, select
 
 
@@ -81,6 +82,16 @@ def asked(
         raise TypeError(f"{command} declares no quantity called {name}")
     key = more.pop("key", name)
     return Control(key, declared.spec, default, *span, text_of=declared.help.text, **more)
+
+
+USUAL_VACUUM = 94.5e3
+"""Where the one vacuum of all pages begins [Pa]: that of the paper's pulls."""
+
+
+def vacuum_asked(command: str, name: str, full: float, low: float = 0.0, **more: Any) -> Control:
+    """The control of the vacuum that pages share, from `low` to the full one of the site [Pa]."""
+    span = (low, full)
+    return asked(command, name, min(USUAL_VACUUM, full), span, **more).within(high=full)
 
 
 def by_key(*controls: Control) -> dict[str, Control]:
@@ -188,6 +199,11 @@ class Slider:
         self._fill()
 
     def _changed(self, what: str) -> None:
+        if what == "page":
+            # what pages share was perhaps moved on another one
+            if self.page == self.desk.state.page and shared(self.page, self.control.key):
+                self._fill()
+            return
         if what not in ("undo", "brake", "line"):
             return
         if self._renew is not None:

@@ -32,6 +32,8 @@ class Desk:
         self._moved = ("", "")
         self._when = 0.0
         self._watching: list[Callable[[str], None]] = []
+        self.turn: Callable[[str], object] = self.open
+        """Go to the tab of a page; the frame's, once there is one."""
         self._read()
 
     def _read(self) -> None:
@@ -51,8 +53,7 @@ class Desk:
 
     def put(self, page: str, key: str, value: Value) -> None:
         """Set a control; moves of one control in a row are one step of undo."""
-        inside = self.state.settings.get(page, {})
-        if key in inside and inside[key] == value:
+        if self.state.found(page, key) == value:
             return
         now = time.monotonic()
         same = self._moved == (page, key) and now - self._when < PAUSE

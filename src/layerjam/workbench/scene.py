@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -35,13 +36,13 @@ Point = tuple[float, float, float]
 
 VIEWS = MappingProxyType(
     {
-        "whole": (-0.08, -1.15, 0.5),
+        "whole": (-0.3, -1.0, 0.45),
         "left end": (-0.95, -0.42, 0.32),
         "right end": (0.95, -0.42, 0.32),
         "side": (0.0, -1.22, 0.0),
     }
 )
-"""From where the brake is seen, in its lengths from its middle."""
+"""The directions from which the brake is seen."""
 
 
 @dataclass(frozen=True)
@@ -64,10 +65,9 @@ class Stack:
     """(name, text, position)."""
     scale: int
     drawn: int
-    length: float
-    """From end to end when all the travel is used, in scene units."""
-    middle: float
-    """Where the middle of that lies along x, in scene units."""
+    low: Point
+    """Lowest corner of a box around the drawing at any vacuum, all the travel used."""
+    high: Point
 
 
 def exaggeration(thickness: float, drawn: int, width: float) -> int:
@@ -91,7 +91,7 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
     scale = exaggeration(sheets.thickness, drawn, sheets.width)
     thick = sheets.thickness * scale
     gap = thick * (LOOSE + (TIGHT - LOOSE) * share)
-    height = drawn * thick + (drawn - 1) * gap
+    height, loosest = (drawn * thick + (drawn - 1) * g for g in (gap, thick * LOOSE))
     free, lap, far = sheets.free_left, sheets.overlap, sheets.free_right
     # the left cap stands still; zero is the middle of the brake at rest
     start, end = -(free + lap + far) / 2, (free + lap + far) / 2 + slip
@@ -112,15 +112,25 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
     left, right = start + free + slip, start + free + lap
     under = ((left + right) / 2, -sheets.width / 2, low)
     boxes.append(_box("overlap", under, (max(right - left, 1e-5), 0.0006, 0.0012), INK))
+    far_end = start + free + lap + far + sheets.usable_travel
+    boxes += _ghost(end + cap, far_end, cap, (1.25 * sheets.width, tall, height))
     labels = (
         ("overlap", f"overlap {show(lap - slip, 'm', 3)}", _at(*under)),
         ("left", "left end", _at(start - cap / 2, 0, tall / 2)),
         ("right", "right end", _at(end + cap / 2, 0, tall / 2)),
+        ("ghost", f"slips up to {show(sheets.usable_travel, 'm', 3)}", _at(far_end, 0, tall / 2)),
     )
-    longest = free + lap + far + 2 * cap + sheets.usable_travel
-    return Stack(
-        tuple(boxes), labels, scale, drawn, longest / UNIT, sheets.usable_travel / 2 / UNIT
-    )
+    deep, wide = loosest / 2 + 4 * thick, 1.25 * sheets.width / 2
+    corners = _at(start - cap, -wide, -deep), _at(far_end + cap, wide, deep)
+    return Stack(tuple(boxes), labels, scale, drawn, *corners)
+
+
+def _ghost(now: float, end: float, cap: float, size: Point) -> Iterator[Box]:
+    """Where the pulled half would be with all its travel used: its cap at `end`, its sheets."""
+    wide, tall, height = size
+    yield _box("ghost cap", (end + cap / 2, 0, 0), (cap, wide, tall), GREY, 0.22)
+    if end > now:
+        yield _box("ghost", ((now + end) / 2, 0, 0), (end - now, wide / 1.25, height), ORANGE, 0.14)
 
 
 def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float, float]) -> Box:
@@ -173,13 +183,21 @@ class Slab(Object3D, component=Path(__file__).with_name("slab.js")):
         super().__init__(color, opacity)
 
 
+def fit_view(scene: ui.scene, low: Point, high: Point, view: Point, duration: float) -> None:
+    """Bring the camera so near that a box is seen whole from a direction; again after a resize."""
+    given = json.dumps([low, high, view, duration])
+    scene.client.run_javascript(
+        f"const view = getElement({scene.id}); if (view?.renderer) layerjamFit(view, ...{given})"
+    )
+
+
 class StackView:
     """The 3-D view; boxes are made once and then only moved and stretched."""
 
-    def __init__(self, ident: str) -> None:
+    def __init__(self, ident: str, classes: str = "w-full h-80", views: bool = True) -> None:
         self._boxes: dict[str, Any] = {}
         self._labels: dict[str, tuple[str, Any]] = {}
-        self._frame = (0.0, 0.0)
+        self._corners: tuple[Point, Point] | None = None
         self._view = VIEWS["whole"]
         self._dark = False
         camera = ui.scene.perspective_camera(fov=28)
@@ -194,10 +212,11 @@ class StackView:
                 click_events=[],
             )
             about = "The stack of sheets"
-            dressed(self.scene, ident, "w-full h-80", role="img", aria_label=about)
+            dressed(self.scene, ident, classes, role="img", aria_label=about)
             still = f"() => layerjamStill(getElement({self.scene.id}))"
             self.scene.on("init", js_handler=still)
-            with ui.row().classes("gap-1 items-center"):
+            self.scene.on("init", lambda: self._fit(0.0))
+            with ui.row().classes("gap-1 items-center") as row:
                 ui.label("Seen").classes("text-sm")
                 for name, (x, y, z) in VIEWS.items():
                     look = partial(self._look, x, y, z)
@@ -205,6 +224,7 @@ class StackView:
                     seen = button(name, look, key, how="flat dense no-caps")
                     dressed(seen, aria_label=f"Seen from: {name}")
                 hint("drag to turn, wheel to come nearer")
+            row.set_visibility(views)
 
     def show(self, stack: Stack, words: str, dark: bool = False) -> None:
         """Bring the scene up to date."""
@@ -223,9 +243,9 @@ class StackView:
                 self._write(name, text, place)
         for name in {*self._boxes} - {box.name for box in stack.boxes}:
             self._boxes.pop(name).delete()
-        if self._frame != (stack.length, stack.middle):
-            self._frame = (stack.length, stack.middle)
-            self._look(*self._view)
+        if self._corners != (stack.low, stack.high):
+            self._corners = (stack.low, stack.high)
+            self._fit(0.3)
 
     def _place(self, box: Box) -> None:
         thing = self._boxes.get(box.name)
@@ -244,8 +264,11 @@ class StackView:
         old[1].move(*place)
 
     def _look(self, x: float, y: float, z: float) -> None:
-        """Look at the middle from a position given in lengths of the brake."""
+        """Look at all of it from a direction."""
         self._view = (x, y, z)
-        far, middle = self._frame
-        to = dict(look_at_x=middle, look_at_y=0.0, look_at_z=0.0)
-        self.scene.move_camera(x=middle + x * far, y=y * far, z=z * far, duration=0.3, **to)
+        self._fit(0.3)
+
+    def _fit(self, duration: float) -> None:
+        """The camera as near as all of it is seen, within `duration` [s]."""
+        if self._corners is not None:
+            fit_view(self.scene, *self._corners, self._view, duration)

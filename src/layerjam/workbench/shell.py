@@ -9,6 +9,7 @@ from dataclasses import replace
 from nicegui import ui
 
 from layerjam.errors import LayerjamError
+from layerjam.identify.origin import origin
 from layerjam.workbench.call import as_python
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
@@ -20,7 +21,7 @@ from layerjam.workbench.widgets import button, dressed, shipped
 # what slides moves away from under a click
 ui.expansion.default_props("duration=0")
 
-SCRIPTS = ("workbench.js", "controls.js")
+SCRIPTS = ("workbench.js", "controls.js", "view.js", "tour.js")
 """Loaded once, at the end of the page's body."""
 DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
 
@@ -59,11 +60,18 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         slots = {name: ui.tab_panel(name).classes("p-0") for name in kinds}
 
     client = ui.context.client
+    desk.turn = panels.set_value
+
+    def loaded(tab: Tab) -> type[Page]:
+        if not tab.light:
+            prepare()
+        return tab.load()
 
     async def opened(name: str) -> None:
+        ui.run_javascript("scrollTo(0, 0)")  # how far down one reads is a page's own
         desk.open(name)
         if name not in pages:
-            kind = await elsewhere(kinds[name].load)
+            kind = await elsewhere(loaded, kinds[name])
             if kind is None or client.is_deleted:  # the program or the tab was ended meanwhile
                 return
             if name not in pages:
@@ -92,12 +100,13 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
 
 
 def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.dark_mode) -> ui.tabs:
-    with ui.header().classes("items-center justify-between q-py-none shadow-1").props("bordered"):
-        ui.label("layerjam").classes("text-h6")
-        with ui.tabs().props("dense no-caps") as heads:
+    with ui.header().classes("frame-head q-py-none shadow-1").props("bordered"):
+        ui.label("layerjam").classes("text-h6 frame-name")
+        _brake(desk)
+        with ui.tabs().classes("frame-tabs").props("dense no-caps") as heads:
             for tab in tabs:
                 dressed(ui.tab(tab.name, label=tab.title, icon=tab.icon), f"tab-{tab.name}")
-        with ui.row().classes("items-center gap-1"):
+        with ui.row().classes("items-center gap-1 no-wrap frame-acts"):
             _button("undo", "Undo (Ctrl Z)", desk.undo)
             _button("redo", "Redo (Ctrl Shift Z)", desk.redo)
             _button("link", "Copy a link to all that is set", lambda: _copy_link(desk))
@@ -112,6 +121,26 @@ def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.da
 
             _button("contrast", "Light or dark", turn)
     return heads
+
+
+def _brake(desk: Desk) -> None:
+    """Which brake all pages compute, and where its numbers come from; leads to its page."""
+    look = "flat no-caps dense color=white"
+    with dressed(ui.button(on_click=lambda: desk.turn("brake")), "brake-here", "brake-here", look):
+        name = dressed(ui.label(), "brake-here-name", "brake-here-name")
+        word = dressed(ui.label(), "brake-here-origin", "brake-here-origin")
+        tip = ui.tooltip("")
+
+    def fill(what: str) -> None:
+        if what in ("brake", "undo"):
+            file, known = desk.brake, desk.brake_subject().file is None
+            came = origin(file)
+            name.set_text(file.title if known and file.title else file.name)
+            word.set_text(came.word)
+            tip.set_text(f"{file.name}: {came.sentence}")
+
+    desk.watch(fill)
+    fill("brake")
 
 
 def _button(icon: str, what: str, act: Callable[[], object]) -> None:

@@ -6,7 +6,9 @@ import base64
 import binascii
 import json
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
@@ -16,6 +18,40 @@ LONGEST_LINK = 30_000
 LARGEST = 200_000
 """Characters of a link, and of what it unfolds to."""
 Value = float | str | bool
+SHARED = "desk"
+"""Where the settings stand that pages share."""
+SAME = MappingProxyType(
+    {
+        "vacuum": (
+            ("start", "vacuum"),
+            ("pull", "vacuum"),
+            ("drop", "vacuum"),
+            ("vacuum", "target"),
+            ("design", "vacuum"),
+            ("design", "ours"),
+            ("brake", "vacuum"),
+        )
+    }
+)
+"""{shared setting: the controls (page, key) that show and set it}."""
+
+
+def shared(page: str, key: str) -> str:
+    """The shared setting that a control shows; none if empty."""
+    return next((name for name, places in SAME.items() if (page, key) in places), "")
+
+
+def _places(page: str, key: str) -> Iterator[tuple[str, str]]:
+    """Where a control's value may stand, first the one that counts.
+
+    Links of before there was one vacuum for all pages hold one for each.
+    """
+    name = shared(page, key)
+    if name:
+        yield SHARED, name
+    yield page, key
+    if name:
+        yield from SAME[name]
 
 
 @dataclass(frozen=True)
@@ -23,7 +59,7 @@ class State:
     """The open page, the brake and line (a catalogue name, or a TOML text), and what was set."""
 
     __pydantic_config__ = ConfigDict(strict=True, allow_inf_nan=False)
-    page: str = "brake"
+    page: str = "start"
     brake: str = "choi2018-kapton"
     line: str = "choi2018"
     beside: str = ""
@@ -33,12 +69,25 @@ class State:
 
     def get(self, page: str, key: str, default: Value) -> Value:
         """What was set, or the default."""
-        return self.settings.get(page, {}).get(key, default)
+        found = self.found(page, key)
+        return default if found is None else found
+
+    def found(self, page: str, key: str) -> Value | None:
+        """What was set; None where nothing was."""
+        for place, name in _places(page, key):
+            if name in self.settings.get(place, {}):
+                return self.settings[place][name]
+        return None
 
     def put(self, page: str, key: str, value: Value) -> State:
-        """A state with one setting changed."""
-        inside = {**self.settings.get(page, {}), key: value}
-        return replace(self, settings={**self.settings, page: inside})
+        """A state with one setting changed; what pages share is changed for all of them."""
+        place, name = next(_places(page, key))
+        settings = dict(self.settings)
+        for other, control in SAME.get(name, ()) if place == SHARED else ():
+            if control in settings.get(other, {}):
+                settings[other] = {k: v for k, v in settings[other].items() if k != control}
+        settings[place] = {**settings.get(place, {}), name: value}
+        return replace(self, settings=settings)
 
 
 READER = TypeAdapter(State)

@@ -44,26 +44,6 @@ window.layerjamCopied = async (text) => {
   }
 };
 
-// NiceGUI draws a scene twenty times a second, seen or not: here only when it looks different
-window.layerjamStill = (view) => {
-  const draw = view.renderer.render.bind(view.renderer);
-  const write = view.text_renderer.render.bind(view.text_renderer);
-  let seen = '', changed = true;
-  const looks = (scene, camera) => [
-    ...[...camera.position, ...camera.quaternion].map(x => Number(x).toFixed(4)),
-    camera.aspect, view.ground,
-    view.renderer.domElement.width, view.renderer.domElement.height,
-    ...scene.children.flatMap(c => [c.id, c.children.length, ...c.position, ...c.scale]),
-  ].join();
-  view.renderer.render = (scene, camera) => {
-    const now = view.$el.isConnected && !document.hidden ? looks(scene, camera) : '';
-    changed = now !== seen && now !== '';
-    seen = now;
-    if (changed) draw(scene, camera);
-  };
-  view.text_renderer.render = (...all) => { if (changed) write(...all); };
-};
-
 // only these keys come to the server; in a field that is typed into they are the field's own
 addEventListener('keydown', e => {
   const typing = e.target.matches('input:not([type=range]), textarea, select');

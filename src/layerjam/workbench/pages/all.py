@@ -15,6 +15,8 @@ class Tab:
     name: str
     title: str
     icon: str
+    light: bool = False
+    """Whether it is imported without what computes, which another thread may just import."""
 
     def load(self) -> type[Page]:
         """The page; some take a second to import."""
@@ -24,6 +26,7 @@ class Tab:
 
 
 TABS = (
+    Tab("start", "Start", "home", light=True),
     Tab("brake", "Brake", "layers"),
     Tab("pull", "Pull", "straighten"),
     Tab("drop", "Drop", "south"),

@@ -12,7 +12,7 @@ from layerjam.design.comparison import uneven
 from layerjam.device.load import catalogue, load
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
-from layerjam.workbench.controls import Choice, Control, asked, by_key, choice
+from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, vacuum_asked
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Figures, Notes, Page
@@ -58,8 +58,8 @@ class Brake(Page):
         brake = self.desk.brake.brake
         lap, full = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
         slip = asked("force", "slip", 0.0, (0.0, lap), label="Slip drawn")
-        vacuum = asked("force", "vacuum", full, (0.0, full), label="Vacuum drawn")
-        return by_key(slip.within(high=lap), vacuum.within(high=full))
+        vacuum = vacuum_asked("force", "vacuum", full, label="Vacuum drawn")
+        return by_key(slip.within(high=lap), vacuum)
 
     def build(self) -> None:
         """Numbers of the brake left, what follows from them right."""

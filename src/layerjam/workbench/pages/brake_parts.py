@@ -13,7 +13,7 @@ import numpy as np
 from nicegui import ui
 from nicegui.elements.scene.scene_object3d import Object3D
 
-from layerjam.workbench.scene import GROUND, NIGHT
+from layerjam.workbench.scene import GROUND, NIGHT, Point, fit_view
 from layerjam.workbench.widgets import button, dressed, hint
 
 if TYPE_CHECKING:
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 UNIT = 10.0
 """Millimetres in one unit of the scene."""
-VIEWS: Mapping[str, tuple[float, float, float]] = {
+VIEWS: Mapping[str, Point] = {
     "whole": (0.46, -1.13, 0.52),
     "from the left": (-1.05, -0.4, 0.3),
     "above": (0.0, -0.02, 1.15),
     "below": (0.25, -0.75, -0.8),
 }
-"""From where it is seen, in the longest side of what is drawn, from its middle."""
+"""The directions from which it is seen."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,10 @@ class Surface:
 
 @dataclass(frozen=True)
 class Parts:
-    """What is drawn; `length` is its longest side in units of the scene."""
+    """What is drawn around the middle of the scene; `size` are its sides in the scene's units."""
 
     surfaces: tuple[Surface, ...]
-    length: float
+    size: Point
 
 
 def parts_of(made: Drawing, mould: bool) -> Parts:
@@ -67,7 +67,8 @@ def surfaces(bodies: Iterable[Body]) -> Parts:
     every = np.concatenate([body.corners for some in by_colour.values() for body in some])
     low, high = every.min(axis=0), every.max(axis=0)
     made = tuple(_surface(colour, some, (low + high) / 2) for colour, some in by_colour.items())
-    return Parts(made, float((high - low).max()) / UNIT)
+    x, y, z = ((high - low) / UNIT).tolist()
+    return Parts(made, (x, y, z))
 
 
 def _surface(colour: str, bodies: list[Body], middle: Any) -> Surface:
@@ -90,7 +91,7 @@ class PartsView:
 
     def __init__(self, ident: str) -> None:
         self._shown: dict[str, tuple[Surface, Solid]] = {}
-        self._length = 0.0
+        self._size: Point = (0.0, 0.0, 0.0)
         self._view = VIEWS["whole"]
         self._dark = False
         camera = ui.scene.perspective_camera(fov=28)
@@ -99,6 +100,7 @@ class PartsView:
         about = "The parts to make, apart"
         dressed(self.scene, ident, "w-full h-96", role="img", aria_label=about)
         self.scene.on("init", js_handler=f"() => layerjamStill(getElement({self.scene.id}))")
+        self.scene.on("init", lambda: self._fit(0.0))
         with ui.row().classes("gap-1 items-center"):
             ui.label("Seen").classes("text-sm")
             for name, place in VIEWS.items():
@@ -125,12 +127,15 @@ class PartsView:
             for colour, surface in wanted.items():
                 if colour not in self._shown:
                     self._shown[colour] = (surface, Solid(surface))
-        if self._length != parts.length:
-            self._length = parts.length
-            self._look(self._view)
+        if self._size != parts.size:
+            self._size = parts.size
+            self._fit(0.3)
 
-    def _look(self, place: tuple[float, float, float]) -> None:
+    def _look(self, place: Point) -> None:
         self._view = place
-        x, y, z = (side * self._length for side in place)
-        middle = {"look_at_x": 0.0, "look_at_y": 0.0, "look_at_z": 0.0}
-        self.scene.move_camera(x=x, y=y, z=z, duration=0.3, **middle)
+        self._fit(0.3)
+
+    def _fit(self, duration: float) -> None:
+        """The camera as near as all of it is seen, within `duration` [s]."""
+        x, y, z = (side / 2 for side in self._size)
+        fit_view(self.scene, (-x, -y, -z), (x, y, z), self._view, duration)

@@ -8,7 +8,7 @@ from typing import Any
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, with_readout
-from layerjam.workbench.controls import Control, asked, by_key
+from layerjam.workbench.controls import Control, asked, by_key, vacuum_asked
 from layerjam.workbench.more import More
 from layerjam.workbench.outcomes import of_pull
 from layerjam.workbench.page import Figures, Notes, Page
@@ -42,10 +42,10 @@ class Arrays(Part):
     def controls(self) -> Mapping[str, Control]:
         """How many, and their vacuum."""
         full = self.more.atmosphere(self.desk.brake.brake.site.atmosphere)
-        vacuum = asked("array", "vacuum", min(94.5e3, full), (0.01 * full, full))
+        vacuum = vacuum_asked("array", "vacuum", full, 0.01 * full)
         rows = asked("array", "parallel", 2, (1, WIDE), label="Side by side", steps=WIDE - 1)
         row = asked("array", "series", 2, (1, LONG), label="In series", steps=LONG - 1)
-        return by_key(rows.within(high=WIDE), row.within(high=LONG), vacuum.within(high=full))
+        return by_key(rows.within(high=WIDE), row.within(high=LONG), vacuum)
 
     def build(self) -> None:
         """Controls and totals left, force over elongation right."""

@@ -14,7 +14,7 @@ from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import COLORS, ink_of
-from layerjam.workbench.controls import Control, asked, by_key
+from layerjam.workbench.controls import Control, by_key, vacuum_asked
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.design_front import PALE, points_chart, scatter
@@ -44,9 +44,9 @@ class Density(Part):
         """The vacuum of ours."""
         sites = [self.desk.brake, *map(load, devices())]
         full = self.more.atmosphere(min(file.brake.site.atmosphere for file in sites))
-        span, name = (0.05 * full, full), "Vacuum of ours"
-        ours = asked("compare", "vacuum", min(94.5e3, full), span, key="ours", label=name)
-        return by_key(ours.within(high=full))
+        name = "Vacuum of ours"
+        ours = vacuum_asked("compare", "vacuum", full, 0.05 * full, key="ours", label=name)
+        return by_key(ours)
 
     def build(self) -> None:
         """The picture over the table."""

@@ -12,7 +12,7 @@ from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, Options
 from layerjam.workbench.charts import Curve, options, stacked
-from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu
+from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu, vacuum_asked
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.heroes import Heroes
 from layerjam.workbench.more import More
@@ -88,7 +88,7 @@ class Drop(Page):
             asked("drop", "height", 0.1, (0.005, 2.0), unit="m"),
             rope,
             travel.within(high=usable),
-            asked("drop", "vacuum", 0.25 * full, (0.0, full)).within(high=full),
+            vacuum_asked("drop", "vacuum", full),
         )
 
     def build(self) -> None:

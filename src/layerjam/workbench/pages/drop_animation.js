@@ -1,6 +1,6 @@
 // The drop in slow motion: draws what was computed and sent, computes nothing but where between two
-// samples a moment lies. One object for the page; `load` takes the time series.
-window.layerjamDrop = window.layerjamDrop || (() => {
+// samples a moment lies. One object for each stage; `load` takes the time series.
+window.layerjamStage = window.layerjamStage || (() => {
   const NS = "http://www.w3.org/2000/svg";
   const REST = {anchor: 16, sheets: 150, overlap: 130, rope: 46, mass: 46};
   const REACH = 120; // pixels of the drawing that the greatest travel takes
@@ -152,6 +152,8 @@ window.layerjamDrop = window.layerjamDrop || (() => {
     requestAnimationFrame(tick);
   }
 
+  function play() { if (data) { now = 0; stop(); toggle(); } }
+
   function load(id, series, element) {
     const found = document.getElementById(id);
     if (!found) return;
@@ -177,5 +179,12 @@ window.layerjamDrop = window.layerjamDrop || (() => {
     setTimeout(draw, 60); // the chart has laid out its new axes by then
   }
 
-  return {load, toggle, time: () => now, playing: () => playing};
-})();
+  return {load, play, toggle, time: () => now, playing: () => playing};
+});
+window.layerjamDrops = window.layerjamDrops || {};
+// the stage of an element; the one that was loaded last is the one that is seen
+window.layerjamDropAt = (id) => {
+  window.layerjamDrop = window.layerjamDrops[id] = window.layerjamDrops[id] || layerjamStage();
+  return window.layerjamDrop;
+};
+

@@ -78,20 +78,30 @@ def record_crashes(record: DropRecord | BareDrop) -> bool:
 class Animation:
     """The stage with its controls, and the cursor over a chart."""
 
-    def __init__(self, chart: ui.echart, cursor: ui.element) -> None:
+    def __init__(self, chart: ui.echart | None = None, cursor: ui.element | None = None) -> None:
         """Fills the current slot; `cursor` is an empty element laid over `chart`."""
         self._chart, self._cursor = chart, cursor
-        cursor.classes("drop-cursor")
-        self._root = f"drop-animation-{chart.id}"
-        stage = shipped("pages/drop_animation.html").replace("ROOT", self._root)
-        ui.html(stage, sanitize=False).classes("w-full")
+        if cursor is not None:
+            cursor.classes("drop-cursor")
+        stage = ui.html(sanitize=False).classes("w-full")
+        self._client, self._root = stage.client, f"drop-animation-{stage.id}"
+        page = shipped("pages/drop_animation.html").replace("ROOT", self._root)
+        if chart is None:  # a second stage beside that of the page Drop
+            page = page.replace('testid="drop-', 'testid="start-drop-')
+        stage.set_content(page)
         self._loaded = False
 
     def load(self, made: dict[str, Any] | None) -> None:
         """Show a time series of `series`; nothing for None."""
-        data = "null" if made is None else json.dumps({**made, "cursor": self._cursor.html_id})
-        call = f"layerjamDrop.load('{self._root}', {data}, getElement({self._chart.id}))"
+        cursor = "" if self._cursor is None else self._cursor.html_id
+        data = "null" if made is None else json.dumps({**made, "cursor": cursor})
+        chart = "null" if self._chart is None else f"getElement({self._chart.id})"
+        call = f"layerjamDropAt('{self._root}').load('{self._root}', {data}, {chart})"
         if not self._loaded:
             self._loaded = True
             call = shipped("pages/drop_animation.js") + call
-        self._chart.client.run_javascript(call)
+        self._client.run_javascript(call)
+
+    def play(self) -> None:
+        """From its beginning."""
+        self._client.run_javascript(f"layerjamDropAt('{self._root}').play()")

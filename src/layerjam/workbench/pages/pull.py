@@ -13,7 +13,7 @@ from layerjam.errors import LayerjamError
 from layerjam.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call
-from layerjam.workbench.controls import Choice, Control, asked, by_key, choice
+from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, vacuum_asked
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.heroes import Hero, Heroes
 from layerjam.workbench.more import More
@@ -65,7 +65,7 @@ class Pull(Page):
         brake = self.desk.brake.brake
         more = self.more_of_saw if self._saws() else self.more_of_pull
         full, usable = more.atmosphere(brake.site.atmosphere), brake.sheets.usable_travel
-        vacuum = asked("tensile", "vacuum", min(94.5e3, full), (0.0, full)).within(high=full)
+        vacuum = vacuum_asked("tensile", "vacuum", full)
         lacking = "Vacuum of files that do not say it"
         return by_key(
             vacuum,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.units import show
-from layerjam.workbench.charts import Curve, options, stacked, with_readout
+from layerjam.workbench.charts import Curve, options, round_up, stacked, with_readout
 from layerjam.workbench.pages.pull_files import Reading
 
 MM = 1e3
@@ -98,9 +98,3 @@ def saw(result: Any, whole: Any, dark: bool) -> dict[str, Any]:
     axes: dict[str, Any] = {"x": "time [s]", "y": "force [N]", "x_range": (0, None)}
     made = options(curves, y_range=(0, top), dark=dark, **axes)
     return with_readout(made, ("time", "s"), "N")
-
-
-def round_up(force: float) -> float:
-    """A round number above a force, for an axis."""
-    step = 10.0 ** math.floor(math.log10(force)) / 2
-    return math.ceil(1.05 * force / step) * step

@@ -86,18 +86,7 @@ class Editor:
         self.problem = Alert(f"{page}-{what}-problem")
         self._chosen = select({}, what.capitalize(), self.kind.ident, self._chose)
         with ui.row().classes("w-full gap-2 no-wrap"):
-            too_large = f"a {what}'s file has at most {MAX_BYTES // 1000} kB"
-            upload = ui.upload(
-                max_file_size=MAX_BYTES,
-                max_files=1,
-                auto_upload=True,
-                on_upload=self._opened,
-                on_rejected=lambda: self.problem.say(too_large),
-            )
-            self._upload = dressed(upload, f"{page}-open-file", "hidden", accept=".toml")
-            pick = partial(upload.run_method, "pickFiles")
-            opens = button("Open", pick, f"{page}-open", "folder_open")
-            dressed(opens, aria_label="Open a TOML file")
+            opener(self.desk, what, page, self.problem)
             button("Save TOML", self._save, f"{page}-save", "download")
         self._named = field("Name", f"{page}-name", longest=80)
         on_typed(self._named, self._renamed)
@@ -121,18 +110,6 @@ class Editor:
     def _chose(self, event: events.ValueChangeEventArguments[Any]) -> None:
         if event.value in self.known and event.value != self.text:
             self.desk.put_file(self.kind.what, str(event.value))
-
-    async def _opened(self, event: events.UploadEventArguments) -> None:
-        self._upload.reset()
-        try:
-            text = (await event.file.read()).decode("utf-8-sig")
-            self.desk.put_file(self.kind.what, text if "\n" in text else f"{text}\n")
-        except UnicodeDecodeError:
-            self.problem.say(
-                f"the file is not UTF-8 text, so it is no {self.kind.what}'s TOML file"
-            )
-        except LayerjamError as err:
-            self.problem.say(one_line(err))
 
     def _save(self) -> None:
         """The TOML text as it is, with its comments and sources."""
@@ -253,6 +230,33 @@ class Editor:
                 said.set_value(self._source())
 
         self.desk.watch(fill)
+
+
+def opener(desk: Desk, what: str, page: str, problem: Alert) -> None:
+    """A button that puts the user's own TOML file on the desk; refusals go to `problem`."""
+
+    async def opened(event: events.UploadEventArguments) -> None:
+        upload.reset()
+        try:
+            text = (await event.file.read()).decode("utf-8-sig")
+            desk.put_file(what, text if "\n" in text else f"{text}\n")
+            problem.say("")
+        except UnicodeDecodeError:
+            problem.say(f"the file is not UTF-8 text, so it is no {what}'s TOML file")
+        except LayerjamError as err:
+            problem.say(one_line(err))
+
+    too_large = f"a {what}'s file has at most {MAX_BYTES // 1000} kB"
+    upload = ui.upload(
+        max_file_size=MAX_BYTES,
+        max_files=1,
+        auto_upload=True,
+        on_upload=opened,
+        on_rejected=lambda: problem.say(too_large),
+    )
+    dressed(upload, f"{page}-open-file", "hidden", accept=".toml")
+    pick = partial(upload.run_method, "pickFiles")
+    dressed(button("Open", pick, f"{page}-open", "folder_open"), aria_label="Open a TOML file")
 
 
 class FieldRow:

@@ -18,7 +18,16 @@ from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, stacked
-from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, chosen, menu
+from layerjam.workbench.controls import (
+    Choice,
+    Control,
+    asked,
+    by_key,
+    choice,
+    chosen,
+    menu,
+    vacuum_asked,
+)
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.heroes import Hero, Heroes
 from layerjam.workbench.more import More
@@ -112,12 +121,12 @@ class Vacuum(Page):
     def controls(self) -> Mapping[str, Control]:
         """Bounds that the line sets."""
         full = self.more.atmosphere(self.desk.line.line.site.atmosphere)
-        target = asked("rise", "target", min(60e3, 0.6 * full), (0.01 * full, 0.99 * full))
+        target = vacuum_asked("rise", "target", full, 0.01 * full)
         lasts = asked("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Time simulated")
         sample = asked("regulate", "sample_time", 0.01, (SHORTEST, 0.1), unit="ms")
         begins = {"unit": "s", "label": "Fault begins at"}
         return by_key(
-            target.within(high=full),
+            target,
             asked("regulate", "fault_at", 10.0, (0.0, 30.0), **begins),
             lasts.within(high=LONGEST),
             sample.within(SHORTEST),

@@ -1,0 +1,218 @@
+"""Start: what a layer-jamming brake is, seen in ten seconds, and the ways further in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import partial
+from types import MappingProxyType
+from typing import Any
+
+from nicegui import ui
+
+from layerjam.device.load import devices, load
+from layerjam.units import show
+from layerjam.workbench import live, tour
+from layerjam.workbench.call import Call
+from layerjam.workbench.charts import Curve, options, round_up, with_readout
+from layerjam.workbench.controls import Control, by_key, vacuum_asked
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.page import Page, answered
+from layerjam.workbench.pages.drop_animation import Animation, series
+from layerjam.workbench.pages.records import opener
+from layerjam.workbench.runner import waiting_line
+from layerjam.workbench.scene import StackView, in_words, stack_of
+from layerjam.workbench.widgets import Alert, button, chart, dressed, hint, status
+
+WHAT = (
+    "A layer-jamming brake is a stack of thin sheets in a soft, airtight enclosure. Pump the air "
+    "out, and the atmosphere presses the sheets together: what slid freely now holds."
+)
+PULL, HELD = MappingProxyType({"speed": "1 mm/s"}), 0.04
+"""How it is pulled here, and how far [m] where its sheets bear that."""
+FALL = MappingProxyType({"mass": "1 kg", "height": "30 cm"})
+"""What the button drops, on the brake itself."""
+MM, DIGITS = 1e3, 3
+
+
+class Start(Page):
+    """The brake, its vacuum, its force."""
+
+    name = "start"
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        self.dropped = False
+        """Whether the button was pressed: from then on every vacuum is tried with the drop too."""
+        self._play = False
+        self._full: tuple[object, Any] = (None, None)
+
+    def controls(self) -> Mapping[str, Control]:
+        """The one vacuum."""
+        return by_key(vacuum_asked("tensile", "vacuum", self.desk.brake.brake.site.atmosphere))
+
+    def build(self) -> None:
+        """What it is, the brake and its force side by side, the slider, three ways in."""
+        with ui.column().classes("w-full start-page"):
+            with ui.row().classes("w-full items-center justify-between no-wrap gap-4"):
+                dressed(ui.label(WHAT), "start-what", "start-say")
+                button("Tour, one minute", tour.begin, "start-tour", "explore")
+            with ui.element("div").classes("start-row"):
+                with ui.element("div").classes("start-seen"):
+                    self.view = StackView("start-scene", "start-view", views=False)
+                with ui.element("div").classes("start-force"):
+                    self._force()
+                self.stage = ui.element("div").classes("start-stage")
+            with ui.row().classes("w-full items-center gap-6"):
+                with ui.element("div").style("flex: 1; min-width: 250px"):
+                    self.slider("vacuum")
+                button("Drop a kilogram", self._drop, "start-drop", "south", how="no-caps")
+            self.happened = status("start-happened", "text-base")
+            self.problem_line()
+            self._ways()
+        with self.stage:
+            self.animation = Animation()
+        self._show_stage()
+
+    def _force(self) -> None:
+        """How much it holds, and the curve."""
+        waiting_line(self.name, self.runner)
+        with ui.row().classes("items-baseline gap-3 no-wrap"):
+            dressed(ui.label("holds"), "", "text-base")
+            self.hero = dressed(live.Words("–"), "start-force", "start-hero")
+        self.words = status("start-words", "text-base")
+        self.chart = dressed(
+            chart("start-chart", "Force over elongation at this vacuum"), classes="start-chart"
+        )
+
+    def _ways(self) -> None:
+        """Three cards: try one, bring a brake, bring files."""
+        with ui.element("div").classes("start-cards"):
+            with self._card("Try", "Another brake of the catalogue:"):
+                self.tried = {}
+                with ui.row().classes("gap-2"):
+                    for name in devices():
+                        title = load(name).title or name
+                        put = partial(self.desk.put_brake, name)
+                        self.tried[name] = button(title, put, f"start-try-{name}")
+            with self._card("My brake", "Its own numbers, each with where it comes from:"):
+                problem = Alert("start-brake-problem")
+                with ui.row().classes("gap-2"):
+                    turn = partial(self.desk.turn, "brake")
+                    button("Change this one", turn, "start-edit", "edit")
+                    opener(self.desk, "brake", self.name, problem)
+            with self._card("My files", "Friction tests and pulls of a test machine:"):
+                turn = partial(self.desk.turn, "laboratory")
+                button("Calibrate a brake with them", turn, "start-files", "science")
+        self.desk.watch(lambda what: self._mark() if what in ("brake", "undo") else None)
+        self._mark()
+
+    @staticmethod
+    def _card(title: str, what: str) -> ui.column:
+        with ui.column().classes("start-card") as card:
+            dressed(ui.label(title), "", "text-lg font-medium", role="heading", aria_level=2)
+            hint(what)
+        return card
+
+    def _mark(self) -> None:
+        """Which brake of the catalogue is on the desk."""
+        for name, made in self.tried.items():
+            dressed(made, aria_pressed=str(name == self.desk.state.brake).lower())
+
+    def _drop(self) -> None:
+        self.dropped = self._play = True
+        self._show_stage()
+        self.refresh()
+
+    def _show_stage(self) -> None:
+        self.stage.set_visibility(self.dropped)
+
+    def calls(self) -> Sequence[Call]:
+        """The pull, and the drop once it was asked for."""
+        subject, vacuum = (self.desk.brake_subject(),), self.texts("vacuum")
+        pull = Call("tensile", subject, {**vacuum, **PULL, "travel": self._travel()})
+        return [pull, Call("drop", subject, {**FALL, **vacuum})] if self.dropped else [pull]
+
+    def _travel(self) -> str:
+        return show(min(HELD, self.desk.brake.brake.sheets.usable_travel), "m", 15)
+
+    def compute(self) -> Any:
+        """The pull, the same at full vacuum once for a brake, and the drop."""
+        pull, *drops = self.calls()
+        found = pull.run()
+        if self._full[0] != self.desk.state.brake:
+            control = self.controls()["vacuum"]
+            full = {**pull.options, "vacuum": control.text(control.high)}
+            whole = Call("tensile", pull.subjects, full).run()
+            self._full = (self.desk.state.brake, whole)
+        return found, self._full[1], answered(drops[0]) if drops else None
+
+    def draw(self, result: Any) -> None:
+        """The brake, how much it holds, its curve, and what happened to the kilogram."""
+        found, full, fall = result
+        brake = self.desk.brake.brake
+        self.hero.set_text(show(found.peak_force, "N", DIGITS))
+        self.words.set_text(holds(found, brake.site.gravity))
+        live.draw(self.chart, force_chart(found, full, self.dark))
+        stack = stack_of(brake, 0.0, self.value("vacuum") / brake.site.atmosphere)
+        self.view.show(stack, in_words(brake, stack, 0.0), self.dark)
+        if fall is None:
+            return
+        stop, refusal = fall
+        self.happened.set_text(fell(stop, refusal))
+        record = stop.record if stop is not None and stop.feasible else None
+        self.animation.load(None if record is None else series(record))
+        if self._play:
+            self._play = False
+            self.animation.play()
+
+
+def holds(found: Any, gravity: float) -> str:
+    """What the force of a pull is good for, in words; never more than it holds."""
+    force = show(found.peak_force, "N", DIGITS)
+    if found.peak_elongation >= found.record.elongation[-1]:
+        far = show(found.peak_elongation, "m", 2)
+        return f"Nothing holds yet: stretched by {far} the enclosure resists with {force}."
+    return f"As much as {show(rounded_down(found.peak_force / gravity), 'kg', DIGITS)} hang on it."
+
+
+def rounded_down(value: float, digits: int = DIGITS) -> float:
+    """The greatest number of so many digits that is not above a positive one."""
+    step = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
+    return math.floor(value / step + 1e-9) * step
+
+
+def fell(stop: Any | None, refusal: str) -> str:
+    """What happened to the kilogram, in a sentence."""
+    begins = f"{FALL['mass']} falls {FALL['height']}"
+    if stop is None:
+        return f"{begins}: {refusal}"
+    if not stop.feasible:
+        return f"{begins}: {stop.reason}"
+    if stop.outcome == "BOTTOMED_OUT":
+        return (
+            f"{begins}: too little vacuum. All {show(stop.slip, 'm', 3)} of the brake are used up, "
+            f"and it still moves at {show(stop.end_speed, 'm/s', 2)}."
+        )
+    if stop.outcome == "NEVER_SLID":
+        return f"{begins}: the brake holds it, and its sheets do not slide at all."
+    return (
+        f"{begins}: the brake slips {show(stop.slip, 'm', 3)} and stops it within "
+        f"{show(stop.stopping_time, 's', 2)}, with {show(stop.peak_g, '1', 3)} g at most."
+    )
+
+
+def force_chart(found: Any, full: Any, dark: bool) -> dict[str, Any]:
+    """Force over elongation, and as a thin line what full vacuum gives; the axes stand still."""
+    whole, record = full.record, found.record
+    curves = [
+        Curve(record.elongation * MM, record.force, width=3.5),
+        Curve(whole.elongation * MM, whole.force, "quiet", "full", dashed=True, width=1.2),
+    ]
+    axes: dict[str, Any] = {"x": "elongation [mm]", "y": "force [N]", "dark": dark}
+    axes["x_range"] = (0, float(whole.elongation[-1]) * MM)
+    axes["y_range"] = (0, round_up(full.peak_force))
+    peak = (found.peak_elongation * MM, found.peak_force, "", "bad")
+    made = options(curves, marks=[peak], **axes)
+    made["grid"] |= {"right": 40, "left": 56}
+    return with_readout(made, ("elongation", "mm"), "N")
