@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from nicegui import ui
 
-from layerjam.simulate.crash import Crash, with_crash
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.rope_alone import BareDrop
 from layerjam.units import show
 from layerjam.workbench.widgets import shipped
+
+if TYPE_CHECKING:
+    from layerjam.simulate.crash import Crash
 
 SAMPLES = 240
 """Moments of the record sent to the browser."""
@@ -34,6 +36,9 @@ def series(
     `crash` is how a drop goes on that used the travel up; its beginning is the key `crash`.
     """
     if crash is not None and isinstance(record, DropRecord):
+        # the first page is shown before what computes is loaded
+        from layerjam.simulate.crash import with_crash
+
         made = series(with_crash(record, crash), slow)
         return None if made is None else {**made, "crash": float(record.time[-1] * 1e3)}
     keep = record.time >= 0

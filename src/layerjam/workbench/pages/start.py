@@ -22,7 +22,7 @@ from layerjam.workbench.pages.drop_animation import Animation, series
 from layerjam.workbench.pages.records import opener
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.scene import StackView, in_words, stack_of
-from layerjam.workbench.widgets import Alert, button, chart, dressed, hint, status
+from layerjam.workbench.widgets import Alert, button, chart, dressed, heading, hint, status
 
 WHAT = (
     "A layer-jamming brake is a stack of thin sheets in a soft, airtight enclosure. Pump the air "
@@ -55,7 +55,9 @@ class Start(Page):
         """What it is, the brake and its force side by side, the slider, three ways in."""
         with ui.column().classes("w-full start-page"):
             with ui.row().classes("w-full items-center justify-between no-wrap gap-4"):
-                dressed(ui.label(WHAT), "start-what", "start-say")
+                with ui.column().classes("gap-1"):
+                    heading("Sheets that slide until the air is gone", 1)
+                    dressed(ui.label(WHAT), "start-what", "start-say")
                 button("Tour, one minute", tour.begin, "start-tour", "explore")
             with ui.element("div").classes("start-row"):
                 with ui.element("div").classes("start-seen"):
@@ -110,7 +112,7 @@ class Start(Page):
     @staticmethod
     def _card(title: str, what: str) -> ui.column:
         with ui.column().classes("start-card") as card:
-            dressed(ui.label(title), "", "text-lg font-medium", role="heading", aria_level=2)
+            heading(title)
             hint(what)
         return card
 
