@@ -213,6 +213,7 @@ def _awkwardness(scaled: float) -> float:
     return abs(math.log10(scaled / (0.1 if scaled < 0.1 else 1000))) + 0.1
 
 
+@functools.lru_cache(maxsize=4096, typed=True)
 def exact_text(value: float, si: str) -> str:
     """The shortest text, in a friendly unit if as short, that `parse` turns back into `value`."""
     if si == "1":

@@ -12,13 +12,12 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
-from layerjam.mechanics.hysteresis import brake_cycle
+from layerjam.kernel.engine import followed
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import QuantitySpec
 
 RADIUS = QuantitySpec("m", "radius of the pulley", open_lo=True, hi=10)
 STRETCH = QuantitySpec("m", "elongation of both brakes at no angle", hi=1)
-_BLOCK = 512
 
 
 class Pair(NamedTuple):
@@ -70,24 +69,24 @@ def pair(
         elongation = np.concatenate([[0.0, pretension], pretension + sign * radius * turns])
         # shorter than at rest it is slack, as at rest: nothing of it moves there
         elongation = np.maximum(elongation, 0.0)
-        cycle = _run(elongation, vacuum, brake)
-        for wrong, what in (("separated", "comes apart"), ("snapped", "snaps on its stiffness")):
-            if cycle[wrong].any():
+        cycle, _ = followed(elongation, np.full(len(elongation), float(vacuum)), brake)
+        wrong = {"comes apart": cycle.separated, "snaps on its stiffness": cycle.snapped}
+        for what, where in wrong.items():
+            if where.any():
                 raise QuantityError(f"angle: brake {number} {what} on this history")
-        if cycle["overflow"].any():
+        if cycle.overflow.any():
             raise QuantityError(f"angle: too many turns nested in each other for brake {number}")
         made.append(cycle)
     one, two = made
-    forces, slips = (np.column_stack([one[n], two[n]])[2:] for n in ("force", "slip"))
-    total = {n: (one[n] + two[n])[2:] for n in ("work", "heat", "stored")}
+    forces = np.column_stack([one.force, two.force])[2:]
     return Pair(
         turns,
         (forces[:, 0] - forces[:, 1]) * radius,
         forces,
-        slips,
-        total["work"],
-        total["heat"],
-        total["stored"],
+        np.column_stack([one.slip, two.slip])[2:],
+        (one.work + two.work)[2:],
+        (one.heat + two.heat)[2:],
+        (one.stored + two.stored)[2:],
     )
 
 
@@ -95,11 +94,3 @@ def neutral_stiffness(brakes: tuple[Brake, Brake], radius: float) -> float:
     """(k1 + k2) r^2 [N m/rad]: both taut and stuck; radius [m]."""
     RADIUS.check(radius, "radius")
     return sum(float(working_stiffness(b)) for b in brakes) * radius**2
-
-
-def _run(elongation: np.ndarray, vacuum: float, brake: Brake) -> dict[str, np.ndarray]:
-    """`brake_cycle` on whole blocks, so that few shapes are compiled."""
-    count = len(elongation)
-    long = np.pad(elongation, (0, -count % _BLOCK), mode="edge")
-    cycle = brake_cycle(long, np.full(len(long), float(vacuum)), brake)
-    return {name: np.asarray(a)[:count] for name, a in cycle._asdict().items()}

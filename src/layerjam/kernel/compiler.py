@@ -6,6 +6,7 @@ import functools
 import hashlib
 import importlib.util
 import os
+import platform
 import shlex
 import shutil
 import subprocess
@@ -28,17 +29,25 @@ def compiler() -> tuple[str, ...]:
 
     Raises CompilerError where there is none.
     """
+    on_path = compiler_on_path()
+    if on_path is not None:
+        return on_path
+    if importlib.util.find_spec("ziglang") is not None:
+        return (sys.executable, "-m", "ziglang", "cc")
+    raise CompilerError("no C compiler found: install gcc or clang, or pip install 'layerjam[fmu]'")
+
+
+def compiler_on_path() -> tuple[str, ...] | None:
+    """The command of $CC, cc, gcc or clang; None where none of them is installed.
+
+    Raises CompilerError where $CC names what is not there.
+    """
     named = shlex.split(os.environ.get("CC", ""))
     if named:
         if shutil.which(named[0]) is None:
             raise CompilerError(f"CC: '{named[0]}' is not found; name a C compiler, or unset CC")
         return tuple(named)
-    for name in KNOWN:
-        if shutil.which(name) is not None:
-            return (name,)
-    if importlib.util.find_spec("ziglang") is not None:
-        return (sys.executable, "-m", "ziglang", "cc")
-    raise CompilerError("no C compiler found: install gcc or clang, or pip install 'layerjam[fmu]'")
+    return next(((name,) for name in KNOWN if shutil.which(name) is not None), None)
 
 
 @functools.cache
@@ -95,39 +104,67 @@ def library(
     libraries: Sequence[str] = (),
     ending: str = "",
     target: str | None = None,
+    limit: float | None = None,
 ) -> Path:
     """The path of a shared library of C sources, compiled unless that was done before.
 
     Every file beside the sources and in `includes` counts: when one changes, or the compiler does,
     it is compiled again. `target` names another machine than this one, as `cross_compiler` takes
-    it. Raises CompilerError with what the compiler said.
+    it. Raises CompilerError with what the compiler said, or where it takes longer than `limit` [s].
     """
     command = compiler() if target is None else cross_compiler(target)
-    folders = dict.fromkeys([*(source.parent for source in sources), *includes])
-    written = [file for folder in folders for file in sorted(folder.glob("*.[ch]"))]
     more = [*FLAGS, *flags, *(f"-D{name}" for name in defines)]
-    said = [*command, version(command), sys.platform, *more, *(s.name for s in sources)]
-    said += libraries
-    stamp = hashlib.sha256("\n".join(said).encode())
-    for file in written:
-        stamp.update(file.name.encode() + file.read_bytes())
     ending = ending or ENDINGS.get(sys.platform, ".so")
-    kept = cache() / f"{sources[0].stem}-{stamp.hexdigest()[:24]}{ending}"
+    made_by = hashlib.sha256("\n".join([*command, version(command)]).encode()).hexdigest()[:12]
+    name = _name(sources, includes, [*more, *libraries])
+    kept = cache() / f"{name}-{made_by}{ending}"
     if not kept.exists():
         shared = ["-shared"] if ending == ENDINGS["win32"] else ["-shared", "-fPIC"]
-        about = [f"-I{folder}" for folder in folders]
+        about = [f"-I{folder}" for folder in _folders(sources, includes)]
         made = [*command, *more, *shared, *about, *map(str, sources)]
-        build(made, kept, libraries=(*libraries, "-lm"))
+        build(made, kept, libraries=(*libraries, "-lm"), limit=limit)
     return kept
 
 
-def build(command: Sequence[str], target: Path, *, libraries: Sequence[str] = ()) -> None:
-    """Run a compiler that writes `target`, whole or not at all; CompilerError with what it says."""
+def built(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
+    """A library of these sources that was compiled before, by whichever compiler; None if none."""
+    name = _name(sources, (), [*FLAGS, *(f"-D{one}" for one in defines)])
+    found = cache().glob(f"{name}-*{ENDINGS.get(sys.platform, '.so')}")
+    return min(found, default=None)
+
+
+def _folders(sources: Sequence[Path], includes: Sequence[Path]) -> list[Path]:
+    return list(dict.fromkeys([*(source.parent for source in sources), *includes]))
+
+
+def _name(sources: Sequence[Path], includes: Sequence[Path], more: Sequence[str]) -> str:
+    """The name of a library, which says what it is made of and for which machine."""
+    said = [sys.platform, platform.machine(), *more, *(source.name for source in sources)]
+    stamp = hashlib.sha256("\n".join(said).encode())
+    for folder in _folders(sources, includes):
+        for file in sorted(folder.glob("*.[ch]")):
+            stamp.update(file.name.encode() + file.read_bytes())
+    return f"{sources[0].stem}-{stamp.hexdigest()[:24]}"
+
+
+def build(
+    command: Sequence[str],
+    target: Path,
+    *,
+    libraries: Sequence[str] = (),
+    limit: float | None = None,
+) -> None:
+    """Run a compiler that writes `target`, whole or not at all; CompilerError with what it says.
+
+    One that takes longer than `limit` [s] is stopped; that is a CompilerError, too.
+    """
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".build-") as folder:
         made = Path(folder) / target.name
-        done = subprocess.run(
-            [*command, "-o", str(made), *libraries], capture_output=True, text=True, check=False
-        )
+        words = [*command, "-o", str(made), *libraries]
+        try:
+            done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=limit)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise CompilerError(f"{command[0]} cannot build {target.stem}: {error}") from None
         if done.returncode or not made.exists():
             said = "\n".join((done.stderr or done.stdout).strip().split("\n")[:12])
             raise CompilerError(f"{command[0]} cannot build {target.stem}: {said}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import functools
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,15 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.errors import QuantityError
-from layerjam.kernel.compiler import SOURCES, library
+from layerjam.errors import CompilerError, QuantityError
+from layerjam.kernel.compiler import SOURCES, built, library
 from layerjam.kernel.parameters import Parameters, parameters
 from layerjam.mechanics.cycle import Cycle
+from layerjam.mechanics.threads import once
 
 Precision = Literal["double", "single"]
 REFUSED, SLACK, SEPARATED, CLOSED, SNAPPED, OVERFLOW = (1 << bit for bit in range(6))
 """Flags of a state, as in `layerjam.h`."""
 DEPTH = 16
+PARTED = 1e-12
+"""Share of the overlap within which it counts as used up, as `brake_cycle` has it."""
 _REALS: dict[Precision, Any] = {"double": ctypes.c_double, "single": ctypes.c_float}
 
 
@@ -45,10 +47,11 @@ class _Structures:
         fields += [(name, ctypes.c_uint8) for name in last]
         self.state: Any = type("lj_state", (ctypes.Structure,), {"_fields_": fields})
         self.real = real
-        self.row = np.dtype([(name, real) for name in _ROW] + [("flags", np.uint64)], align=True)
+        self.row = np.dtype([*((name, real) for name in _ROW), *_COUNTS], align=True)
 
 
 _ROW = ("force", "slip", "enclosure_force", "work", "heat", "stored")
+_COUNTS = (("flags", np.uint32), ("turns", np.uint32))
 
 
 def state_bytes(precision: Precision) -> int:
@@ -59,10 +62,18 @@ def state_bytes(precision: Precision) -> int:
 CODE = (SOURCES / "layerjam.c", SOURCES / "history.c")
 
 
-@functools.cache
-def _loaded(precision: Precision) -> tuple[Any, _Structures]:
-    """The library, compiled if need be, and its structures."""
-    return bound(library(CODE, () if precision == "double" else ("LJ_SINGLE",)), precision)
+@once
+def loaded(precision: Precision) -> tuple[Any, _Structures]:
+    """The library, compiled unless that was done before, and its structures.
+
+    Raises CompilerError where it can be neither compiled nor loaded.
+    """
+    defines = () if precision == "double" else ("LJ_SINGLE",)
+    path = built(CODE, defines) or library(CODE, defines)
+    try:
+        return bound(path, precision)
+    except OSError as error:
+        raise CompilerError(f"the library of the kernel cannot be loaded: {error}") from None
 
 
 def bound(path: Path, precision: Precision) -> tuple[Any, _Structures]:
@@ -100,7 +111,7 @@ class Kernel:
         precision: Precision = "double",
     ) -> None:
         self.parameters = parameters(brake, rope_stiffness)
-        self._library, self._made = _loaded(precision)
+        self._library, self._made = loaded(precision)
         self._brake = self._made.brake(*self.parameters)
         self._state: Any = self._made.state()
         self.start()
@@ -195,10 +206,32 @@ class Kernel:
         stays as it is.
         """
         path, rows = self._history(elongation, vacuum)
-        flags = rows["flags"].astype(np.int64)
+        flags = rows["flags"]
         void = (flags & (REFUSED | SNAPPED | OVERFLOW) > 0) | (path < 0)
+        return self._cycle(rows, np.where(void, np.nan, rows["force"]), flags & SEPARATED > 0)
+
+    def twin(self, elongation: ArrayLike, vacuum: ArrayLike) -> Cycle | None:
+        """What `brake_cycle` answers to rounding; None where the kernel may answer otherwise.
+
+        That is where the brake snaps, a number is not allowed, nearly as many turns are nested as
+        are remembered, or the sheets come apart between two samples. Where a sample meets the end
+        of the overlap `separated` is true from there on, and what comes after it does not count.
+        """
+        path, rows = self._history(elongation, vacuum)
+        overlap = self.parameters.overlap
+        separated = rows["slip"] >= overlap * (1 - PARTED)
+        count = int(np.argmax(separated)) + 1 if separated.any() else len(rows)
+        counted = rows[:count]
+        refused = counted["flags"] & (REFUSED | SNAPPED | OVERFLOW) > 0
+        unsure = refused | (counted["turns"] >= DEPTH - 1) | (path[:count] < 0)
+        if unsure.any() or counted["slip"][-1] > overlap * (1 + PARTED):
+            return None
+        return self._cycle(rows, rows["force"], np.logical_or.accumulate(separated))
+
+    def _cycle(self, rows: NDArray[Any], force: NDArray[Any], separated: NDArray[Any]) -> Cycle:
+        flags = rows["flags"]
         return Cycle(
-            force=np.where(void, np.nan, rows["force"]),
+            force=force,
             slip=rows["slip"],
             sleeve_force=rows["enclosure_force"],
             work=rows["work"],
@@ -206,7 +239,7 @@ class Kernel:
             stored=rows["stored"],
             slack=flags & SLACK > 0,
             closed=flags & CLOSED > 0,
-            separated=flags & SEPARATED > 0,
+            separated=separated,
             overflow=flags & OVERFLOW > 0,
             snapped=flags & SNAPPED > 0,
         )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
-from layerjam.mechanics.enclosure import enclosure_at, one_modulus
+from layerjam.mechanics.enclosure import face_of, one_modulus
 from layerjam.mechanics.fan import straight
 from layerjam.mechanics.friction import friction_per_contact
 from layerjam.mechanics.stiffness import working_stiffness
@@ -63,7 +64,7 @@ def parameters(given: Brake | BrakeFile, rope_stiffness: float | None = None) ->
     """
     brake = brake_of(given)
     share = 1.0 if brake.vacuum_share is None else brake.vacuum_share
-    unit = enclosure_at(1.0, brake)
+    face, face_contact, reach = face_of(brake)
     stiffness = float(working_stiffness(brake))
     if rope_stiffness is not None:
         if not rope_stiffness > 0:
@@ -72,22 +73,15 @@ def parameters(given: Brake | BrakeFile, rope_stiffness: float | None = None) ->
             )
         stiffness = 1 / (1 / stiffness + 1 / rope_stiffness)
     exponent: Any = brake.pressure_exponent
+    # of a friction that grows with a power of the pressure, what it is at the test pressure
+    proportional = replace(brake, pressure_exponent=None)
     return Parameters(
-        contact=_contact(brake),
+        contact=float(friction_per_contact(1.0, proportional)),
         overlap=float(brake.sheets.overlap),
         stiffness=stiffness,
-        enclosure_stiffness=float(unit.stiffness),
-        enclosure_contact=float(unit.friction),
-        reach=float(unit.reach),
+        enclosure_stiffness=float(face),
+        enclosure_contact=float(face_contact),
+        reach=float(reach),
         exponent=0.0 if exponent is None else float(exponent),
         test_pressure=1.0 if exponent is None else float(brake.test_pressure or 1.0) / share,
     )
-
-
-def _contact(brake: Brake) -> float:
-    """c over the vacuum [m], at the test pressure where friction is not proportional to it."""
-    if brake.pressure_exponent is None:
-        return float(friction_per_contact(1.0, brake))
-    share = 1.0 if brake.vacuum_share is None else brake.vacuum_share
-    at: Any = float(brake.test_pressure or 1.0) / share
-    return float(friction_per_contact(at, brake)) / at

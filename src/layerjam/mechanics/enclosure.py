@@ -33,12 +33,20 @@ class EnclosureLaw(NamedTuple):
 
 def enclosure_at(vacuum: Any, brake: Brake) -> EnclosureLaw:
     """The enclosure's constants at a vacuum [Pa]; QuantityError for a hyperelastic one."""
+    stiffness, contact, reach = face_of(brake)
+    return enclosure_of(stiffness, contact * vacuum, reach)
+
+
+def face_of(brake: Brake) -> tuple[Any, Any, Any]:
+    """EA [N], friction per vacuum and length mu_e W [m] and half the free length l [m] of a face.
+
+    QuantityError for a hyperelastic enclosure.
+    """
     one_modulus(brake)
     sheets = brake.sheets
     stiffness = brake.enclosure.modulus * sheets.width * brake.enclosure.wall
     reach = (sheets.free_left + sheets.overlap + sheets.free_right) / 2
-    friction = brake.film.friction_on_silicone * sheets.width * vacuum
-    return enclosure_of(stiffness, friction, reach)
+    return stiffness, brake.film.friction_on_silicone * sheets.width, reach
 
 
 def one_modulus(brake: Brake) -> None:

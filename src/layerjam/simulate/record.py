@@ -157,6 +157,9 @@ class TensileRecord(PullRecord):
     stored_energy: np.ndarray = column("J", "elastic energy held in enclosure, sheets and mount")
     procedure: str
     model: str = "lumped"
+    engine: str = "law"
+    """What followed the brake: "kernel" (compiled C) or "law" (`brake_cycle`). They agree within
+    1e-9 N, and which of them ran is no part of a file."""
 
     def conditions(self) -> dict[str, str]:
         """Model and procedure."""

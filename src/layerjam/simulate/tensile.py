@@ -10,10 +10,10 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import ProcedureError, QuantityError
 from layerjam.fluid.closed_forms import held_vacuum
+from layerjam.kernel.engine import Engine, followed, in_blocks
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.friction import at_speed, sheet_friction
-from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import DEPTH
 from layerjam.mechanics.pull import least_stiffness, peak
@@ -35,7 +35,6 @@ SAMPLES = 400
 RISE = 80
 HOLDING = 100
 """Samples of a hold in which the vacuum leaks away."""
-_BLOCK = 512
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -58,38 +57,42 @@ def _path(
     """
     moves = [step.speed for step in procedure.steps if isinstance(step, Pull | Return)]
     pace = moves[0] if moves else 0.0
-    rows: list[tuple[float, float, float, float]] = [(0.0, 0.0, 0.0, pace)]
+    blocks: list[Array] = [_rows(0.0, 0.0, 0.0, pace)]
     shut = (0.0, 0.0)
     rate = None if leak_time is None else 1 / leak_time
 
-    def left(now: float) -> float:
+    def left(now: Array) -> Any:
         if rate is None:
             return shut[1]
-        return float(held_vacuum(now - shut[0], shut[1], rate, brake.site.atmosphere))
+        return held_vacuum(now - shut[0], shut[1], rate, brake.site.atmosphere)
 
     for step in procedure.steps:
-        time, start, vacuum, pace = rows[-1]
+        time, start, vacuum, pace = blocks[-1][:, -1]
         if isinstance(step, Evacuate):
             # the first evacuation stands at the start: a record need not show two times zero
-            rows = [] if len(rows) == 1 else rows
-            rows.append((time, start, step.to, pace))
-            if step.hold:
-                rows.append((time + step.hold, start, step.to, pace))
+            if len(blocks) == 1 and blocks[0].shape[1] == 1:
+                blocks = []
+            times = [time, time + step.hold] if step.hold else [time]
+            blocks.append(_rows(times, start, step.to, pace))
             shut = (time + step.hold, step.to)
         elif isinstance(step, Vent):
-            rows.append((time, start, 0.0, pace))
+            blocks.append(_rows(time, start, 0.0, pace))
             shut = (time, 0.0)
         elif isinstance(step, Hold):
             samples = 1 if rate is None else HOLDING
-            passed = [time + step.duration * (i + 1) / samples for i in range(samples)]
-            rows += [(now, start, left(now), pace) for now in passed]
+            passed = time + step.duration * np.arange(1, samples + 1) / samples
+            blocks.append(_rows(passed, start, left(passed), pace))
         else:
             positions = _positions(step, start, vacuum, at_speed(step.speed, brake))
-            pace = step.speed
-            moved = [(time + abs(p - start) / pace, float(p)) for p in positions]
-            rows += [(now, place, left(now), pace) for now, place in moved]
-    times, elongations, vacuums, speeds = np.array(rows).T
+            passed = time + np.abs(positions - start) / step.speed
+            blocks.append(_rows(passed, positions, left(passed), step.speed))
+    times, elongations, vacuums, speeds = np.concatenate(blocks, axis=1)
     return times, elongations, vacuums, speeds
+
+
+def _rows(time: Any, elongation: Any, vacuum: Any, speed: Any) -> Array:
+    """Time, elongation, vacuum and speed of some samples, shape (4, N)."""
+    return np.array(np.broadcast_arrays(np.atleast_1d(time), elongation, vacuum, speed))
 
 
 def _positions(step: Pull | Return, start: float, vacuum: float, brake: Brake) -> Array:
@@ -107,18 +110,11 @@ def _positions(step: Pull | Return, start: float, vacuum: float, brake: Brake) -
     return np.union1d(grid, events)
 
 
-def _run(elongation: Array, vacuum: Array, speed: Array, brake: Brake) -> Cycle:
-    """`brake_cycle` with the history padded to whole blocks, so that few shapes are compiled."""
-    count = len(elongation)
-    pad = -count % _BLOCK
-    histories = elongation, vacuum, speed
-    longer = [np.pad(history, (0, pad), mode="edge") for history in histories]
+def _run(elongation: Array, vacuum: Array, speed: Array, brake: Brake) -> tuple[Cycle, Engine]:
+    """What the brake does along the history, and what computed it."""
     if brake.hyperelastic is not None and is_first_pull(elongation, vacuum):
-        result = first_pull(longer[0], longer[1], brake)
-    else:
-        paced = longer[2] if follows_speed(brake) else None
-        result = brake_cycle(longer[0], longer[1], brake, paced)
-    return Cycle(*(np.asarray(values)[:count] for values in result))
+        return in_blocks(lambda u, p: first_pull(u, p, brake), elongation, vacuum), "law"
+    return followed(elongation, vacuum, brake, speed if follows_speed(brake) else None)
 
 
 def _fell(slip: Array) -> float:
@@ -171,19 +167,21 @@ def tensile(
     time, elongation, vacuum, speed = _path(procedure, brake, leak_time)
     if brake.hyperelastic is not None:
         check_hyperelastic(vacuum, brake)
-    cycle = _run(elongation, vacuum, speed, brake)
+    cycle, engine = _run(elongation, vacuum, speed, brake)
     if brake.hyperelastic is not None and np.isnan(cycle.force[~cycle.snapped]).any():
         raise overstretched(highest, brake)
     end, outcome = len(time), Outcome.FINISHED
-    if cycle.overflow.any():
+    parted = bool(cycle.separated.any())
+    last = int(np.argmax(cycle.separated)) + 1 if parted else end
+    if cycle.overflow[:last].any():
         raise ProcedureError(
             f"procedure: more than {DEPTH} turns nested in each other; the enclosure remembers no "
             "more"
         )
     if cycle.snapped.any():
         end, outcome = int(np.argmax(cycle.snapped)), Outcome.SNAPS
-    elif cycle.separated.any():
-        end, outcome = int(np.argmax(cycle.separated)) + 1, Outcome.SEPARATED
+    elif parted:
+        end, outcome = last, Outcome.SEPARATED
     elif cycle.closed.any() and _fell(cycle.slip) > 1e-9 * brake.sheets.overlap:
         outcome = Outcome.CLOSED_BY_SLEEVE
     warnings = remarks(outcome, highest, elongation[:end], cycle.slip[:end], brake)
@@ -205,5 +203,6 @@ def tensile(
         outcome=outcome,
         procedure=procedure.text(),
         brake=file,
+        engine=engine,
         warnings=(*file.warnings(), *warnings, *in_a_pull(file, float(speed.max()))),
     )

@@ -6,7 +6,7 @@
 
 typedef struct {
     lj_real force, slip, enclosure_force, work, heat, stored;
-    uint64_t flags;
+    uint32_t flags, turns; /* turns: the most remembered in either direction */
 } lj_row;
 
 /* Bytes of a state, by which Python's picture of it is checked. */
