@@ -16,7 +16,10 @@ import numpy as np
 import pytest
 
 from lab import bench as virtual
+from layerjam.commands.array import array
 from layerjam.commands.bend import bend
+from layerjam.commands.impact import drop as drop_command
+from layerjam.commands.tensile import tensile as tensile_command
 from layerjam.commands.vacuum_line import rise
 from layerjam.control.closed_loop import simulate
 from layerjam.control.follow import bode, follow, rehabilitation
@@ -206,6 +209,14 @@ def dropped(name: str) -> Any:
     return drop(load(name), mass=1.0, speed=2.0, vacuum=FULL, rope_stiffness=2e4)[1]
 
 
+def crashed(name: str) -> Any:
+    return drop_command(name, mass=1.0, speed=2.5, vacuum=5e3, rope_stiffness=16.8e3)
+
+
+def pull_of(name: str, vacuum: float) -> Any:
+    return tensile_command(name, vacuum=vacuum, speed=1e-3, travel=0.03)
+
+
 def held() -> Any:
     t = np.arange(0, 200, 0.5)
     noise = np.random.default_rng(1).normal(0, 20, len(t))
@@ -261,6 +272,9 @@ OF_BRAKE: dict[str, Callable[[str], Any]] = {
     "following-alone": lambda n: control_figures.following(followed(n)[0], None),
     "front": lambda n: design_figures.front(designs(n)),
     "drop": lambda n: impact_figures.drop(dropped(n)),
+    "drop-that-crashes": lambda n: crashed(n).draw(),
+    "array": lambda n: array(n, parallel=2, series=3).draw(),
+    "tensile-beside": lambda n: pull_of(n, FULL).plot(beside={"50 kPa": pull_of(n, 50e3)}),
     "plan": lambda n: plan_figures.planned(planned(n)),
     "pull": lambda n: pull_figures.pulls(found(n, 1)),
     "pulls": lambda n: pull_figures.pulls(found(n, 4)),
@@ -279,6 +293,9 @@ ALONE: dict[str, Callable[[], Any]] = {
         load(BRAKES[0]), calibrate_curves(curves(BRAKES[0]), load(BRAKES[0]).brake), True
     ),
     "loop": lambda: control_figures.loop(*regulated()),
+    "drop-without-brake": lambda: drop_command(
+        BRAKES[0], mass=1.0, speed=1.5, rope_stiffness=16.8e3, no_brake=True
+    ).draw(),
     "rise-air": lambda: rise("choi2018", target=80e3).draw(),
     "rise-water": lambda: rise("choi2018", target=80e3, fluid="water").draw(),
     "rise-never": lambda: rise("choi2018", target=1.01e5).draw(),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.quantities import Atmosphere, BrakeInput, vacuum_within
@@ -10,6 +11,9 @@ from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import Notice, QuantityError
 from layerjam.simulate.quantities import ELONGATION, VACUUM
 from layerjam.units import QuantitySpec
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 PARALLEL = QuantitySpec("1", "chains of brakes side by side", lo=1, hi=100, whole=True)
 SERIES = QuantitySpec("1", "brakes one behind the other in a chain", lo=1, hi=100, whole=True)
@@ -38,6 +42,16 @@ class ArrayPull(Result):
     mass: float = number("kg", "mass of all brakes")
     stiffness: float = number("N/m", "stiffness before slip")
     force_density: float = number("N/kg", "greatest force over mass")
+
+    def draw(self) -> Figure:
+        """Force over elongation."""
+        from layerjam.report import figures
+
+        return figures.array(self.record, f"{self.parallel} × {self.series} {self.brake}")
+
+    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
+        """Force [N] over elongation [mm]."""
+        return [(self.record.elongation * 1e3, self.record.force)]
 
 
 @command(

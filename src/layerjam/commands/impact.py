@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -97,12 +98,24 @@ class Stop(Reading, Heating):
         return [(name, text) for name, text in super().rows() if name not in names]
 
     def draw(self) -> Figure:
-        """Force, speed and slip over time."""
+        """Force, speed and slip over time; without a brake, force over time and displacement."""
         from layerjam.report import impact_figures
 
-        if not isinstance(self.record, DropRecord):
-            raise QuantityError("a drop without a brake, or one that cannot be, has no curve")
-        return impact_figures.drop(self.record)
+        if isinstance(self.record, BareDrop):
+            return impact_figures.bare(self.record)
+        if self.record is None:
+            raise QuantityError(f"a drop that cannot be has no curve: {self.reason}")
+        return impact_figures.drop(self.record, self.crash)
+
+    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
+        """Force [N] over time [ms], and what else the figure has; none of what cannot be."""
+        if self.record is None:
+            return ()
+        force = (self.record.time * 1e3, self.record.force)
+        if isinstance(self.record, BareDrop):
+            return [force]
+        speed = (self.record.time * 1e3, self.record.speed_of_mass)
+        return [force, speed, (self.record.travel * 1e3, self.record.force)]
 
 
 @command(

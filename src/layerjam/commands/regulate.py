@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -97,6 +97,11 @@ class Regulation(Result):
         from layerjam.report import control_figures
 
         return control_figures.loop(*self.record)
+
+    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
+        """Vacuum [kPa] over time [s]."""
+        loop = self.record[1]
+        return [(loop.time, loop.vacuum / 1e3)]
 
 
 @command(

@@ -158,14 +158,34 @@ class Result:
         """Whether there is anything to draw this time."""
         return self.record is not None
 
-    def plot(self, path: str | Path | None = None, *, force: bool = False) -> Figure:
+    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
+        """(x, y) of its main curve in each panel of its figure, in that panel's units.
+
+        None where the results of this command are not laid over one another.
+        """
+        return ()
+
+    def plot(
+        self,
+        path: str | Path | None = None,
+        *,
+        force: bool = False,
+        beside: Mapping[str, Result] | None = None,
+    ) -> Figure:
         """The figure; written to `path` (.svg, .png or .pdf) if one is given.
 
-        Raises FileError where the file exists and `force` is not set.
+        `beside` maps labels to other results of the command, drawn as quiet curves under its own.
+        Raises FileError where the file exists and `force` is not set, and LayerjamError for results
+        that have no such curve.
         """
-        from layerjam.report.style import save
+        from layerjam.report.style import quietly, save
 
         figure = self.draw()
+        for label, other in (beside or {}).items():
+            traces = other.quiet_curves()
+            if not traces or type(other) is not type(self):
+                raise LayerjamError(f"{label}: no curve that can be drawn beside this one")
+            quietly(figure, label, traces)
         if path is not None:
             save(figure, Path(path), force)
         return figure

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.quantities import (
@@ -73,6 +74,10 @@ class StickSlip(Result):
         from layerjam.report import stick_slip_figures
 
         return stick_slip_figures.stick_slip(self.record)
+
+    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
+        """Force [N] over elongation [mm]."""
+        return [(self.record.elongation * 1e3, self.record.force)]
 
 
 @command(

@@ -67,6 +67,10 @@ class Tensile(Result):
 
         return figures.tensile(self.record)
 
+    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
+        """Force [N] over elongation [mm]."""
+        return [(self.record.elongation * 1e3, self.record.force)]
+
 
 @command(
     "predict",

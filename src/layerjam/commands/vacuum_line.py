@@ -14,7 +14,7 @@ from layerjam.fluid.line import Line, water_compliance
 from layerjam.units import show
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from matplotlib.figure import Figure
 
@@ -52,6 +52,13 @@ class VacuumRise(Result):
         from layerjam.report import fluid_figures
 
         return fluid_figures.rise_figure(self.line, self.target, self.record, self.rise_time)
+
+    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
+        """Vacuum [kPa] over time [s], up to the target."""
+        import numpy as np
+
+        there = np.asarray(self.record.vacuum) <= 1.12 * self.target
+        return [(self.record.time[there], self.record.vacuum[there] / 1e3)]
 
 
 @command(

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from layerjam.design.arrays import Pulled
 from layerjam.device.file import BrakeFile
 from layerjam.identify.friction.reduction import FrictionResult, StickSlip
 from layerjam.identify.validation.metrics import Validation
@@ -71,6 +72,20 @@ def tensile(record: TensileRecord) -> style.Figure:
     first = record.procedure if len(record.procedure) < 66 else record.procedure[:63] + "..."
     detail = f"simulated, {record.model}; {first}"
     style.title(axes, f"{record.brake.name}: {record.outcome}", detail)
+    return figure
+
+
+@style.styled
+def array(pulled: Pulled, name: str) -> style.Figure:
+    """Force over elongation of brakes side by side and in series, pulled slowly."""
+    top = int(np.argmax(pulled.force))
+    force, elongation = float(pulled.force[top]), float(pulled.elongation[top])
+    figure, (axes,) = style.canvas()
+    axes.plot(pulled.elongation * MM, pulled.force, color=BLUE)
+    axes.set(xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, None))
+    axes.set_ylim(0, force * 1.18 + 1e-9)
+    style.spot(axes, elongation * MM, force, f"{show(force, 'N')} at {show(elongation, 'm')}")
+    style.title(axes, f"{name}: {pulled.outcome}", "simulated; an even share is assumed")
     return figure
 
 

@@ -259,6 +259,18 @@ def band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2
     axes.fill_between(x, low, high, color=color, alpha=alpha, lw=0)
 
 
+def quietly(figure: Figure, name: str, traces: Sequence[tuple[Any, Any]]) -> None:
+    """Another curve in each of the first panels, grey and thin; its name where it is highest."""
+    for axes, pair in zip(figure.axes, traces, strict=False):
+        x, y = (np.asarray(column, float) for column in pair)
+        axes.plot(x, y, color=GREY, lw=1.0, zorder=1)
+        top = int(np.nanargmax(y))
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, max(high, 1.18 * float(y[top])))
+        if axes is figure.axes[0]:
+            label(axes, float(x[top]), float(y[top]), name, GREY, va="bottom")
+
+
 def bare(axes: Axes) -> None:
     """No frame and no axis: a drawing to scale, or a picture."""
     axes.set_axis_off()

@@ -114,11 +114,26 @@ class Call:
         """Lines that give the same numbers in a fresh process."""
         return as_python([self])
 
-    def _asked(self) -> str:
+    def asked(self) -> str:
+        """The call in Python, without what it is called on."""
         parts = [_literal(_shown(v)) for v in self._alone()]
         parts += [f"{key}={_literal(_shown(v))}" for key, v in self.options.items()]
         parts += [f"out={_literal(self.out)}", "force=True"] if self.out else []
-        return f"result = lj.{load(self.name).python_name}({', '.join(parts)})\nprint(result)\n"
+        return f"lj.{load(self.name).python_name}({', '.join(parts)})"
+
+    def _drawn(self, file: str, beside: Mapping[str, Call]) -> str:
+        """Lines that compute, print and draw it."""
+        text = f"result = {self.asked()}\nprint(result)\n"
+        kind = load(self.name).result
+        if not kind.drawable():
+            return text
+        more = "force=True"
+        if beside:
+            more += ", beside=pinned"
+            pins = "".join(f"    {_literal(k)}: {call.asked()},\n" for k, call in beside.items())
+            text += f"pinned = {{\n{pins}}}\n"
+        draws = f'result.plot("{file}.svg", {more})\n'
+        return f"{text}if result.has_curve:\n    {draws}" if _may_lack(kind) else text + draws
 
     def command(self) -> str:
         """The same on the command line."""
@@ -137,10 +152,25 @@ class Call:
         return _head([self]) + " ".join(shlex.quote(word) for word in words)
 
 
-def as_python(calls: Sequence[Call]) -> str:
-    """Lines that give the numbers of several calls in a fresh process."""
-    asked = "".join(call._asked() for call in calls)
+def as_python(calls: Sequence[Call], pinned: Mapping[str, Call] = MappingProxyType({})) -> str:
+    """Lines that give numbers and figures of several calls in a fresh process.
+
+    `pinned` calls are drawn, with their labels, beside the first of the same command.
+    """
+    names = [load(call.name).name for call in calls]
+    asked, left = "", dict(pinned)
+    for place, call in enumerate(calls):
+        alone = names.count(names[place]) == 1
+        file = names[place] if alone else f"{names[place]}-{names[: place + 1].count(names[place])}"
+        beside = {label: pin for label, pin in left.items() if pin.name == call.name}
+        left = {label: pin for label, pin in left.items() if label not in beside}
+        asked += call._drawn(file, beside)
     return f"{_head(calls)}import layerjam as lj\n\n{asked}" if asked else ""
+
+
+def _may_lack(kind: type[results.Result]) -> bool:
+    """Whether a result of this kind may have no curve, where it says "cannot"."""
+    return any(f.name == "feasible" for f in kind.keys())  # noqa: SIM118
 
 
 def _head(calls: Sequence[Call]) -> str:

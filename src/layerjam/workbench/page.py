@@ -87,6 +87,10 @@ class View(Asking):
         """The calls behind what is shown, as they can be copied."""
         return ()
 
+    def pinned(self) -> Mapping[str, Call]:
+        """The calls behind pinned curves, by their labels."""
+        return {}
+
     def compute(self) -> Any:
         """The results of the calls."""
         return [call.run() for call in self.calls()]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -11,6 +10,7 @@ from nicegui import ui
 from layerjam.errors import LayerjamError
 from layerjam.identify.origin import origin
 from layerjam.workbench.call import as_python
+from layerjam.workbench.copying import copied, offer
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
@@ -149,40 +149,22 @@ def _button(icon: str, what: str, act: Callable[[], object]) -> None:
     dressed(button("", act, name, icon, how=look, tip=what), aria_label=what)
 
 
-async def _copied(text: str) -> bool:
-    """Whether the browser let it into the clipboard."""
-    return await ui.run_javascript(f"layerjamCopied({text})", timeout=5.0) is True
-
-
 async def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
     page = pages.get(desk.state.page)
     calls = [] if page is None else list(page.calls())
     try:
-        text = as_python(calls) if how == "python" else "\n".join(c.command() for c in calls)
+        pinned = {} if page is None else page.pinned()
+        text = "\n".join(c.command() for c in calls)
+        if how == "python":
+            text = as_python(calls, pinned)
     except LayerjamError as err:
         ui.notify(str(err), type="warning")
         return
-    if not text:
-        ui.notify("nothing to copy on this page yet")
-        return
-    copied = await _copied(json.dumps(text))
-    what = "a command" if how == "command" else "Python"
-    if copied:
-        head = f"Copied as {what}"
-    else:
-        head = f"As {what}. Your browser does not let this page copy: select the text and copy it"
-    with ui.dialog(value=True) as dialog, ui.card().classes("w-full"):
-        ui.label(head).classes("font-medium")
-        code = ui.code(text, language="bash" if how == "command" else "python")
-        dressed(code, "copied", "w-full")
-        edited = [name for call in calls for name in call.to_save]
-        if edited:
-            ui.label(f"{edited[0]} was edited or written here: save it beside where you run this.")
-        ui.button("Close", on_click=dialog.close).props("flat autofocus")
+    await offer(text, "python" if how == "python" else "bash", calls)
 
 
 async def _copy_link(desk: Desk) -> None:
-    if await _copied("window.location.href"):
+    if await copied("window.location.href"):
         ui.notify("The address of this page holds all that is set; it was copied")
     else:
         ui.notify(

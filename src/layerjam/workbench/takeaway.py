@@ -1,26 +1,138 @@
-"""What a page gives away as a file: made by the functions that write the command line's files."""
+"""What a page gives away of a chart: its figure, its curves, its record, and Python that draws it.
+
+Figures and records are made by the functions that write the command line's files.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from nicegui import ui
+
 from layerjam.commands.results import Result
-from layerjam.workbench.widgets import button
+from layerjam.errors import LayerjamError
+from layerjam.workbench import copying
+from layerjam.workbench.call import Call, as_python
+from layerjam.workbench.rest import elsewhere
+from layerjam.workbench.widgets import button, one_line
 
 ENDINGS = ("svg", "png", "pdf")
+QUIET = 'flat dense no-caps padding="4px 8px"'
 
 
-def buttons(page: str, act: Callable[[str], Any]) -> None:
-    """A button for each ending of a figure."""
-    for ending in ENDINGS:
-        button(f"figure as {ending.upper()}", partial(act, ending), f"{page}-figure-{ending}")
+@dataclass(frozen=True)
+class Taken:
+    """What a chart shows: a result, the call behind it, and pinned ones with their labels."""
+
+    result: Result
+    name: str
+    """Of the files, without an ending."""
+    call: Call
+    beside: Mapping[str, tuple[Call, Result]] = field(default_factory=dict)
+
+    def figure(self, ending: str) -> bytes:
+        """The bytes of the figure, with what is pinned."""
+        pinned = {label: result for label, (_, result) in self.beside.items()}
+        return file_bytes(self.result, ending, pinned)
+
+    def python(self) -> str:
+        """Lines that compute and draw it in a fresh process."""
+        return as_python([self.call], {label: call for label, (call, _) in self.beside.items()})
 
 
-def file_bytes(result: Result, ending: str) -> bytes:
+def row(ident: str, chart: ui.echart, shown: Callable[[], Taken | None]) -> ui.row:
+    """The buttons under a chart; `shown` is what it shows now, None while it shows nothing."""
+
+    async def give(ending: str) -> None:
+        taken = shown()
+        if taken is None:
+            ui.notify("nothing is computed yet")
+            return
+        try:
+            content = await elsewhere(taken.figure, ending)
+        except LayerjamError as err:
+            ui.notify(one_line(err), type="warning")
+            return
+        if content is not None:  # None: the program is being ended
+            ui.download.content(content, f"{taken.name}.{ending}")
+
+    def curves() -> None:
+        taken = shown()
+        text = "" if taken is None else curves_csv(chart.options)
+        if taken is None or not text:
+            ui.notify("nothing is computed yet")
+        else:
+            ui.download.content(text.encode(), f"{taken.name}-curves.csv", "text/csv")
+
+    async def python() -> None:
+        taken = shown()
+        if taken is None:
+            ui.notify("nothing is computed yet")
+        else:
+            await copying.offer(taken.python(), "python", [taken.call])
+
+    with ui.row().classes("items-center gap-1") as made:
+        ui.label("Take away").classes("text-sm")
+        for ending in ENDINGS:
+            tip = f"The figure as {ending.upper()}"
+            act = partial(give, ending)
+            button(ending.upper(), act, f"{ident}-figure-{ending}", how=QUIET, tip=tip)
+        tip = "Every curve of the chart as it is drawn"
+        button("curves as CSV", curves, f"{ident}-curves", how=QUIET, tip=tip)
+        tip = "Lines that compute and draw it"
+        button("Python", python, f"{ident}-python", how=QUIET, tip=tip)
+    return made
+
+
+def file_bytes(result: Result, ending: str, beside: Mapping[str, Result] | None = None) -> bytes:
     """The bytes of a result's figure or record, as the command writes them."""
     with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
-        return result.save(Path(folder) / f"file.{ending}").read_bytes()
+        path = Path(folder) / f"file.{ending}"
+        if beside:
+            result.plot(path, beside=beside)
+            return path.read_bytes()
+        return result.save(path).read_bytes()
+
+
+def curves_csv(options: Mapping[str, Any]) -> str:
+    """CSV of a chart's curves one below the other: panel, curve, x and y as the axes say.
+
+    A name that a spreadsheet would take as a formula has an apostrophe before it.
+    """
+    rows = list(_points(options))
+    if not rows:
+        return ""
+    out = io.StringIO()
+    out.write("# layerjam: what a chart draws, thinned to some 500 points a curve\n")
+    csv.writer(out, lineterminator="\n").writerows([("y axis", "curve", "x axis", "x", "y"), *rows])
+    return out.getvalue()
+
+
+def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, Any]]:
+    axes = [_listed(options.get(side)) for side in ("xAxis", "yAxis")]
+    below = axes[0][-1].get("name", "") if axes[0] else ""
+    for number, series in enumerate(options.get("series", ()), 1):
+        place = series.get("yAxisIndex", 0)
+        y_name = axes[1][place].get("name", "")
+        name = plain(series.get("name") or f"curve {number}")
+        for point in series.get("data", ()):
+            pair = point.get("value", ()) if isinstance(point, Mapping) else point
+            if len(pair) >= 2 and None not in pair[:2]:
+                yield y_name, name, below, pair[0], pair[1]
+
+
+def _listed(axis: Any) -> Sequence[Mapping[str, Any]]:
+    """The axes of a chart, of which one stands alone."""
+    return [] if axis is None else axis if isinstance(axis, list) else [axis]
+
+
+def plain(name: str) -> str:
+    """A name that no spreadsheet takes as a formula."""
+    return f"'{name}" if name[:1] in ("=", "+", "-", "@", "\t", "\r") else name

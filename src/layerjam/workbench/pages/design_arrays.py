@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from layerjam.workbench import live
+from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, with_readout
 from layerjam.workbench.controls import Control, asked, by_key, vacuum_asked
@@ -38,6 +38,7 @@ class Arrays(Part):
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self.more = More(page, "array", OWN)
+        self._found: Any = None
 
     def controls(self) -> Mapping[str, Control]:
         """How many, and their vacuum."""
@@ -59,6 +60,7 @@ class Arrays(Part):
             self.outcome = status(f"{PAGE}-array-outcome")
             what = "Force over elongation of the array and of one brake"
             self.chart = chart(f"{PAGE}-array-chart", what)
+            takeaway.row(f"{PAGE}-array", self.chart, self.taken)
             hint(
                 "In series the weakest slips first; once it slides the others relax, and the "
                 "next slips only when the first is on its stop: the teeth of the curve."
@@ -72,9 +74,17 @@ class Arrays(Part):
         more = {"vacuum": vacuum, **self.more.options()}
         return [Call("array", here, {**counts, **more}), Call("array", here, more)]
 
+    def taken(self) -> takeaway.Taken | None:
+        """What the chart shows now."""
+        if self._found is None:
+            return None
+        (whole, one), (call, single) = self._found, self.calls()
+        beside = {"one brake": (single, one)} if whole.brakes > 1 else {}
+        return takeaway.Taken(whole, f"{self.desk.brake.name}-array", call, beside)
+
     def draw(self, found: Any) -> None:
         """Curves, totals and notes."""
-        whole, one = found
+        self._found = whole, one = found
         live.draw(self.chart, array_chart(whole, one, self.page.dark))
         self.figures.fill(whole)
         self.outcome.set_text(of_pull(whole))

@@ -11,7 +11,7 @@ from nicegui import ui
 from layerjam.device.load import devices, load
 from layerjam.report.style import GREY
 from layerjam.units import show
-from layerjam.workbench import live
+from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import COLORS, ink_of
 from layerjam.workbench.controls import Control, by_key, vacuum_asked
@@ -39,6 +39,7 @@ class Density(Part):
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self.more = More(page, "compare", ("vacuum",))
+        self._found: Any = None
 
     def controls(self) -> Mapping[str, Control]:
         """The vacuum of ours."""
@@ -55,6 +56,7 @@ class Density(Part):
             self.more.build()
         what = "Force over mass, both logarithmic; the table below has the numbers"
         self.chart = chart(f"{PAGE}-density-chart", what, "width: 100%; height: max(540px, 60vh)")
+        takeaway.row(f"{PAGE}-density", self.chart, self.taken)
         self.sheet = dressed(live.Words(""), f"{PAGE}-sheet", "text-sm")
         self.missing = hint("")
         self.table = dressed(live.Table(), f"{PAGE}-density-table", "w-full")
@@ -68,9 +70,16 @@ class Density(Part):
             Call("compare", (here, *others), {"vacuum": self.text("ours"), **self.more.options()})
         ]
 
+    def taken(self) -> takeaway.Taken | None:
+        """What the chart shows now."""
+        if self._found is None:
+            return None
+        return takeaway.Taken(self._found, f"{self.desk.brake.name}-compare", self.calls()[0])
+
     def draw(self, found: Any) -> None:
         """Picture, what a sheet adds, table."""
         (found,) = found
+        self._found = found
         live.draw(self.chart, density_chart(found, self.page.dark))
         sheet = found.sheet
         self.sheet.set_text(

@@ -26,7 +26,6 @@ from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design_form import Form
 from layerjam.workbench.pages.design_part import PAGE, Part, words
-from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import Stopped
 from layerjam.workbench.widgets import (
     button,
@@ -200,9 +199,7 @@ class NeedPart(Part):
         for title, key, is_open in TABLES:
             with fold(title, is_open=is_open):
                 self.tables[key] = dressed(live.Table(), f"{PAGE}-{key}", "w-full")
-        with ui.row().classes("items-center gap-2"):
-            ui.label("Take away").classes("text-sm")
-            takeaway.buttons(PAGE, self.figure)
+        takeaway.row(PAGE, self.chart, self.taken)
 
     def _changed(self, what: str) -> None:
         if what == "undo":
@@ -289,14 +286,12 @@ class NeedPart(Part):
         many = f"; the design is {count} of them" if count > 1 else ""
         ui.notify(f"{file.name} is on the desk, used at {show(design['vacuum'], 'Pa')}{many}")
 
-    async def figure(self, ending: str) -> None:
-        """The figure that `design --figure` writes."""
+    def taken(self) -> takeaway.Taken | None:
+        """The front that is shown now."""
         result = self._seen()
         if result is None:
-            return
-        content = await elsewhere(lambda: takeaway.file_bytes(result, ending))
-        if content is not None:
-            ui.download.content(content, f"{plain_name(result.name)}-design.{ending}")
+            return None
+        return takeaway.Taken(result, f"{plain_name(result.name)}-design", self.calls()[0])
 
     # ---- what is shown
 

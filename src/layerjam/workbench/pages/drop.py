@@ -9,7 +9,7 @@ from nicegui import ui
 
 from layerjam.commands.impact import not_tuned
 from layerjam.units import show
-from layerjam.workbench import live
+from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call, Options
 from layerjam.workbench.charts import Curve, options, stacked
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu, vacuum_asked
@@ -123,6 +123,7 @@ class Drop(Page):
                     cursor = ui.element("div")
                 with stage:
                     self.animation = Animation(self.chart, cursor)
+            takeaway.row(name, self.chart, self.taken)
             self.table = dressed(live.Table(), "drop-table", "w-full")
             self.bound = dressed(live.Words(""), "drop-bound", "text-sm")
             self.notes = Notes()
@@ -224,6 +225,18 @@ class Drop(Page):
             f"No brake at all stops it within {self.text('travel')} and the stretch of the rope "
             f"with a peak below {show(floor, '1', 3)} g ({formula}: the force constant throughout)."
         )
+
+    def taken(self) -> takeaway.Taken | None:
+        """The drop that is drawn now."""
+        if self.result is None:
+            return None
+        shown, drops, _ = self.result
+        calls = self.columns()
+        for mode in (shown, "full"):
+            stop = drops[mode][0]
+            if mode in calls and stop is not None and stop.record is not None:
+                return takeaway.Taken(stop, f"{self.desk.brake.name}-drop-{mode}", calls[mode])
+        return None
 
     def _draw_charts(self, made: Mapping[str, Any], floor: float | None) -> None:
         time, last = made["time"], made["last"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from nicegui import ui
@@ -97,11 +96,9 @@ class Pull(Page):
             self.heroes = Heroes(self.name)
             self.outcome = status("pull-outcome")
             self.chart = chart("pull-chart", "Force over elongation")
-            with ui.row().classes("items-center gap-2"):
-                ui.label("Take away").classes("text-sm")
-                takeaway.buttons(self.name, partial(self.take, "figure"))
-                button("record as CSV", partial(self.take, "record", "csv"), "pull-record")
-                compare = partial(self.take, "comparison", "svg")
+            with takeaway.row(self.name, self.chart, self.taken):
+                button("record as CSV", self._record, "pull-record", how=takeaway.QUIET)
+                compare = self._comparison
                 self.compared = button("comparison as SVG", compare, "pull-comparison")
                 self.compared.set_visibility(False)
             self.errors = Box(show_errors, "w-full gap-1 overflow-auto")
@@ -172,22 +169,30 @@ class Pull(Page):
         self.errors.fill(reading)
         self.notes.fill(found.warnings)
 
-    async def take(self, what: str, ending: str) -> None:
-        """Download a figure or the record of what is shown now."""
+    def taken(self) -> takeaway.Taken | None:
+        """What the chart shows now."""
         if self.result is None:
-            ui.notify("nothing is computed yet")
-            return
-        call, found, _, reading = self.result
-        shown = reading.compared if what == "comparison" and reading.compared else found
+            return None
+        call, found, *_ = self.result
+        return takeaway.Taken(found, f"{self.desk.brake.name}-{call.name}", call)
+
+    async def _record(self) -> None:
+        if self.result is not None:
+            call, found, *_ = self.result
+            await self._give(found, "csv", call.name)
+
+    async def _comparison(self) -> None:
+        if self.result is not None and self.result[3].compared:
+            await self._give(self.result[3].compared, "svg", "validate")
+
+    async def _give(self, shown: Any, ending: str, name: str) -> None:
         try:
             content = await elsewhere(takeaway.file_bytes, shown, ending)
         except LayerjamError as err:
             ui.notify(one_line(err), type="warning")
             return
-        if content is None:  # the program is being ended
-            return
-        name = "validate" if what == "comparison" else call.name
-        ui.download.content(content, f"{self.desk.brake.name}-{name}.{ending}")
+        if content is not None:  # None: the program is being ended
+            ui.download.content(content, f"{self.desk.brake.name}-{name}.{ending}")
 
 
 def heroes(found: Any) -> list[Hero]:

@@ -15,7 +15,7 @@ from layerjam.control.faults import PROVOKED
 from layerjam.control.settings import KINDS, SAFE_STATES
 from layerjam.fluid.parts import parts as known_parts
 from layerjam.units import show
-from layerjam.workbench import live
+from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, stacked
 from layerjam.workbench.controls import (
@@ -173,6 +173,7 @@ class Vacuum(Page):
             self.steps = chart("vacuum-chart", "Vacuum over time, pump full on", look)
             with ui.column().style(narrow):
                 self.rise_figures = Figures(self.name, "rise", RISE)
+        takeaway.row(self.name, self.steps, lambda: self.taken(0))
         heading("Regulator")
         self.verdict = status("vacuum-verdict", text=NOT_CHOSEN)
         with ui.row().classes("w-full beside items-start gap-4") as self.regulated:
@@ -180,6 +181,7 @@ class Vacuum(Page):
                 what = "Vacuum and command over time, regulated"
                 self.loop = chart("vacuum-loop", what, "width: 100%; height: max(430px, 46vh)")
                 hint(KEY)
+                takeaway.row("vacuum-loop", self.loop, lambda: self.taken(1))
             with ui.column().style(narrow):
                 self.loop_figures = Figures("vacuum-loop", "regulate", LOOP)
                 what = "Longest until a fault is detected, at this vacuum"
@@ -206,6 +208,14 @@ class Vacuum(Page):
         if self.word(self.fault) != "none":
             said |= {"fault": self.word(self.fault), "fault_at": self.text("fault_at")}
         return [*made, Call("regulate", subjects, {**said, **more})]
+
+    def taken(self, which: int) -> takeaway.Taken | None:
+        """What a chart shows now: of the step (0) or of the regulator (1)."""
+        found = self.result or []
+        if which >= len(found) or found[which][0] is None:
+            return None
+        call = self.calls()[which]
+        return takeaway.Taken(found[which][0], f"{self.desk.line.name}-{call.name}", call)
 
     def compute(self) -> Any:
         """Each alone: a step that is refused leaves the regulator, and the other way round."""

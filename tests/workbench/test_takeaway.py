@@ -1,0 +1,71 @@
+"""What charts give away: figures, curves, and Python that draws the same figure."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import pytest
+
+from layerjam.commands.tensile import tensile
+from layerjam.commands.vacuum_line import rise
+from layerjam.errors import LayerjamError
+from layerjam.workbench.call import Call, Subject, as_python
+from layerjam.workbench.charts import Curve, options, stacked
+from layerjam.workbench.takeaway import Taken, curves_csv
+
+KAPTON = "choi2018-kapton"
+
+
+def pull(vacuum: str) -> Call:
+    said = {"vacuum": vacuum, "speed": "1 mm/s", "travel": "20 mm"}
+    return Call("tensile", (Subject(KAPTON),), said)
+
+
+def taken() -> Taken:
+    high, low = pull("90 kPa"), pull("60 kPa")
+    return Taken(high.run(), "a-pull", high, {"60 kPa": (low, low.run())})
+
+
+def test_the_copied_python_draws_the_figure_that_the_button_gives(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shown = taken()
+    for _ in range(2):  # a second run writes the same figure again
+        exec(shown.python(), {})
+    assert (tmp_path / "tensile.svg").read_bytes() == shown.figure("svg")
+    # the pinned curve is in it: without it the figure is another
+    assert shown.figure("svg") != Taken(shown.result, "a-pull", shown.call).figure("svg")
+    assert b"60 kPa" in shown.figure("svg")
+
+
+def test_only_results_of_one_command_are_drawn_over_one_another():
+    made = pull("60 kPa").run()
+    with pytest.raises(LayerjamError, match="beside"):
+        made.plot(beside={"a rise": rise("choi2018", target="60 kPa")})
+
+
+def test_two_calls_of_a_command_write_two_figures_and_what_may_lack_a_curve_is_asked():
+    text = as_python([pull("60 kPa"), pull("90 kPa")])
+    assert '"tensile-1.svg"' in text and '"tensile-2.svg"' in text
+    fall = Call("drop", (Subject(KAPTON),), {"mass": "1 kg", "speed": "1 m/s"})
+    assert "if result.has_curve:\n    result.plot(" in as_python([fall])
+    assert "plot" not in as_python([Call("show", (Subject(KAPTON),))])
+
+
+def test_the_curves_of_a_chart_read_back_and_hold_no_formula():
+    low, high = tensile(KAPTON, **pull("60 kPa").options), tensile(KAPTON, **pull("90 kPa").options)
+    curves = [
+        Curve(r.record.elongation * 1e3, r.record.force, name=name)
+        for r, name in ((low, "=cmd|' /C calc'!A0"), (high, "90 kPa"))
+    ]
+    chart = options(curves, x="elongation [mm]", y="force [N]")
+    below = options(curves[1:], x="elongation [mm]", y="left over [N]")
+    head, *rest = curves_csv(stacked([chart, below], (1, 1))).splitlines()
+    assert head.startswith("# layerjam")
+    rows = list(csv.DictReader(io.StringIO("\n".join(rest))))
+    assert {r["curve"] for r in rows} == {"'=cmd|' /C calc'!A0", "90 kPa"}
+    assert {r["x axis"] for r in rows} == {"elongation [mm]"}
+    top = max(float(r["y"]) for r in rows if r["curve"] == "90 kPa" and r["y axis"] == "force [N]")
+    assert top == pytest.approx(high.peak_force, rel=1e-5)
+    assert {r["y axis"] for r in rows} == {"force [N]", "left over [N]"}
+    assert curves_csv({}) == ""
