@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -111,6 +113,16 @@ def engines() -> Figure:
     return figure
 
 
+def gallery() -> list[Path]:
+    """The pictures of docs/gallery.md, by the lines that stand under each."""
+    page = (HERE.parent / "gallery.md").read_text(encoding="utf-8")
+    with contextlib.chdir(HERE):
+        for path in Path().glob("gallery-*.svg"):
+            path.unlink()
+        exec("\n".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL)), {})
+    return sorted(HERE.glob("gallery-*.svg"))
+
+
 if __name__ == "__main__":
-    for each in sys.argv[1:] or NAMES:
-        print(draw(each, HERE / f"{each}.svg"))
+    for each in sys.argv[1:] or (*NAMES, "gallery"):
+        print(*gallery() if each == "gallery" else [draw(each, HERE / f"{each}.svg")], sep="\n")
