@@ -16,7 +16,6 @@ import numba
 import numpy as np
 
 from layerjam.control import exact, law
-from layerjam.control.exact import Rates  # noqa: F401  older loops in numba's cache look here
 from layerjam.control.noise import key_of, normal
 from layerjam.control.through_tube import advanced
 from layerjam.mechanics.compiled import stamp_of

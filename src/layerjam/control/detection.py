@@ -97,9 +97,13 @@ def _said(regulator: Regulator, vacuum: float, injected: FaultInjection, begun: 
             seen[4], seen[6] = gives * step, regulator.decision
             seen[5] = regulator.decision * phase / PHASES
         count, code = _trial()(
-            injected.on(plant), watch, tuple(seen), law.fresh()[0], (vacuum, side, shown),
+            injected.on(plant),
+            watch,
+            tuple(seen),
+            law.fresh()[0],
+            (vacuum, side, shown),
             (step, regulator.sensor.lag, LONGEST),
-        )  # fmt: skip
+        )
         if not count or (code == law.BLOCKED) != blocked:
             return math.inf
         worst = max(worst, count)
