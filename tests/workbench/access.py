@@ -16,7 +16,10 @@ FILLED = {
 }
 """Settings under which more of a page stands than at first; a page that is not named has one."""
 DEEDS = {
-    "laboratory": ("[data-testid=laboratory-practice]", "[data-testid=laboratory-files] tbody td"),
+    "laboratory": (
+        "[data-testid=laboratory-practice]",
+        "[data-testid=laboratory-files] tbody td:nth-child(2):visible",
+    ),
     "bench": ("[data-testid=bench-connect]",),
 }
 """What is clicked for that, where settings alone do not bring it."""
@@ -26,7 +29,7 @@ QUIET = """() => new Promise(done => {
   let timer = setTimeout(rests, 900);
   new MutationObserver(() => { clearTimeout(timer); timer = setTimeout(rests, 900); })
     .observe(document.body, {childList: true, subtree: true});
-  setTimeout(done, 40000);
+  setTimeout(done, 100000);
 })"""
 """Until nothing comes or goes on the page, and nothing is being computed."""
 UNFOLD = """() => {
@@ -64,6 +67,7 @@ def done(page, tab):
     """What a page's settings do not bring, by clicks."""
     for place in DEEDS.get(tab, ()):
         page.locator(place).first.click()
+        page.mouse.move(1, 300)
         page.evaluate(QUIET)
 
 

@@ -120,14 +120,21 @@ def _axis(
     name: str, limits: tuple[float | None, float | None], log: bool, gap: int, dark: bool
 ) -> dict[str, Any]:
     ink = ink_of(dark)
+    ends = zip(("showMinLabel", "showMaxLabel"), limits, strict=True)
     return {
         **dict(type="log" if log else "value", name=name, nameLocation="middle", nameGap=gap),
         **dict(min=limits[0], max=limits[1]),
         "nameTextStyle": dict(color=ink, fontSize=13),
-        "axisLabel": dict(color=ink, hideOverlap=True),
+        # an end that is no round number is where a curve ends, not what is read there
+        "axisLabel": dict(color=ink, hideOverlap=True, **{end: _round(v) for end, v in ends}),
         "axisLine": {"show": True, "lineStyle": {"color": GREY}},
         "splitLine": {"lineStyle": {"color": "#3a444d" if dark else "#e3e8ec"}},
     }
+
+
+def _round(value: float | None) -> bool | None:
+    """Whether a number is short enough to stand at the end of an axis; None where there is none."""
+    return None if value is None else float(f"{value:.2g}") == value
 
 
 def stacked(parts: Sequence[dict[str, Any]], shares: Sequence[float]) -> dict[str, Any]:
