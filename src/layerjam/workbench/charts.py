@@ -19,6 +19,8 @@ FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
 """The page's own: it comes from this machine, with NiceGUI."""
 POINTS = 500
 """Points of a curve sent to the browser at most."""
+MOST_ROOM = 200
+"""Pixels right of a chart for names at most."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ def options(
     return {
         "animation": False,
         "textStyle": {"fontFamily": FONT},
-        "grid": dict(left=62, right=96, top=24, bottom=48),
+        "grid": dict(left=62, right=_room([c.name for c in curves]), top=24, bottom=48),
         "tooltip": {
             **dict(trigger="axis", confine=True, order="valueDesc"),
             "axisPointer": {"type": "cross"},
@@ -102,6 +104,11 @@ def round_up(value: float) -> float:
 def ink_of(dark: bool) -> str:
     """The colour of words and lines on the page's ground."""
     return "#dfe5ea" if dark else INK
+
+
+def _room(names: Sequence[str]) -> int:
+    """Pixels right of a chart for the names at the curves' ends."""
+    return min(max(28, 14 + 7 * max(map(len, names), default=0)), MOST_ROOM)
 
 
 def _mark(x: float, y: float, text: str, color: str, ink: str) -> dict[str, Any]:
@@ -184,7 +191,10 @@ def _series(curve: Curve, ink: str) -> dict[str, Any]:
     if curve.dots:
         return made | {"symbolSize": 4}
     # a line's own colour is too faint for words
-    end = dict(show=bool(curve.name), formatter="{a}", color=ink, distance=4, fontSize=12)
+    end: dict[str, Any] = dict(show=bool(curve.name), formatter="{a}", color=ink, distance=4)
+    end["fontSize"] = 12
+    if _room([curve.name]) == MOST_ROOM:
+        end |= dict(width=MOST_ROOM - 10, overflow="truncate")
     line = dict(width=curve.width, type="dashed" if curve.dashed else "solid")
     # names at the ends of curves that end alike stand below each other
     apart = {"moveOverlap": "shiftY"}
