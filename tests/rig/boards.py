@@ -18,7 +18,7 @@ from layerjam.control.settings import Regulator
 from layerjam.fluid.line import Sensor
 from layerjam.rig.board import parts, stage
 
-CHIP = ("hal_rp2.py", "sensor_adc.py", "sensor_hsc.py")
+CHIP = ("converter.py", "hal_rp2.py", "sensor_adc.py", "sensor_hsc.py")
 """Files that need a chip's own modules."""
 PLANT = Plant(rate=0.44, top=95e3, leak=0.004, vent=8.0)
 SENSOR = Sensor(range=103421.0, noise=8.0, resolution=15.8)

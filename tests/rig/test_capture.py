@@ -38,6 +38,9 @@ class Shaken(Hal):
         self.count = total
         return total
 
+    def capture_part(self, first: int, last: int) -> array.array[int]:
+        return self.capture_ring[first:last]
+
     def capture_stop(self) -> None:
         self.rate = 0
 

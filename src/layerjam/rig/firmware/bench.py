@@ -35,6 +35,8 @@ DAY = 8640000
 NEVER = 1 << 40
 VENTS, VENT_WINDOW = 3, 6000
 """So many openings of the vent within so many samples at one target make the sensor doubtful."""
+HALVINGS = 36
+"""Of the range in which the reach is looked for; the samples wait for it."""
 STEPS = 100
 """Samples a second."""
 SELF_TEST = (
@@ -54,7 +56,8 @@ class Bench:
 
     def __init__(self, hal) -> None:
         self.hal = hal
-        self.ring = Ring()
+        # memory that the collector does not look through, where the board has some
+        self.ring = Ring(getattr(hal, "ring_store", None))
         self.capture = capture.Capture(hal)
         # a machine's contact, where the board has one
         self.contact = getattr(hal, "external", None)
@@ -105,7 +108,7 @@ class Bench:
         watch = self.settings.law[1]
         rise, top, fall, leak = watch[:4]
         lo, hi = 0.0, top
-        for _ in range(60):
+        for _ in range(HALVINGS):
             half = 0.5 * (lo + hi)
             gives = law.given(1.0, half, rise, top, fall, watch[18], watch[19], watch[20])
             if gives > leak * half:
@@ -239,7 +242,8 @@ class Bench:
             if stopped or self.left == 0 or self.until <= 0 or self.low_supply >= SUPPLY_SAMPLES:
                 self.off()
         self.watch_zero()
-        self.capture.tick(self.micros)
+        if self.capture.tick(self.micros):
+            self.tell(127, "of the accelerometer")
         flags = self.vent | (2 if self.pump < 0 else 0) | self.sync << 2 | (8 if stopped else 0)
         if self.contact is not None and self.contact():
             flags |= 16

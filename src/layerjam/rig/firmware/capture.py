@@ -1,8 +1,8 @@
 """The accelerometer's record: sampled fast into a ring by the HAL, kept around a trigger.
 
-A HAL that has an accelerometer gives `capture_start(rate)`, `capture_count()` (samples since then),
-`capture_ring` (int16 counts, ROOM long, sample n at n % ROOM), `capture_scale()` and
-`capture_stop()`, and `external()` for the contact.
+A HAL that has an accelerometer gives `capture_start(rate)`, `capture_count()` (samples since then;
+-1 where some were lost), `capture_part(first, last)` (int16 counts of its ring, which is ROOM long,
+sample n at n % ROOM), `capture_scale()` and `capture_stop()`, and `external()` for the contact.
 """
 
 import struct
@@ -77,10 +77,18 @@ class Capture:
             raise ScpiError(-211, "nothing waits for one")
         self.asked = True
 
-    def tick(self, micros: int) -> None:
-        """One look at what came, a hundred times a second; `micros` is the board's time."""
+    def tick(self, micros: int) -> bool:
+        """One look at what came, a hundred times a second; `micros` is the board's time.
+
+        True where samples were lost: the record is given up.
+        """
+        if self.state not in (WAITING, RUNNING):
+            return False
+        count = self.hal.capture_count()
+        if count < 0:
+            self.stop()
+            return True
         if self.state == WAITING:
-            count = self.hal.capture_count()
             at = self.found(count)
             self.looked = count
             self.looks += 1
@@ -89,9 +97,10 @@ class Capture:
                 self.first = max(at - int(self.rate * self.before + 0.5), 0)
                 self.end = at + int(self.rate * self.after + 0.5)
                 self.micros = (micros - int((count - at) * 1e6 / self.scale[3])) & 0xFFFFFFFF
-        elif self.state == RUNNING and self.hal.capture_count() >= self.end:
+        elif count >= self.end:
             self.hal.capture_stop()
             self.state = DONE
+        return False
 
     def found(self, count: int) -> int:
         """Number of the sample that triggers, -1 while none does."""
@@ -138,11 +147,11 @@ class Capture:
 
     def parts(self, begin: int, end: int) -> list:
         """Samples of the ring, in one or two pieces, none empty."""
-        ring = memoryview(self.hal.capture_ring)
+        part = self.hal.capture_part
         first, last = begin % ROOM, end % ROOM
         if first < last:
-            return [ring[first:last]]
-        return [ring[first:], ring[:last]] if last else [ring[first:]]
+            return [part(first, last)]
+        return [part(first, ROOM), part(0, last)] if last else [part(first, ROOM)]
 
     def data(self, first: int, count: int) -> bytes:
         """So many samples of the record, int16, little-endian."""

@@ -252,6 +252,10 @@ class Hal:
             self.sampled, left = self.sampled + count, left - count
         return self.sampled
 
+    def capture_part(self, first: int, last: int) -> memoryview:
+        """A piece of the ring."""
+        return memoryview(self.capture_ring)[first:last]
+
     def capture_stop(self) -> None:
         """No more samples; the ring stays."""
         self.captures = False

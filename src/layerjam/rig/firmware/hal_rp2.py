@@ -7,14 +7,17 @@ import sys
 import time
 
 import begin
+import converter
 import machine
+import outside
+import ring
 import ticks
 import wired
 
 PIECE = 64
 """Bytes written at once: a packet of USB. More would wait for a host that does not read."""
-READ = 256
-"""Bytes read at most before the loop looks at the time."""
+READ = 64
+"""Bytes read at most before the loop looks at the time: 32 lines at most, a millisecond each."""
 HEARD = 4
 """Bytes that are read even where a sample is late: a board that is always late still hears."""
 EARLY = 2000
@@ -48,6 +51,10 @@ class Hal:
     def __init__(self, words: list, reset) -> None:
         self.collected = 0
         self.saved: int | None = None
+        begin_of_ring = outside.place("RING")
+        self.ring_store = (
+            outside.piece(begin_of_ring, ring.ROOM * ring.SIZE) if begin_of_ring else None
+        )
         self.dog = None
         made = self.made = wiring()
         pin = machine.Pin
@@ -58,14 +65,23 @@ class Hal:
         self.closed = pin(made["estop_sense"], pin.IN, pin.PULL_DOWN)
         self.marker = pin(made["sync_out"], pin.OUT, value=0)
         self.led = pin(made["led_out"], pin.OUT, value=0)
-        self.volts = machine.ADC(pin(made["supply_adc"]))
+        self.trigger = pin(made["trigger_in"], pin.IN, pin.PULL_UP)
+        self.converter = converter.Converter(made)
+        self.volts = self.converter.voltage(made["supply_adc"])
         volts = made["least_supply"] / made["supply_ratio"]
         self.least = int(volts / made["reference_voltage"] * FULL)
-        name = "sensor_" + made["sensor_kind"]
-        self.part = __import__(name).Sensor(made)
         self.other = None
-        if made["sensor_kind"] == "hsc" and made.get("sensor_full") is not None:
-            self.other = __import__("sensor_adc").Sensor(made)
+        if made.get("sensor_full") is not None:
+            self.other = __import__("sensor_adc").Sensor(made, self.converter)
+        if made["sensor_kind"] == "hsc":
+            self.part = __import__("sensor_hsc").Sensor(made)
+        else:
+            self.part, self.other = self.other, None
+        if self.converter.records:
+            taken = self.converter
+            self.capture_start, self.capture_count = taken.start, taken.count
+            self.capture_part, self.capture_stop = taken.part, taken.stop
+            self.capture_scale = taken.scale
         self.shown = 0
         self.stdin: object = sys.stdin.buffer
         self.stdout: object = sys.stdout.buffer
@@ -141,7 +157,11 @@ class Hal:
 
     def supply(self) -> bool:
         """Whether the supply is as it should be."""
-        return self.volts.read_u16() >= self.least
+        return self.volts.mean(1) >= self.least
+
+    def external(self) -> bool:
+        """Whether the contact for a trigger is closed, to the ground."""
+        return not self.trigger.value()
 
     def show(self, state: int, sync: int) -> None:
         """The lamp: 1 Hz in SAFE and DRIVE, on in RUN, 5 Hz in FAULT; and the marker."""

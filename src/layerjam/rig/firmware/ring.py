@@ -14,8 +14,8 @@ MOST = 200
 class Ring:
     """Records by their number `seq`; `kept` is the oldest that was not acknowledged."""
 
-    def __init__(self) -> None:
-        self.store = bytearray(ROOM * SIZE)
+    def __init__(self, store=None) -> None:
+        self.store = bytearray(ROOM * SIZE) if store is None else store
         self.next = 0
         self.kept = 0
         self.lost = 0

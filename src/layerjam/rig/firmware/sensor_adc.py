@@ -1,7 +1,5 @@
 """A sensor with a voltage, through an amplifier or a divider, on the board's own converter."""
 
-import machine
-
 READS = 8
 """Conversions in one reading, for their mean."""
 WIRE = 0.01
@@ -11,18 +9,15 @@ WIRE = 0.01
 class Sensor:
     """`sensor_zero` and `sensor_full`: shares of the range at no vacuum and at `sensor_range`."""
 
-    def __init__(self, wired: dict) -> None:
+    def __init__(self, wired: dict, converter) -> None:
         self.zero = wired["sensor_zero"]
         self.pascals = wired["sensor_range"] / (wired["sensor_full"] - self.zero)
-        self.adc = machine.ADC(machine.Pin(wired["sensor_adc"]))
+        self.volts = converter.voltage(wired["sensor_adc"])
 
     def read(self) -> tuple:
         """(vacuum [Pa] or NaN, counts of 16 bits, no temperature, 1 where a wire is broken)."""
-        total = 0
-        for _ in range(READS):
-            total += self.adc.read_u16()
-        share = total / (READS * 65535)
-        raw = total // READS
+        mean = self.volts.mean(READS)
+        share, raw = mean / 65535, int(mean)
         if not WIRE <= share <= 1.0 - WIRE:
             return float("nan"), raw, 0, 1
         return (share - self.zero) * self.pascals, raw, 0, 0

@@ -35,6 +35,10 @@ NEEDED = (
     "libnewlib-arm-none-eabi"
 )
 BOARD = "LAYERJAM_PICO"
+RAM_END = 0x20040000
+RING_SIZE, FAST_SIZE = 24 << 10, 32 << 10
+"""Bytes at the end of the memory that the collector does not look through: for the samples, and for
+the accelerometer's, which DMA wants at a multiple of their size."""
 CHANGES = {
     "micropython/ports/rp2/CMakeLists.txt": [
         (r"(set\(MICROPY_SSL_MBEDTLS )ON", r"\1OFF"),
@@ -50,6 +54,9 @@ CHANGES = {
     "micropython/ports/rp2/mphalport.h": [
         (r"(#define MICROPY_HW_USB_CDC_TX_TIMEOUT )\(500\)", r"\1(0)")
     ],
+    "micropython/ports/rp2/memmap_mp_rp2040.ld": [
+        (r"(__GcHeapEnd = ORIGIN\(RAM\) \+ LENGTH\(RAM\));", rf"\1 - {RING_SIZE + FAST_SIZE};")
+    ],
     "library/usr/src/pico-sdk/src/rp2_common/pico_cxx_options/CMakeLists.txt": [
         (r" *target_sources\(pico_cxx_options INTERFACE\s+\S+new_delete\.cpp\s+\)", "")
     ],
@@ -57,9 +64,11 @@ CHANGES = {
 """Unpacked file: what becomes of it.
 
 TLS, SHA-1 and AES go, because Debian's source has not what they need. Double precision makes the
-law's answers CPython's, bit for bit. A host that does not read takes none of a sample's time. And
+law's answers CPython's, bit for bit. A host that does not read takes none of a sample's time. The
+heap ends where the reserved memory begins. And
 without the one file of C++, which nothing uses, 1.5 GB of C++ library need not be installed.
 """
+RESERVED = f"RING, FAST = {RAM_END - FAST_SIZE - RING_SIZE}, {RAM_END - FAST_SIZE}\n"
 MANIFEST = 'freeze("$(PORT_DIR)/modules")\nfreeze({folder!r})\n'
 
 
@@ -155,6 +164,7 @@ def compiled(tree: Path, library: Path, work: Path, log: Path, jobs: int) -> Pat
         folder.mkdir()
     for name, text in parts("pico").items():
         (frozen / name).write_text(text, encoding="utf-8")
+    (frozen / "reserved.py").write_text(RESERVED, encoding="utf-8")
     manifest = work / "manifest.py"
     manifest.write_text(MANIFEST.format(folder=str(frozen)), encoding="utf-8")
     for name in ("mpconfigboard.h", "mpconfigboard.cmake"):

@@ -1,0 +1,154 @@
+"""The RP2040's converter: single readings, or the accelerometer's record by DMA.
+
+While a record is taken the converter runs by itself and takes turns: the accelerometer, then every
+other voltage that a sample asks for. One DMA channel puts the accelerometer's number into the
+record's ring, a second one puts the rest of the turn aside; each starts the other.
+"""
+
+import array
+
+import machine
+import outside
+from capture import NOTHING, ROOM
+
+CONTROL, QUEUE, TAKEN, DIVIDER = 0x4004C000, 0x4004C008, 0x4004C00C, 0x4004C010
+ENABLED, MANY, READY, INPUT, TURNS = 1, 8, 1 << 8, 12, 16
+"""Of the register CONTROL; the two last are the places of numbers."""
+QUEUED, ASKS, EMPTY, SPILT, ONE = 1, 1 << 3, 1 << 8, 1 << 11, 1 << 24
+"""Of the register QUEUE: what is queued, asks for DMA, is empty, has lost some; and from one on."""
+CLOCK = 48000000
+PACE = 36
+"""The converter's number among what DMA may wait for."""
+FIRST, CHANNELS = 26, 5
+CODES, FULL = 4096, 65535
+ASIDE, ASIDE_BITS = 16, 5
+"""Numbers of the other voltages that are held, and how many bits count their bytes."""
+RING_BITS = 15
+TRIES = 1000
+
+
+class Voltage:
+    """One pin of the converter."""
+
+    def __init__(self, converter, number: int) -> None:
+        self.converter, self.channel = converter, number - FIRST
+        self.adc = machine.ADC(machine.Pin(number))
+
+    def mean(self, reads: int) -> float:
+        """Mean of some conversions, 0 to 65535; while a record is taken, of the last few."""
+        converter = self.converter
+        if converter.running:
+            held = converter.aside[converter.others.index(self.channel) :: len(converter.others)]
+            return sum(held) * FULL / ((CODES - 1) * len(held))
+        total = 0
+        for _ in range(reads):
+            total += self.adc.read_u16()
+        return total / reads
+
+
+class Converter:
+    """The chip has one; `running` while it takes a record."""
+
+    def __init__(self, made: dict) -> None:
+        self.running = False
+        self.voltages: list[Voltage] = []
+        self.others: list[int] = []
+        self.counted = 0
+        self.rate = 0.0
+        self.begin = outside.place("FAST")
+        self.records = self.begin > 0 and made.get("accelerometer_full") is not None
+        if self.records:
+            self.store = outside.piece(self.begin, 2 * ROOM)
+            # twice the room: DMA wraps at a multiple of the size
+            self.spare = array.array("H", bytes(4 * ASIDE))
+            machine.ADC(machine.Pin(made["accelerometer_adc"]))
+            self.input = made["accelerometer_adc"] - FIRST
+            self.zero = made["accelerometer_zero"] * CODES
+            self.range = made["accelerometer_range"]
+            full = made["accelerometer_full"] - made["accelerometer_zero"]
+            self.gain = self.range / (full * CODES)
+
+    def voltage(self, number: int) -> Voltage:
+        """A pin that samples ask for, also while a record is taken."""
+        made = Voltage(self, number)
+        self.voltages.append(made)
+        return made
+
+    def start(self, rate: int) -> None:
+        """Sample the accelerometer from now on, at the nearest rate that the divider gives."""
+        import rp2
+        import uctypes
+
+        self.stop()
+        begun, known = self.input, {made.channel: made for made in self.voltages}
+        self.others = sorted(known, key=lambda channel: (channel - begun) % CHANNELS)
+        turn = 1 + len(self.others)
+        where = uctypes.addressof(self.spare)
+        skipped = -where % (2 * ASIDE)
+        self.aside = memoryview(self.spare)[skipped // 2 : skipped // 2 + ASIDE]
+        for at in range(ASIDE):  # a sample may come before the first turns are through
+            self.aside[at] = known[self.others[at % len(self.others)]].adc.read_u16() >> 4
+        self.empty()
+        divider = (CLOCK * 256 + rate * turn // 2) // (rate * turn) - 256
+        self.rate = CLOCK * 256 / ((divider + 256) * turn)
+        self.fast, self.rest = rp2.DMA(), rp2.DMA()
+        self.lay(self.fast, self.begin, 1, RING_BITS, self.rest)
+        self.lay(self.rest, where + skipped, turn - 1, ASIDE_BITS, self.fast)
+        self.fast.active(1)
+        machine.mem32[QUEUE] = QUEUED | ASKS | ONE
+        machine.mem32[DIVIDER] = divider
+        turns = 1 << begun
+        for channel in self.others:
+            turns |= 1 << channel
+        self.counted, self.running = 0, True
+        machine.mem32[CONTROL] = ENABLED | begun << INPUT | turns << TURNS | MANY
+
+    def lay(self, channel, where: int, count: int, bits: int, after) -> None:
+        """A DMA channel from the converter to a ring; so many numbers, then the other's go."""
+        control = channel.pack_ctrl(
+            size=1, inc_read=0, inc_write=1, ring_sel=1, ring_size=bits, treq_sel=PACE,
+            chain_to=after.channel, high_pri=1,
+        )  # fmt: skip
+        channel.config(read=TAKEN, write=where, count=count, ctrl=control)
+
+    def count(self) -> int:
+        """How many samples there are since the start, looked at oftener than the ring is long.
+
+        -1 where the queue has run over: whose number is whose is then not known.
+        """
+        if self.running:
+            if machine.mem32[QUEUE] & SPILT:
+                return -1
+            now = (self.fast.write - self.begin) >> 1
+            self.counted += (now - self.counted) % ROOM
+        return self.counted
+
+    def part(self, first: int, last: int) -> array.array:
+        """A copy of a piece of the ring."""
+        return array.array("h", self.store[2 * first : 2 * last])
+
+    def scale(self) -> tuple:
+        """Counts at 0, m/s^2 a count, range [m/s^2], rate [Hz] of the last start."""
+        return (self.zero, self.gain, self.range, self.rate) if self.rate else NOTHING
+
+    def stop(self) -> None:
+        """Single readings again; the ring stays."""
+        if not self.running:
+            return
+        machine.mem32[CONTROL] = ENABLED
+        for _ in range(TRIES):
+            if machine.mem32[CONTROL] & READY:
+                break
+        for channel in (self.fast, self.rest):
+            channel.active(0)
+            channel.close()
+        self.running = False
+        self.empty()
+
+    def empty(self) -> None:
+        """Nothing queued, nothing asked for, nothing lost."""
+        machine.mem32[QUEUE] = SPILT
+        for _ in range(TRIES):
+            if machine.mem32[QUEUE] & EMPTY:
+                break
+            machine.mem32[TAKEN]
