@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import io
 import json
@@ -21,6 +22,7 @@ from layerjam.measure.readers.workbook import MAX_UNPACKED
 from layerjam.workbench import uploads as up
 from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages import laboratory, laboratory_chain
 from layerjam.workbench.pages import laboratory_files as files_of
 from layerjam.workbench.pages.laboratory_chain import Campaign, Chain, stem_of, taken_roles
 from layerjam.workbench.pages.laboratory_drop import practice_files
@@ -34,6 +36,7 @@ from layerjam.workbench.pages.laboratory_files import (
 )
 from layerjam.workbench.runner import Stopped
 from layerjam.workbench.uploads import Refused, Uploads, clean, in_users_toml, is_sidecar
+from workbench.standing import standing
 
 KAPTON = Subject("choi2018-kapton")
 FORCE = [min(7.0 * i, 175 - i) for i in range(60)]
@@ -350,3 +353,32 @@ def test_a_stem_is_safe_in_a_path(name):
 def test_a_sidecar_is_told_from_a_brake():
     assert is_sidecar("a.csv.toml") and is_sidecar("pull_94.5kPa.TRA.toml")
     assert not is_sidecar("spec.toml") and not is_sidecar("a.csv")
+
+
+@pytest.mark.slow
+def test_the_practice_button_calibrates_on_no_pull_that_it_validates_on(practice, monkeypatch):
+    asked = []
+    before = laboratory_chain.carried_out
+
+    def seen(call, folder, tell):
+        asked.append((call.name, tuple(file.shown for file in call.files)))
+        return before(call, folder, tell)
+
+    monkeypatch.setattr(laboratory_chain, "carried_out", seen)
+    monkeypatch.setattr(laboratory, "practice_files", lambda *_: few(practice))
+
+    async def press() -> None:
+        async with standing(laboratory.Laboratory) as (_, pages):
+            while not pages:
+                await asyncio.sleep(0.05)
+            pages[0]._want("practice")
+            for _ in range(600):
+                if "validate" in pages[0].chain.done:
+                    return
+                await asyncio.sleep(0.1)
+
+    asyncio.run(press())
+    used = dict(asked)
+    assert len(asked) == len(used)  # each step once
+    assert used["calibrate"] and all("94.5kPa" in name for name in used["calibrate"])
+    assert used["validate"] and all("40kPa" in name for name in used["validate"])
