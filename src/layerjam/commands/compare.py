@@ -148,7 +148,8 @@ def compare(
     with the paper's words. `none_found` maps a class without a sourced device to what was looked
     at.
     """
-    from layerjam.design.comparison import comparison, uneven
+    from layerjam.design.comparison import comparison
+    from layerjam.design.uneven import uneven
 
     files: list[Any] = list(brakes)
     for file in files:

@@ -9,7 +9,6 @@ from layerjam.design.force_density import SheetLine, one_more_sheet, peak_force,
 from layerjam.design.published import PublishedDevice, PublishedDevices, published_devices
 from layerjam.device.brake import mass, sheet_mass
 from layerjam.device.file import BrakeFile
-from layerjam.errors import Notice
 from layerjam.units import show
 
 KIND = "layer-jamming brake"
@@ -17,8 +16,6 @@ PAPER_VACUUM = 94.5e3
 """The paper's tests [Pa], and so its 17.5 N a sheet."""
 LOWER = (PAPER_VACUUM, 50e3, 20e3)
 STACKED = (2, 5, 10)
-WITH_FACTOR = ("max_force", "holding_force", "force_density", "energy_capacity", "peak_vacuum")
-"""Numbers of a brake that its scale factor moves."""
 OF_SOME = {
     "vacuum": None,
     "sheets": None,
@@ -78,26 +75,6 @@ def _ours(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
         brakes=brakes,
         calibrated=file.calibrated,
     )
-
-
-def uneven(files: Sequence[BrakeFile]) -> list[Notice]:
-    """Said where brakes are compared of which some are calibrated and some are not."""
-    with_pulls, without = (
-        list(dict.fromkeys(f.name for f in files if f.calibrated is is_so))
-        for is_so in (True, False)
-    )
-    if not (with_pulls and without):
-        return []
-    one = len(without) == 1
-    return [
-        Notice(
-            f"{', '.join(with_pulls)} {'is' if len(with_pulls) == 1 else 'are'} calibrated, "
-            f"{', '.join(without)} {'is' if one else 'are'} not: the forces of "
-            f"{'that brake' if one else 'those brakes'} rest on a scale factor that no pull has "
-            "shown (the paper's two are 0.875 and 1.24), so a difference of some 20 % says nothing",
-            "calibrated-with-uncalibrated",
-        )
-    ]
 
 
 def _guessed(file: BrakeFile) -> str:
