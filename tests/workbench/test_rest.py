@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
 import gc
 import threading
+import weakref
 
 import jax
 import jax.numpy as jnp
 
+from layerjam.workbench.pages.laboratory import Laboratory
 from layerjam.workbench.rest import REST, Work, settle
+from workbench.standing import standing
 
 
 class Clock:
@@ -85,3 +89,19 @@ def test_what_has_settled_is_not_gone_through_again():
         assert gc.get_count()[2] == 0 and len(gc.get_objects(2)) < 1000
     finally:
         gc.unfreeze()
+
+
+def test_a_tab_that_is_gone_is_let_go_of():
+    async def come_and_go() -> weakref.ref:
+        async with standing(Laboratory) as (user, pages):
+            while not (pages and pages[0].built):
+                await asyncio.sleep(0.05)
+            await pages[0].settled()
+            seen = weakref.ref(pages.pop().desk)
+            assert seen() is not None
+            user.client.delete()
+            return seen
+
+    seen = asyncio.run(come_and_go())
+    gc.collect()
+    assert seen() is None

@@ -74,6 +74,18 @@ WORK = Work()
 """The server's."""
 
 
+def forget_routes() -> None:
+    """Once a tab is gone, let go of it.
+
+    FastAPI remembers what kind of function each route's is, and with it the function: that of an
+    upload holds its element, and so the whole page, about a megabyte for every reload.
+    """
+    module = sys.modules.get("fastapi.dependencies.models")
+    for known in list(vars(module).values()) if module is not None else ():
+        if hasattr(known, "cache_clear"):
+            known.cache_clear()
+
+
 async def elsewhere(function: Callable[..., Any], *given: Any) -> Any:
     """`function(*given)` in another thread, as work; None where the program is being ended."""
 

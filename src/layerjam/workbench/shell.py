@@ -14,7 +14,7 @@ from layerjam.workbench.copying import copied, offer
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
-from layerjam.workbench.rest import elsewhere
+from layerjam.workbench.rest import elsewhere, forget_routes
 from layerjam.workbench.state import LONGEST_LINK, from_link, to_link
 from layerjam.workbench.widgets import button, dressed, shipped
 
@@ -60,6 +60,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         slots = {name: ui.tab_panel(name).classes("p-0") for name in kinds}
 
     client = ui.context.client
+    client.on_delete(forget_routes)
     desk.turn = panels.set_value
 
     def loaded(tab: Tab) -> type[Page]:
