@@ -36,7 +36,7 @@ Point = tuple[float, float, float]
 
 VIEWS = MappingProxyType(
     {
-        "whole": (-0.3, -1.0, 0.45),
+        "whole": (-0.5, -0.72, 0.45),
         "left end": (-0.95, -0.42, 0.32),
         "right end": (0.95, -0.42, 0.32),
         "side": (0.0, -1.22, 0.0),
@@ -259,7 +259,7 @@ class StackView:
             old[1].delete()
             old = None
         if old is None:
-            side = "padding-top: 30px" if name == "overlap" else "padding-bottom: 40px"
+            side = "padding-top: 44px" if name == "overlap" else "padding-bottom: 40px"
             old = self._labels[name] = (text, self.scene.text(text, f"{_LABEL}; {side}"))
         old[1].move(*place)
 

@@ -1,9 +1,9 @@
 // A walk past the page's controls: each step opens a tab and lights one of them up.
-// Escape ends it, Enter and the arrows go on and back; the focus returns to where it was.
+// Escape ends it, Enter and the arrows go on and back; then the focus is on its button again.
 window.layerjamTour = (steps) => {
   const at = (ident) => document.querySelector(`[data-testid="${ident}"]`);
   document.querySelector('.tour')?.remove();
-  const before = document.activeElement, root = document.createElement('div');
+  const root = document.createElement('div');
   root.className = 'tour';
   root.innerHTML = `<div class="tour-light"></div>
     <div class="tour-card" role="dialog" aria-modal="true" aria-labelledby="tour-head"
@@ -48,7 +48,10 @@ window.layerjamTour = (steps) => {
     let tries = 0;
     clearInterval(timer);
     timer = setInterval(() => {
-      if (++tries < 8 || tries % 10 === 0) at(target)?.scrollIntoView({block: 'nearest'});
+      const box = (++tries < 8 || tries % 10 === 0) && at(target)?.getBoundingClientRect();
+      if (box && (box.top < 100 || box.bottom > innerHeight - 20)) {
+        at(target).scrollIntoView({block: 'center'});
+      }
       place();
       if (tries > 100) clearInterval(timer);
     }, 100);
@@ -62,8 +65,13 @@ window.layerjamTour = (steps) => {
     removeEventListener('resize', place);
     removeEventListener('scroll', place);
     root.remove();
-    if (step !== 0) at(`tab-${steps[0].tab}`)?.click();
-    setTimeout(() => before?.focus?.(), 300);
+    if (at(`tab-${steps[0].tab}`)?.getAttribute('aria-selected') !== 'true') at(`tab-${steps[0].tab}`)?.click();
+    let tries = 0;
+    const again = setInterval(() => { // the tab it was on takes a moment to come back
+      const there = at('start-tour');
+      if (there?.checkVisibility()) there.focus();
+      if (++tries > 30 || document.activeElement === there) clearInterval(again);
+    }, 100);
   }
 
   const go = (by) => {

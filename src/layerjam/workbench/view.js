@@ -38,16 +38,30 @@ window.layerjamFit = (view, low, high, from, time) => {
   const up = [toward[1] * right[2] - toward[2] * right[1], toward[2] * right[0] - toward[0] * right[2],
               toward[0] * right[1] - toward[1] * right[0]];
   const middle = low.map((x, i) => (x + high[i]) / 2);
-  const corners = [0, 1, 2, 3, 4, 5, 6, 7].map(
-    n => middle.map((x, i) => ((n >> i) & 1 ? high[i] : low[i]) - x));
+  const corners = [0, 1, 2, 3, 4, 5, 6, 7].map(n => {
+    const corner = middle.map((x, i) => ((n >> i) & 1 ? high[i] : low[i]) - x);
+    return [dot(corner, right), dot(corner, up), dot(corner, toward)];
+  });
   view.fit = (duration) => {
     const {clientWidth: wide, clientHeight: tall} = view.$el;
     if (!wide || !tall) return;
-    const high = Math.tan(view.camera.fov * Math.PI / 360), across = high * wide / tall;
-    const far = Math.max(...corners.map(c => dot(c, toward)
-      + Math.max(Math.abs(dot(c, right)) / across, Math.abs(dot(c, up)) / high)));
-    const eye = middle.map((x, i) => x + 1.06 * far * toward[i]);
-    view.move_camera(...eye, ...middle, 0, 0, 1, duration);
+    // room for words at the edges
+    const slope = Math.tan(view.camera.fov * Math.PI / 360) / tall;
+    const half = [slope * (wide - Math.min(110, 0.25 * wide)), slope * (tall - Math.min(56, 0.2 * tall))];
+    let far = 4 * Math.max(...corners.flat()), aim = [0, 0];
+    for (let turn = 0; turn < 30; turn++) {
+      let share = 0;
+      for (const axis of [0, 1]) {
+        const seen = corners.map(c => (c[axis] - aim[axis]) / (far - c[2]));
+        const [least, most] = [Math.min(...seen), Math.max(...seen)];
+        aim[axis] += (most + least) / 2 * far;
+        share = Math.max(share, (most - least) / 2 / half[axis]);
+      }
+      const nearest = Math.max(...corners.map(c => c[2]));
+      far = Math.max(nearest + (far - nearest) * share, 1.02 * nearest);
+    }
+    const target = middle.map((x, i) => x + aim[0] * right[i] + aim[1] * up[i]);
+    view.move_camera(...target.map((x, i) => x + far * toward[i]), ...target, 0, 0, 1, duration);
   };
   view.fit(time);
 };

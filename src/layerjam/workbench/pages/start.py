@@ -54,7 +54,7 @@ class Start(Page):
     def build(self) -> None:
         """What it is, the brake and its force side by side, the slider, three ways in."""
         with ui.column().classes("w-full start-page"):
-            with ui.row().classes("w-full items-center justify-between no-wrap gap-4"):
+            with ui.element("div").classes("w-full start-head"):
                 with ui.column().classes("gap-1"):
                     heading("Sheets that slide until the air is gone", 1)
                     dressed(ui.label(WHAT), "start-what", "start-say")
@@ -65,11 +65,12 @@ class Start(Page):
                 with ui.element("div").classes("start-force"):
                     self._force()
                 self.stage = ui.element("div").classes("start-stage")
-            with ui.row().classes("w-full items-center gap-6"):
+            with ui.row().classes("w-full items-center gap-6 start-set"):
                 with ui.element("div").style("flex: 1; min-width: 250px"):
                     self.slider("vacuum")
                 button("Drop a kilogram", self._drop, "start-drop", "south", how="no-caps")
-            self.happened = status("start-happened", "text-base")
+            waiting_line(self.name, self.runner)
+            self.happened = status("start-happened", "text-base start-happened")
             self.problem_line()
             self._ways()
         with self.stage:
@@ -78,7 +79,6 @@ class Start(Page):
 
     def _force(self) -> None:
         """How much it holds, and the curve."""
-        waiting_line(self.name, self.runner)
         with ui.row().classes("items-baseline gap-3 no-wrap"):
             dressed(ui.label("holds"), "", "text-base")
             self.hero = dressed(live.Words("–"), "start-force", "start-hero")
@@ -175,7 +175,9 @@ def holds(found: Any, gravity: float) -> str:
     if found.peak_elongation >= found.record.elongation[-1]:
         far = show(found.peak_elongation, "m", 2)
         return f"Nothing holds yet: stretched by {far} the enclosure resists with {force}."
-    return f"As much as {show(rounded_down(found.peak_force / gravity), 'kg', DIGITS)} hang on it."
+    return (
+        f"As much as {show(rounded_down(found.peak_force / gravity), 'kg', DIGITS)} can hang on it."
+    )
 
 
 def rounded_down(value: float, digits: int = DIGITS) -> float:

@@ -1,0 +1,121 @@
+"""The first page in a browser: the vacuum goes along, the kilogram falls, the tour, the views."""
+
+from __future__ import annotations
+
+import pytest
+
+from layerjam.workbench.tour import STEPS
+
+pytestmark = pytest.mark.slow
+LONG = 90_000
+SEEN = """() => {
+  const view = getElement(+document.querySelector('[data-testid=start-scene]').id.slice(1));
+  const {width, height} = view.renderer.domElement;
+  view.renderer.render(view.scene, view.camera);
+  const gl = view.renderer.getContext(), row = new Uint8Array(4 * width);
+  const ground = new Uint8Array(4), xs = [], ys = [];
+  gl.readPixels(1, 1, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, ground);
+  for (let y = 0; y < height; y += 2) {
+    gl.readPixels(0, y, width, 1, gl.RGBA, gl.UNSIGNED_BYTE, row);
+    for (let x = 0; x < width; x += 2) {
+      if (Math.abs(row[4 * x] - ground[0]) + Math.abs(row[4 * x + 2] - ground[2]) > 12) {
+        xs.push(x / width); ys.push(y / height);
+      }
+    }
+  }
+  return [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+}"""
+"""The part of the view that the brake takes: from left to right, from bottom to top."""
+
+
+def at(ident: str) -> str:
+    return f'[data-testid="{ident}"]'
+
+
+def says(page, ident: str, words: str) -> None:
+    page.wait_for_function(
+        "([place, words]) => document.querySelector(place)?.innerText.includes(words)",
+        arg=[at(ident), words], timeout=LONG,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def start(tab):
+    says(tab, "start-words", "can hang on it")
+    tab.wait_for_selector(f"{at('start-chart')} canvas", timeout=LONG)
+    return tab
+
+
+def test_one_vacuum_a_kilogram_another_brake(start):
+    says(start, "brake-here-origin", "paper")
+    start.locator(f"{at('start-vacuum')} [tabindex='0']").first.focus()
+    for _ in range(30):
+        start.keyboard.press("ArrowLeft")
+    says(start, "start-words", "16.5 kg")
+    moved = start.input_value(at("start-vacuum-number"))
+    start.click(at("start-drop"))
+    says(start, "start-happened", "1 kg falls 30 cm: the brake slips")
+    start.wait_for_function("layerjamDrop.time() > 0", timeout=LONG)
+    start.evaluate("scrollTo(0, 9999)")
+    start.click(at("tab-pull"))
+    start.wait_for_selector(f"{at('pull-chart')} canvas", timeout=LONG)
+    assert start.input_value(at("pull-vacuum-number")) == moved
+    start.wait_for_function("scrollY === 0", timeout=LONG)
+    start.click(at("tab-drop"))
+    start.wait_for_selector(f"{at('drop-chart')} canvas", timeout=LONG)
+    start.wait_for_function("layerjamDrop.time() === 0", timeout=LONG)
+    start.click(at("tab-start"))
+    start.click(at("start-try-choi2018-ptfe"))
+    says(start, "brake-here-name", "PTFE")
+    assert not [e for e in start.errors if "WebGL" not in e]
+
+
+def test_the_brake_fills_its_view_whatever_is_resized(start):
+    start.wait_for_timeout(1500)
+    sizes = [(1280, 800), (1280, 620), (500, 800), (1900, 1000)]
+    for width, height in sizes:
+        start.set_viewport_size({"width": width, "height": height})
+        start.wait_for_timeout(1000)
+        left, right, low, high = start.evaluate(SEEN)
+        assert left > 0 and right < 1 and low > 0 and high < 1, (width, height)
+        assert max(right - left, high - low) > 0.65, (width, height)
+        assert abs(left + right - 1) < 0.1 and abs(low + high - 1) < 0.25, (width, height)
+    # resized where it is not seen, it is drawn anew when it is
+    start.click(at("tab-brake"))
+    start.wait_for_selector(at("brake-numbers"), timeout=LONG)
+    start.set_viewport_size({"width": 1000, "height": 700})
+    start.click(at("tab-start"))
+    start.wait_for_timeout(1500)
+    left, right, _, _ = start.evaluate(SEEN)
+    assert left > 0 and 0.6 < right < 1
+    assert not [e for e in start.errors if "WebGL" not in e]
+
+
+def test_the_tour_by_keyboard(start):
+    start.focus(at("start-tour"))
+    start.keyboard.press("Enter")
+    for number, step in enumerate(STEPS):
+        start.wait_for_selector(at(step.target), state="visible", timeout=LONG)
+        assert start.inner_text("#tour-head") == step.title
+        assert start.evaluate("document.activeElement.dataset.testid") == "tour-next"
+        start.wait_for_timeout(700)
+        light, target = (
+            start.locator(place).bounding_box() for place in (".tour-light", at(step.target))
+        )
+        assert light["x"] <= target["x"] and light["y"] <= target["y"], step.target
+        # focus stays inside
+        for _ in range(4):
+            start.keyboard.press("Tab")
+            assert start.evaluate("!!document.activeElement.closest('.tour')")
+        start.focus(at("tour-next"))
+        start.keyboard.press("ArrowRight" if number % 2 else "Enter")
+    assert start.locator(".tour").count() == 0
+    start.wait_for_function("document.activeElement?.dataset.testid === 'start-tour'", timeout=LONG)
+    start.keyboard.press("Enter")
+    start.wait_for_selector(at("tour"))
+    start.keyboard.press("ArrowRight")
+    start.keyboard.press("ArrowLeft")
+    assert start.inner_text("#tour-head") == STEPS[0].title
+    start.keyboard.press("Escape")
+    assert start.locator(".tour").count() == 0
+    assert not [e for e in start.errors if "WebGL" not in e]
