@@ -116,6 +116,8 @@ def test_a_brake_of_synthetic_files_is_synthetic_whatever_else_it_is():
     made = {"files": [{"name": "a.csv", "sha256": "0"}, {"name": "b.csv", "synthetic": True}]}
     assert origin(with_kinds(factor="calibrated")).word == "calibrated"
     assert origin(with_kinds(made, factor="calibrated")).word == "synthetic"
+    # the mark of a single number counts as well
+    assert origin(with_kinds(friction="synthetic", factor="calibrated")).word == "synthetic"
     # what a source says in words is no fact
     assert origin(with_kinds(friction="measured")).word == "measured"
     assert origin(with_kinds({"files": "synthetic"}, friction="measured")).word == "measured"

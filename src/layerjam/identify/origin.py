@@ -12,7 +12,7 @@ from layerjam.units import quantities
 
 ORIGINS: Mapping[str, str] = MappingProxyType(
     {
-        "synthetic": "fitted to data that a program made, not to measurements",
+        "synthetic": "found in files that a program wrote, not measured",
         "edited": "numbers were set by hand",
         "calibrated": "fitted to pulls of this brake",
         "measured": "measured on this brake or this pair of surfaces",
@@ -50,9 +50,11 @@ def origin(file: BrakeFile) -> Origin:
         if path in file.sources
     }
     by_hand = [path for path, _, _ in quantities(Brake) if _was(file, path)]
-    known = {"synthetic": _synthetic(file), "edited": bool(by_hand)}
+    known = {"synthetic": bool(file.synthetic) or _synthetic(file), "edited": bool(by_hand)}
     word = next((word for word in ORIGINS if known.get(word) or word in kinds.values()), "unstated")
     details = [f"{name}: {kind}" for name, kind in kinds.items()]
+    if file.synthetic:
+        details.insert(0, f"synthetic: {', '.join(file.synthetic)}")
     if by_hand:
         some = ", ".join(by_hand[:4]) + (", ..." if len(by_hand) > 4 else "")
         details.insert(0, f"by hand: {some}")

@@ -14,8 +14,6 @@ from layerjam.errors import MissingExtraError, QuantityError
 
 BODY = 64 * 2**20
 """Largest request body [bytes]."""
-SENT = 0.1
-"""Seconds in which a page is sent."""
 
 
 def is_loopback(host: str) -> bool:
@@ -74,8 +72,6 @@ def serve(
 
     @ui.page("/", title="layerjam workbench", dark=None)
     def page(s: str = "") -> None:
-        # once the page is sent: while the browser reads it, the server has time
-        threading.Timer(SENT, prepare, (engine,)).start()
         frame(s, TABS, lambda: prepare(engine))
 
     named = f"[{host}]" if ":" in host else host
@@ -84,6 +80,8 @@ def serve(
     place = f"http://{'localhost' if named in LOCAL else named}:{port}/"
     said = f"workbench: {place}{f'?token={token}' if token else ''}  (Ctrl-C ends it)"
     app.on_startup(lambda: print(said, flush=True))
+    # while the browser opens and reads the page, the server has time
+    app.on_startup(threading.Thread(target=prepare, args=(engine,)).start)
     app.on_shutdown(close_all)
     app.timer(REST / 4, lambda: run.io_bound(WORK.give_back), immediate=False)
     with contextlib.suppress(KeyboardInterrupt):
@@ -108,7 +106,7 @@ def prepare(engine: Callable[[], None]) -> None:
     """Load what the first page computes with, once, while it is on its way."""
     with _ready:
         engine()
-        import layerjam.commands.predict  # noqa: F401
+        import layerjam.commands.tensile  # noqa: F401
 
 
 ICON = (
