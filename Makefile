@@ -14,7 +14,7 @@ INSTRUMENTS := $(VENV)/instruments
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
-	$(BIN)/python -m layerjam.cli.demo out/demo
+	$(BIN)/layerjam demo --out out/demo
 
 # XLA's older loops compile in two thirds of the time what a test runs once; `make slow` compiles as
 # a user's process does

@@ -2,6 +2,7 @@
 
 from layerjam import laws as laws
 from layerjam._version import __version__ as __version__
+from layerjam.cli.demo import demo as demo
 from layerjam.commands.ageing import ageing as ageing
 from layerjam.commands.array import array as array
 from layerjam.commands.bench import bench_serve as bench_serve

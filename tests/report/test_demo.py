@@ -11,17 +11,22 @@ from layerjam.cli.demo import demo
 from layerjam.device.load import load
 from layerjam.errors import FileError
 
+STEPS = (
+    "friction", "calibrate", "validate", "vacuum", "show", "build", "bench run", "publish",
+    "recompute", "reproduce",
+)  # fmt: skip
+
 
 def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("mine")
     with pytest.raises(FileError, match="was not made by the demo"):
-        demo(tmp_path)
+        demo(out=tmp_path)
     with pytest.raises(FileError, match="no folder"):
-        demo(tmp_path / "thesis.txt")
+        demo(out=tmp_path / "thesis.txt")
     link = tmp_path / "link"
     link.symlink_to(tmp_path, target_is_directory=True)
     with pytest.raises(FileError, match="no folder"):
-        demo(link)
+        demo(out=link)
     assert (tmp_path / "thesis.txt").read_text() == "mine"
 
 
@@ -30,11 +35,14 @@ def test_twice_in_a_row(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> No
     out = tmp_path / "out" / "demo"
     kept = []
     for _ in range(2):
-        demo(out)
+        done = demo(out=out)
+        assert Path(done.report).is_file() and Path(done.dataset).is_dir()
         shown, err = capfd.readouterr()
         assert err == "" and "Traceback" not in shown
-        kept.append({p.name: p.read_bytes() for p in out.rglob("*.*") if p.is_file()})
-        for command in ("friction", "calibrate", "validate", "vacuum", "reproduce"):
+        kept.append({p: p.read_bytes() for p in out.rglob("*.*") if p.is_file()})
+        run = kept[-1].pop(out / "bench.ljrun")  # every run has a number and a time of its own
+        assert run.startswith(b"SQLite format 3")
+        for command in STEPS:
             assert f"\n$ layerjam {command} " in shown
         assert f"Open {out / 'report.html'}" in shown and "The five numbers that matter" in shown
         numbers = shown.split("The five numbers that matter")[1].splitlines()[1:6]

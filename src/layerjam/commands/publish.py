@@ -38,7 +38,6 @@ class Published(Result):
     report: str = fact("the page")
     licence: str | None = fact("licence")
     authors: Sequence[Mapping[str, str]] = fact("who made it", listed=False)
-    synthetic: bool = fact("whether any file was made by a program", listed=False)
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
 
     def lines(self) -> Iterator[str]:

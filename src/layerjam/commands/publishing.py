@@ -75,7 +75,6 @@ def write(
         report=str(out / REPORT / "report.html"),
         licence=stated.licence,
         authors=[vars(one) for one in stated.authors],
-        synthetic=content.synthetic,
         refused={name: why for name, _, why in content.refused},
         warnings=[*_notices(content), *notices],
         record=content,
