@@ -49,7 +49,7 @@ def test_two_calls_of_a_command_write_two_figures_and_what_may_lack_a_curve_is_a
     assert '"tensile-1.svg"' in text and '"tensile-2.svg"' in text
     fall = Call("drop", (Subject(KAPTON),), {"mass": "1 kg", "speed": "1 m/s"})
     assert "if result.has_curve:\n    result.plot(" in as_python([fall])
-    assert "plot" not in as_python([Call("show", (Subject(KAPTON),))])
+    assert "plot" not in as_python([Call("tune", (Subject(KAPTON),))])
 
 
 def test_the_curves_of_a_chart_read_back_and_hold_no_formula():
