@@ -42,10 +42,13 @@ PANEL = ".q-tab-panel:visible"
 """The open page."""
 
 
+HERE = Path(__file__).parent
+COLORS = (HERE / "colors.js").read_text("utf-8")
+
+
 def script(name):
     """A script of this folder as a function, with what it needs to look at colours."""
-    here = Path(__file__).parent
-    return f"() => {{ {''.join((here / n).read_text('utf-8') for n in ('colors.js', name))} }}"
+    return f"() => {{ {COLORS} {(HERE / name).read_text('utf-8')} }}"
 
 
 CONTRAST, FOCUS = script("contrast.js"), script("focus.js")

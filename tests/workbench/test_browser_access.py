@@ -8,7 +8,19 @@ import pytest
 
 from layerjam.workbench.charts import FONT, Curve, options
 from layerjam.workbench.pages.all import TABS
-from workbench.access import FILLED, FOCUS, LONG, PANEL, at, done, opened, turned, unfolded, wrong
+from workbench.access import (
+    COLORS,
+    FILLED,
+    FOCUS,
+    LONG,
+    PANEL,
+    at,
+    done,
+    opened,
+    turned,
+    unfolded,
+    wrong,
+)
 
 pytestmark = pytest.mark.slow
 NAMES = [tab.name for tab in TABS]
@@ -148,6 +160,14 @@ FACES = """() => {
   }
   return [...found];
 }"""
+COVERED = (
+    f"() => {{ {COLORS} "
+    """return [...document.querySelectorAll('body *')].filter(e => {
+  const box = e.getBoundingClientRect(), color = rgba(getComputedStyle(e).backgroundColor);
+  const over = ['fixed', 'absolute'].includes(getComputedStyle(e).position);
+  return over && e.checkVisibility() && color[3] > 0 && box.width > 500 && box.height > 500;
+}).map(e => e.outerHTML.slice(0, 120)); }"""
+)
 WIDE = "document.documentElement.scrollWidth"
 
 
@@ -171,6 +191,10 @@ def test_a_phone_a_large_screen_and_paper_are_used_well(page, name):
         page.set_viewport_size({"width": 720, "height": 1000})  # A4 less its margins
         page.wait_for_timeout(500)
         assert page.evaluate(CONTROLS) == []
+        for box in (one.bounding_box() for one in page.locator(f"{PANEL} .chart:visible").all()):
+            assert box["height"] > 250
+        covers = page.evaluate(COVERED)
+        assert covers == [], "what lies over the page hides it on paper"
         ground = page.evaluate("getComputedStyle(document.body).backgroundColor")
         assert ground == "rgb(255, 255, 255)"
         assert page.evaluate(WIDE) <= 720 and page.locator(f"{PANEL} h1").is_visible()
