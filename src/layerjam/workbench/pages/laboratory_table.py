@@ -26,6 +26,13 @@ NAME = """
 <q-td :props="props" style="white-space:normal; overflow-wrap:anywhere; min-width:190px">
 {{ props.value }}</q-td>
 """
+EVERY = """
+<q-checkbox v-model="props.selected" dense aria-label="Choose all files"></q-checkbox>
+<span class="sr-only">Chosen</span>
+"""
+ONE = """
+<q-checkbox v-model="props.selected" dense :aria-label="'Choose ' + props.row.name"></q-checkbox>
+"""
 
 
 class Table:
@@ -61,6 +68,8 @@ class Table:
         ).style("max-height: 340px")
         look = "flat bordered dense hide-bottom virtual-scroll"
         dressed(self.table, "laboratory-files", "w-full", look)
+        self.table.add_slot("header-selection", EVERY)
+        self.table.add_slot("body-selection", ONE)
         self.table.add_slot("body-cell-state", STATE)
         self.table.add_slot("body-cell-name", NAME)
         self.table.on("rowClick", self._clicked, js_handler="(e, row) => emit(row.id)")
