@@ -176,6 +176,7 @@ WIDE = "document.documentElement.scrollWidth"
 def test_a_phone_a_large_screen_and_paper_are_used_well(page, name):
     opened(page, page.place, name)
     assert page.evaluate(FACES) == ["Roboto"]
+    usual = areas(page)
     try:
         page.set_viewport_size({"width": 390, "height": 844})
         page.wait_for_timeout(300)
@@ -183,8 +184,8 @@ def test_a_phone_a_large_screen_and_paper_are_used_well(page, name):
         unfolds(page)
         page.set_viewport_size({"width": 1920, "height": 1080})
         page.wait_for_timeout(500)
-        for box in (one.bounding_box() for one in page.locator(f"{PANEL} .chart:visible").all()):
-            assert box["height"] > 400 and box["width"] > 600
+        large = areas(page)
+        assert all(now > 1.3 * before for now, before in zip(large, usual, strict=True))
         for box in (one.bounding_box() for one in page.locator(f"{PANEL} [role=status]").all()):
             assert box is None or box["width"] < 1100
         turned(page)
@@ -202,6 +203,12 @@ def test_a_phone_a_large_screen_and_paper_are_used_well(page, name):
     finally:
         page.emulate_media(media="screen")
         page.set_viewport_size({"width": 1280, "height": 900})
+
+
+def areas(page):
+    """How large the charts are [pixels]."""
+    boxes = [one.bounding_box() for one in page.locator(f"{PANEL} .nicegui-echart:visible").all()]
+    return [box["width"] * box["height"] for box in boxes]
 
 
 def unfolds(page):
