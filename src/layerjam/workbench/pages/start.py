@@ -84,7 +84,8 @@ class Start(Page):
             self.hero = dressed(live.Words("–"), "start-force", "start-hero")
         self.words = status("start-words", "text-base")
         self.chart = dressed(
-            chart("start-chart", "Force over elongation at this vacuum"), classes="start-chart"
+            chart("start-chart", "Force over elongation at this vacuum", "width: 100%"),
+            classes="start-chart",
         )
 
     def _ways(self) -> None:
