@@ -37,7 +37,7 @@ def test_a_fault_is_switched_on_and_said(vacuum):
     says(vacuum, "verdict", "No fault was reported: risen to 94.5 kPa")
     vacuum.click(at("fault"))
     vacuum.locator(".q-menu .q-item").get_by_text("sensor nan").click()
-    says(vacuum, "verdict", "NOT_A_NUMBER was detected at 10 s")
+    says(vacuum, "verdict", "“not a number” was detected at 10 s")
     says(vacuum, "verdict", "hold: pump off, vent closed")
     assert vacuum.errors == []
 
