@@ -13,7 +13,7 @@ from layerjam.device.load import catalogue, load
 from layerjam.errors import QuantityError
 from layerjam.fluid.file import LineFile, lines, load_line
 from layerjam.workbench.call import Subject
-from layerjam.workbench.state import State, Value
+from layerjam.workbench.state import Pin, State, Value
 
 STEPS = 200
 """Undo steps kept."""
@@ -67,6 +67,10 @@ class Desk:
             state = state.put(page, key, value)
         if state != self.state:
             self._become(state, "undo")
+
+    def put_pins(self, pins: tuple[Pin, ...]) -> None:
+        """Other pinned curves; one step of undo."""
+        self._become(replace(self.state, pins=pins), "pins")
 
     def put_file(self, what: str, text: str) -> None:
         """Another "brake", "line" or brake "beside" it: a catalogue name or TOML text.

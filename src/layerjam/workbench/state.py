@@ -7,7 +7,7 @@ import binascii
 import json
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from types import MappingProxyType
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
@@ -55,6 +55,17 @@ def _places(page: str, key: str) -> Iterator[tuple[str, str]]:
 
 
 @dataclass(frozen=True)
+class Pin:
+    """A pinned curve: a page, a command, a brake (catalogue name or TOML text), its options."""
+
+    __pydantic_config__ = ConfigDict(strict=True, allow_inf_nan=False)
+    page: str
+    command: str
+    subject: str
+    options: dict[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class State:
     """The open page, the brake and line (a catalogue name, or a TOML text), and what was set."""
 
@@ -66,6 +77,8 @@ class State:
     """A second brake to compare with; none if empty."""
     settings: dict[str, dict[str, Value]] = field(default_factory=dict)
     """{page: {control: SI value, choice or flag}}."""
+    pins: tuple[Pin, ...] = ()
+    """Curves kept, as the calls they come from."""
 
     def get(self, page: str, key: str, default: Value) -> Value:
         """What was set, or the default."""
@@ -95,7 +108,7 @@ READER = TypeAdapter(State)
 
 def to_link(state: State) -> str:
     """The state as text that may stand in an address."""
-    text = json.dumps(vars(state), separators=(",", ":"), allow_nan=False)
+    text = json.dumps(asdict(state), separators=(",", ":"), allow_nan=False)
     return base64.urlsafe_b64encode(zlib.compress(text.encode(), 9)).decode().rstrip("=")
 
 

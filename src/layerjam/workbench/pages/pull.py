@@ -20,6 +20,7 @@ from layerjam.workbench.outcomes import of_pull, of_slide
 from layerjam.workbench.page import Box, Figures, Notes, Page
 from layerjam.workbench.pages.pull_chart import pulled, saw
 from layerjam.workbench.pages.pull_files import Measured, Reading, laid_out, read, show_errors
+from layerjam.workbench.pins import Pins
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.uploads import Uploads
@@ -58,6 +59,7 @@ class Pull(Page):
         self.more_of_saw = More(self, STICK_SLIP, ("vacuum", "speed", "damping"))
         self._read: tuple[object, Reading] = (None, Reading())
         self._whole: tuple[object, Any] = (None, None)
+        self.pins = Pins(desk, self.name, self.pull_call)
 
     def controls(self) -> Mapping[str, Control]:
         """Bounds that the brake sets."""
@@ -101,6 +103,7 @@ class Pull(Page):
                 compare = self._comparison
                 self.compared = button("comparison as SVG", compare, "pull-comparison")
                 self.compared.set_visibility(False)
+            self.pins.build()
             self.errors = Box(show_errors, "w-full gap-1 overflow-auto")
             with fold("More numbers", "pull-numbers"):
                 with self.while_(lambda: not self._saws()):
@@ -138,7 +141,12 @@ class Pull(Page):
         if self._whole[0] != self.desk.state.brake:
             whole = Call("show", (self.desk.brake_subject(),)).run()
             self._whole = (self.desk.state.brake, whole)
+        self.pins.compute(call)
         return call, result, self._whole[1], self._files()
+
+    def pinned(self) -> Mapping[str, Call]:
+        """The calls behind the pinned curves."""
+        return {one.label: one.call for one in self.pins.shown}
 
     def _files(self) -> Reading:
         """The files as they were read, or anew where files, brake or their vacuum changed."""
@@ -155,13 +163,15 @@ class Pull(Page):
         """Curve and numbers."""
         call, found, whole, reading = result
         saws = call.name == STICK_SLIP
+        pinned = {one.label: one.result for one in self.pins.shown}
+        self.pins.fill()
         self.of_files.set_visibility(reading.lacking)
         self.compared.set_visibility(bool(reading.curves) and not saws)
         self.errors.set_visibility(not saws)
         if saws:
-            live.draw(self.chart, saw(found, whole, self.dark))
+            live.draw(self.chart, saw(found, whole, self.dark, pinned))
         else:
-            live.draw(self.chart, pulled(found, whole, reading, self.dark))
+            live.draw(self.chart, pulled(found, whole, reading, self.dark, pinned))
         (self.saw if saws else self.pulled).fill(found)
         self.heroes.fill(heroes(found))
         self.outcome.set_text(of_slide(found) if saws else of_pull(found))
@@ -174,7 +184,8 @@ class Pull(Page):
         if self.result is None:
             return None
         call, found, *_ = self.result
-        return takeaway.Taken(found, f"{self.desk.brake.name}-{call.name}", call)
+        beside = {one.label: (one.call, one.result) for one in self.pins.shown}
+        return takeaway.Taken(found, f"{self.desk.brake.name}-{call.name}", call, beside)
 
     async def _record(self) -> None:
         if self.result is not None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from layerjam.workbench.charts import Curve, options, round_up, stacked, with_re
 from layerjam.workbench.pages.pull_files import Reading
 
 MM = 1e3
+NONE: Mapping[str, Any] = MappingProxyType({})
 LABELLED = 5
 """Files named at their curve's end; more are told apart by the cursor."""
 SHARED = 241
@@ -23,8 +25,13 @@ SHARES, TALL = (3, 1), 290
 FILE_COLORS = ("second", "good", "other", "sky", "bad")
 
 
-def pulled(result: Any, whole: Any, reading: Reading, dark: bool) -> dict[str, Any]:
-    """Force over elongation; the axis stands still while vacuum, speed and model change."""
+def pulled(
+    result: Any, whole: Any, reading: Reading, dark: bool, pins: Mapping[str, Any] = NONE
+) -> dict[str, Any]:
+    """Force over elongation; the axis stands still while vacuum, speed and model change.
+
+    `pins` are other results by their labels, drawn quietly.
+    """
     record = result.record
     curves = [Curve(record.elongation * MM, record.force, name="computed", width=2.5)]
     rest: list[Curve] = []
@@ -34,6 +41,9 @@ def pulled(result: Any, whole: Any, reading: Reading, dark: bool) -> dict[str, A
         curves.append(Curve(one.pull.elongation * MM, one.pull.force, color, said, width=1.5))
         curves.append(Curve(one.elongation * MM, one.model, "ink", "", dashed=True, width=1.2))
         rest.append(Curve(one.elongation * MM, one.residual, color, f"{said}, left over"))
+    for label, other in pins.items():
+        pinned = other.record
+        curves.append(Curve(pinned.elongation * MM, pinned.force, "quiet", label, width=1.2))
     end = max(float(c.x.max()) for c in curves)
     top = round_up(max(whole.max_force, *(float(c.y.max()) for c in curves[1:]), 0.0))
     if rest:
@@ -50,8 +60,10 @@ def pulled(result: Any, whole: Any, reading: Reading, dark: bool) -> dict[str, A
         **common,
     )
     if not rest:
+        if pins:
+            _name_ends(made, curves, top, len(pins))
         return with_readout(made, ("elongation", "mm"), "N")
-    _name_ends(made, curves, top, len(rest))
+    _name_ends(made, curves, top, len(rest) + len(pins))
     limit = round_up(max(*(float(np.nanmax(abs(c.y))) for c in rest), 1e-6))
     span: dict[str, Any] = {"x_range": (0.0, end), "y_range": (-limit, limit)}
     below = options(rest, y="left over [N]", **span, **common)
@@ -90,11 +102,16 @@ def _name_ends(made: dict[str, Any], curves: Sequence[Curve], top: float, files:
         series["endLabel"]["show"] = k in named
 
 
-def saw(result: Any, whole: Any, dark: bool) -> dict[str, Any]:
-    """Force over time of a pull that sticks and slips."""
+def saw(result: Any, whole: Any, dark: bool, pins: Mapping[str, Any] = NONE) -> dict[str, Any]:
+    """Force over time of a pull that sticks and slips; `pins` as in `pulled`."""
     record = result.record
     curves = [Curve(record.time, record.force, name="force")]
-    top = round_up(max(whole.holding_force, float(record.force.max())))
+    for label, other in pins.items():
+        pinned = other.record
+        curves.append(Curve(pinned.time, pinned.force, "quiet", label, width=1.2))
+    top = round_up(max(whole.holding_force, *(float(c.y.max()) for c in curves)))
     axes: dict[str, Any] = {"x": "time [s]", "y": "force [N]", "x_range": (0, None)}
     made = options(curves, y_range=(0, top), dark=dark, **axes)
+    if pins:
+        _name_ends(made, curves, top, len(pins))
     return with_readout(made, ("time", "s"), "N")

@@ -1,0 +1,110 @@
+"""Pinned curves: kept as calls in the state, labelled by what differs, safe to take from a link."""
+
+from __future__ import annotations
+
+import asyncio
+
+import numpy as np
+import pytest
+
+from layerjam.commands.tensile import tensile
+from layerjam.errors import LayerjamError, QuantityError
+from layerjam.workbench.call import Call, DataFile, Subject
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages.pull import Pull
+from layerjam.workbench.pages.pull_chart import pulled
+from layerjam.workbench.pins import MOST, call_of, labels, pin_of
+from layerjam.workbench.state import Pin, State, from_link, to_link
+from workbench.standing import standing
+
+KAPTON, PTFE = "choi2018-kapton", "choi2018-ptfe"
+
+
+def call(vacuum="60 kPa", brake=KAPTON, **more) -> Call:
+    said = {"vacuum": vacuum, "speed": "1 mm/s", "travel": "20 mm", **more}
+    return Call("tensile", (Subject(brake),), said)
+
+
+def test_a_pin_goes_with_the_link_and_gives_the_numbers_of_the_command():
+    pin = pin_of("pull", call("40 kPa"), KAPTON)
+    state = from_link(to_link(State(page="pull", pins=(pin,))))
+    assert state.pins == (pin,)
+    page = Pull(Desk(state))
+    page.result = page.compute()
+    _, found, whole, reading = page.result
+    (kept,) = page.pins.shown
+    own = tensile(KAPTON, vacuum="40 kPa", speed="1 mm/s", travel="20 mm")
+    assert kept.result.values == own.values
+    # not computed twice
+    again = kept.result
+    page.compute()
+    assert page.pins.shown[0].result is again
+    chart = pulled(found, whole, reading, False, {kept.label: kept.result})
+    quiet = chart["series"][-1]
+    assert quiet["name"] == kept.label
+    assert max(y for _, y in quiet["data"]) == pytest.approx(own.peak_force, rel=1e-5)
+    assert "beside=pinned" in page.taken().python()
+    assert list(page.pinned().values()) == [call("40 kPa")]
+    page.uploads.close()
+
+
+def test_the_label_says_what_differs():
+    shown = call("94.5 kPa")
+    assert labels([call("60 kPa"), call("94.5 kPa", PTFE)], shown) == ["60 kPa", PTFE]
+    assert labels([call("60 kPa", PTFE)], shown) == [f"{PTFE}, 60 kPa"]
+    assert labels([call("94.5 kPa")], shown) == ["as shown"]
+    assert labels([call("94.5 kPa", model="stack")], shown) == ["stack"]
+    assert labels([shown], call("94.5 kPa", model="stack")) == ["no model"]
+    many = [call("60 kPa"), call("60 kPa", model="stack"), call("60 kPa", PTFE), call("60 kPa")]
+    made = labels(many, shown)
+    assert len(set(made)) == len(made)
+
+
+@pytest.mark.parametrize(
+    "pin",
+    [
+        Pin("pull", "bench run", KAPTON),
+        Pin("pull", "drop", KAPTON, {"vacuum_history": "/etc/passwd"}),
+        Pin("drop", "drop", KAPTON, {"vacuum_history": "/etc/passwd"}),
+        Pin("pull", "tensile", "/etc/passwd", {"vacuum": "60 kPa"}),
+        Pin("pull", "tensile", KAPTON, {"brake": "/etc/passwd"}),
+        Pin("pull", "tensile", KAPTON, {"progress": True}),
+    ],
+)
+def test_a_link_can_ask_for_nothing_but_curves_of_the_page(pin):
+    with pytest.raises(LayerjamError):
+        call_of(pin)
+    page = Pull(Desk(State(page="pull", pins=(pin,))))
+    page.compute()
+    assert page.pins.shown == ()
+    page.uploads.close()
+
+
+def test_what_comes_from_a_dropped_file_is_not_kept(tmp_path):
+    with pytest.raises(QuantityError, match="dropped"):
+        pin_of("pull", call(interfaces=DataFile("a.csv", tmp_path / "a.csv")), KAPTON)
+
+
+def test_pin_drag_unpin_and_undo_on_the_page():
+    async def use() -> None:
+        async with standing(Pull) as (user, pages):
+            await user.should_see("Pulled to 40 mm", retries=300)
+            page = pages[-1]
+            user.find("Pin").click()
+            await user.should_see("as shown", retries=100)
+            page.desk.put("pull", "vacuum", 50e3)
+            await user.should_see("94.5 kPa", retries=100)
+            assert len(page.chart.options["series"]) == 2
+            first = np.array(page.chart.options["series"][0]["data"])[:, 1].max()
+            assert np.array(page.chart.options["series"][1]["data"])[:, 1].max() > first
+            page.pins.unpin(0)
+            assert page.desk.state.pins == ()
+            page.desk.undo()
+            assert len(page.desk.state.pins) == 1
+            await page.settled()
+            for k in range(MOST + 2):
+                page.desk.put("pull", "vacuum", 20e3 + 1e3 * k)
+                page.pins.pin()
+            assert len(page.desk.state.pins) == MOST
+
+    asyncio.run(use())
