@@ -156,6 +156,17 @@ def test_the_other_triggers() -> None:
     assert rig.error() == 0
 
 
+def test_samples_that_were_lost_end_the_record_and_are_said() -> None:
+    rig = Rig(Shaken(lambda t: 0.0))
+    rig.say("TRIG:SOUR BUS;:INIT")
+    rig.run(0.1)
+    rig.hal.capture_count = lambda: -1  # type: ignore[attr-defined]
+    rig.run(0.05)
+    assert rig.say("FETC:ACC:STAT?") == "IDLE,0,0,0"
+    assert rig.say("SYST:ERR?") == '127,"RING_OVERRUN;of the accelerometer"'
+    assert rig.error() == 0
+
+
 def test_what_is_refused() -> None:
     rig = Rig(Shaken(lambda t: 0.0))
     for line, code in (

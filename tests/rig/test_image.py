@@ -73,6 +73,8 @@ def test_the_pico_s_pins() -> None:
         ("sensor_adc = 26", "sensor_adc = 22", "GP22 has no converter"),
         ('sensor_kind = "hsc"', 'sensor_kind = "adc"', "sensor_full"),
         ('sensor_kind = "hsc"', 'sensor_kind = "hcs"', "hsc"),
+        ("accelerometer_full = {", "accelerometer_zeros = {", "did you mean"),
+        ("value = 0.9090909", "value = 0.5050505", "accelerometer_full, which is another"),
         ("vent_gate = 17", "vent_gat = 17", "did you mean"),
         ('pump_frequency = { value = "20 kHz"', "pump_frequency = { value = 20", "unit"),
     ],

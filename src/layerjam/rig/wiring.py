@@ -14,6 +14,7 @@ from layerjam.records.changes import RecordFile
 from layerjam.records.reader import Reader
 from layerjam.records.shipped import shipped, text_of
 from layerjam.records.values import Entry, TextSpec, entries, value
+from layerjam.simulate.accelerometer import Accelerometer
 from layerjam.units import check as bounded
 from layerjam.units import like, nested, quantity, record, spec_of
 
@@ -63,6 +64,15 @@ class Wiring:
     sensor_full: float | None = quantity(
         "1", "share of the converter's range that it gives at sensor_range", hi=1, default=None
     )
+    accelerometer_zero: float | None = quantity(
+        "1", "share of the converter's range that the accelerometer gives at 0 g",
+        hi=1, default=None,
+    )  # fmt: skip
+    accelerometer_full: float | None = quantity(
+        "1", "share of the converter's range that it gives at accelerometer_range",
+        hi=1, default=None,
+    )  # fmt: skip
+    accelerometer_range: float | None = like(spec_of(Accelerometer, "range"), default=None)
     pins: Pins = nested(Pins)
 
 
@@ -84,6 +94,13 @@ def validate(wiring: Wiring) -> None:
     if wiring.sensor_kind == "adc" and (zero is None or full is None or zero == full):
         raise QuantityError.of(
             "sensor_full", "a sensor with a voltage needs sensor_zero and sensor_full, two numbers"
+        )
+    said = (wiring.accelerometer_zero, wiring.accelerometer_full, wiring.accelerometer_range)
+    if said != (None, None, None) and (None in said or said[0] == said[1]):
+        raise QuantityError.of(
+            "accelerometer_full",
+            "an accelerometer needs accelerometer_zero, accelerometer_full, which is another "
+            "number, and accelerometer_range",
         )
 
 
