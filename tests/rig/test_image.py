@@ -217,13 +217,13 @@ def chip(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Machine:
 def made_chip(monkeypatch: pytest.MonkeyPatch, folder: Path) -> Machine:
     machine = Machine()
     made = firmware()
-    held = {"machine": machine}
+    held: dict[str, Any] = {"machine": machine}
     for name in ("ticks", "begin", "ring", "outside", "capture"):
         held[name] = getattr(made, name)
     for name, text in parts("pico").items():
         if name in (*CHIP, "wired.py"):
             module = types.ModuleType(name.removesuffix(".py"))
-            held[module.__name__] = module  # type: ignore[assignment]
+            held[module.__name__] = module
             machine.__dict__.setdefault("texts", {})[module.__name__] = text
     for name, module in held.items():
         monkeypatch.setitem(sys.modules, name, module)
