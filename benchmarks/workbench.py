@@ -12,14 +12,15 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from benchmarks.timing import Row, table
 from layerjam.workbench.rest import REST
+from layerjam.workbench.state import State, to_link
 
 MOVES = 200
 PAUSE = 0.2
@@ -32,13 +33,25 @@ SESSIONS = 10
 
 @dataclass(frozen=True)
 class Scene:
-    """A slider and the chart it redraws; `ready` brings the page there."""
+    """A slider and the chart that it redraws, or the words that follow it where there is no chart.
+
+    `setting` is what is set on the tab; `ready` brings the page there. With `along` the slider goes
+    from one end to the other, else it goes to and fro.
+    """
 
     name: str
     tab: str
     slider: str
-    chart: str
     ready: Callable[[Any], None]
+    chart: str = ""
+    words: str = ""
+    setting: Mapping[str, Any] = field(default_factory=dict)
+    along: bool = False
+
+    @property
+    def watched(self) -> str:
+        """What is looked at."""
+        return self.chart or self.words
 
 
 def at(ident: str) -> str:
@@ -72,28 +85,67 @@ def files_ready(page: Any) -> None:
 
 
 def drop_ready(page: Any) -> None:
-    """The tuned drop has stopped."""
+    """The drop is judged."""
     page.wait_for_function(
-        "document.querySelector('[data-testid=drop-verdict]')?.innerText.startsWith('Stopped')",
+        "document.querySelector('[data-testid=drop-verdict]')?.innerText.length > 2",
         timeout=LONG,
     )
 
 
-def regulated(page: Any) -> None:
-    """A safe state is chosen, the regulator has answered."""
-    page.locator(at("vacuum-safe_state")).get_by_text("hold", exact=True).click()
-    page.wait_for_function(
-        "document.querySelector('[data-testid=vacuum-verdict]')?.innerText.startsWith('HEALTHY')",
-        timeout=LONG,
-    )
+def drop_scene(name: str, **setting: Any) -> Scene:
+    """Drops of 0.1 to 10 kg."""
+    setting = {"mass": 0.1, "speed": 1.5, **setting}
+    return Scene(f"Drop, mass, {name}", "drop", "drop-mass", drop_ready, "drop-chart",
+                 setting=setting, along=True)  # fmt: skip
+
+
+def drawn_first(ident: str) -> Callable[[Any], None]:
+    """The chart of that name stands."""
+
+    def ready(page: Any) -> None:
+        page.wait_for_selector(f"{at(ident)} canvas", timeout=LONG)
+
+    return ready
+
+
+def told_first(ident: str) -> Callable[[Any], None]:
+    """There is a number."""
+
+    def ready(page: Any) -> None:
+        page.wait_for_function(
+            "place => document.querySelector(place)?.innerText.length > 2",
+            arg=at(ident), timeout=LONG,
+        )  # fmt: skip
+
+    return ready
 
 
 SCENES = (
-    Scene("Pull, vacuum", "pull", "pull-vacuum", "pull-chart", pull_ready),
-    Scene("Pull, vacuum, two files over it", "pull", "pull-vacuum", "pull-chart", files_ready),
-    Scene("Drop, speed", "drop", "drop-speed", "drop-chart", drop_ready),
-    Scene("Vacuum, target, regulated", "vacuum", "vacuum-target", "vacuum-loop", regulated),
-)
+    Scene("Start, vacuum", "start", "start-vacuum", drawn_first("start-chart"), "start-chart"),
+    Scene("Brake, slip", "brake", "brake-slip", told_first("brake-force"), words="brake-force",
+          along=True),
+    Scene("Pull, vacuum", "pull", "pull-vacuum", pull_ready, "pull-chart"),
+    Scene("Pull, elongation", "pull", "pull-travel", pull_ready, "pull-chart"),
+    Scene("Pull, sheet by sheet", "pull", "pull-vacuum", pull_ready, "pull-chart",
+          setting={"model": "stack"}),
+    Scene("Pull, stick–slip, speed", "pull", "pull-speed", drawn_first("pull-chart"), "pull-chart",
+          setting={"model": "judder"}),
+    Scene("Pull, vacuum, two files over it", "pull", "pull-vacuum", files_ready, "pull-chart"),
+    Scene("Drop, speed", "drop", "drop-speed", drop_ready, "drop-chart"),
+    drop_scene("no brake", shown="none"),
+    drop_scene("full vacuum", shown="full"),
+    drop_scene("tuned", shown="tuned"),
+    drop_scene("30 kPa", shown="value", vacuum=30e3),
+    drop_scene("no rope", shown="full", on_rope="none"),
+    Scene("Vacuum, target", "vacuum", "vacuum-target", drawn_first("vacuum-chart"), "vacuum-chart"),
+    Scene("Vacuum, target, regulated", "vacuum", "vacuum-target", drawn_first("vacuum-loop"),
+          "vacuum-loop", setting={"safe_state": "hold"}),
+    Scene("Arrays, vacuum", "design", "design-vacuum", drawn_first("design-array-chart"),
+          "design-array-chart", setting={"part": "arrays"}),
+    Scene("Force over mass, vacuum", "design", "design-ours", drawn_first("design-density-chart"),
+          "design-density-chart", setting={"part": "density"}),
+)  # fmt: skip
+MODELS = ("sheet by sheet", "stick–slip", "lumped")
 
 # from the key to the frame after the chart has rendered what it was given since; of moves that
 # overtake each other, the first counts
@@ -111,34 +163,66 @@ WATCH = """(place) => {
     const since = began; began = null;
     requestAnimationFrame(() => {
       took.push(performance.now() - since);
-      drawn.add(JSON.stringify(chart.getOption().series[0].data));
+      drawn.add(JSON.stringify(chart.getOption().series.map(one => one.data)));
     });
   });
+}"""
+# the same of words
+READ = """(place) => {
+  window.took = []; window.drawn = new Set();
+  let began = null;
+  addEventListener('keydown', e => { if (began === null) began = e.timeStamp; }, true);
+  const words = document.querySelector(place);
+  new MutationObserver(() => {
+    if (began === null) return;
+    const since = began; began = null;
+    requestAnimationFrame(() => {
+      took.push(performance.now() - since);
+      drawn.add(words.innerText);
+    });
+  }).observe(words, {childList: true, characterData: true, subtree: true});
 }"""
 
 
 def opened(browser: Any, place: str, scene: Scene) -> Any:
     """A tab of its own session, ready and watched, its slider in focus."""
     page = browser.new_context(viewport={"width": 1280, "height": 800}).new_page()
-    page.goto(place)
-    page.click(at(f"tab-{scene.tab}"))
+    state = State(page=scene.tab, settings={scene.tab: dict(scene.setting)})
+    page.goto(f"{place}?s={to_link(state)}")
     scene.ready(page)
     page.wait_for_timeout(1500)
-    page.evaluate(WATCH, at(scene.chart))
+    page.evaluate(WATCH if scene.chart else READ, at(scene.watched))
     page.locator(f"{at(scene.slider)} [tabindex='0']").first.focus()
     return page
 
 
-def latencies(page: Any, moves: int = MOVES, pause: float = PAUSE) -> list[float]:
+def latencies(
+    page: Any, moves: int = MOVES, pause: float = PAUSE, along: bool = False
+) -> list[float]:
     """Sorted seconds of single key presses on the slider, each drawn before the next."""
     page.evaluate("took.length = 0; drawn.clear()")
     for move in range(moves):
-        page.keyboard.press("ArrowLeft" if move % 40 < 20 else "ArrowRight")
+        left = not along and move % 40 < 20
+        page.keyboard.press("ArrowLeft" if left else "ArrowRight")
         page.wait_for_function(f"took.length > {move}", timeout=LONG)
         page.wait_for_timeout(1e3 * pause)
-    if page.evaluate("drawn.size") < min(moves, 20):
+    if page.evaluate("drawn.size") < min(moves, 15):
         raise RuntimeError("the curve stands still while the slider moves")
     return sorted(t / 1e3 for t in page.evaluate("took"))
+
+
+def after_models(browser: Any, place: str) -> dict[str, float]:
+    """{model: seconds of the first move of the vacuum after the pull was given that model}."""
+    page = opened(browser, place, next(s for s in SCENES if s.slider == "pull-vacuum"))
+    slider = page.locator(f"{at('pull-vacuum')} [tabindex='0']").first
+    took = {}
+    for model in MODELS:
+        page.locator(at("pull-model")).get_by_text(model, exact=True).click()
+        page.wait_for_timeout(5000)
+        slider.focus()
+        took[model] = latencies(page, 1, 0.0)[0]
+    page.context.close()
+    return took
 
 
 def middle(times: list[float]) -> float:
@@ -261,15 +345,18 @@ def rows() -> list[Row]:
         first_page(context, port)  # warms what is compiled and what the browser keeps
         times = sorted(first_page(context, port) for _ in range(5))
         context.close()
-        out.append(Row("first page, from the command (warm cache)", middle(times), 3.0))
+        out.append(Row("first page, from the command (warm cache)", middle(times), 2.0))
         with started() as (place, process, _):
             for scene in SCENES:
                 page = opened(browser, place, scene)
-                took = latencies(page)
+                took = latencies(page, along=scene.along)
                 page.context.close()
                 out.append(Row(f"{scene.name}: median of {MOVES}", middle(took), MEDIAN))
                 out.append(Row(f"{scene.name}: p99", late(took), WORST))
-            one, ten = alone_and_among(browser, place, SCENES[0])
+            for model, first in after_models(browser, place).items():
+                out.append(Row(f"first move after the model {model}", first, 0.5))
+            scene = next(s for s in SCENES if s.slider == "pull-vacuum")
+            one, ten = alone_and_among(browser, place, scene)
             out.append(Row(f"a move, {SESSIONS} sessions moving at once", ten, None, one,
                            "one alone", target_ratio=2.0))  # fmt: skip
         with started() as (place, process, _):
