@@ -55,11 +55,26 @@ class FileError(LayerjamError):
 
     key = "file"
 
-    def __init__(self, path: object, reason: str, line: int | None = None) -> None:
+    def __init__(
+        self,
+        path: object,
+        reason: str,
+        line: int | None = None,
+        *,
+        how: str = "",
+        asks: str = "",
+    ) -> None:
+        """`how` ends the sentence with the option that helps; `asks` names what it would say.
+
+        `asks` is "columns", "force-sign", "elongation-sign", "decimal", "specimen", "sheet",
+        "speed" or "reading": a page asks for it in its own way, with `plain` before it.
+        """
         where = f"{path}, line {line}" if line else f"{path}"
-        super().__init__(f"{where}: {reason}")
+        super().__init__(f"{where}: {reason}{how}")
         self.path = str(path)
-        self.reason = reason
+        self.reason = reason + how
+        self.plain = reason
+        self.asks = asks
         self.line = line
 
 

@@ -55,7 +55,10 @@ def test_a_measured_pull_is_dropped_and_compared(tab, tmp_path):
     pull = tmp_path / "pull.csv"
     answer = tensile("choi2018-kapton", vacuum="60 kPa", speed="1 mm/s", travel="30 mm")
     pull.write_bytes(file_bytes(answer, "csv"))
-    tab.locator("[data-testid=pull-drop] input[type=file]").set_input_files(pull)
+    tab.locator(".files-dropped input[type=file]").first.set_input_files(pull)
+    tab.wait_for_selector("[data-testid=dropped-use]")
+    tab.wait_for_timeout(300)
+    tab.click("[data-testid=dropped-use]")
     tab.wait_for_selector("[data-testid=pull-errors]", timeout=60_000)
     assert "pull.csv" in cell(tab, "pull-errors").inner_text()
     with tab.expect_download() as download:

@@ -12,16 +12,13 @@ import pytest
 from layerjam.workbench.pages.laboratory_drop import practice_files
 
 pytestmark = pytest.mark.slow
-LONG = 120_000
-DROP = """async (spec) => {
+LONG = 60_000
+DROP = """(spec) => {
   const data = new DataTransfer();
   for (const [name, text] of spec) data.items.add(new File([text], name));
-  const go = (e, kind) => e.dispatchEvent(
-    new DragEvent(kind, {dataTransfer: data, bubbles: true, cancelable: true}));
-  const zone = document.querySelector('.files-dropped');
-  go(zone, 'dragenter'); go(zone, 'dragover');
-  await new Promise(done => setTimeout(done, 300));
-  go(document.querySelector('.q-uploader__dnd'), 'drop');
+  for (const kind of ['dragover', 'drop'])
+    document.body.dispatchEvent(
+      new DragEvent(kind, {dataTransfer: data, bubbles: true, cancelable: true}));
 }"""
 
 
@@ -49,6 +46,12 @@ def choose(page, paths) -> None:
     page.locator(".files-dropped input[type=file]").first.set_input_files([str(p) for p in paths])
 
 
+def accepted(page) -> None:
+    page.wait_for_selector("[data-testid=dropped-use]", timeout=LONG)
+    page.wait_for_timeout(300)
+    page.click("[data-testid=dropped-use]")
+
+
 def chosen(page, name: str) -> None:
     row = page.locator(f"{at('files')} tbody tr").filter(has_text=name).first
     row.locator("td").nth(1).click()
@@ -59,6 +62,7 @@ def test_two_files_dropped_calibrate_the_brake(laboratory, files):
     two = [p for p in files if "94.5kPa_7mms_2" in p.name or "94.5kPa_7mms_3" in p.name]
     assert len(two) == 4, "two files with their sidecars"
     choose(laboratory, two)
+    accepted(laboratory)
     laboratory.wait_for_selector(at("calibrate-scale-factor"), timeout=LONG)
     laboratory.wait_for_selector(f"{at('count')}:has-text('2 files, 2 of them usable')")
     assert laboratory.is_visible(at("synthetic"))
@@ -95,20 +99,26 @@ def test_a_column_and_a_vacuum_are_corrected_in_the_page_and_undone(laboratory):
     force = [min(7.0 * i, 175 - i) for i in range(60)]
     text = "".join(f"{i};{f:.3f};{i / 10:.2f}\n" for i, f in enumerate(force))
     laboratory.evaluate(DROP, [["plain.csv", text]])
-    laboratory.wait_for_selector(f"{at('files')} >> text=refused", timeout=LONG)
-    chosen(laboratory, "plain.csv")
-    assert "--columns" in laboratory.inner_text(at("why"))
-    laboratory.click(at("correct"))
-    laboratory.fill(at("columns"), "skip,force:furlong,elongation:mm")
-    laboratory.click(at("apply"))
-    laboratory.wait_for_selector(f"{at('edit-problem')}:has-text('furlong')")
-    laboratory.fill(at("columns"), "skip,force:N,elongation:mm")
-    laboratory.fill(at("vacuum"), "80")
-    laboratory.click(at("apply"))
+    dropped = "[data-testid=dropped]"
+    laboratory.wait_for_selector(f"{dropped} >> text=Click the head", timeout=LONG)
+    assert "--" not in laboratory.inner_text(dropped)
+    for index, what in ((1, "force-N"), (2, "elongation-mm")):
+        laboratory.click(f"[data-testid=column-{index}]")
+        laboratory.click(f"[data-testid=column-is-{what}]")
+        laboratory.wait_for_selector(
+            f"{dropped} th >> text={what.replace('-', ' in ')}", timeout=LONG
+        )
+    laboratory.fill("[data-testid=dropped-vacuum]", "80")
+    accepted(laboratory)
     laboratory.wait_for_selector(f"{at('files')} >> text=understood", timeout=LONG)
     assert "80 kPa" in laboratory.inner_text(at("files"))
     laboratory.click("[data-testid=undo]")
-    laboratory.wait_for_selector(f"{at('files')} >> text=refused", timeout=LONG)
+    laboratory.wait_for_selector(f"{at('files')} >> text=vacuum?", timeout=LONG)
+    chosen(laboratory, "plain.csv")
+    laboratory.fill(at("vacuum"), "80 furlong")
+    laboratory.click(at("apply"))
+    laboratory.wait_for_selector(f"{at('edit-problem')}:has-text('furlong')")
+    assert not laboratory.errors
 
 
 def test_rubbish_gets_a_word_and_the_server_stays_up(laboratory, tmp_path):
@@ -119,16 +129,20 @@ def test_rubbish_gets_a_word_and_the_server_stays_up(laboratory, tmp_path):
     with huge.open("wb") as file:
         file.truncate(10**9)
     choose(laboratory, [picture, tmp_path / "empty.csv", huge])
-    laboratory.wait_for_selector(f"{at('files')} >> text=is binary", timeout=LONG)
-    laboratory.wait_for_selector(f"{at('files')} >> text=is empty", timeout=LONG)
-    assert "huge.csv: 954 MB is too large" in laboratory.inner_text(at("told"))
+    told = "[data-testid=dropped-told]"
+    for words in ("is binary", "is empty", "huge.csv: 954 MB is too large"):
+        laboratory.wait_for_selector(f"{told} >> text={words}", timeout=LONG)
+    laboratory.click("[data-testid=dropped-close]")
     names = [["../../etc/passwd", "root:x"], ["a" * 5000 + ".csv", "1"], ["b\x00\n<b>.csv", "2"]]
     laboratory.evaluate(DROP, names)
-    laboratory.wait_for_selector(f"{at('files')} >> text=passwd", timeout=LONG)
-    laboratory.wait_for_selector(f"{at('told')} >> text=its name cannot be sent", timeout=LONG)
-    laboratory.evaluate(DROP, [[f"{i}.csv", str(i)] for i in range(300)])
-    laboratory.wait_for_selector(f"{at('count')}:has-text('200 files')", timeout=LONG)
-    laboratory.wait_for_selector(f"{at('told')} >> text=200 measurements are the most >> nth=0")
+    laboratory.wait_for_selector(f"{told} >> text=passwd", timeout=LONG)
+    laboratory.wait_for_selector(f"{told} >> text=its name cannot be sent", timeout=LONG)
+    laboratory.click("[data-testid=dropped-close]")
+    pull = "mm,N\n" + "".join(f"{i / 10},{min(7 * i, 175 - i)}\n" for i in range(60))
+    laboratory.evaluate(DROP, [[f"pull_{i}_80kPa.csv", f"{pull}9,{i}\n"] for i in range(210)])
+    laboratory.wait_for_selector(f"{told} >> text=200 measurements are the most >> nth=0",
+                                 timeout=LONG)  # fmt: skip
+    laboratory.wait_for_selector("[data-testid=dropped-more]", timeout=LONG)
 
 
 def test_a_closed_tab_leaves_no_file_behind(chromium, workbench):

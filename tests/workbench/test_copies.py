@@ -21,9 +21,9 @@ from layerjam.workbench.pages.design import Design
 from layerjam.workbench.pages.drop import Drop
 from layerjam.workbench.pages.laboratory import Laboratory
 from layerjam.workbench.pages.laboratory_drop import practice_files
-from layerjam.workbench.pages.laboratory_files import put_edits
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.vacuum import Vacuum
+from layerjam.workbench.said import put_edits
 from layerjam.workbench.state import State
 
 SPEC = """name = "small"

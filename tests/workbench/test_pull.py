@@ -118,7 +118,7 @@ def test_rubbish_is_refused_in_words_and_the_pull_stays(page_of, rubbish):
 
 def test_no_file_no_question(page_of):
     page = page_of()
-    assert laid_out(page.uploads) == ()
+    assert laid_out(page.desk) == ()
     assert read((), page.desk.brake_subject(), "1 kPa", print) == Reading()
 
 

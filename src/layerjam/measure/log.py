@@ -96,8 +96,10 @@ class Log:
         if given is None and says is None:
             raise FileError(
                 self.path,
-                f"does not say what '{column.name[:60]}' counts from: name the column vacuum, or "
-                "give --reading absolute, gauge (over the atmosphere) or vacuum (below it)",
+                f"does not say what '{column.name[:60]}' counts from: name the column vacuum",
+                how=", or give --reading absolute, gauge (over the atmosphere) or "
+                "vacuum (below it)",
+                asks="reading",
             )
         return given or says or "", says
 
@@ -155,8 +157,8 @@ def _table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
     best = max((b for b in blocks if b.table), key=lambda b: (b.styled, b.rows), default=None)
     found = best.table if best else headless(lines, blocks)
     if found is None:
-        why = f"has no row of column names; say what its columns are: {how(wants)}"
-        raise FileError(source.path, why)
+        why = "has no row of column names; say what its columns are"
+        raise FileError(source.path, why, how=f": {how(wants)}", asks="columns")
     return found
 
 
@@ -197,7 +199,9 @@ def _last_point(rows: Rows, taken: Sequence[Column], decimal: str | None) -> tup
             raise FileError(
                 source.path,
                 f"'{twice[:20]}' in {column.name} does not show whether its last point is the "
-                "decimal sign; say which sign is (--decimal)",
+                "decimal sign; say which sign is",
+                how=" (--decimal)",
+                asks="decimal",
             )
         whole = twice.replace(".", "", twice.count(".") - 1)
         notes.append(

@@ -154,20 +154,24 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
     force, travel = trace.force, trace.travel
     low, high, mean = float(force.min()), float(force.max()), float(force.mean())
     if low < 0 and -low > high and mean < 0:
-        why = (
-            " once its sign is turned as asked; it needs no --negative force"
+        why, how = (
+            (" once its sign is turned as asked", "; it needs no --negative force")
             if turned
-            else ", as in compression; if this machine counts tension as negative, say so "
-            "(--negative force)"
+            else (
+                ", as in compression; if this machine counts tension as negative, say so",
+                " (--negative force)",
+            )
         )
         largest = f"the force is negative where it is largest ({show(low, 'N')})"
-        raise FileError(trace.path, largest + why)
+        raise FileError(trace.path, largest + why, how=how, asks="force-sign")
     away, back = float(travel.max()), -float(travel.min())
     if back > 0 and away < 0.1 * back:
         raise FileError(
             trace.path,
             f"the elongation falls by {show(back, 'm')} and hardly ever rises; if this machine "
-            "counts pulling as negative, say so (--negative elongation)",
+            "counts pulling as negative, say so",
+            how=" (--negative elongation)",
+            asks="elongation-sign",
         )
     if away == 0:
         raise FileError(trace.path, "the elongation never changes: nothing was pulled")

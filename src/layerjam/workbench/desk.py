@@ -14,6 +14,7 @@ from layerjam.errors import QuantityError
 from layerjam.fluid.file import LineFile, lines, load_line
 from layerjam.workbench.call import Subject
 from layerjam.workbench.state import Pin, State, Value
+from layerjam.workbench.uploads import Uploads
 
 STEPS = 200
 """Undo steps kept."""
@@ -27,6 +28,8 @@ class Desk:
     def __init__(self, state: State | None = None) -> None:
         """Raises LayerjamError where the state's brake or line cannot be read."""
         self.state = state or State()
+        self.files = Uploads()
+        """What was dropped in this tab of the browser, for every page; not in the state."""
         self._past: list[State] = []
         self._future: list[State] = []
         self._moved = ("", "")
@@ -44,19 +47,27 @@ class Desk:
         self.beside: BrakeFile | None = read_any("brake", beside) if beside else None
 
     def watch(self, told: Callable[[str], None]) -> None:
-        """Call `told(what)` after changes: "brake", "line", "settings", "undo" or "page"."""
+        """Call `told(what)` after changes: "brake", "line", "settings", "undo", "page", "files"."""
         self._watching.append(told)
+
+    def files_changed(self) -> None:
+        """Say that other files are used now, or a sidecar of one is another."""
+        self._tell("files")
+
+    def ask_files(self) -> None:
+        """Show what is proposed for the files that wait."""
+        self._tell("waiting")
 
     def get(self, page: str, key: str, default: Value) -> Value:
         """A control's value."""
         return self.state.get(page, key, default)
 
-    def put(self, page: str, key: str, value: Value) -> None:
-        """Set a control; moves of one control in a row are one step of undo."""
+    def put(self, page: str, key: str, value: Value, *, alone: bool = False) -> None:
+        """Set a control; moves of one control in a row are one step of undo, but one `alone`."""
         if self.state.found(page, key) == value:
             return
         now = time.monotonic()
-        same = self._moved == (page, key) and now - self._when < PAUSE
+        same = self._moved == (page, key) and now - self._when < PAUSE and not alone
         self._moved, self._when = (page, key), now
         self._become(self.state.put(page, key, value), "settings", keep=not same)
 

@@ -142,7 +142,7 @@ class Page(View):
             background_tasks.create(self.runner.ask(), name=f"layerjam {self.name}")
 
     def _changed(self, what: str) -> None:
-        if what != "page":
+        if what not in ("page", "waiting"):
             self.refresh()
 
     def _show(self, result: Any, problem: str) -> None:

@@ -62,6 +62,7 @@ def serve(
         token = token or secrets.token_urlsafe(18)
     check_free(host, port)
     from layerjam.workbench import live
+    from layerjam.workbench.folders import sweep
     from layerjam.workbench.gate import LOCAL, Gate
     from layerjam.workbench.pages.all import TABS
     from layerjam.workbench.rest import REST, WORK
@@ -82,6 +83,7 @@ def serve(
     app.on_startup(lambda: print(said, flush=True))
     # while the browser opens and reads the page, the server has time
     app.on_startup(threading.Thread(target=prepare, args=(engine,)).start)
+    app.on_startup(lambda: run.io_bound(sweep))
     app.on_shutdown(close_all)
     app.timer(REST / 4, lambda: run.io_bound(WORK.give_back), immediate=False)
     with contextlib.suppress(KeyboardInterrupt):

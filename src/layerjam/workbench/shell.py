@@ -12,6 +12,7 @@ from layerjam.identify.origin import origin
 from layerjam.workbench.call import as_python
 from layerjam.workbench.copying import copied, offer
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.dropping import Dropping
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
 from layerjam.workbench.rest import elsewhere, forget_routes
@@ -21,7 +22,7 @@ from layerjam.workbench.widgets import button, dressed, shipped
 # what slides moves away from under a click
 ui.expansion.default_props("duration=0")
 
-SCRIPTS = ("workbench.js", "controls.js", "view.js", "tour.js")
+SCRIPTS = ("workbench.js", "controls.js", "view.js", "files.js", "tour.js")
 """Loaded once, at the end of the page's body."""
 DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
 
@@ -83,6 +84,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
             pages[name].open()
 
     panels.on_value_change(lambda e: opened(str(e.value)))
+    Dropping(desk, panels.set_value)
     _address(desk)
     ui.on("layerjam_undo", desk.undo)
     ui.on("layerjam_redo", desk.redo)

@@ -1,7 +1,7 @@
 """Files dropped on the page: in a temporary folder of the tab, under names made up here.
 
 The user's name of a file is only ever text to show. Nothing outside the folder is written or read,
-and the folder goes when the tab is closed and when the program ends.
+and the folder goes when the tab is closed, when the program ends, or when the next one begins.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import hashlib
 import io
 import itertools
 import re
-import tempfile
 import threading
 import weakref
 import zipfile
@@ -23,8 +22,10 @@ from nicegui import run
 
 from layerjam.errors import QuantityError
 from layerjam.identify.provenance import renamed
+from layerjam.measure.runs import ENDING
 from layerjam.measure.sidecar import sidecar_path as sidecar_of
 from layerjam.workbench.call import DataFile
+from layerjam.workbench.folders import Folder
 
 if TYPE_CHECKING:
     from nicegui.elements.upload_files import FileUpload
@@ -40,7 +41,7 @@ SIDECAR = 64 * 2**10
 """Bytes of a sidecar."""
 LONGEST_NAME = 120
 TEXTS = (".csv", ".tsv", ".txt", ".tra", ".dat", ".asc", ".log", ".xml")
-ENDINGS = (*TEXTS, ".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
+ENDINGS = (*TEXTS, ".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ENDING)
 """Kept in the made-up name; the readers look at the content, any other becomes .dat."""
 OURS = "layerjam-file-"
 
@@ -66,14 +67,16 @@ class Uploads:
     """The files of one tab.
 
     `sidecars` is {user's name of the measurement: its sidecar's text}; it may come before the
-    measurement.
+    measurement. Files whose key is in `waiting` were dropped, but nobody has said yet what they are
+    for: no page uses them.
     """
 
     def __init__(self) -> None:
         self.files: list[Upload] = []
         self.sidecars: dict[str, str] = {}
+        self.waiting: set[str] = set()
         self.closed = False
-        self._place: tempfile.TemporaryDirectory[str] | None = None
+        self._place: Folder | None = None
         self._numbers = itertools.count(1)
         self._lock = threading.Lock()
 
@@ -83,12 +86,15 @@ class Uploads:
         if self._place is None:
             if self.closed:
                 raise Refused("this tab was closed")
-            self._place = tempfile.TemporaryDirectory(
-                prefix="layerjam-workbench-", ignore_cleanup_errors=True
-            )
+            self._place = Folder()
             with _DOOR:
                 _OPEN.add(self)
-        return Path(self._place.name)
+        return self._place.path
+
+    @property
+    def used(self) -> list[Upload]:
+        """The files that pages use."""
+        return [f for f in list(self.files) if f.key not in self.waiting]
 
     def room(self, name: str, size: int) -> None:
         """Raise Refused where a file of this size is too large, or one too many."""
@@ -109,8 +115,11 @@ class Uploads:
         if sum(f.size for f in self.files) + size > ALL_TOGETHER:
             raise Refused(f"{shown}: not taken, all files together would be more than 500 MB")
 
-    def take(self, name: str, data: bytes) -> Upload | None:
-        """Keep a file; None for a sidecar. Raises Refused."""
+    def take(self, name: str, data: bytes, waits: bool = False) -> Upload | None:
+        """Keep a file, unused as long as it `waits`; None for a sidecar. Raises Refused.
+
+        What waits already may come again.
+        """
         with self._lock:
             self.room(name, len(data))
             shown = clean(name)
@@ -122,6 +131,8 @@ class Uploads:
                 return None
             digest = hashlib.sha256(data).hexdigest()
             for other in self.files:
+                if other.digest == digest and waits and other.key in self.waiting:
+                    return other
                 if other.digest == digest:
                     raise Refused(f"{shown}: the same content is here as {other.shown}")
             ending = Path(shown).suffix.lower()
@@ -129,6 +140,8 @@ class Uploads:
             path = self.folder / f"{OURS}{next(self._numbers):04d}{ending}"
             path.write_bytes(data)
             made = Upload(self._unused(shown), path, digest=digest, size=len(data))
+            if waits:
+                self.waiting.add(made.key)
             self.files.append(made)
             return made
 
@@ -138,11 +151,11 @@ class Uploads:
         numbered = (f"{plain.stem} ({n}){plain.suffix}" for n in itertools.count(2))
         return next(n for n in itertools.chain([name], numbered) if n not in taken)
 
-    async def receive(self, file: FileUpload) -> str:
+    async def receive(self, file: FileUpload, waits: bool = False) -> str:
         """Keep a file that the browser sends; why not, where it is not taken."""
         try:
             self.room(file.name, file.size())
-            await run.io_bound(self.take, file.name, await file.read())
+            await run.io_bound(self.take, file.name, await file.read(), waits)
         except Refused as err:
             return str(err)
         except OSError as err:
@@ -165,6 +178,7 @@ class Uploads:
             one.path.unlink(missing_ok=True)
             sidecar_of(one.path).unlink(missing_ok=True)
             self.files.remove(one)
+            self.waiting.discard(one.key)
             self.sidecars.pop(one.shown, None)
 
     def close(self) -> None:
@@ -172,8 +186,9 @@ class Uploads:
         self.closed = True
         self.files.clear()
         self.sidecars.clear()
+        self.waiting.clear()
         if self._place is not None:
-            self._place.cleanup()
+            self._place.remove()
             self._place = None
 
 

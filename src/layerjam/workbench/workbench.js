@@ -51,23 +51,3 @@ addEventListener('keydown', e => {
   e.preventDefault();
   emitEvent(e.shiftKey ? 'layerjam_redo' : 'layerjam_undo');
 });
-
-// files dropped beside the laboratory's zone, while it is seen, are dropped into it
-window.layerjamZone = null;
-const carriesFiles = e => [...(e.dataTransfer?.types ?? [])].includes('Files');
-addEventListener('dragover', e => {
-  if (layerjamZone !== null && carriesFiles(e)) e.preventDefault();
-});
-addEventListener('drop', e => {
-  if (layerjamZone === null || !carriesFiles(e)) return;
-  e.preventDefault();
-  const zone = document.querySelector('.files-dropped');
-  if (!zone || e.target.closest('.files-dropped') || !zone.offsetParent) return;
-  getElement(layerjamZone).$refs.qRef.addFiles(e.dataTransfer.files);
-});
-window.layerjamRejected = (files) => files.slice(0, 60).map(
-  x => [x.failedPropValidation, x.file.name.slice(0, 300), x.file.size]
-).concat([['count', '', files.length]]);
-window.layerjamFailed = (e) => [
-  e.files.map(f => f.name.slice(0, 300)).slice(0, 60), e.xhr ? e.xhr.status : 0
-];

@@ -149,9 +149,9 @@ class Header:
         units = tuple(u if i in kept else None for i, u in enumerate(self.units))
         return replace(self, names=names, units=units)
 
-    def fail(self, reason: str) -> FileError:
-        """An error about these columns."""
-        return FileError(self.path, reason, self.line)
+    def fail(self, reason: str, how: str = "", asks: str = "columns") -> FileError:
+        """An error about these columns; with `how`, the option that answers it, it `asks`."""
+        return FileError(self.path, reason, self.line, how=how, asks=asks if how else "")
 
     def listed(self) -> str:
         """The columns there are, as the end of an error's sentence."""
@@ -180,8 +180,8 @@ def by_order(
     """The columns as the user lists them; FileError where the file has not `count` of them."""
     if count != len(header.names):
         raise header.fail(
-            f"has {len(header.names)} columns, --columns lists {count}; write one entry for each, "
-            f"'{SKIP}' for those not used"
+            f"has {len(header.names)} columns",
+            f", --columns lists {count}; write one entry for each, '{SKIP}' for those not used",
         )
     taken = {}
     for want in wants:
@@ -190,7 +190,7 @@ def by_order(
             name = header.names[entry.index]
             taken[want.role] = Column(want.role, entry.index, name, entry.unit, *known, True)
         elif not want.optional:
-            raise header.fail(f"the columns given hold no {want.role}: {how(wants)}")
+            raise header.fail(f"the columns given hold no {want.role}", f": {how(wants)}")
     return taken, [column.sentence() for column in taken.values()]
 
 
@@ -216,7 +216,7 @@ def assign(
         candidates = header.candidates(want, said.get(want.role))
         if not candidates:
             if want.role in said or not want.optional:
-                raise header.fail(_missing(header, want, said.get(want.role)))
+                raise header.fail(*_missing(header, want, said.get(want.role)))
             sentences += _not_read(header, want)
             continue
         best = min(rank for rank, _ in candidates)
@@ -225,14 +225,15 @@ def assign(
         if len(first) > 1 and not spare and not (same and same(first)):
             which = " or ".join(f"'{cut(c.name)}'" for c in first[:4])
             raise header.fail(
-                f"does not say which column is the {want.role}: {which}; name one "
-                f"(--columns {want.role}=NAME)"
+                f"does not say which column is the {want.role}: {which}; name one",
+                f" (--columns {want.role}=NAME)",
             )
         taken[want.role] = column = first[0]
         if column.given and (why := _gainsaid(header, column, want.si)):
             raise header.fail(
-                f"{why}; give the unit that the file states, or, if the file is wrong, list its "
-                f"columns in order (--columns {want.role}:{column.unit},{SKIP},...)"
+                f"{why}; give the unit that the file states",
+                ", or, if the file is wrong, list its columns in order "
+                f"(--columns {want.role}:{column.unit},{SKIP},...)",
             )
         others = [c for _, c in candidates if c is not column]
         by_unit = isinstance(want, MachineWant) and not want.named(column.name)
@@ -251,7 +252,8 @@ def how(wants: Sequence[Want]) -> str:
     return f"write --columns {due} ({SKIP}: not used)"
 
 
-def _missing(header: Header, want: Want, said: ColumnEntry | None) -> str:
+def _missing(header: Header, want: Want, said: ColumnEntry | None) -> tuple[str, str]:
+    """Why there is no such column, and the option that would say which one it is."""
     for name, unit in header.columns:
         if said is not None and plain(name) == plain(said.name or "") and not unit:
             return _wrong_unit(want, name, unit)
@@ -262,10 +264,10 @@ def _missing(header: Header, want: Want, said: ColumnEntry | None) -> str:
         return _wrong_unit(want, *weighed[0])
     if said is not None:
         name = cut(said.name or "")
-        return f"has no column '{name}' with a unit of {want.role}; {header.listed()}"
+        return f"has no column '{name}' with a unit of {want.role}; {header.listed()}", ""
     return (
-        f"has no column with a unit of {want.role} ({want.due}); {header.listed()} "
-        f"(say which: --columns {want.role}:{want.units[0]}=NAME)"
+        f"has no column with a unit of {want.role} ({want.due}); {header.listed()}",
+        f" (say which: --columns {want.role}:{want.units[0]}=NAME)",
     )
 
 
@@ -273,8 +275,7 @@ def _not_read(header: Header, want: Want) -> list[str]:
     """That a column is called as one that may be missing, but is not read: its unit is unknown."""
     for name, unit in header.columns:
         if want.named(name):
-            say = f"has no unit (--columns {want.role}:{want.units[0]}='{cut(name)}')"
-            why = f"is in '{cut(unit)}', which is no unit of {want.role}" if unit else say
+            why = f"is in '{cut(unit)}', which is no unit of {want.role}" if unit else "has no unit"
             return [f"the {want.role} is not read: column '{cut(name)}' {why}"]
     return []
 
@@ -296,23 +297,23 @@ def gainsaid(header: Header, taken: Mapping[str, Column], wants: Sequence[Want])
     return [f"{why}; what is given counts" for why in found if why]
 
 
-def _wrong_unit(want: Want, name: str, unit: str | None) -> str:
+def _wrong_unit(want: Want, name: str, unit: str | None) -> tuple[str, str]:
     role, called = want.role, cut(name)
     if not unit:
-        say = f"(say which: --columns {role}:{want.units[0]}='{called}')"
-        return f"column '{called}' has no unit; {role} needs one such as {want.due} {say}"
+        say = f" (say which: --columns {role}:{want.units[0]}='{called}')"
+        return f"column '{called}' has no unit; {role} needs one such as {want.due}", say
     text = f"column '{called}' is in '{cut(unit)}', which is no unit of {role}"
     weight = weight_unit(unit) if want.si == "N" else None
     if weight:
         return (
-            f"{text}, a unit of mass; if its weight is meant, that is {weight} "
-            f"(say so: --columns {role}:{weight}='{called}')"
+            f"{text}, a unit of mass; if its weight is meant, that is {weight}",
+            f" (say so: --columns {role}:{weight}='{called}')",
         )
     if gainsays(unit, want.units[0], want.si):
-        return f"{text}; name another column (--columns {role}:{want.units[0]}=NAME)"
+        return f"{text}; name another column", f" (--columns {role}:{want.units[0]}=NAME)"
     return (
-        f"{text}; it needs one such as {want.due} (say which it is: "
-        f"--columns {role}:UNIT='{called}')"
+        f"{text}; it needs one such as {want.due}",
+        f" (say which it is: --columns {role}:UNIT='{called}')",
     )
 
 

@@ -96,7 +96,9 @@ def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Sty
             raise FileError(
                 rows.source.path,
                 f"does not show whether '{min(signs)}' is the decimal sign or groups thousands; "
-                "say which sign is the decimal one (--decimal)",
+                "say which sign is the decimal one",
+                how=" (--decimal)",
+                asks="decimal",
             )
     return fits or [s for s in known if s in _PLAIN][:1] or [(decimal or ".", "")]
 

@@ -54,7 +54,12 @@ def read_trace(path: str | Path, options: ReadingOptions | None = None) -> Trace
     if len(found) > 1:
         labels = [s.label for s in found if s.label]
         named = f" ({', '.join(repr(label[:30]) for label in labels[:6])})" if labels else ""
-        raise FileError(path, f"holds {len(found)} specimens{named}; say which one (--specimen 1)")
+        raise FileError(
+            path,
+            f"holds {len(found)} specimens{named}; say which one",
+            how=" (--specimen 1)",
+            asks="specimen",
+        )
     return found[0].read(options or ReadingOptions())
 
 
@@ -104,7 +109,9 @@ def _of_sheets(sources: list[Source], options: ReadingOptions) -> list[Specimen]
         raise FileError(
             sources[0].path,
             f"has {len(found)} sheets with force and elongation in different columns ({sheets}); "
-            "say which one (--sheet NAME)",
+            "say which one",
+            how=" (--sheet NAME)",
+            asks="sheet",
         )
     return [
         one if one.label or len(found) == 1 else replace(one, label=sheet)

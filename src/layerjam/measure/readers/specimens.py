@@ -200,7 +200,9 @@ def _nothing(lines: Lines, blocks: list[Block], said: Mapping[str, ColumnEntry])
             return FileError(
                 path,
                 f"is in no known format: {bare.width} columns of numbers without names; say what "
-                f"each is, in order, such as --columns {entries}",
+                "each is",
+                how=f", in order, such as --columns {entries}",
+                asks="columns",
             )
         best = best or headless(lines, blocks)
     if best is None or not (best.header.style or any(map(named_role, best.header.names))):
@@ -215,7 +217,9 @@ def _nothing(lines: Lines, blocks: list[Block], said: Mapping[str, ColumnEntry])
     if "elongation" not in said and _over_time(best.header, said):
         return best.header.fail(
             f"holds force and time and no elongation; {best.header.listed()}; give the crosshead's "
-            "speed (--speed 10mm/min), or say which column it is (--columns elongation:mm=NAME)"
+            "speed",
+            " (--speed 10mm/min), or say which column it is (--columns elongation:mm=NAME)",
+            "speed",
         )
     try:
         assign(best.header, PULL, said)

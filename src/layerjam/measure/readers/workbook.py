@@ -19,10 +19,12 @@ MAX_UNPACKED = 250_000_000
 """Bytes a zipped workbook may unpack to, which cost several times their number in memory."""
 MOST_CELLS = 10_000_000
 """Cells of a sheet from its first to its last row and column: the reader stores the empty ones."""
+FEW_CELLS, SPARSE = 200_000, 100
+"""A sheet of more than these cells is not read where less than one in so many is filled."""
 _CLEAN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "''"})
 _ATTRIBUTES = rb"""((?:[^>"']++|"[^"]*"|'[^']*')*+)"""
-_CELL = re.compile(rb'<(?:\w+:)?(row|c)(?=[\s/>])(?: r="([A-Z]{0,4})(\d{1,9})")?' + _ATTRIBUTES)
-_PLACE = re.compile(rb"""\sr\s*=\s*["']([A-Za-z]{0,4})(\d{1,9})["']""")
+_CELL = re.compile(rb'<(?:\w+:)?(row|c)(?=[\s/>])(?: r="([A-Z]{0,9})(\d{1,20})")?' + _ATTRIBUTES)
+_PLACE = re.compile(rb"""\sr\s*=\s*["']([A-Za-z]{0,9})(\d{1,20})["']""")
 _BEGIN_SHEET = b"\x81\x01"
 """The record that an .xlsb sheet begins with."""
 _REPEATED = re.compile(rb"<table:((?:covered-)?table-cell|table-row|table)\b" + _ATTRIBUTES)
@@ -70,17 +72,28 @@ def _check_size(path: str, data: bytes) -> None:
                 "read; export it as CSV",
             )
         for part in book.infolist():
-            cells = max(_cells_of(part.filename.lower(), book.read(part)), default=0)
-            if cells > MOST_CELLS:
-                raise FileError(
-                    path,
-                    f"has a sheet of {cells:.3g} cells from its first to its last, more than "
-                    f"{MOST_CELLS:.0e} are not read; export the columns needed as CSV",
-                )
+            for cells, filled in _cells_of(part.filename.lower(), book.read(part)):
+                _check_cells(path, cells, filled)
 
 
-def _cells_of(name: str, data: bytes) -> Iterator[int]:
-    """Rows times columns that a part of a workbook stretches over.
+def _check_cells(path: str, cells: int, filled: int) -> None:
+    """Refuse a sheet that is too large, or far larger than what is filled of it."""
+    if cells > MOST_CELLS:
+        raise FileError(
+            path,
+            f"has a sheet of {cells:.3g} cells from its first to its last, more than "
+            f"{MOST_CELLS:.0e} are not read; export the columns needed as CSV",
+        )
+    if cells > max(FEW_CELLS, SPARSE * filled):
+        raise FileError(
+            path,
+            f"has a sheet of {cells:.3g} cells from its first to its last, of which {filled} are "
+            "filled; delete what stands far from its table, or export the columns needed as CSV",
+        )
+
+
+def _cells_of(name: str, data: bytes) -> Iterator[tuple[int, int]]:
+    """(rows times columns, filled cells) that a part of a workbook stretches over.
 
     Any part may be a sheet: a workbook names its sheets' parts as it likes.
     """
@@ -92,9 +105,12 @@ def _cells_of(name: str, data: bytes) -> Iterator[int]:
         yield _xml_cells(data)
 
 
-def _xml_cells(data: bytes) -> int:
-    """The same of an .xlsx sheet: a row or cell that states no place follows the one before."""
-    row = column = rows = columns = 0
+def _xml_cells(data: bytes) -> tuple[int, int]:
+    """The same of an .xlsx sheet: a row or cell that states no place follows the one before.
+
+    A cell that is closed at once is empty, and the reader passes over it.
+    """
+    row = column = rows = columns = filled = 0
     for tag in _CELL.finditer(data):
         kind, letters, number, attributes = tag.groups()
         if kind == b"row":
@@ -105,8 +121,10 @@ def _xml_cells(data: bytes) -> int:
             row, column = int(number), _column(letters) or column
         for letters, number in _PLACE.findall(attributes) if b"r" in attributes else ():
             row, column = int(number), _column(letters) or column
-        rows, columns = max(rows, row), max(columns, column)
-    return rows * max(columns, 1)
+        if kind == b"c" and not attributes.endswith(b"/"):
+            filled += 1
+            rows, columns = max(rows, row), max(columns, column)
+    return rows * max(columns, 1), filled
 
 
 @lru_cache(maxsize=20_000)
@@ -115,19 +133,20 @@ def _column(letters: bytes) -> int:
     return sum(26**i * (c - 64) for i, c in enumerate(reversed(letters.upper())))
 
 
-def _binary_cells(data: bytes) -> int:
+def _binary_cells(data: bytes) -> tuple[int, int]:
     """The same of an .xlsb sheet: records of a type, a length, and a row or a column first."""
-    at = rows = columns = 0
+    at = rows = columns = filled = 0
     while at < len(data):
         kind, at = _varint(data, at)
         length, at = _varint(data, at)
         if kind <= 11 and length >= 4:
             index = int.from_bytes(data[at : at + 4], "little") + 1
+            filled += kind > 1  # 0 begins a row, 1 is a cell without content
             rows, columns = (
                 (max(rows, index), columns) if kind == 0 else (rows, max(columns, index))
             )
         at += length
-    return rows * max(columns, 1)
+    return rows * max(columns, 1), filled
 
 
 def _varint(data: bytes, at: int) -> tuple[int, int]:
@@ -139,23 +158,26 @@ def _varint(data: bytes, at: int) -> tuple[int, int]:
             return value, at
 
 
-def _open_document_cells(data: bytes) -> Iterator[int]:
-    """The same of the sheets of an .ods: up to the last cell that is not empty."""
-    row = last_row = column = widest = 0
+def _open_document_cells(data: bytes) -> Iterator[tuple[int, int]]:
+    """The same of the sheets of an .ods: up to the last cell that is not empty.
+
+    A cell that is closed at once may hold a value all the same, in an attribute.
+    """
+    row = last_row = column = widest = filled = 0
     for tag in _REPEATED.finditer(data):
         kind, attributes = tag.groups()
         found = _TIMES.search(attributes)
         count = int(found[1]) if found else 1
         if kind == b"table":
-            yield last_row * widest
-            row = last_row = widest = 0
+            yield last_row * widest, filled
+            row = last_row = widest = filled = 0
         elif kind == b"table-row":
             row, column = row + count, 0
         else:
             column += count
-            if not attributes.endswith(b"/"):
-                last_row, widest = row, max(widest, column)
-    yield last_row * widest
+            if not attributes.endswith(b"/") or b"value" in attributes or b"formula" in attributes:
+                last_row, widest, filled = row, max(widest, column), filled + 1
+    yield last_row * widest, filled
 
 
 def _source(path: str, name: str, rows: Sequence[Sequence[object]]) -> Source:

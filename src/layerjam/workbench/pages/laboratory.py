@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Sequence
 from functools import lru_cache, partial
 from typing import Any
@@ -14,6 +13,7 @@ from layerjam.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench.call import Call, Options, key_of
 from layerjam.workbench.controls import Choice, choice, chosen, menu
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.dropping import FilesHere
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.laboratory_chain import (
@@ -25,18 +25,13 @@ from layerjam.workbench.pages.laboratory_chain import (
     taken_roles,
 )
 from layerjam.workbench.pages.laboratory_correct import Correct
-from layerjam.workbench.pages.laboratory_drop import Dropped, practice_files
-from layerjam.workbench.pages.laboratory_files import (
-    Row,
-    edits_of,
-    put_edits,
-    read_row,
-    rows_of,
-)
+from layerjam.workbench.pages.laboratory_drop import practice_files
+from layerjam.workbench.pages.laboratory_files import Row, read_row, rows_of
 from layerjam.workbench.pages.laboratory_results import Card, show_step
 from layerjam.workbench.pages.laboratory_table import Table
 from layerjam.workbench.runner import waiting_line
-from layerjam.workbench.uploads import MOST, Refused, Uploads, zipped
+from layerjam.workbench.said import edits_of, put_edits
+from layerjam.workbench.uploads import MOST, Refused, zipped
 from layerjam.workbench.widgets import button, columns, dressed, one_line
 
 STANDARDS = {"paper": "as the paper", "d1894": "ASTM D1894", "iso8295": "ISO 8295"}
@@ -68,8 +63,6 @@ BY_FILE = (
 OWN_FRICTION = (*BY_FILE, "standard", "accept_stick_slip", "brake", "partial", "force")
 OWN_CALIBRATION = (*BY_FILE, "depth", "free", "partial", "force")
 """Inputs of the commands that have a control of their own, or none; the rest is in the folds."""
-SOON = 0.3
-"""Files that arrive within this time [s] of each other are read together."""
 LOOK = 0.2
 """Seconds between two looks at what was computed so far."""
 KINDS = {"report.pdf": "application/pdf", "report.html": "text/html"}
@@ -83,7 +76,7 @@ class Laboratory(Page):
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
-        self.uploads, self.chain = Uploads(), Chain()
+        self.uploads, self.chain = desk.files, Chain()
         self.standard = chosen("friction", "standard", STANDARDS, label="Friction tests read")
         self.method = chosen("calibrate", "depth", METHODS, label="Calibrated on")
         self.more = {
@@ -99,14 +92,13 @@ class Laboratory(Page):
         self._divides = False
         """Whether practice files were made that are to be divided."""
         self._not_taken: list[str] = []
-        self._soon: asyncio.TimerHandle | None = None
 
     def build(self) -> None:
         """Drop zone and settings left; files, results and report right."""
         ui.context.client.on_delete(self.close)
         side, main = columns(whole=True)
         with side:
-            self.dropped = Dropped(self.uploads, self._arrived)
+            FilesHere(self.desk, self.name)
             tip = (
                 "A campaign of the virtual laboratory on the brake choi2018-kapton; nothing in it "
                 "was measured"
@@ -135,7 +127,7 @@ class Laboratory(Page):
                 Card("report", self._show_report, self._make_button),
             ]
         self._fill()
-        ui.timer(LOOK, lambda: self._fill() if self.runner.running else None)
+        ui.timer(LOOK, self._look)
 
     def _take_buttons(self) -> None:
         sample = partial(self._want, "sample")
@@ -215,7 +207,7 @@ class Laboratory(Page):
     def _inputs(self) -> object:
         """What is computed depends on this."""
         state, files = self.desk.state, self.uploads
-        return state.settings.get(self.name), state.brake, list(files.files), dict(files.sidecars)
+        return state.settings.get(self.name), state.brake, files.used, dict(files.sidecars)
 
     def refresh(self) -> None:
         """Ask anew; what is being computed from older inputs is given up."""
@@ -226,17 +218,23 @@ class Laboratory(Page):
     def _show(self, result: Any, problem: str) -> None:
         if not self.uploads.closed and (problem or result is not None):  # None: the server ends
             super()._show(result, problem)
-            self._fill()
+            if self.desk.state.page == self.name:  # it is filled when it is opened again
+                self._fill()
 
     def draw(self, result: list[Row]) -> None:
         """What was not taken of practice files; the others are divided."""
-        for sentence in self._not_taken:
-            self.dropped.say(sentence)
+        if self._not_taken:
+            ui.notify("; ".join(self._not_taken[:5]), type="warning")
         self._not_taken.clear()
         if self._divides:
             self._divides = False
             self._divide()
             self.refresh()
+
+    def _look(self) -> None:
+        """While it is computed and seen, show what is known so far."""
+        if self.runner.running and self.desk.state.page == self.name:
+            self._fill()
 
     def _fill(self) -> None:
         """Table, chosen files and cards as far as they are known."""
@@ -261,18 +259,13 @@ class Laboratory(Page):
         self._wanted.add(what)
         self.refresh()
 
-    def _arrived(self) -> None:
-        if self._soon is not None:
-            self._soon.cancel()
-        self._soon = asyncio.get_running_loop().call_later(SOON, self.refresh)
-
     def _chosen(self, keys: Sequence[str]) -> None:
         self.correct.fill([r for r in self.rows if r.upload.key in keys], self.dark)
 
     def _removed(self, keys: Sequence[str]) -> None:
         self.uploads.remove(keys)
         self.table.chosen = []
-        self.refresh()
+        self.desk.files_changed()
 
     def _divide(self) -> None:
         put_edits(self.desk, taken_roles(self.rows))
@@ -303,9 +296,8 @@ class Laboratory(Page):
             ui.download.content(text, fitted.call.out, "application/toml")
 
     def close(self) -> None:
-        """The tab is gone: stop, and delete its files."""
+        """The tab is gone: stop."""
         self.runner.stop()
-        self.uploads.close()
 
 
 def _button(text: str, icon: str, act: Any, key: str) -> ui.button:

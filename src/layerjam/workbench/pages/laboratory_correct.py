@@ -10,21 +10,27 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.errors import LayerjamError
+from layerjam.identify.provenance import renamed
+from layerjam.measure.preview import Preview, preview
 from layerjam.measure.sidecar import Facts
 from layerjam.units import show, spec_of
 from layerjam.workbench import live
 from layerjam.workbench.call import parameters
 from layerjam.workbench.charts import Curve, options
+from layerjam.workbench.columns import ColumnTable
 from layerjam.workbench.controls import with_unit
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.laboratory_files import (
-    FACTS,
+from layerjam.workbench.pages.laboratory_files import Row
+from layerjam.workbench.proposals import FACTS
+from layerjam.workbench.said import (
     ROLES,
-    Row,
-    beginning,
+    UNITS,
     check_edit,
+    column_said,
     edits_of,
+    negative_of,
     put_edits,
+    sign_turned,
 )
 from layerjam.workbench.widgets import (
     Alert,
@@ -38,52 +44,11 @@ from layerjam.workbench.widgets import (
     select,
 )
 
-UNITS = MappingProxyType(
-    {
-        "force": ("N", "kN", "mN", "lbf", "gf", "kgf"),
-        "elongation": ("mm", "m", "µm", "in"),
-        "time": ("s", "ms", "min"),
-    }
-)
-EXAMPLES = MappingProxyType({"vacuum": "94.5 kPa", "normal_force": "2.45 N"})
+EXAMPLES = MappingProxyType({"vacuum": "94.5 kPa", "normal_force": "2.45 N", "speed": "13 mm/s"})
 DECIMALS = MappingProxyType({"": "as found", ".": "point", ",": "comma"})
-SIGNS = MappingProxyType(
-    {
-        "": "nothing",
-        "force": "the force",
-        "elongation": "the elongation",
-        "force\nelongation": "both",
-    }
-)
 SHOWN = 6
 """Files whose curves are drawn."""
 COLORS = ("main", "second", "good", "bad", "other", "sky")
-
-
-def columns_said(text: str) -> dict[str, str]:
-    """{ROLE-name: its column, ROLE-unit: unit} of lines ROLE[:UNIT]=NAME."""
-    made: dict[str, str] = {}
-    for line in text.split("\n"):
-        said, _, name = line.partition("=")
-        role, _, unit = said.partition(":")
-        made |= {f"{role}-name": name, f"{role}-unit": unit}
-    return made
-
-
-def changes(value: Mapping[str, str]) -> dict[str, str]:
-    """What the form's fields say, as settings of a file."""
-    made = {key: text for key, text in value.items() if "-" not in key}
-    column = []
-    for role in UNITS:
-        name, unit = value[f"{role}-name"], value[f"{role}-unit"]
-        if name:
-            column.append(f"{role}:{unit}={name}" if unit else f"{role}={name}")
-    made["column"] = "\n".join(column)
-    if not made["role"]:
-        made.pop("role")
-    for name in FACTS:
-        made[name] = with_unit(made[name], EXAMPLES[name].partition(" ")[2])
-    return made
 
 
 class Correct:
@@ -124,11 +89,6 @@ class Correct:
         self._draw(alone, dark)
         self._below.clear()
         with self._below:
-            if alone:
-                look = "font-mono text-xs whitespace-pre overflow-x-auto w-full"
-                with fold("How the file begins"):
-                    lines = ui.label("\n".join(beginning(rows[0].upload)))
-                    dressed(lines, "laboratory-beginning", look, "tabindex=0")
             self._form()
 
     def _understood(self, alone: bool) -> None:
@@ -161,17 +121,20 @@ class Correct:
     def _form(self) -> None:
         said = edits_of(self.desk).get(self._keys[0], {})
         roles = {r.role for r in self.rows}
-        role = roles.pop() if len(roles) == 1 else ""
-        self._said = {**said, **columns_said(said.get("column", "")), "role": role}
+        self._said = {**said, "role": roles.pop() if len(roles) == 1 else ""}
         self._fields = {}
         with ui.row().classes("w-full items-end gap-3"):
             self._select("role", "Used as", ROLES, width="w-56")
             for name in FACTS:
                 tip = f"{spec_of(Facts, name).text}, with its unit; empty: as the sidecar says"
                 self._text(name, name.replace("_", " ").capitalize(), self._stated(name), tip)
-        corrections = fold("Correct columns, units, signs", "laboratory-correct")
-        with corrections, ui.column().classes("gap-3 w-full"):
-            self._columns()
+        shown = self._preview()
+        refused = any(r.refused for r in self.rows)
+        with (
+            fold("Columns, units, signs", "laboratory-correct", refused),
+            ui.column().classes("gap-3 w-full"),
+        ):
+            self._columns(shown)
         self._trouble = Alert("laboratory-edit-problem")
         many = "" if len(self.rows) == 1 else f" to {len(self.rows)} files"
         with ui.row().classes("gap-2"):
@@ -182,22 +145,43 @@ class Correct:
             ):
                 button(text, act, f"laboratory-{key}", icon, how=f"{how} dense no-caps")
 
-    def _columns(self) -> None:
-        """What the columns are, in which unit, counted how."""
-        for role, units in UNITS.items():
-            with ui.row().classes("items-end gap-3"):
-                name, unit = f"{role}-name", f"{role}-unit"
-                tip = f"Name of the column that holds the {role} (--column)"
-                self._text(name, f"Column of the {role}", "", tip)
-                known = {u: u for u in (*units, self._said.get(unit)) if u}
-                self._select(unit, "in", {"": "its own unit", **known}, width="w-36")
-        order = "such as time:s,skip,force:N,elongation:mm"
-        self._text("columns", "All columns in order", order, width="w-full")
+    def _preview(self) -> Preview | str:
+        """The table of the first file, or why there is none."""
+        upload = self.rows[0].upload
+        try:
+            return preview(upload.path)
+        except LayerjamError as err:
+            return str(renamed(one_line(err), {upload.path.name: upload.shown}))
+
+    def _columns(self, shown: Preview | str) -> None:
+        """The heads to click, and what no column says."""
+        if isinstance(shown, str):
+            ui.label(shown).classes("text-sm")
+            return
+        many = "" if len(self.rows) == 1 else f" What you say holds for all {len(self.rows)} files."
+        ui.label(f"Click the head of a column to say what it is.{many}").classes("text-sm")
+        turned = negative_of(self._said)
+        ColumnTable(shown, turned, partial(self._clicked, shown), self._turned)
         with ui.row().classes("items-end gap-3"):
             self._select("decimal", "Decimal sign", DECIMALS)
-            self._select("negative", "Counted negative", SIGNS)
-            self._text("specimen", "Specimen", "such as 1")
-            self._text("sheet", "Sheet")
+            if len(self.rows[0].traces) > 1 or self._said.get("specimen"):
+                self._text("specimen", "Specimen", "such as 1")
+            if shown.sheets or self._said.get("sheet"):
+                names = {"": "all that hold curves", **{name: name for name in shown.sheets}}
+                self._select("sheet", "Sheet", names)
+
+    def _clicked(self, shown: Preview, index: int, role: str, unit: str) -> None:
+        upload = self.rows[0].upload
+        try:
+            change = column_said(upload.path, shown, index, role, unit)
+            check_edit(change)
+        except LayerjamError as err:
+            self._trouble.say(str(renamed(one_line(err), {upload.path.name: upload.shown})))
+            return
+        put_edits(self.desk, dict.fromkeys(self._keys, change))
+
+    def _turned(self, role: str) -> None:
+        put_edits(self.desk, dict.fromkeys(self._keys, sign_turned(self._said, role)))
 
     def _text(
         self, key: str, label: str, example: str = "", tip: str = "", width: str = "w-44"
@@ -214,14 +198,17 @@ class Correct:
 
     def _stated(self, name: str) -> str:
         """What the files say of a fact, for an empty field; else an example."""
-        found = {r.vacuum if name == "vacuum" else r.facts.normal_force for r in self.rows}
+        found = {r.vacuum if name == "vacuum" else getattr(r.facts, name) for r in self.rows}
         value = found.pop()
         if not found and value is not None:
             return f"stated: {show(value, spec_of(Facts, name).unit)}"
         return f"such as {EXAMPLES[name]}"
 
     def _apply(self) -> None:
-        said = changes({k: str(f.value or "").strip() for k, f in self._fields.items()})
+        said = {k: str(f.value or "").strip() for k, f in self._fields.items()}
+        said |= {name: with_unit(said[name], UNITS[name]) for name in FACTS}
+        if not said["role"]:
+            del said["role"]
         try:
             check_edit(said)
         except LayerjamError as err:
@@ -240,4 +227,4 @@ class Correct:
 def _about(key: str) -> str:
     """What the option means that says how files are read; nothing of what is none."""
     option = parameters("pull").get(key)
-    return "" if option is None else f"{option.sentence} ({option.option})"
+    return "" if option is None else str(option.sentence)

@@ -23,7 +23,6 @@ from layerjam.workbench.pages.pull_files import Measured, Reading, laid_out, rea
 from layerjam.workbench.pins import Pins
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import waiting_line
-from layerjam.workbench.uploads import Uploads
 from layerjam.workbench.widgets import button, chart, columns, fold, one_line, status
 
 STICK_SLIP = "judder"
@@ -54,7 +53,7 @@ class Pull(Page):
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
-        self.uploads = Uploads()
+        self.uploads = desk.files
         self.more_of_pull = More(self, "tensile", ("vacuum", "speed", "travel", "model"))
         self.more_of_saw = More(self, STICK_SLIP, ("vacuum", "speed", "damping"))
         self._read: tuple[object, Reading] = (None, Reading())
@@ -78,7 +77,6 @@ class Pull(Page):
 
     def build(self) -> None:
         """Controls left, curve right."""
-        ui.context.client.on_delete(self.uploads.close)
         side, main = columns()
         with side:
             self.slider("vacuum")
@@ -91,7 +89,7 @@ class Pull(Page):
                 self.more_of_pull.build()
             with self.while_(self._saws):
                 self.more_of_saw.build()
-            self.measured = Measured(self.uploads, self.refresh)
+            self.measured = Measured(self.desk)
             self.of_files = self.slider("files_vacuum")
         with main:
             waiting_line(self.name, self.runner)
@@ -150,7 +148,7 @@ class Pull(Page):
 
     def _files(self) -> Reading:
         """The files as they were read, or anew where files, brake or their vacuum changed."""
-        vacuum, files = self.text("files_vacuum"), laid_out(self.uploads)
+        vacuum, files = self.text("files_vacuum"), laid_out(self.desk)
         known, reading = self._read
         sidecars = tuple(self.uploads.sidecars)
         key = (files, sidecars, self.desk.state.brake, vacuum if reading.lacking else "")

@@ -7,17 +7,21 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from nicegui import events, ui
+from nicegui import ui
 
 from layerjam.identify.provenance import renamed
 from layerjam.identify.validation.metrics import CurveError
 from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, Subject
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.dropping import FilesHere
 from layerjam.workbench.page import Box, Notes, answered, checks
+from layerjam.workbench.proposals import ASIDE, FRICTION
+from layerjam.workbench.said import edits_of, sidecar_text
 from layerjam.workbench.tables import html
-from layerjam.workbench.uploads import LARGEST, Upload, Uploads
-from layerjam.workbench.widgets import Alert, button, dressed, hint, zone
+from layerjam.workbench.uploads import Upload
+from layerjam.workbench.widgets import Alert, button, dressed, hint
 
 
 @dataclass(frozen=True)
@@ -58,10 +62,15 @@ class Reading:
         return () if self.compared is None else self.compared.record[1].curves
 
 
-def laid_out(uploads: Uploads) -> tuple[Upload, ...]:
-    """The measurements as a call takes them, their sidecars written beside them."""
-    given = dict(uploads.sidecars)
-    return tuple(uploads.with_sidecar(f, given.get(f.shown, "")) for f in list(uploads.files))
+def laid_out(desk: Desk) -> tuple[Upload, ...]:
+    """The pulls among the tab's files as a call takes them, their sidecars written beside them."""
+    uploads, edits, made = desk.files, edits_of(desk), []
+    for one in uploads.used:
+        said = edits.get(one.key, {})
+        if said.get("role") not in (FRICTION, ASIDE):
+            text = sidecar_text(uploads.sidecars.get(one.shown, ""), said)
+            made.append(uploads.with_sidecar(one, text))
+    return tuple(made)
 
 
 def read(
@@ -81,44 +90,22 @@ def read(
 
 
 class Measured:
-    """The drop area, and the files with what was understood of them."""
+    """Where files come from, and those that are pulls with what was understood of them."""
 
-    def __init__(self, uploads: Uploads, changed: Callable[[], None]) -> None:
-        self.uploads, self._changed = uploads, changed
-        self._said = ""
+    def __init__(self, desk: Desk) -> None:
+        self.desk = desk
+        FilesHere(desk, "pull")
         self._trouble = Alert("pull-file-problem", "text-sm")
-        label = "Drop measured pulls here"
-        area = ui.upload(
-            multiple=True,
-            max_file_size=LARGEST,
-            auto_upload=True,
-            on_multi_upload=self._came,
-            on_rejected=lambda: self._trouble.say(f"a file has at most {LARGEST // 2**20} MB"),
-        )
-        self.area = zone(area, label, "pull-drop")
-        ui.label(
-            "Exports of a test machine, with NAME.csv.toml beside NAME.csv if there is one. They "
-            "stay on this machine and are not in the link."
-        ).classes("text-xs opacity-80")
         self.list = dressed(Box(self._show), "pull-files")
 
-    async def _came(self, event: events.MultiUploadEventArguments) -> None:
-        refused = [await self.uploads.receive(file) for file in event.files]
-        self.area.reset()
-        self._said = "; ".join(filter(None, refused))
-        self._trouble.say(self._said)
-        self._changed()
-
     def _remove(self, key: str) -> None:
-        self.uploads.remove([key])
-        self._said = ""
-        self._trouble.say("")
-        self._changed()
+        self.desk.files.remove([key])
+        self.desk.files_changed()
 
     def fill(self, reading: Reading) -> None:
         """Show what was made of the files."""
         if self.list.fill(reading):
-            self._trouble.say("; ".join(filter(None, (self._said, reading.problem))))
+            self._trouble.say(reading.problem)
 
     def _show(self, reading: Reading) -> None:
         for file in reading.files:
@@ -129,7 +116,8 @@ class Measured:
                 dressed(away, aria_label=f"Take {file.shown} away")
             for sentence in reading.sentences(file.shown):
                 ui.label(sentence).classes("text-xs opacity-80")
-        for name in sorted({*self.uploads.sidecars} - {f.shown for f in reading.files}):
+        files = self.desk.files
+        for name in sorted({*files.sidecars} - {f.shown for f in files.files}):
             ui.label(f"{name}.toml waits for {name}").classes("text-xs opacity-80")
 
 

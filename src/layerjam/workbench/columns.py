@@ -1,0 +1,89 @@
+"""The first rows of a file; a click on the head of a column says what the column is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from types import MappingProxyType
+
+from nicegui import ui
+
+from layerjam.measure.preview import MOST, Preview
+from layerjam.workbench.widgets import button, dressed
+
+UNITS = MappingProxyType(
+    {
+        "force": ("N", "kN", "mN", "lbf", "gf", "kgf"),
+        "elongation": ("mm", "m", "µm", "in"),
+        "time": ("s", "ms", "min"),
+        "vacuum": ("kPa", "mbar", "bar", "Pa"),
+    }
+)
+"""{what a column may be: units to choose from}."""
+TURNED = ("force", "elongation")
+FLAT = "flat dense no-caps"
+
+
+class ColumnTable:
+    """Heads to click above the rows; `said(index, role, unit)` is called with what was chosen.
+
+    The role "" means that the column is ignored; `turned(role)` is called where its sign turns.
+    """
+
+    def __init__(
+        self,
+        shown: Preview,
+        negative: frozenset[str],
+        said: Callable[[int, str, str], object],
+        turned: Callable[[str], object],
+    ) -> None:
+        self.shown, self.negative, self._said, self._turned = shown, negative, said, turned
+        with ui.element("div").classes("plain-scroll w-full").props("tabindex=0"):
+            table = ui.element("table").classes("plain-table columns-table")
+            with dressed(table, "columns", aria_label="The first rows of the file"):
+                with ui.element("thead"), ui.element("tr"):
+                    for index in range(min(len(shown.names), MOST)):
+                        self._head(index)
+                with ui.element("tbody"):
+                    for row in shown.rows:
+                        with ui.element("tr"):
+                            for cell in row[:MOST]:
+                                with ui.element("td").classes("num"):
+                                    ui.label(cell)
+        if len(shown.names) > MOST:
+            ui.label(f"and {len(shown.names) - MOST} columns more").classes("text-xs opacity-80")
+
+    def _head(self, index: int) -> None:
+        name, unit = self.shown.names[index], self.shown.units[index]
+        role, of = self.shown.taken.get(index, ("", ""))
+        with ui.element("th").props("scope=col"):
+            if self.shown.ours:
+                ui.label(f"{name} [{unit}]")
+                return
+            text = f"{name} [{unit}]" if unit else name
+            head = button(text, None, f"column-{index}", how=f"{FLAT} icon-right=expand_more")
+            head.classes("column-head" + (" column-taken" if role else ""))
+            turned = ", sign turned" if role in self.negative else ""
+            means = f"{role} in {of}{turned}" if role else "not used"
+            ui.label(means).classes("text-xs " + ("yes font-medium" if role else "opacity-80"))
+            dressed(head, aria_label=f"{text}: {means}. What is this column?")
+            with head:
+                menu = ui.menu().props("auto-close no-parent-event")
+            head.on_click(partial(self._fill, menu, index, role))
+
+    def _fill(self, menu: ui.menu, index: int, role: str) -> None:
+        """What the column may be, made when it is asked for."""
+        menu.clear()
+        with menu, ui.column().classes("gap-1 q-pa-sm"):
+            for what, units in UNITS.items():
+                with ui.row().classes("items-center gap-1 no-wrap"):
+                    ui.label(what).classes("text-sm").style("width:5.5em")
+                    for unit in units:
+                        act = partial(self._said, index, what, unit)
+                        made = button(unit, act, f"column-is-{what}-{unit}", how=FLAT)
+                        dressed(made, aria_label=f"{what} in {unit}")
+            with ui.row().classes("gap-1"):
+                button("ignore", partial(self._said, index, "", ""), "column-ignore", how=FLAT)
+                if role in TURNED:
+                    button("turn its sign", partial(self._turned, role), "column-turn", how=FLAT)
+        menu.open()

@@ -1,0 +1,215 @@
+"""Files dropped anywhere in the window, on any tab: each goes where its content belongs."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import tomlkit
+from nicegui import background_tasks, events, ui
+
+from layerjam.errors import LayerjamError
+from layerjam.measure.sidecar import FOLDER
+from layerjam.records.toml import MAX_BYTES
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.kinds import toml_kind
+from layerjam.workbench.sorting import Sorting
+from layerjam.workbench.uploads import LARGEST, MOST, Refused, clean, is_sidecar
+from layerjam.workbench.widgets import button, dressed, hint, one_line
+
+if TYPE_CHECKING:
+    from nicegui.elements.upload_files import FileUpload
+
+AT_ONCE = 1000
+"""Files that the browser offers in one go at most; what is kept is bounded by uploads."""
+SOON = 0.3
+"""Files that arrive within this time [s] of each other belong together."""
+VEIL = "Drop here: measurements, a brake or a vacuum line as TOML"
+
+
+class Dropping:
+    """The uploader of the whole page, the veil over it, and the dialog after it."""
+
+    def __init__(self, desk: Desk, go: Callable[[str], object]) -> None:
+        """`go(page)` opens a page."""
+        self.desk, self.uploads = desk, desk.files
+        self.sorting = Sorting(desk, go)
+        self._soon: asyncio.TimerHandle | None = None
+        self._brakes = 0
+        self._facts: dict[str, str] = {}
+        """{name without .toml: sidecar that does not say of which file by its full name}."""
+        ui.context.client.on_delete(self.uploads.close)
+        ui.add_body_html(f'<div class="files-veil" aria-hidden="true"><span>{VEIL}</span></div>')
+        self.zone = ui.upload(
+            multiple=True,
+            auto_upload=True,
+            max_file_size=LARGEST,
+            max_files=AT_ONCE,
+            on_upload=self._take,
+        )
+        dressed(self.zone, "files", "files-dropped hidden")
+        self.zone.on("rejected", self._rejected, js_handler="(e) => emit(layerjamRejected(e))")
+        self.zone.on("failed", self._failed, js_handler="(e) => emit(layerjamFailed(e))")
+        self.zone.on("finish", lambda: self.zone.run_method("removeUploadedFiles"))
+        desk.watch(lambda what: self._look() if what == "waiting" else None)
+
+    async def _take(self, event: events.UploadEventArguments) -> None:
+        name = clean(event.file.name)
+        toml = name.lower().endswith(".toml")
+        why = await (self._toml(name, event.file) if toml else self._measured(event.file))
+        if why:
+            self._tell(why)
+        self._look()
+
+    async def _measured(self, file: FileUpload) -> str:
+        return await self.uploads.receive(file, waits=True)
+
+    async def _toml(self, name: str, file: FileUpload) -> str:
+        """Put a brake or a line on the desk, keep a sidecar; why not, where it is neither."""
+        if file.size() > MAX_BYTES:
+            return f"{name}: {file.size() / 1e6:.1f} MB is too large for a TOML file; 1 MB is read"
+        data = await file.read()
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            return f"{name}: is no text in UTF-8, so it is no TOML file"
+        kind = toml_kind(text)
+        if kind in ("brake", "line"):
+            return self._onto_desk(kind, name, text)
+        if is_sidecar(name):
+            try:
+                self.uploads.take(name, data)
+            except Refused as err:
+                return str(err)
+            self.desk.files_changed()
+            return ""
+        if kind == "sidecar":
+            self._facts[name[: -len(".toml")]] = text
+            return ""
+        if kind == "specification":
+            return f"{name}: is a design's specification; open it on the page Design"
+        return f"{name}: has no key of a brake, a vacuum line or a sidecar NAME.csv.toml"
+
+    def _onto_desk(self, kind: str, name: str, text: str) -> str:
+        """The first brake is the one on the desk, a second one stands beside it."""
+        what = kind
+        if kind == "brake":
+            if self._brakes == 2:
+                return f"{name}: not taken, two brakes were dropped before it"
+            what = "beside" if self._brakes else "brake"
+        try:
+            self.desk.put_file(what, text if "\n" in text else f"{text}\n")
+        except LayerjamError as err:
+            return f"{name}: {one_line(err)}"
+        self._brakes += kind == "brake"
+        now = {"brake": "the brake", "line": "the vacuum line", "beside": "compared with the brake"}
+        ui.notify(f"{name} is now {now[what]}; undo takes it back", type="positive")
+        return ""
+
+    def _look(self) -> None:
+        """Open the dialog once no more files come."""
+        if self._soon is not None:
+            self._soon.cancel()
+        loop, client = asyncio.get_running_loop(), self.zone.client
+
+        def open_it() -> None:
+            if not client.is_deleted:
+                background_tasks.create(self._sort(), name="layerjam files")
+
+        self._soon = loop.call_later(SOON, open_it)
+
+    async def _sort(self) -> None:
+        self._brakes = 0
+        with self.zone.client:
+            self._attach()
+            await self.sorting.show()
+
+    def _attach(self) -> None:
+        """Sidecars called after a file without its ending, and the one of the whole folder."""
+        files = self.uploads.files
+        for stem, text in self._facts.items():
+            own = [f for f in files if Path(f.shown).stem == stem]
+            if f"{stem}.toml" == FOLDER:
+                own = [f for f in files if f.key in self.uploads.waiting]
+            for one in own:
+                self.uploads.sidecars[one.shown] = _over(
+                    self.uploads.sidecars.get(one.shown, ""), text
+                )
+            if not own:
+                self._tell(
+                    f"{stem}.toml: says what holds of a test, but no file here is called "
+                    f"{stem}; call it NAME.csv.toml after the file NAME.csv"
+                )
+        self._facts.clear()
+
+    def _rejected(self, event: events.GenericEventArguments) -> None:
+        *entries, last = event.args
+        for why, name, size in entries:
+            if why == "max-file-size":
+                try:
+                    self.uploads.room(str(name), int(size))
+                except Refused as err:
+                    self._tell(str(err))
+            elif why == "max-files":
+                self._tell(f"{clean(str(name))}: not taken, more than {AT_ONCE} at once")
+            else:
+                self._tell(f"{clean(str(name))}: not taken, it is being sent already")
+        if int(last[2]) > len(entries):
+            self._tell(f"{int(last[2]) - len(entries)} more were not taken")
+        self._look()
+
+    def _failed(self, event: events.GenericEventArguments) -> None:
+        names, status = event.args
+        why = {
+            0: "could not be read by the browser; if it is a folder, drop the files in it",
+            400: "its name cannot be sent; give it a shorter, plainer one",
+            413: f"is too large: {LARGEST // 2**20} MB are the most",
+        }.get(int(status), "could not be sent; drop it again")
+        for name in names:
+            self._tell(f"{clean(str(name))}: {why}")
+        self.zone.reset()
+        self._look()
+
+    def _tell(self, sentence: str) -> None:
+        self.sorting.tell(sentence)
+
+
+def _over(own: str, of_all: str) -> str:
+    """A sidecar's text with what another one says besides; its own words count."""
+    try:
+        document, more = tomlkit.parse(own), tomlkit.parse(of_all)
+    except tomlkit.exceptions.TOMLKitError:
+        return own or of_all
+    for key, value in more.items():
+        if key not in document:
+            document[key] = value
+    return tomlkit.dumps(document)
+
+
+class FilesHere:
+    """On a page: that files can be dropped, a button to choose them, and those that wait."""
+
+    def __init__(self, desk: Desk, page: str) -> None:
+        self.desk = desk
+        with dressed(ui.column(), f"{page}-drop", "files-here w-full gap-2"):
+            ui.label("Drop files anywhere in this window").classes("font-medium")
+            hint(
+                "CSV, TSV, TXT, TRA, XLSX, ODS, and sidecars NAME.csv.toml, many at once. Up to "
+                f"{MOST} files of {LARGEST // 2**20} MB; they stay on this computer, are known on "
+                "every tab, are deleted when the browser's tab is closed, and are not in the link."
+            )
+            choose = button("Choose files", None, f"{page}-choose", "folder_open")
+            choose.on("click", js_handler="() => layerjamPick()")
+            how = "unelevated dense no-caps color=primary"
+            self._waiting = button("", desk.ask_files, f"{page}-waiting", "help_outline", how=how)
+        desk.watch(lambda what: self.fill() if what in ("files", "settings", "undo") else None)
+        self.fill()
+
+    def fill(self) -> None:
+        """How many files wait to be accepted."""
+        count = len(self.desk.files.waiting)
+        many = "1 file waits" if count == 1 else f"{count} files wait"
+        self._waiting.set_text(f"{many}: see what is proposed")
+        self._waiting.set_visibility(count > 0)

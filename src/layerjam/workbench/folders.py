@@ -1,0 +1,76 @@
+"""Temporary folders that do not outlive their program by more than a start of the next one.
+
+A folder holds a file that its program keeps locked. A program that was killed holds no lock, and
+the next workbench deletes what it left. Where there are no such locks (Windows), nothing is swept.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import tempfile
+import weakref
+from pathlib import Path
+
+PREFIX = "layerjam-workbench-"
+LOCK = ".in-use"
+
+
+class Folder:
+    """A new folder with its `path`; deleted by `remove`, and at exit."""
+
+    def __init__(self) -> None:
+        whole = Path(tempfile.mkdtemp(prefix=PREFIX))
+        self.path = whole / "files"
+        self.path.mkdir()
+        making = whole / f"{LOCK}-"
+        lock = os.open(making, os.O_CREAT | os.O_RDWR, 0o600)
+        if _locked(lock):
+            making.replace(whole / LOCK)  # under this name it is never seen unlocked
+        self._end = weakref.finalize(self, _remove, whole, lock)
+
+    def remove(self) -> None:
+        """Delete it and all in it."""
+        self._end()
+
+
+def _remove(path: Path, lock: int) -> None:
+    with contextlib.suppress(OSError):
+        os.close(lock)
+    shutil.rmtree(path, ignore_errors=True)
+
+
+def sweep() -> list[Path]:
+    """Delete the folders of this user whose program was killed; which those were."""
+    gone = []
+    for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
+        with contextlib.suppress(OSError):  # another workbench sweeps too, or it is not ours
+            if _is_left(path):
+                shutil.rmtree(path, ignore_errors=True)
+                gone.append(path)
+    return gone
+
+
+def _is_left(path: Path) -> bool:
+    """Whether a folder is this user's and nobody holds its lock; OSError where it has none."""
+    if path.is_symlink() or (hasattr(os, "getuid") and path.lstat().st_uid != os.getuid()):
+        return False
+    lock = os.open(path / LOCK, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
+    try:
+        return _locked(lock)
+    finally:
+        os.close(lock)
+
+
+def _locked(file: int) -> bool:
+    """Lock a file until it is closed; False where another program has, or none can be had."""
+    try:
+        import fcntl
+    except ImportError:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True

@@ -1,0 +1,310 @@
+"""What a dropped measurement may be: its use and conditions, each with where that is taken from.
+
+Nothing here is applied: a page shows it, and the user accepts.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from layerjam.errors import FileError, LayerjamError, MissingExtraError
+from layerjam.measure.options import ReadingOptions
+from layerjam.measure.preview import column_of, preview, vacuum_columns
+from layerjam.measure.readers.read import open_traces
+from layerjam.measure.readers.source import load_sources
+from layerjam.measure.run_text import facts_of
+from layerjam.measure.runs import ENDING, read_run
+from layerjam.measure.sidecar import Facts, read_facts
+from layerjam.measure.trace import Trace
+from layerjam.units import show, spec_of
+from layerjam.workbench.kinds import ELSEWHERE, elsewhere_of
+
+FRICTION, CALIBRATE, VALIDATE, ASIDE = "friction", "calibrate", "validate", "aside"
+FACTS = ("vacuum", "normal_force", "speed")
+"""Conditions that are proposed."""
+NEEDED = MappingProxyType({FRICTION: "normal_force", CALIBRATE: "vacuum", VALIDATE: "vacuum"})
+"""{use of a file: the fact without which it cannot be used so}."""
+CLICKS = MappingProxyType(
+    {
+        "columns": "Click the head of the column that is the force, and of the one that is the "
+        "elongation",
+        "force-sign": "If this machine counts tension as negative, click the head of the force and "
+        "choose 'turn its sign'",
+        "elongation-sign": "If this machine counts pulling as negative, click the head of the "
+        "elongation and choose 'turn its sign'",
+        "decimal": "Choose the decimal sign",
+        "specimen": "Choose one of the specimens",
+        "sheet": "Choose the sheet",
+        "speed": "Give the crosshead's speed, or click the head of the column that is the "
+        "elongation",
+    }
+)
+"""{what a reader asks for: how a page answers}."""
+WITHIN = 0.97
+"""A pull is at the highest vacuum from this share of it on."""
+HEAD = 4000
+"""Bytes of a file's beginning in which words tell what was done."""
+_FRICTION = re.compile(
+    r"(?i)friction|reib|frott|attrito|fricci|(?<![a-z])cof(?![a-z])|sled|d1894|iso[ _-]?8295"
+)
+_PULL = re.compile(r"(?i)(?<![a-z])(?:pull|tensile|tension|zug|traction|trekk?|extension)")
+_NUMBER = r"(?<![A-Za-z0-9.,])(\d+(?:[.,p]\d+)?)[ _]?"
+_PRESSURE = re.compile(_NUMBER + r"(kPa|hPa|Pa|mbar|bar|psi|torr|mmHg)(abs)?(?![A-Za-z])", re.I)
+_FORCE = re.compile(_NUMBER + r"(kN|mN|N|gf|kgf|lbf)(?![A-Za-z])")
+_WEIGHT = re.compile(_NUMBER + r"(kg|g)(?![A-Za-z])")
+_SPEED = re.compile(_NUMBER + r"mm[ _-]?(?:p(?:er)?[ _-]?|/)?(s|sec|min)(?![A-Za-z])", re.I)
+_UNITS = {u.lower(): u for u in ("kPa", "hPa", "Pa", "mbar", "bar", "psi", "torr", "mmHg")}
+
+
+@dataclass(frozen=True)
+class Said:
+    """A value as text, empty where nothing is known, and where it is taken from."""
+
+    text: str = ""
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What one dropped file may be.
+
+    `kind`: "measurement", one of ELSEWHERE, or "unknown". `about` says what was understood or why
+    it was refused, `asks` what a measurement that is not read yet lacks: a key of CLICKS.
+    """
+
+    key: str
+    name: str
+    kind: str = "measurement"
+    about: str = ""
+    asks: str = ""
+    role: Said = Said()
+    facts: Mapping[str, Said] = field(default_factory=dict)
+    synthetic: bool = False
+
+    @property
+    def usable(self) -> bool:
+        """Whether it is a measurement that could be read."""
+        return self.kind == "measurement" and not self.asks
+
+    def lacks(self, role: str, facts: Mapping[str, str]) -> str:
+        """The fact that is needed for a use and is not among those given; empty where none is."""
+        due = NEEDED.get(role, "")
+        return due if due and not facts.get(due) else ""
+
+
+def from_name(name: str) -> dict[str, Said]:
+    """{"role", "vacuum", "normal_force", "speed": what a file's name says of it}.
+
+    A name with several pressures says none: which one held is not known.
+    """
+    stem = Path(name).stem
+    made: dict[str, Said] = {}
+    friction, pull = _FRICTION.search(stem), _PULL.search(stem)
+    if friction:
+        made["role"] = Said(FRICTION, _named(friction[0]))
+    elif pull:
+        made["role"] = Said(CALIBRATE, _named(pull[0]))
+    for fact, text, found in _quantities(stem, bool(friction)):
+        try:
+            spec_of(Facts, fact).read(text, fact)
+        except LayerjamError:
+            continue
+        made[fact] = Said(text, _named(found))
+    return made
+
+
+def _quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
+    """(fact, its text, how it is written) of the quantities in a name."""
+    pressures = {(_plain(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)}
+    if len(pressures) == 1 and not friction:
+        (((number, unit), match),) = pressures.items()
+        if not match[3]:  # an absolute pressure is no vacuum
+            yield "vacuum", f"{number} {unit}", match[0]
+    forces = list(_FORCE.finditer(stem))
+    weights = list(_WEIGHT.finditer(stem))
+    if friction and len(forces) == 1:
+        yield "normal_force", f"{_plain(forces[0][1])} {forces[0][2]}", forces[0][0]
+    elif friction and not forces and len(weights) == 1:
+        unit = {"g": "gf", "kg": "kgf"}[weights[0][2]]
+        yield "normal_force", f"{_plain(weights[0][1])} {unit}", f"{weights[0][0]}, its weight"
+    speeds = list(_SPEED.finditer(stem))
+    if len(speeds) == 1:
+        per = "min" if speeds[0][2].lower() == "min" else "s"
+        yield "speed", f"{_plain(speeds[0][1])} mm/{per}", speeds[0][0]
+
+
+def _plain(number: str) -> str:
+    return number.replace(",", ".").replace("p", ".")
+
+
+def _named(found: str) -> str:
+    return f"its name: {found.strip(' _-')}"
+
+
+def refusal_of(path: Path) -> str:
+    """Why a file cannot be read and how a page answers that; empty where it can."""
+    try:
+        for one in open_traces(path):
+            one.read(ReadingOptions())
+    except FileError as err:
+        return f"{err.plain}. {CLICKS[err.asks]}." if err.asks in CLICKS else err.reason
+    except LayerjamError as err:
+        return str(err)
+    return ""
+
+
+def proposal(key: str, name: str, path: Path) -> Proposal:
+    """What one file may be; its sidecar, with what the user has said of it, lies beside it.
+
+    Nothing is raised: what cannot be read is said in `about`, which calls the file by its path.
+    """
+    made = Proposal(key, name)
+    try:
+        facts = read_facts(path)
+    except FileError as err:
+        return replace(made, kind="unknown", about=err.reason)
+    try:
+        traces = [one.read(ReadingOptions()) for one in open_traces(path)]
+    except LayerjamError as err:
+        role, found = _conditions(name, path, facts, ())
+        return _unread(replace(made, role=role, facts=found), path, err)
+    most = max(traces, key=len)
+    force, travel = float(most.force.max()), float(np.ptp(most.elongation))
+    about = f"{len(most)} samples over {show(travel, 'm', 3)}, up to {show(force, 'N', 3)}"
+    if len(traces) > 1:
+        about = f"{len(traces)} specimens; the longest has {about}"
+    synthetic = any(t.synthetic for t in traces)
+    role, found = _conditions(name, path, facts, traces)
+    return replace(made, about=about, synthetic=synthetic, role=role, facts=found)
+
+
+def _unread(made: Proposal, path: Path, error: LayerjamError) -> Proposal:
+    """A file that is no test yet: read elsewhere, to be corrected, or nothing that is known."""
+    asks = str(getattr(error, "asks", ""))
+    why = str(getattr(error, "plain", "") or error)
+    if isinstance(error, MissingExtraError):
+        return replace(made, kind="unknown", about=why)
+    kind = elsewhere_of(path)
+    if kind:
+        return replace(made, kind=kind, about=ELSEWHERE[kind].sentence(made.name))
+    if asks in CLICKS:
+        return replace(made, about=why, asks=asks)
+    return replace(made, kind="unknown", about=why)
+
+
+def _conditions(
+    name: str, path: Path, facts: Facts, traces: Sequence[Trace]
+) -> tuple[Said, dict[str, Said]]:
+    """Role and facts: of the sidecar, else of the file's content, else of its name."""
+    named = from_name(name)
+    found = {fact: said for fact in FACTS if (said := named.get(fact))}
+    found |= dict(_of_content(path, traces))
+    found |= {
+        fact: Said(_shown(fact, value), "its sidecar")
+        for fact in FACTS
+        if (value := getattr(facts, fact)) is not None
+    }
+    if "speed" in found and found["speed"].source.startswith("its name") and traces:
+        del found["speed"]  # it is asked for only where the file has no elongation
+    return _role(path, facts, named, found), found
+
+
+def _shown(fact: str, value: float) -> str:
+    return show(value, spec_of(Facts, fact).unit)
+
+
+def _role(path: Path, facts: Facts, named: Mapping[str, Said], found: Mapping[str, Said]) -> Said:
+    if facts.normal_force is not None:
+        return Said(FRICTION, "its sidecar states a normal force")
+    if facts.vacuum is not None:
+        return Said(CALIBRATE, "its sidecar states a vacuum")
+    if "role" in named:
+        return named["role"]
+    word = _FRICTION.search(_beginning(path))
+    if word:
+        return Said(FRICTION, f"its first lines: {word[0]}")
+    if "vacuum" in found:
+        return Said(CALIBRATE, f"a vacuum is known ({found['vacuum'].source})")
+    return Said(CALIBRATE, "force over elongation; nothing says that it is a friction test")
+
+
+def _beginning(path: Path) -> str:
+    if path.suffix == ENDING:
+        return ""
+    try:
+        source = load_sources(path)[0]
+    except LayerjamError:
+        return ""
+    return source.text(0, min(HEAD, len(source.data)))
+
+
+def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, Said]]:
+    """(fact, value) that the file itself holds: in its head, in a column, in its procedure."""
+    stated = {t.facts.vacuum for t in traces} - {None}
+    if len(stated) == 1:
+        yield "vacuum", Said(_shown("vacuum", float(stated.pop() or 0.0)), "the file's head")
+        return
+    if path.suffix == ENDING:
+        try:
+            run = facts_of(read_run(path))
+        except LayerjamError:
+            return
+        for fact in ("vacuum", "speed"):
+            if (value := getattr(run, fact)) is not None:
+                yield fact, Said(_shown(fact, value), "the run's procedure")
+        return
+    try:
+        shown = preview(path)
+        columns = vacuum_columns(shown)
+        if len(columns) == 1:
+            yield "vacuum", vacuum_of_column(path, columns[0][0], columns[0][1], shown.names)
+    except LayerjamError:
+        return
+
+
+def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) -> Said:
+    """The vacuum that a column shows: the middle of its values, rounded to their scatter.
+
+    Raises LayerjamError where its values are none, or are no vacuum.
+    """
+    values = column_of(path, index, unit, "Pa")
+    middle = float(np.median(values))
+    text = show(middle, "Pa", 4)
+    spec_of(Facts, "vacuum").read(text, f"column '{names[index]}'")
+    low, high = (show(float(v), "Pa", 3) for v in (values.min(), values.max()))
+    return Said(text, f"its column '{names[index]}': the median; from {low} to {high}")
+
+
+def together(found: Iterable[Proposal]) -> list[Proposal]:
+    """Proposals of files dropped together: the highest vacuum calibrates, others validate.
+
+    Only where nothing but the vacuum tells pulls apart; a role that was given stays.
+    """
+    files = list(found)
+    level = {p.key: _vacuum(p) for p in files if p.role.text == CALIBRATE}
+    most = max((v for v in level.values() if v is not None), default=None)
+    if most is None:
+        return files
+    best = show(most, "Pa", 4)
+    made = []
+    for one in files:
+        own = level.get(one.key)
+        if own is not None and own <= WITHIN * most:
+            why = f"{one.role.source}; to validate, as another pull is at {best}"
+            made.append(replace(one, role=Said(VALIDATE, why)))
+        else:
+            made.append(one)
+    return made
+
+
+def _vacuum(one: Proposal) -> float | None:
+    said = one.facts.get("vacuum")
+    if said is None or not said.text:
+        return None
+    return float(spec_of(Facts, "vacuum").read(said.text, "vacuum"))

@@ -1,0 +1,95 @@
+"""Files dropped anywhere, as a new user would: real drops, real clicks, screenshots kept."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from layerjam.workbench.pages.laboratory_drop import practice_files
+
+pytestmark = pytest.mark.slow
+LONG = 120_000
+BEGIN = """(spec) => {
+  const data = new DataTransfer();
+  for (const [name, text] of spec) data.items.add(new File([text], name));
+  window.dropped = data;
+  document.body.dispatchEvent(
+    new DragEvent('dragover', {dataTransfer: data, bubbles: true, cancelable: true}));
+}"""
+END = """() => document.body.dispatchEvent(
+    new DragEvent('drop', {dataTransfer: window.dropped, bubbles: true, cancelable: true}))"""
+
+
+def at(ident: str) -> str:
+    return f'[data-testid="{ident}"]'
+
+
+class User:
+    """Counts what is done, and films it where PICTURES names a folder."""
+
+    def __init__(self, page) -> None:
+        self.page, self.actions = page, []
+
+    def film(self, name: str) -> None:
+        folder = os.environ.get("PICTURES")
+        if folder:
+            self.page.screenshot(path=str(Path(folder) / f"{name}.png"))
+
+    def drop(self, *files: tuple[str, str]) -> None:
+        self.actions.append("drop")
+        self.page.evaluate(BEGIN, [list(f) for f in files])
+        self.page.wait_for_selector(".files-veil", state="visible")
+        self.film(f"{len(self.actions)}-veil")
+        self.page.evaluate(END)
+        assert not self.page.is_visible(".files-veil")
+
+    def click(self, ident: str) -> None:
+        self.actions.append(f"click {ident}")
+        self.page.click(at(ident))
+
+    def type(self, ident: str, text: str) -> None:
+        self.actions.append(f"type {ident}")
+        self.page.fill(f"{at(ident)}", text)
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory):
+    """A friction test and a pull as machines write them, without sidecars."""
+    made = practice_files(tmp_path_factory.mktemp("two"), lambda *_: None)
+    named = {"friction_Kapton.csv": "friction_choi2018-kapton_1", "94.5kPa_2.csv": "94.5kPa_7mms_1"}
+    found = []
+    for name, part in named.items():
+        data = next(d for n, d in made.items() if part in n and not n.endswith(".toml"))
+        shown = name if name.startswith("friction") else f"pull_{name}"
+        found.append((shown, data.decode("latin-1")))
+    return found
+
+
+def test_two_files_without_sidecars_calibrate_a_brake_in_six_actions(tab, two):
+    user = User(tab)
+    tab.wait_for_selector(at("brake-here-name"), timeout=LONG)
+    user.film("0-empty")
+    user.drop(*two)
+    tab.wait_for_selector(at("dropped-use"), timeout=LONG)
+    tab.wait_for_timeout(400)
+    user.film("1-proposed")
+    words = tab.inner_text(at("dropped"))
+    assert "its name: friction" in words and "its name: 94.5kPa" in words
+    user.type("dropped-normal_force", "2.45 N")
+    user.click("dropped-use")
+    tab.wait_for_selector(at("laboratory-calibrate-scale-factor"), timeout=LONG)
+    tab.wait_for_selector(f"{at('laboratory-calibrate')} .figure svg", timeout=LONG)
+    user.film("3-calibrated")
+    user.click("laboratory-take")
+    tab.wait_for_timeout(1500)
+    user.film("4-on-the-desk")
+    assert len(user.actions) <= 6, user.actions
+    tab.click(at("tab-brake"))
+    tab.wait_for_timeout(500)
+    assert "calibrated" in tab.content()
+    tab.click(at("tab-pull"))
+    tab.wait_for_selector(f"{at('pull-files')} >> text=pull_94.5kPa_2.csv", timeout=LONG)
+    user.film("5-pull")
+    assert not tab.errors
