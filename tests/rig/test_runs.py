@@ -26,11 +26,12 @@ from layerjam.measure.runs import read_run
 from layerjam.measure.sidecar import read_facts
 from layerjam.rig.address import address_of
 from layerjam.rig.driver import Bench
-from layerjam.rig.execute import Execution, scatter
+from layerjam.rig.execute import Execution
 from layerjam.rig.plant import behind
 from layerjam.rig.procedure_bench import ProcedureBench
 from layerjam.rig.recorder import Recorder, described
 from layerjam.rig.run_file import RunFile
+from layerjam.rig.settling import scatter
 
 FAST = "sim:choi2018?speed=0"
 PROCEDURE = "evacuate to 40 kPa and hold 2 s; vent; hold 1 s"

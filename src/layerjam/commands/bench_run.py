@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.bench import BenchAddress
 from layerjam.commands.declare import Help, OutFile, command
+from layerjam.commands.drop_rig import DropRigOptions
 from layerjam.commands.lines import LineInput
 from layerjam.commands.pressure_log import End, Start, window
 from layerjam.commands.quantities import BrakeInput, Overwrite
@@ -48,6 +49,9 @@ class RunRecorded(Result):
     fault_time: float | None = number("s", "time of that fault")
     file: str = fact("file of the run")
     simulated: bool = fact("whether no hardware was behind it")
+    shots: Sequence[Mapping[str, Any]] | None = fact(
+        "each record of the accelerometer; null without --shot", listed=False, default=None
+    )
 
     @property
     def exit_code(self) -> int:
@@ -56,11 +60,11 @@ class RunRecorded(Result):
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
-        """Of the steps."""
-        return {"started": "s", "ended": "s"}
+        """Of the steps and the shots."""
+        return {"started": "s", "ended": "s", "time": "s", "rate": "Hz"}
 
     def lines(self) -> Iterator[str]:
-        """One line a step."""
+        """One line a step, one a shot."""
         yield ""
         for step in self.steps:
             if step["started"] is None:
@@ -68,6 +72,9 @@ class RunRecorded(Result):
                 continue
             ended = f"{step['started']:.2f} s to {step['ended']:.2f} s"
             yield f"{step['text']}: {ended}{'' if step['reached'] else ', not reached'}"
+        for one in self.shots or ():
+            cut = "" if one["whole"] else ", cut off"
+            yield f"shot {one['shot']}: {one['time']:.3f} s, {one['samples']} samples{cut}"
 
 
 @result
@@ -98,6 +105,7 @@ class RunExported(Result):
     outcome: str | None = fact("how the run ended")
     file: str = fact("file that was written")
     sidecar: str | None = fact("file with the facts of a CSV")
+    shots: Sequence[str] = fact("files of the accelerometer's records", listed=False)
     simulated: bool = fact("whether no hardware was behind it")
 
 
@@ -109,6 +117,9 @@ class RunExported(Result):
         'layerjam bench run "sim:choi2018?speed=0" --procedure "evacuate to 40 kPa and hold 5 s; '
         'vent" --brake choi2018-kapton --line choi2018 --safe-state release --vent-rest open '
         "--sensor-range 103kPa --out first.ljrun",
+        'layerjam bench run "sim:choi2018?speed=0" --procedure "evacuate to 80 kPa and hold 2 s; '
+        'vent" --brake choi2018-kapton --line choi2018 --safe-state release --vent-rest open '
+        "--sensor-range 103kPa --shot --mass 1kg --speed 2.5m/s --out drop.ljrun",
     ),
     computes=False,
 )
@@ -127,6 +138,7 @@ def bench_run(
         Literal["manual", "trigger", "virtual"] | None,
         Help("Who pulls: a person, a machine by two contacts, or the virtual machine."),
     ] = None,
+    drop: DropRigOptions = DropRigOptions(),
     out: Annotated[
         str | Path, OutFile("File of the run.", metavar="FILE.ljrun", endings=(".ljrun",))
     ],
@@ -135,9 +147,10 @@ def bench_run(
     """Carry out a procedure on a bench and record every sample.
 
     The regulator is made for the line, at the highest vacuum of the procedure, and given to the
-    board. Whatever happens, the last act is safe outputs and a closed file; Ctrl-C ends it with
-    OPERATOR_STOPPED. Raises QuantityError for what the bench cannot do, InstrumentError where it
-    refuses, FileError for the file.
+    board. With `shot` the accelerometer of a falling mass waits from the first hold on, and every
+    drop is kept in the file. Whatever happens, the last act is safe outputs and a closed file;
+    Ctrl-C ends it with OPERATOR_STOPPED. Raises QuantityError for what the bench cannot do,
+    InstrumentError where it refuses, FileError for the file.
     """
     from layerjam.rig.procedure_bench import open_procedure_bench
 
@@ -147,17 +160,21 @@ def bench_run(
         raise QuantityError.of(
             "vent rest", "it must be declared; write open or closed, as the valve is without power"
         )
+    rig = drop.rig(brake)
     with open_procedure_bench(_at(str(address), steps)) as bench:
         bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
         bench.regulator = regulator
         moved = _crosshead(crosshead, bench, brake, line, steps)
         meta = {"brake": brake.name, "brake_toml": brake.rendered(brake.name)}
         meta["line_toml"] = line.rendered(line.name)
-        made = bench.run(steps, out=out, crosshead=moved, meta=meta, force=force)
+        made = bench.run(steps, out=out, crosshead=moved, meta=meta, force=force, rig=rig)
     notices += simulated_notice(made.simulated)
+    if made.shots is not None and not made.shots:
+        notices.append(Notice("nothing fell: the accelerometer was not triggered", "no-shot"))
     return RunRecorded.of(
         made,
         steps=[vars(step) for step in made.steps],
+        shots=None if made.shots is None else [vars(shot) for shot in made.shots],
         file=str(made.file),
         warnings=notices,
         record=made,
@@ -271,8 +288,9 @@ def bench_export(
 ) -> RunExported:
     """Write a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
 
-    Friction, calibrate, leak, pump-down and regulate read the CSV as it is. A run that nobody
-    closed is `interrupted`; its file is read in place, with the `-wal` file beside it.
+    Friction, calibrate, leak, pump-down and regulate read the CSV as it is. Each drop in the run is
+    a file of its own beside it, FILE-shot1.csv, which crash reads; NetCDF holds it inside. A run
+    that nobody closed is `interrupted`; its file is read in place, with the `-wal` file beside it.
     """
     from layerjam.rig.export import export
 
@@ -282,5 +300,6 @@ def bench_export(
         made.run,
         file=str(made.file),
         sidecar=None if made.sidecar is None else str(made.sidecar),
+        shots=[str(file) for file in made.shots],
         warnings=simulated_notice(made.run.simulated),
     )

@@ -15,8 +15,10 @@ from layerjam.commands.quantities import si
 from layerjam.commands.reading import TableOptions
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.commands.sensor import SAMPLING, channel_class
-from layerjam.errors import FileError, FitError, Notice
-from layerjam.measure.log import ACCELERATION, TIME, read_log
+from layerjam.errors import FileError, FitError, Notice, QuantityError
+from layerjam.measure.log import ACCELERATION, TIME, Log, read_log
+from layerjam.measure.runs import ENDING, read_run
+from layerjam.measure.shots import Shot, chosen
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY, Accelerometer
 from layerjam.units import QuantitySpec, spec_of
 
@@ -25,6 +27,9 @@ if TYPE_CHECKING:
 
 RANGE = replace(spec_of(Accelerometer, "range"), text="range of the sensor", example="'250 g'")
 BEFORE = QuantitySpec("s", "time before the event", open_lo=True, hi=1e6, example="50ms")
+SHOT = QuantitySpec("1", "number of the drop in a run", lo=1, hi=1e6, whole=True)
+LEAST = 20
+"""Samples that a pulse needs."""
 HIC = QuantitySpec(
     "s", "longest window of the head injury criterion", lo=1e-3, hi=0.1, example="15ms"
 )
@@ -34,6 +39,55 @@ def _range(value: Any, _given: Mapping[str, Any]) -> float:
     """m/s^2 of "250 g", "2450 m/s^2" or a number of m/s^2."""
     match = re.fullmatch(r"\s*(\d{1,9}(?:\.\d{1,9})?)\s*g\s*", str(value))
     return si(float(match[1]) * STANDARD_GRAVITY if match else value, RANGE, "range")
+
+
+def _read(
+    file: str | Path, shot: Any, sampling: Any, options: TableOptions
+) -> tuple[Log, float | None, list[str]]:
+    """The log, the range that its file states [m/s^2], and what is to be said of it."""
+    if Path(file).suffix == ENDING:
+        taken = _shot(file, shot, sampling, options)
+        return _log(taken, file), taken.range, _cut(taken)
+    if shot is not None:
+        raise QuantityError.of("shot", f"{file} is one log; only a run ({ENDING}) holds shots")
+    return read_log(file, [ACCELERATION] if sampling else [TIME, ACCELERATION], options), None, []
+
+
+def _meant(falling: bool, hic: Any) -> list[str]:
+    """What an option does to the numbers."""
+    said: list[str] = []
+    if falling:
+        why = "the weight is taken off the velocity change: the sensor fell freely before"
+        said.append(Notice(why, "falling"))
+    if hic is not None:
+        why = "HIC is defined for the resultant of a head; of one axis it only compares"
+        said.append(Notice(why, "hic"))
+    return said
+
+
+def _shot(file: str | Path, number: Any, sampling: Any, options: TableOptions) -> Shot:
+    """The record in a run; QuantityError for an option that says what the run says itself."""
+    for name, given in {"sampling": sampling, **vars(options)}.items():
+        if given not in (None, ()):
+            raise QuantityError.of(name, f"{file} is a run, which states it itself; leave it out")
+    found = chosen(read_run(file).shots, None if number is None else int(number), str(file))
+    if len(found.counts) < LEAST:
+        raise FileError(file, f"only {len(found.counts)} samples of shot {found.number} were kept")
+    return found
+
+
+def _log(shot: Shot, file: str | Path) -> Log:
+    """The record as a log."""
+    columns = {"time": shot.time, "acceleration": shot.acceleration}
+    said = f"shot {shot.number} of the run: {shot.size} samples, time from the trigger on"
+    return Log(str(file), columns, {}, {}, (said,), synthetic=shot.synthetic)
+
+
+def _cut(shot: Shot) -> list[str]:
+    """That a part of a record is missing."""
+    there = len(shot.counts)
+    text = f"only {there} of the record's {shot.size} samples were kept: the run was interrupted"
+    return [] if there == shot.size else [Notice(text, "cut-shot")]
 
 
 def _span(found: Sequence[float]) -> str:
@@ -102,6 +156,9 @@ def crash(
     hic: Annotated[
         float | str | None, HIC, Help("Head injury criterion over this window at most.")
     ] = None,
+    shot: Annotated[
+        int | str | None, SHOT, Help("Number of the drop in a run that holds several.")
+    ] = None,
     options: TableOptions = TableOptions(),
 ) -> CrashFound:
     """Peak, filtered peak, velocity change and duration of an impact in an accelerometer's log.
@@ -109,12 +166,13 @@ def crash(
     The greatest pulse of the log counts. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
     `before` is the length of the quiet part at the beginning. `falling`: the sensor fell freely
     before, so the weight is taken off the velocity change. `hic` is the longest window of the head
-    injury criterion.
+    injury criterion. The file may be a run that `bench run --shot` recorded; it states rate and
+    range itself.
     """
     from layerjam.identify.logs import crash as crash_log
 
     cfc = channel_class(filter_class)
-    log = read_log(file, [ACCELERATION] if sampling else [TIME, ACCELERATION], options)
+    log, reach, warnings = _read(file, shot, sampling, options)
     signal = log["acceleration"]
     clock = np.arange(len(signal)) / sampling if sampling else log["time"]
     try:
@@ -124,19 +182,13 @@ def crash(
             cfc=cfc,
             sampling=sampling,
             before=before,
-            limit=sensor_range,
+            limit=sensor_range or reach,
             falling=falling,
             hic=hic,
         )
     except FitError as error:
         raise FileError(log.path, str(error)) from None
-    warnings = [*log.said, *found.warnings]
-    if falling:
-        why = "the weight is taken off the velocity change: the sensor fell freely before"
-        warnings.append(Notice(why, "falling"))
-    if hic is not None:
-        why = "HIC is defined for the resultant of a head; of one axis it only compares"
-        warnings.append(Notice(why, "hic"))
+    warnings += [*log.said, *found.warnings, *_meant(falling, hic)]
     return CrashFound.of(
         found,
         log,

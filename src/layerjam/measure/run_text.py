@@ -7,14 +7,21 @@ import io
 from layerjam._version import __version__
 from layerjam.errors import LayerjamError
 from layerjam.measure.runs import Array, Run
+from layerjam.measure.shots import MEASURED, SYNTHETIC
 from layerjam.measure.sidecar import Facts
 from layerjam.records.table_text import comment
 from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
 
-UNITS = {"time": "s", "elongation": "m", "force": "N", "vacuum": "Pa", "target": "Pa"}
+UNITS = {
+    "time": "s",
+    "elongation": "m",
+    "force": "N",
+    "vacuum": "Pa",
+    "target": "Pa",
+    "acceleration": "m/s^2",
+}
 FIRST = ("time", "elongation", "force", "vacuum", "target")
 """Columns that commands look for, in front; the board's own follow as they are."""
-SYNTHETIC = "synthetic: a virtual bench computed it, nothing was measured"
 LONG = 400
 """Characters of a fact beyond which it is not for a header."""
 
@@ -28,7 +35,7 @@ def in_order(run: Run) -> dict[str, Array]:
 
 def csv_text(run: Run) -> str:
     """The whole run as text: a header with what is known, names with units, a row a sample."""
-    head = {"data": SYNTHETIC if run.simulated else "measured on a bench"}
+    head = {"data": SYNTHETIC if run.simulated else MEASURED}
     head |= {key: text for key, text in run.meta.items() if text and key != "simulated"}
     short = {key: text for key, text in head.items() if "\n" not in text and len(text) <= LONG}
     columns = in_order(run)

@@ -6,6 +6,7 @@ holds.
 
 from __future__ import annotations
 
+import math
 import sqlite3
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,6 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import FileError, QuantityError
+from layerjam.measure.shots import SCHEMA as SHOTS
+from layerjam.measure.shots import Shot, shots_in
 from layerjam.units import show
 
 APPLICATION_ID = 0x4C4A5255
@@ -26,7 +29,8 @@ COLUMNS = tuple(
     "boot seq board_us vacuum target raw temperature pump flags state fault".split()  # noqa: SIM905
 )
 """Of the table `samples`, in its order; see SCHEMA for their units."""
-SCHEMA = """
+SCHEMA = (
+    """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT);
 -- one row a sample of the board: board_us its clock in microseconds, without wraps; vacuum and
 -- target in Pa (NULL: no number); temperature in 0.01 degC of the sensor; pump 0 to 255;
@@ -43,16 +47,11 @@ CREATE TABLE clock (
 );
 -- kind: step, prompt, answer, error, fault, link, note
 CREATE TABLE events (host_utc_ns INTEGER, board_us INTEGER, kind TEXT, text TEXT);
--- accelerations: scale is the 32 bytes of two doubles, m/s^2 a count and the count of rest
-CREATE TABLE shots (
-  shot INTEGER PRIMARY KEY, boot INTEGER, rate REAL, scale TEXT, trigger_us INTEGER, pre REAL
-);
-CREATE TABLE shot_data (
-  shot INTEGER, first INTEGER, n INTEGER, data BLOB, PRIMARY KEY (shot, first)
-);
 -- elongation in m, force in N
 CREATE TABLE crosshead (board_us INTEGER PRIMARY KEY, elongation REAL, force REAL);
 """
+    + SHOTS
+)
 """`boot` is the number that a board draws when it starts."""
 
 Array = npt.NDArray[Any]
@@ -76,6 +75,8 @@ class Run:
     events: Sequence[tuple[int, int | None, str, str]]
     clock: Array
     gaps: int
+    shots: tuple[Shot, ...] = ()
+    """What the accelerometer recorded of drops."""
 
     @property
     def samples(self) -> int:
@@ -110,7 +111,19 @@ class Run:
             span = " to ".join(ends) or "none"
             raise QuantityError.of("from", f"no sample lies within; there are samples: {span}")
         columns = {name: values[kept] for name, values in self.columns.items()}
-        return replace(self, columns=columns, gaps=missing(columns["boot"], columns["seq"]))
+        first, last = float(time[kept][0]), float(time[kept][-1])
+        shots = tuple(shot for shot in self.shots if first <= self.time_of(shot) <= last)
+        gaps = missing(columns["boot"], columns["seq"])
+        return replace(self, columns=columns, gaps=gaps, shots=shots)
+
+    def time_of(self, shot: Shot) -> float:
+        """When a shot was triggered [s]; NaN where no sample of its board is there."""
+        inside = np.flatnonzero(self.columns["boot"] == shot.boot)
+        if not len(inside):
+            return math.nan
+        first = inside[0]
+        passed = shot.trigger_us - int(self.columns["board_us"][first])
+        return float(self.columns["time"][first]) + passed * 1e-6
 
 
 def missing(boot: Array, seq: Array) -> int:
@@ -170,8 +183,11 @@ def read_run(path: str | Path) -> Run:
         clock = base.execute("SELECT * FROM clock ORDER BY rowid").fetchall()
         events = base.execute("SELECT * FROM events ORDER BY rowid").fetchall()
         moved = base.execute("SELECT * FROM crosshead ORDER BY board_us").fetchall()
+        shots = shots_in(base, meta.get("simulated") != "0")
     except sqlite3.Error as error:
         raise FileError(path, _wrong(error)) from None
+    except ValueError as error:
+        raise FileError(path, f"is damaged: {error}") from None
     finally:
         base.close()
     clocks = np.array(clock, np.int64).reshape(-1, 5)
@@ -191,7 +207,7 @@ def read_run(path: str | Path) -> Run:
         for name, values in (("elongation", elongation), ("force", force)):
             columns[name] = _at(columns, at, values)
     gaps = missing(columns["boot"], columns["seq"])
-    return Run(str(path), meta, columns, boots, events, clocks, gaps)
+    return Run(str(path), meta, columns, boots, events, clocks, gaps, shots)
 
 
 def _at(columns: Mapping[str, Array], board_us: Array, values: Array) -> Array:

@@ -62,7 +62,7 @@ class Manual:
         self, pressed: Callable[[], bool] | None = None, say: Callable[[str], None] | None = None
     ) -> None:
         self._pressed = pressed or _enter
-        self._say = say or _shown
+        self._say = say or tell_person
         self._moves = False
         self._step: Pull | Return | None = None
         self._bench: Bench | None = None
@@ -189,7 +189,8 @@ def patience(step: Pull | Return, start: float) -> float:
     return 2 * abs(step.end - start) / step.speed + 10.0
 
 
-def _shown(text: str) -> None:
+def tell_person(text: str) -> None:
+    """Say something to who stands at the bench, at once."""
     print(text, file=sys.stderr, flush=True)
 
 

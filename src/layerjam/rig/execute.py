@@ -6,7 +6,6 @@ Whatever happens, the last act is safe outputs and a closed file.
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.control import law
 from layerjam.control.settings import FAULTS
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.rig.crosshead import Crosshead, CrossheadLostError
@@ -30,8 +28,9 @@ from layerjam.rig.recorder import (
     described,
 )
 from layerjam.rig.run_file import RecordingError, RunFile
+from layerjam.rig.settling import Watch, last, scatter, stays
+from layerjam.rig.shots import DropRig, Shots, Taken, check_rig
 from layerjam.rig.stop import Stop
-from layerjam.rig.telemetry import PERIOD
 from layerjam.simulate.procedure import (
     Evacuate,
     Hold,
@@ -46,8 +45,6 @@ from layerjam.units import show
 
 NOT_REACHED, NOT_VENTED = "NOT_REACHED", "NOT_VENTED"
 CROSSHEAD_LOST, FAULT = "CROSSHEAD_LOST", "FAULT"
-SETTLED = 0.5
-"""Seconds within the band that make a vacuum reached."""
 CLOSE = 0.01
 """Half width of that band, over the target."""
 EXTRA, TIMES = 10.0, 3.0
@@ -95,46 +92,8 @@ class Executed:
     fault_time: float | None
     file: Path
     simulated: bool
-
-
-@dataclass(frozen=True)
-class Watch:
-    """What the board's own law says of its line, for deciding when a step is done."""
-
-    rise: float
-    top: float
-    fall: float
-    leak: float
-    tube: tuple[float, float, float]
-    half_band: float
-    settle_time: float
-    zero: float
-
-    @classmethod
-    def of(cls, bench: Bench) -> Watch:
-        """From the settings that a board runs by."""
-        first, second = bench.regulator
-        return cls(
-            rise=second[0],
-            top=second[1],
-            fall=second[2],
-            leak=second[3],
-            tube=(second[18], second[19], second[20]),
-            half_band=first[3],
-            settle_time=second[15] * PERIOD * 1e-6,
-            zero=second[16],
-        )
-
-    def rise_time(self, begin: float, end: float) -> float:
-        """Seconds from one vacuum [Pa] to another at full pump; infinite where it never comes."""
-        vacuum, count = begin, 0
-        while vacuum < end:
-            gives = law.given(1.0, vacuum, self.rise, self.top, self.fall, *self.tube)
-            gives -= self.leak * vacuum
-            if gives <= 1e-9 * end:
-                return math.inf
-            vacuum, count = vacuum + gives, count + 1
-        return count * PERIOD * 1e-6
+    shots: tuple[Taken, ...] | None = None
+    """What the accelerometer recorded; None where it was not asked for."""
 
 
 class Execution:
@@ -148,10 +107,12 @@ class Execution:
         crosshead: Crosshead | None,
         stop: Stop,
         watch: Callable[[Block], None],
+        rig: DropRig | None = None,
     ) -> None:
         self.bench, self.procedure, self.file = bench, procedure, file
         self.crosshead, self.stop, self._told = crosshead, stop, watch
         self.recorder = Recorder(bench, file)
+        self.shots = None if rig is None else Shots(bench, file, rig)
         self.watch = Watch.of(bench)
         self.done = [Done(text=step.text()) for step in procedure.steps]
         self.fault: str | None = None
@@ -182,6 +143,8 @@ class Execution:
     def _begin(self) -> None:
         """What the sensor shows at rest; then the law runs, with nothing to hold."""
         self.bench.target = 0.0
+        if self.shots is not None:
+            self.shots.prepare()
         self.recorder.begin(self._moves)
         self.first_us = self.recorder.now
         seen: list[np.ndarray[Any, Any]] = []
@@ -217,7 +180,7 @@ class Execution:
         band = max(CLOSE * step.to, self.watch.half_band, self._noise)
         limit = TIMES * self.watch.rise_time(self._vacuum, step.to - band) + EXTRA
         self.bench.target = step.to
-        if not self._until(_stays(band, step.to, self.recorder.now), limit):
+        if not self._until(stays(band, step.to, self.recorder.now), limit):
             raise EndedError(
                 NOT_REACHED,
                 f"{show(step.to, 'Pa')} was not reached within {limit:.3g} s; the vacuum is "
@@ -229,7 +192,7 @@ class Execution:
         """Until the reading is what the regulator takes for none."""
         limit = 2 * self.watch.settle_time
         self.bench.target = 0.0
-        if not self._until(lambda block: bool(_last(block) < self.watch.zero), limit):
+        if not self._until(lambda block: bool(last(block) < self.watch.zero), limit):
             raise EndedError(
                 NOT_VENTED,
                 f"the vacuum is {show(self._vacuum, 'Pa', 4)} after {limit:.3g} s of venting; "
@@ -238,8 +201,16 @@ class Execution:
 
     def _hold(self, duration: float) -> None:
         """By the board's clock."""
-        if duration > 0:
-            self._until(lambda block: False, duration)
+        if duration <= 0:
+            return
+        if self.shots is not None:
+            self.shots.expect()
+            while not self.shots.waiting:
+                self._next()
+            self.shots.let_fall()
+            while self.recorder.behind(self._next()):
+                pass  # the hold begins where the board is now
+        self._until(lambda block: False, duration)
 
     def _move(self, step: Pull | Return) -> None:
         crosshead = self.crosshead
@@ -274,6 +245,8 @@ class Execution:
         if len(block.rows):
             self._told(block)
             self._look(block)
+            if self.shots is not None:
+                self.shots.look(recorder)
         recorder.pause(block)
         return block
 
@@ -284,7 +257,7 @@ class Execution:
 
     def _look(self, block: Block) -> None:
         """A fault, or somebody else who switched it off."""
-        self._vacuum = _last(block)
+        self._vacuum = last(block)
         state = block.rows["state"]
         tripped = np.flatnonzero(state == STATES["FAULT"])
         if len(tripped):
@@ -311,42 +284,15 @@ class Execution:
             self.bench.target = 0.0
             if self.crosshead is not None:
                 self.crosshead.end(self.bench)
-            end = self.recorder.now + LAST * 1e6
-            while self.recorder.now < end:
+            shots, end = self.shots, self.recorder.now + LAST * 1e6
+            if shots is not None:
+                shots.last(self.recorder)
+            while self.recorder.now < end or (shots is not None and shots.coming):
                 self.recorder.pause(self.recorder.pump(self._moves))
+                if shots is not None:
+                    shots.look(self.recorder)
         except LayerjamError:
             pass  # a line that is down: the lease does it; a full disk: nothing more to keep
-
-
-def scatter(vacuum: np.ndarray[Any, Any]) -> float:
-    """Three standard deviations of a sensor at rest and two of its steps [Pa], from readings."""
-    steps = np.diff(vacuum[np.isfinite(vacuum)].astype(float))
-    if not len(steps):
-        return 0.0
-    steps = steps - np.median(steps)
-    moved = np.abs(steps)[np.abs(steps) > 0]
-    if not len(moved):
-        return 0.0
-    return 3.0 * float(np.std(steps)) / math.sqrt(2) + 2.0 * float(moved.min())
-
-
-def _last(block: Block) -> float:
-    """The last reading [Pa]; NaN is no vacuum that could be relied on."""
-    return float(block.rows["vacuum"][-1])
-
-
-def _stays(band: float, target: float, begun: int) -> Callable[[Block], bool]:
-    """Whether every reading of the last half second was within a band [Pa] of the target."""
-    outside = begun
-
-    def done(block: Block) -> bool:
-        nonlocal outside
-        off = np.flatnonzero(~(np.abs(block.rows["vacuum"] - target) <= band))
-        if len(off):
-            outside = int(block.us[off[-1]])
-        return int(block.us[-1]) - outside >= SETTLED * 1e6
-
-    return done
 
 
 def check(bench: Bench, procedure: Procedure, crosshead: Crosshead | None) -> None:
@@ -373,6 +319,7 @@ def execute(
     force: bool = False,
     stop: Stop | None = None,
     watch: Callable[[Block], None] = lambda block: None,
+    rig: DropRig | None = None,
 ) -> Executed:
     """Carry out a procedure on a bench whose regulator and safe state are set, and record it.
 
@@ -380,14 +327,17 @@ def execute(
     QuantityError or ProcedureError for what cannot be done, InstrumentError where the bench refuses
     to start, FileError for the file; nothing is left behind then. Ctrl-C and SIGTERM end it with
     OPERATOR_STOPPED, as does a `stop` that is asked for elsewhere. `watch` hears of every block of
-    samples, once it is on disk.
+    samples, once it is on disk. With a `rig` the accelerometer's records of drops go into the file.
     """
     steps = parse_procedure(procedure) if isinstance(procedure, str) else procedure
     check(bench, steps, crosshead)
+    if rig is not None:
+        check_rig(rig, bench, steps)
     plant = bench.plant
     if plant is not None and plant.behind.speed != 1.0:
         bench.lease = QUICK
     said = {"kind": "run", "procedure": steps.text(), **described(bench), **(meta or {})}
+    said |= {} if rig is None else rig.facts()
     with stop or Stop() as stop:
         if not bench.lock():
             owner = bench.ask("SYST:LOCK:OWN?")
@@ -395,7 +345,9 @@ def execute(
         try:
             file = RunFile.create(out, said, force)
             try:
-                made = _recorded(bench, file, Execution(bench, steps, file, crosshead, stop, watch))
+                made = _recorded(
+                    bench, file, Execution(bench, steps, file, crosshead, stop, watch, rig)
+                )
             except BaseException:
                 file.close()
                 raise
@@ -430,6 +382,7 @@ def _recorded(bench: Bench, file: RunFile, running: Execution) -> Executed:
         fault_time=None if first is None or fault is None else (fault - first) * 1e-6,
         file=file.path,
         simulated=meta["simulated"] != "0",
+        shots=None if running.shots is None else running.shots.taken(first),
     )
 
 

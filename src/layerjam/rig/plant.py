@@ -124,7 +124,7 @@ class VirtualPlant:
         self.watch: Callable[[], None] | None = None
         self.machine: VirtualMachine | None = None
         """What pulls a brake whose chamber this is."""
-        self.recorded: Callable[[], None] | None = None
+        self.recorded: Callable[[], object] | None = None
         """Called before each sample by who records it: what it waits for, the board waits for."""
         self.accelerometer = VirtualAccelerometer(made.seed)
         self.vacuum = self.side = self.shown = 0.0

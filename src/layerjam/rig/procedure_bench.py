@@ -10,6 +10,7 @@ from layerjam.rig.crosshead import Crosshead
 from layerjam.rig.driver import Bench, opened
 from layerjam.rig.execute import Executed, execute
 from layerjam.rig.recorder import Block
+from layerjam.rig.shots import DropRig
 from layerjam.rig.stop import Stop
 from layerjam.simulate.procedure import Procedure
 
@@ -27,6 +28,7 @@ class ProcedureBench(Bench):
         force: bool = False,
         stop: Stop | None = None,
         watch: Callable[[Block], None] = lambda block: None,
+        rig: DropRig | None = None,
     ) -> Executed:
         """Carry out a procedure and record it in the file `out`; see `rig.execute.execute`.
 
@@ -41,6 +43,7 @@ class ProcedureBench(Bench):
             force=force,
             stop=stop,
             watch=watch,
+            rig=rig,
         )
 
 

@@ -114,10 +114,14 @@ class Recorder:
                 self.file.note("link", text, self.now)
         return block
 
+    def behind(self, block: Block) -> bool:
+        """Whether the board had more samples than came with a block."""
+        return len(block.rows) == FULL
+
     def begin(self, moves: Moves | None = None) -> None:
         """Record what the board still has from before; time counts from the last of it on."""
         block = self.pump(moves)
-        while len(block.rows) == FULL:
+        while self.behind(block):
             self.pause(block)
             block = self.pump(moves)
         if not self.file.meta.get("begun"):
@@ -170,10 +174,9 @@ class Recorder:
 
     def pause(self, block: Block) -> None:
         """Wait until the next block is due; not at all behind a board that is ahead."""
-        behind = len(block.rows) == FULL
         if self._throttle is not None:
-            self._throttle.credit = 0 if behind else AHEAD
-        elif not behind:
+            self._throttle.credit = 0 if self.behind(block) else AHEAD
+        elif not self.behind(block):
             time.sleep(max(PACE - (time.monotonic() - self._told), 0.0))
         self._told = time.monotonic()
 

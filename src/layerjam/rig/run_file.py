@@ -194,6 +194,18 @@ class RunFile:
             base.executemany("INSERT INTO events VALUES (?, ?, ?, ?)", events)
         self._pending = []
 
+    def add_shot(self, row: Mapping[str, Any]) -> None:
+        """The row of an accelerometer's record; its samples follow."""
+        names, marks = ", ".join(row), ", ".join("?" * len(row))
+        with self._transaction() as base:
+            base.execute(f"INSERT INTO shots ({names}) VALUES ({marks})", tuple(row.values()))
+
+    def add_shot_data(self, shot: int, first: int, data: bytes) -> None:
+        """Samples of an accelerometer's record, int16, from its sample `first` on."""
+        with self._transaction() as base:
+            row = (shot, first, len(data) // 2, data)
+            base.execute("INSERT INTO shot_data VALUES (?, ?, ?, ?)", row)
+
     def state(self, meta: Mapping[str, object]) -> None:
         """Say or correct what the file says of itself."""
         pairs = [(key, str(value)) for key, value in meta.items()]
