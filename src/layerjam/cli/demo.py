@@ -237,7 +237,7 @@ def _glance(brake: BrakeFile) -> Part:
     shot = build_pictures.shots(scene(drawn.build, drawn.lengths))["exploded"]
     drawers: dict[str, tuple[Callable[[], Figure], str]] = {
         "device": (partial(device, brake), "The brake at rest, pulled out, and across."),
-        "exploded": (partial(build_pictures.labelled, *shot), "Its parts, as `build` draws them."),
+        "exploded": (partial(build_pictures.labelled, *shot), "Its parts, apart."),
         "pull": (pulled.draw, "A pull at 94.5 kPa, computed."),
         "stop": (stop.draw, "1 kg at 2.5 m/s, stopped within 40 mm, computed."),
         "rise": (rise("choi2018", target=80e3).draw, "The paper's pumps, computed."),
