@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import csv
 import io
+import json
+import sys
+import types
 
 import pytest
 
 from layerjam.commands.tensile import tensile
 from layerjam.commands.vacuum_line import rise
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import load
 from layerjam.errors import LayerjamError
 from layerjam.workbench.call import Call, Subject, as_python
 from layerjam.workbench.charts import Curve, options, stacked
+from layerjam.workbench.notebook import notebook
 from layerjam.workbench.takeaway import Taken, curves_csv
 
 KAPTON = "choi2018-kapton"
@@ -69,3 +75,44 @@ def test_the_curves_of_a_chart_read_back_and_hold_no_formula():
     assert top == pytest.approx(high.peak_force, rel=1e-5)
     assert {r["y axis"] for r in rows} == {"force [N]", "left over [N]"}
     assert curves_csv({}) == ""
+
+
+def run_cells(text: str, folder, monkeypatch) -> list[str]:
+    """Run a notebook's cells in a folder, one after the other; the figures that it displays."""
+    displayed: list[str] = []
+    display = types.ModuleType("IPython.display")
+    display.SVG, display.display = str, displayed.append
+    monkeypatch.setitem(sys.modules, "IPython", types.ModuleType("IPython"))
+    monkeypatch.setitem(sys.modules, "IPython.display", display)
+    monkeypatch.chdir(folder)
+    space: dict[str, object] = {}
+    for cell in json.loads(text)["cells"]:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), space)
+    return displayed
+
+
+def test_a_notebook_computes_and_draws_what_the_chart_shows(tmp_path, monkeypatch):
+    shown = taken()
+    book = json.loads(shown.notebook())
+    assert (book["nbformat"], book["nbformat_minor"]) == (4, 5)
+    assert len({cell["id"] for cell in book["cells"]}) == len(book["cells"])
+    for cell in book["cells"]:
+        more = {"outputs", "execution_count"} if cell["cell_type"] == "code" else set()
+        assert cell.keys() == {"cell_type", "id", "metadata", "source"} | more
+        assert all(line.endswith("\n") for line in cell["source"][:-1])
+    assert run_cells(shown.notebook(), tmp_path, monkeypatch) == ["tensile.svg"]
+    assert (tmp_path / "tensile.svg").read_bytes() == shown.figure("svg")
+
+
+def test_a_notebook_holds_the_brakes_that_are_in_no_catalogue(tmp_path, monkeypatch):
+    # two of one name: the one on the desk, and a pinned one of before it was edited
+    own = load(KAPTON).text + "\n# C:\\new 'one' \"two\" µ \U0001f9f2\n"
+    files = [BrakeFile.read(text, "a brake") for text in (own, f"{own}# edited\n")]
+    said = pull("60 kPa").options
+    calls = [Call("tensile", (Subject("mine.toml", file),), said) for file in files]
+    book = notebook("mine", calls)
+    run_cells(book, tmp_path, monkeypatch)
+    assert (tmp_path / "mine.toml").read_text("utf-8") == files[0].text
+    assert (tmp_path / "mine-2.toml").read_text("utf-8") == files[1].text
+    assert 'lj.tensile("mine-2.toml",' in "".join(json.loads(book)["cells"][-1]["source"])

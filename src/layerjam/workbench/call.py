@@ -121,8 +121,8 @@ class Call:
         parts += [f"out={_literal(self.out)}", "force=True"] if self.out else []
         return f"lj.{load(self.name).python_name}({', '.join(parts)})"
 
-    def _drawn(self, file: str, beside: Mapping[str, Call]) -> str:
-        """Lines that compute, print and draw it."""
+    def _drawn(self, file: str, beside: Mapping[str, Call], display: bool) -> str:
+        """Lines that compute, print and draw it; they `display` the figure in a notebook."""
         text = f"result = {self.asked()}\nprint(result)\n"
         kind = load(self.name).result
         if not kind.drawable():
@@ -132,8 +132,11 @@ class Call:
             more += ", beside=pinned"
             pins = "".join(f"    {_literal(k)}: {call.asked()},\n" for k, call in beside.items())
             text += f"pinned = {{\n{pins}}}\n"
-        draws = f'result.plot("{file}.svg", {more})\n'
-        return f"{text}if result.has_curve:\n    {draws}" if _may_lack(kind) else text + draws
+        draws = [f'result.plot("{file}.svg", {more})']
+        draws += [f'display(SVG("{file}.svg"))'] if display else []
+        if _may_lack(kind):
+            draws = ["if result.has_curve:", *(f"    {line}" for line in draws)]
+        return text + "".join(f"{line}\n" for line in draws)
 
     def command(self) -> str:
         """The same on the command line."""
@@ -157,15 +160,28 @@ def as_python(calls: Sequence[Call], pinned: Mapping[str, Call] = MappingProxyTy
 
     `pinned` calls are drawn, with their labels, beside the first of the same command.
     """
+    head, *asked = python_parts(calls, pinned)
+    return f"{head}\n{''.join(asked)}" if asked else ""
+
+
+def python_parts(
+    calls: Sequence[Call],
+    pinned: Mapping[str, Call] = MappingProxyType({}),
+    display: bool = False,
+) -> list[str]:
+    """The lines of `as_python` apart: what is imported, then the lines of each call.
+
+    With `display` they show their figures by `display` and `SVG` of IPython.
+    """
     names = [load(call.name).name for call in calls]
-    asked, left = "", dict(pinned)
+    made, left = [f"{_head(calls)}import layerjam as lj\n"], dict(pinned)
     for place, call in enumerate(calls):
         alone = names.count(names[place]) == 1
         file = names[place] if alone else f"{names[place]}-{names[: place + 1].count(names[place])}"
         beside = {label: pin for label, pin in left.items() if pin.name == call.name}
         left = {label: pin for label, pin in left.items() if label not in beside}
-        asked += call._drawn(file, beside)
-    return f"{_head(calls)}import layerjam as lj\n\n{asked}" if asked else ""
+        made.append(call._drawn(file, beside, display))
+    return made
 
 
 def _may_lack(kind: type[results.Result]) -> bool:

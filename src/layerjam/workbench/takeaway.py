@@ -1,4 +1,4 @@
-"""What a page gives away of a chart: its figure, its curves, its record, and Python that draws it.
+"""What a page gives away of a chart: its figure, its curves, Python and a notebook that draw it.
 
 Figures and records are made by the functions that write the command line's files.
 """
@@ -20,10 +20,12 @@ from layerjam.commands.results import Result
 from layerjam.errors import LayerjamError
 from layerjam.workbench import copying
 from layerjam.workbench.call import Call, as_python
+from layerjam.workbench.notebook import notebook
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.widgets import button, one_line
 
 ENDINGS = ("svg", "png", "pdf")
+NOTEBOOK = "application/x-ipynb+json"
 QUIET = 'flat dense no-caps padding="4px 8px"'
 
 
@@ -44,7 +46,15 @@ class Taken:
 
     def python(self) -> str:
         """Lines that compute and draw it in a fresh process."""
-        return as_python([self.call], {label: call for label, (call, _) in self.beside.items()})
+        return as_python([self.call], self._pinned)
+
+    def notebook(self) -> str:
+        """A Jupyter notebook that computes and draws it."""
+        return notebook(self.name, [self.call], self._pinned)
+
+    @property
+    def _pinned(self) -> Mapping[str, Call]:
+        return {label: call for label, (call, _) in self.beside.items()}
 
 
 def row(ident: str, chart: ui.echart, shown: Callable[[], Taken | None]) -> ui.row:
@@ -78,6 +88,13 @@ def row(ident: str, chart: ui.echart, shown: Callable[[], Taken | None]) -> ui.r
         else:
             await copying.offer(taken.python(), "python", [taken.call])
 
+    def cells() -> None:
+        taken = shown()
+        if taken is None:
+            ui.notify("nothing is computed yet")
+        else:
+            ui.download.content(taken.notebook().encode(), f"{taken.name}.ipynb", NOTEBOOK)
+
     with ui.row().classes("items-center gap-1") as made:
         ui.label("Take away").classes("text-sm")
         for ending in ENDINGS:
@@ -88,6 +105,8 @@ def row(ident: str, chart: ui.echart, shown: Callable[[], Taken | None]) -> ui.r
         button("curves as CSV", curves, f"{ident}-curves", how=QUIET, tip=tip)
         tip = "Lines that compute and draw it"
         button("Python", python, f"{ident}-python", how=QUIET, tip=tip)
+        tip = "A Jupyter notebook that computes and draws it"
+        button("notebook", cells, f"{ident}-notebook", how=QUIET, tip=tip)
     return made
 
 
