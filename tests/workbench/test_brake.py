@@ -8,17 +8,20 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nicegui import ui
+from nicegui.testing import user_simulation
 
 from layerjam.commands.edit import BRAKE_FIELDS as FIELDS
 from layerjam.commands.predict import show
 from layerjam.device.load import load
 from layerjam.units import get
+from layerjam.workbench import live
 from layerjam.workbench.controls import with_unit
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.brake import KIND, Brake
 from layerjam.workbench.pages.brake_tables import ROWS, comparison, verdict
 from layerjam.workbench.pages.records import unit_of
-from layerjam.workbench.scene import MOST, UNIT, exaggeration, in_words, stack_of
+from layerjam.workbench.scene import MOST, UNIT, StackView, exaggeration, in_words, stack_of
 from layerjam.workbench.state import from_link, to_link
 from strategies import one, random_brakes, seeds
 from workbench.standing import standing
@@ -52,6 +55,54 @@ def test_the_picture_is_true_in_length(seed, part, share):
     for k in range(drawn - 1):
         low, high = slid[f"sheet {k}"], slid[f"sheet {k + 1}"]
         assert high.centre[2] - low.centre[2] >= low.size[2]
+
+
+def test_a_move_tells_the_picture_once_and_a_rest_nothing(monkeypatch):
+    views, alone = [], []
+
+    def page() -> None:
+        views.append(StackView("seen"))
+
+    def told(brake, *moves):
+        """(stack, words, what is sent): after moves of which none waited for the one before."""
+        [view] = views
+        for slip, share in moves:
+            stack = stack_of(brake, slip, share)
+            words = in_words(brake, stack, slip)
+            view.show(stack, words)
+        return stack, words, live._waiting.pop(view.scene.client, {})
+
+    async def drive() -> None:
+        async with user_simulation(page) as user:
+            await user.open("/")
+            scene = views[0].scene
+            scene._initialized_event.set()
+            monkeypatch.setattr(ui.element, "run_method", lambda *all: alone.append(all))
+            stack, words, sent = told(KAPTON, (0.0, 1.0), (0.01, 0.2))
+            assert sent["spoken"] == {scene.id: words}
+            seen = replayed({}, sent["spaces"][scene.id])
+            assert told(KAPTON, (0.01, 0.2))[2] == {}
+            fewer = replace(KAPTON, sheets=replace(KAPTON.sheets, count=6))
+            stack, words, sent = told(fewer, (0.01, 0.2))
+            seen = replayed(seen, sent["spaces"][scene.id])
+            drawn = {(tuple(one["move"]), tuple(one["scale"])) for one in seen.values()}
+            assert {(box.centre, box.size) for box in stack.boxes} <= drawn
+            assert len(seen) == len(stack.boxes) + len(stack.labels)
+            assert not alone
+
+    asyncio.run(drive())
+
+
+def replayed(things, calls):
+    """What stands in a view after what it was told."""
+    for name, thing, *rest in calls:
+        if name == "create":
+            things[rest[0]] = {"move": [0, 0, 0], "scale": [1, 1, 1]}
+        elif name == "delete":
+            del things[thing]
+        else:
+            things[thing][name] = rest
+    return things
 
 
 def test_vacuum_draws_sheets_and_enclosure_together():

@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import asyncio
 from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -25,6 +27,7 @@ NEEDED = (
     (ui.label, "_text_to_model_text"),
     (ui.html, "_handle_content_change"),
     (ui.slider, "LOOPBACK"),
+    (ui.scene, "_batch_calls"),
 )
 """What the classes below change of NiceGUI's own."""
 
@@ -36,6 +39,9 @@ def check() -> None:
             "the workbench (a nicegui of version 3.18 or later, but not 4)", "workbench"
         )
 
+
+KINDS = ("texts", "contents", "charts", "spoken", "spaces")
+"""What is told of, in the order in which `layerjamLive` takes it."""
 
 _waiting: WeakKeyDictionary[Client, dict[str, dict[int, Any]]] = WeakKeyDictionary()
 
@@ -55,7 +61,7 @@ def _tell(element: ui.element, kind: str, value: Any) -> None:
 def _send(client: Client) -> None:
     told = _waiting.pop(client, None)
     if told and not client.is_deleted:
-        parts = (json.dumps(told[kind]) for kind in ("texts", "contents", "charts"))
+        parts = (json.dumps(told[kind]) for kind in KINDS)
         client.run_javascript(f"layerjamLive({', '.join(parts)})")
 
 
@@ -77,6 +83,34 @@ class Table(ui.html):
         with self.props.suspend_updates():
             super()._handle_content_change(content)
         _tell(self, "contents", content)
+
+
+class Space(ui.scene):
+    """A 3-D view whose changes go with a drawing's one message, drawn after its charts.
+
+    NiceGUI sends a message for each thing moved or stretched: dozens under a slider.
+    """
+
+    @contextmanager
+    def changes(self) -> Iterator[Space]:
+        """All that is made, moved and taken away within goes together."""
+        with self:
+            self._batched_calls = []
+            try:
+                yield self
+            finally:
+                calls, self._batched_calls = self._batched_calls, None
+        if calls:
+            before = _waiting.get(self.client, {}).get("spaces", {}).get(self.id, [])
+            _tell(self, "spaces", [*before, *calls])
+
+    def speak(self, words: str) -> None:
+        """Say what is seen for who cannot see it."""
+        if self.props.get("aria-label") == words:
+            return
+        with self.props.suspend_updates():
+            self.props["aria-label"] = words
+        _tell(self, "spoken", words)
 
 
 class Bar(ui.slider):

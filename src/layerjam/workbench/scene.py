@@ -17,6 +17,7 @@ from layerjam.device.brake import Brake
 from layerjam.fabricate.outline import clamp_holes
 from layerjam.report.style import BLUE, GREY, ORANGE
 from layerjam.units import show
+from layerjam.workbench import live
 from layerjam.workbench.widgets import button, dressed, hint
 
 UNIT = 0.01
@@ -202,7 +203,7 @@ class StackView:
         self._dark = False
         camera = ui.scene.perspective_camera(fov=28)
         with ui.element("div").classes("w-full"):
-            self.scene = ui.scene(
+            self.scene = live.Space(
                 width=640,
                 height=320,
                 grid=False,
@@ -235,14 +236,14 @@ class StackView:
                 f"const view = getElement({self.scene.id}); view.ground = '{ground}'; "
                 "view.renderer.setClearColor(view.ground)"
             )
-        self.scene.props["aria-label"] = words
-        with self.scene:
+        self.scene.speak(words)
+        with self.scene.changes():
             for box in stack.boxes:
                 self._place(box)
             for name, text, place in stack.labels:
                 self._write(name, text, place)
-        for name in {*self._boxes} - {box.name for box in stack.boxes}:
-            self._boxes.pop(name).delete()
+            for name in {*self._boxes} - {box.name for box in stack.boxes}:
+                self._boxes.pop(name).delete()
         if self._corners != (stack.low, stack.high):
             self._corners = (stack.low, stack.high)
             self._fit(0.3)

@@ -1,7 +1,7 @@
 // What the server cannot do from afar. Loaded once, at the end of the page's body.
 
 // texts, HTML and charts that change with every move, past Vue (live.py)
-window.layerjamLive = (texts, contents, charts) => {
+window.layerjamLive = (texts, contents, charts, spoken, spaces) => {
   const raw = (id) => Vue.toRaw(Vue.toRaw(mounted_app.elements)[id]);
   for (const id in texts) {
     if (raw(id)) raw(id).text = texts[id];
@@ -17,6 +17,15 @@ window.layerjamLive = (texts, contents, charts) => {
     if (raw(id)) Object.assign(Vue.toRaw(raw(id).props.options), charts[id]);
     getElement(id)?.chart?.setOption(charts[id]);
   }
+  for (const id in spoken) {
+    if (raw(id)) raw(id).props['aria-label'] = spoken[id];
+    document.getElementById('c' + id)?.setAttribute('aria-label', spoken[id]);
+  }
+  // what is seen in space comes after the frame that shows the charts
+  const views = Object.keys(spaces).map(id => [getElement(id), spaces[id]]);
+  if (views.length) requestAnimationFrame(() => requestAnimationFrame(() => {
+    for (const [view, calls] of views) view?.run_methods?.(calls);
+  }));
 };
 
 // what is dragged, written into the field beside the slider
