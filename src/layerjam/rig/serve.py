@@ -240,6 +240,8 @@ def serve(
             "them out",
         )
     token = token_of(token_file) if token_file is not None else ""
+    if pty is not None and not hasattr(os, "openpty"):
+        raise QuantityError.of("pty", "this system has no pseudo-terminals; clients take the port")
     if pty is not None and Path(pty).exists():
         raise FileError(pty, "is there already")
     line, _board = connect(address)
@@ -261,7 +263,10 @@ async def _run(
     host, port = at
     ended = asyncio.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
-        loop.add_signal_handler(number, ended.set)
+        try:
+            loop.add_signal_handler(number, ended.set)
+        except NotImplementedError:  # the loop of Windows has none
+            signal.signal(number, lambda *_: loop.call_soon_threadsafe(ended.set))
     try:
         server = await asyncio.start_server(gateway.client, host, port)
     except OSError as error:

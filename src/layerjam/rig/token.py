@@ -40,13 +40,13 @@ def token_of(file: str | Path) -> str:
     except OSError as error:
         raise FileError(path, error.strerror or "cannot be written") from None
     else:
-        with os.fdopen(made, "w") as out:
+        with os.fdopen(made, "w", encoding="utf-8") as out:
             out.write(secrets.token_hex(16) + "\n")
     try:
         text, mode = path.read_text("utf-8").strip(), path.stat().st_mode
     except (OSError, UnicodeDecodeError):
         raise FileError(path, "cannot be read as a token") from None
-    if mode & 0o077:
+    if os.name == "posix" and mode & 0o077:  # elsewhere these bits say nothing of who may read
         raise FileError(path, "others may read the token; chmod 600 keeps it")
     if not re.fullmatch(r"[0-9a-zA-Z]{16,128}", text):
         raise FileError(path, "a token is 16 to 128 letters and digits")

@@ -1,0 +1,84 @@
+"""Nothing on a user's path needs POSIX: held by reading the source, since no Windows is here."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCE = ROOT / "src" / "layerjam"
+FILES = [p for p in sorted(SOURCE.rglob("*.py")) if "firmware" not in p.parts]
+MODULES = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty"}
+CALLS = {
+    "os.chown", "os.fchmod", "os.fork", "os.getuid", "os.kill", "os.killpg", "os.mkfifo",
+    "os.openpty", "os.sched_getaffinity", "os.setsid", "os.symlink", "os.sysconf", "os.ttyname",
+    "os.uname", "signal.SIGALRM", "signal.SIGHUP", "signal.SIGKILL", "signal.SIGUSR1",
+    "signal.alarm", "signal.pause",
+}  # fmt: skip
+ALLOWED = {
+    ("design/blocks.py", "fcntl"): "left out where it is missing: nobody is kept out of a folder",
+    ("rig/run_file.py", "fcntl"): "left out where it is missing: SQLite's own locks stay",
+    ("workbench/folders.py", "fcntl"): "left out where it is missing: nothing is swept",
+    ("workbench/folders.py", "os.getuid"): "asked for by name first",
+    ("rig/serve.py", "tty"): "for --pty alone, which says that there are none",
+    ("rig/serve.py", "os.openpty"): "for --pty alone",
+    ("rig/serve.py", "os.ttyname"): "for --pty alone",
+    ("kernel/compiler.py", "os.getuid"): "asked for by name first",
+    ("mechanics/threads.py", "os.sched_getaffinity"): "asked for by name first",
+}
+"""(file, what it uses): why that is no trouble elsewhere."""
+
+
+def uses(path: Path) -> Iterator[str]:
+    """POSIX's own that a file uses."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in MODULES)
+        elif isinstance(node, ast.ImportFrom) and node.module in MODULES:
+            yield node.module
+        elif isinstance(node, ast.Attribute) and ast.unparse(node) in CALLS:
+            yield ast.unparse(node)
+
+
+def test_what_only_posix_has_is_asked_for_first() -> None:
+    found = {(p.relative_to(SOURCE).as_posix(), name) for p in FILES for name in uses(p)}
+    assert found == set(ALLOWED)
+
+
+def test_what_only_posix_has_is_never_imported_with_a_file() -> None:
+    for path in FILES:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for node in tree.body:
+            if isinstance(node, ast.Import):
+                assert not MODULES & {alias.name for alias in node.names}, path
+
+
+def texts(tree: ast.AST) -> Iterator[ast.Call]:
+    """Calls that read or write a file's text."""
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Call):
+            continue
+        function = node.func
+        if isinstance(function, ast.Attribute) and function.attr in ("read_text", "write_text"):
+            yield node
+        opens = isinstance(function, ast.Name) and function.id == "open"
+        opens |= isinstance(function, ast.Attribute) and ast.unparse(function) == "os.fdopen"
+        modes = [a for a in (*node.args[1:2], *(k.value for k in node.keywords if k.arg == "mode"))]
+        binary = any(isinstance(m, ast.Constant) and "b" in str(m.value) for m in modes)
+        if opens and not binary:
+            yield node
+
+
+def test_a_files_text_is_utf_8_whatever_the_machines_code_page() -> None:
+    silent = [
+        f"{path.relative_to(SOURCE)}, line {call.lineno}"
+        for path in FILES
+        for call in texts(ast.parse(path.read_text(encoding="utf-8")))
+        if "encoding" not in {k.arg for k in call.keywords}
+        and not any(
+            isinstance(a, ast.Constant) and a.value in ("utf-8", "ascii") for a in call.args
+        )
+        and ast.unparse(call.func) != "formatter.write_text"
+    ]
+    assert silent == []
