@@ -10,7 +10,7 @@ from typing import Any
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
-from layerjam.errors import QuantityError
+from layerjam.errors import LayerjamError, QuantityError
 from layerjam.fluid.file import LineFile, lines, load_line
 from layerjam.workbench.call import Subject
 from layerjam.workbench.state import Pin, State, Value
@@ -41,10 +41,12 @@ class Desk:
 
     def _read(self) -> None:
         """Brake and line of the state."""
-        self.brake: BrakeFile = read_any("brake", self.state.brake)
-        self.line: LineFile = read_any("line", self.state.line)
-        beside = self.state.beside
-        self.beside: BrakeFile | None = read_any("brake", beside) if beside else None
+        state = self.state
+        brake, line = read_any("brake", state.brake), read_any("line", state.line)
+        beside = read_any("brake", state.beside) if state.beside else None
+        self.brake: BrakeFile = brake
+        self.line: LineFile = line
+        self.beside: BrakeFile | None = beside
 
     def watch(self, told: Callable[[str], None]) -> None:
         """Call `told(what)` after changes: "brake", "line", "settings", "undo", "page", "files"."""
@@ -78,6 +80,21 @@ class Desk:
             state = state.put(page, key, value)
         if state != self.state:
             self._become(state, "undo")
+
+    def put_state(self, state: State) -> None:
+        """All of another state but its page, as one step of undo.
+
+        Raises LayerjamError, and keeps what was, where its brake or line cannot be read.
+        """
+        before = self.state
+        self.state = replace(state, page=before.page)
+        try:
+            self._read()
+        except LayerjamError:
+            self.state = before
+            raise
+        made, self.state = self.state, before
+        self._become(made, "undo")
 
     def put_pins(self, pins: tuple[Pin, ...]) -> None:
         """Other pinned curves; one step of undo."""

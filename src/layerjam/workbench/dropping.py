@@ -15,6 +15,8 @@ from layerjam.measure.sidecar import FOLDER
 from layerjam.records.toml import MAX_BYTES
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import toml_kind
+from layerjam.workbench.session import ENDING, from_session
+from layerjam.workbench.session import LARGEST as LARGEST_SESSION
 from layerjam.workbench.sorting import Sorting
 from layerjam.workbench.uploads import LARGEST, MOST, Refused, clean, is_sidecar
 from layerjam.workbench.widgets import button, dressed, hint, one_line
@@ -26,7 +28,7 @@ AT_ONCE = 1000
 """Files that the browser offers in one go at most; what is kept is bounded by uploads."""
 SOON = 0.3
 """Files that arrive within this time [s] of each other belong together."""
-VEIL = "Drop here: measurements, a brake or a vacuum line as TOML"
+VEIL = "Drop here: measurements, a brake or a vacuum line as TOML, a saved session"
 
 
 class Dropping:
@@ -34,7 +36,7 @@ class Dropping:
 
     def __init__(self, desk: Desk, go: Callable[[str], object]) -> None:
         """`go(page)` opens a page."""
-        self.desk, self.uploads = desk, desk.files
+        self.desk, self.uploads, self.go = desk, desk.files, go
         self.sorting = Sorting(desk, go)
         self._soon: asyncio.TimerHandle | None = None
         self._brakes = 0
@@ -57,14 +59,31 @@ class Dropping:
 
     async def _take(self, event: events.UploadEventArguments) -> None:
         name = clean(event.file.name)
-        toml = name.lower().endswith(".toml")
-        why = await (self._toml(name, event.file) if toml else self._measured(event.file))
+        if name.lower().endswith(ENDING):
+            why = await self._session(name, event.file)
+        elif name.lower().endswith(".toml"):
+            why = await self._toml(name, event.file)
+        else:
+            why = await self._measured(event.file)
         if why:
             self._tell(why)
         self._look()
 
     async def _measured(self, file: FileUpload) -> str:
         return await self.uploads.receive(file, waits=True)
+
+    async def _session(self, name: str, file: FileUpload) -> str:
+        """Put all that a saved session holds onto the desk; why not, where it is none."""
+        if file.size() > LARGEST_SESSION:
+            return f"{name}: {file.size() / 1e6:.1f} MB is too large for a session"
+        try:
+            state = from_session(await file.read(), name)
+            self.desk.put_state(state)
+        except LayerjamError as err:
+            return one_line(err)
+        ui.notify(f"{name} was opened; undo takes it back", type="positive")
+        self.go(state.page)
+        return ""
 
     async def _toml(self, name: str, file: FileUpload) -> str:
         """Put a brake or a line on the desk, keep a sidecar; why not, where it is neither."""

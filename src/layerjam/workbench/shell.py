@@ -16,6 +16,7 @@ from layerjam.workbench.dropping import Dropping
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
 from layerjam.workbench.rest import elsewhere, forget_routes
+from layerjam.workbench.session import ENDING, to_session
 from layerjam.workbench.state import LONGEST_LINK, from_link, to_link
 from layerjam.workbench.widgets import button, dressed, shipped
 
@@ -62,7 +63,12 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
 
     client = ui.context.client
     client.on_delete(forget_routes)
-    desk.turn = panels.set_value
+
+    def turn(name: str) -> None:
+        if name in kinds:  # a session may name a page of another version
+            panels.set_value(name)
+
+    desk.turn = turn
 
     def loaded(tab: Tab) -> type[Page]:
         if not tab.light:
@@ -84,7 +90,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
             pages[name].open()
 
     panels.on_value_change(lambda e: opened(str(e.value)))
-    Dropping(desk, panels.set_value)
+    Dropping(desk, turn)
     _address(desk)
     ui.on("layerjam_undo", desk.undo)
     ui.on("layerjam_redo", desk.redo)
@@ -113,6 +119,7 @@ def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.da
             _button("undo", "Undo (Ctrl Z)", desk.undo)
             _button("redo", "Redo (Ctrl Shift Z)", desk.redo)
             _button("link", "Copy a link to all that is set", lambda: _copy_link(desk))
+            _session(desk)
             _button("terminal", "Copy as command", lambda: _copy(desk, pages, "command"))
             _button("code", "Copy as Python", lambda: _copy(desk, pages, "python"))
 
@@ -150,6 +157,21 @@ def _button(icon: str, what: str, act: Callable[[], object]) -> None:
     name = what.split(" (", maxsplit=1)[0].lower().replace(" ", "-")
     look = "flat round color=white"
     dressed(button("", act, name, icon, how=look, tip=what), aria_label=what)
+
+
+def _session(desk: Desk) -> None:
+    """A menu to save all that is set as one file, and to open it again."""
+
+    def save() -> None:
+        text = to_session(desk.state).encode()
+        ui.download.content(text, f"{desk.brake.name}-session{ENDING}", "application/json")
+
+    look = "flat round color=white"
+    made = button("", None, "session", "folder", how=look, tip="All that is set, as one file")
+    with dressed(made, aria_label="Session"), ui.menu().props("auto-close"):
+        dressed(ui.menu_item("Save the session as a file", save), "session-save")
+        choose = dressed(ui.menu_item("Open a session"), "session-open")
+        choose.on("click", js_handler="() => layerjamPick()")
 
 
 async def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:

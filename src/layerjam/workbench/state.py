@@ -106,6 +106,20 @@ class State:
 READER = TypeAdapter(State)
 
 
+class Strange(ValueError):
+    """JSON that is no state: where in it, and why."""
+
+
+def read_state(text: str | bytes) -> State:
+    """The state of a JSON; raises Strange."""
+    try:
+        return READER.validate_json(text)
+    except ValidationError as err:
+        first = err.errors()[0]
+        where = ".".join(str(part)[:40] for part in first["loc"]) or "its content"
+        raise Strange(f"{where}: {first['msg']}") from None
+
+
 def to_link(state: State) -> str:
     """The state as text that may stand in an address."""
     text = json.dumps(asdict(state), separators=(",", ":"), allow_nan=False)
@@ -122,10 +136,8 @@ def from_link(text: str) -> State:
         plain = reader.decompress(packed, LARGEST)
         if reader.unconsumed_tail or not reader.eof:
             raise ValueError("too large")
-        return READER.validate_json(plain)
-    except ValidationError as err:
-        first = err.errors()[0]
-        where = ".".join(str(part)[:40] for part in first["loc"]) or "its content"
-        raise QuantityError(f"link: {where}: {first['msg']}; the page begins anew") from None
+        return read_state(plain)
+    except Strange as err:
+        raise QuantityError(f"link: {err}; the page begins anew") from None
     except (binascii.Error, zlib.error, ValueError):
         raise QuantityError("link: it cannot be read; the page begins anew") from None
