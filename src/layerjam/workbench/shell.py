@@ -167,11 +167,15 @@ def _session(desk: Desk) -> None:
         ui.download.content(text, f"{desk.brake.name}-session{ENDING}", "application/json")
 
     look = "flat round color=white"
-    made = button("", None, "session", "folder", how=look, tip="All that is set, as one file")
-    with dressed(made, aria_label="Session"), ui.menu().props("auto-close"):
-        dressed(ui.menu_item("Save the session as a file", save), "session-save")
-        choose = dressed(ui.menu_item("Open a session"), "session-open")
-        choose.on("click", js_handler="() => layerjamPick()")
+    made = button("", None, "session", "folder", how=look)
+    with dressed(made, aria_label="Session"):
+        # beside the button: below it the menu opens
+        aside = 'anchor="center left" self="center right"'
+        ui.tooltip("All that is set, as one file").props(aside)
+        with ui.menu().props("auto-close"):
+            dressed(ui.menu_item("Save the session as a file", save), "session-save")
+            choose = dressed(ui.menu_item("Open a session"), "session-open")
+            choose.on("click", js_handler="() => layerjamPick()")
 
 
 async def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:

@@ -94,14 +94,15 @@ class Pull(Page):
         with main:
             waiting_line(self.name, self.runner)
             self.heroes = Heroes(self.name)
-            self.outcome = status("pull-outcome")
+            with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
+                self.outcome = status("pull-outcome")
+                self.pins.build()
             self.chart = chart("pull-chart", "Force over elongation")
             with takeaway.row(self.name, self.chart, self.taken):
                 button("record as CSV", self._record, "pull-record", how=takeaway.QUIET)
                 compare = self._comparison
                 self.compared = button("comparison as SVG", compare, "pull-comparison")
                 self.compared.set_visibility(False)
-            self.pins.build()
             self.errors = Box(show_errors, "w-full gap-1 overflow-auto")
             with fold("More numbers", "pull-numbers"):
                 with self.while_(lambda: not self._saws()):
