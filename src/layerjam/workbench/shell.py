@@ -173,8 +173,10 @@ def _session(desk: Desk) -> None:
         aside = 'anchor="center left" self="center right"'
         ui.tooltip("All that is set, as one file").props(aside)
         with ui.menu().props("auto-close"):
-            dressed(ui.menu_item("Save the session as a file", save), "session-save")
-            choose = dressed(ui.menu_item("Open a session"), "session-open")
+            dressed(
+                ui.menu_item("Save the session as a file", save), "session-save", role="menuitem"
+            )
+            choose = dressed(ui.menu_item("Open a session"), "session-open", role="menuitem")
             choose.on("click", js_handler="() => layerjamPick()")
 
 
