@@ -18,6 +18,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.identify.curves import Curve, fitted_part
 from layerjam.identify.shape import plain, with_shape
+from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.pull import force_at_elongation
 
 FINE, COARSE = 320, 320
@@ -111,6 +112,7 @@ def _band() -> Any:
     return jax.jit(band)
 
 
+@in_double_precision
 def law_with_error(
     elongation: np.ndarray, vacuum: float, shape: np.ndarray, covariance: np.ndarray, brake: Brake
 ) -> tuple[np.ndarray, np.ndarray]:
