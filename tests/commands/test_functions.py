@@ -160,7 +160,7 @@ def test_what_made_the_brake_stands_in_its_file(tmp_path: Path) -> None:
     assert (
         file.notes["program"].startswith("layerjam ") and "one pull only" in file.notes["verdict"]
     )
-    assert file.sources["scale_factor"].kind == "calibrated"
+    assert file.sources["scale_factor"].kind == "synthetic"
     assert "pull.csv" in file.sources["stiffness_measured"].text
     assert file.sources["scale_factor"].spread.startswith("standard error ")
     # its comments and all other numbers are the old ones

@@ -33,6 +33,7 @@ INSTEAD = {
     "--travel 40mm --samples 1000",
     "apply": "layerjam apply slow-stop",
     "export fmu": "layerjam export fmu choi2018-kapton --out kapton.fmu --sources-only",
+    "demo": "layerjam demo --out shown",
     "publish": "layerjam publish campaign --brake choi2018-kapton --out campaign-dataset",
     "recompute": f"layerjam recompute {ROOT}/tests/dataset/published-0.1.0.zip",
 }
