@@ -15,6 +15,8 @@ from layerjam.rig.frame import first, pack
 TRIES = 5
 WAIT = 0.5
 """Seconds that an answer is waited for, each time."""
+QUIET = 0.05
+"""Seconds after which nothing more comes of an answer that has begun."""
 PROMPTS = (b">>> ", b"Traceback (most recent call last)")
 """What a board says whose firmware does not run."""
 
@@ -23,6 +25,12 @@ class LineError(LayerjamError):
     """A line that does not answer, or on which something else answers."""
 
     key = "line"
+
+
+class SpoiltError(LineError):
+    """A line on which answers come, but none of them whole."""
+
+    key = "line-spoilt"
 
 
 class Ends(Protocol):
@@ -108,23 +116,29 @@ class Line:
         self._lock = threading.Lock()
         self._numbers = [0] * 16
         self._buffer = b""
+        self._spoilt = False
 
     def ask(self, session: int, text: bytes, *, tries: int = TRIES) -> bytes:
         """The answer to one line, empty where SCPI has none; executed once however often sent.
 
-        Raises LineError after `tries` times 0.5 s, and where a Python prompt answers.
+        An answer that comes spoilt is asked for again at once. Raises LineError after `tries` times
+        0.5 s, SpoiltError where something came, and where a Python prompt answers.
         """
         with self._lock:
             number = self._numbers[session] = (self._numbers[session] + 1) % 256
-            packed = pack(session, number, text)
+            packed, self._spoilt = pack(session, number, text), False
             for attempt in range(tries):
-                # what is left of a torn frame ends with the LF before the next
-                self._ends.write(packed if not attempt else b"\n" + packed)
-                self.tries += 1
-                answer = self._answer(session, number)
-                if answer is not None:
-                    return answer
-            raise LineError(f"{self.name} does not answer: {tries} tries of {WAIT:g} s each")
+                end, again = time.monotonic() + WAIT, attempt > 0
+                while time.monotonic() < end:
+                    # what is left of a torn frame ends with the LF before the next
+                    self._ends.write(b"\n" + packed if again else packed)
+                    self.tries += 1
+                    answer = self._answer(session, number, end)
+                    if answer is not None:
+                        return answer
+                    again = True
+            kind = SpoiltError if self._spoilt else LineError
+            raise kind(f"{self.name} does not answer: {tries} tries of {WAIT:g} s each")
 
     def send(self, session: int, text: bytes) -> None:
         """Send one line and leave its answer where it is."""
@@ -146,9 +160,8 @@ class Line:
                     one, done = first(self._buffer)
         return got
 
-    def _answer(self, session: int, number: int) -> bytes | None:
-        """The payload of the frame asked for, None where it did not come in time."""
-        end = time.monotonic() + WAIT
+    def _answer(self, session: int, number: int, end: float) -> bytes | None:
+        """The payload of the frame asked for, None where it is spoilt or not there in time."""
         while True:
             found, done = first(self._buffer)
             if found is None and any(prompt in self._buffer for prompt in PROMPTS):
@@ -157,16 +170,20 @@ class Line:
                     f"{self.name}: a Python prompt or a traceback answers; the firmware is not "
                     "running"
                 )
-            self._buffer = self._buffer[done:]
+            passed, self._buffer = self._buffer[:done], self._buffer[done:]
             if found is not None:
                 if found[:2] == (session, number):
                     return found[2]
                 continue
-            left = end - time.monotonic()
-            if left <= 0:
-                self._buffer = b""
+            left, begun = end - time.monotonic(), bool(passed or self._buffer)
+            ended = passed.endswith(b"\n") and not self._buffer
+            more = (
+                b"" if ended or left <= 0 else self._ends.read(min(left, QUIET if begun else left))
+            )
+            if not more and (begun or left <= 0):
+                self._buffer, self._spoilt = b"", self._spoilt or begun
                 return None
-            self._buffer += self._ends.read(left)
+            self._buffer += more
 
     def greet(self, patience: float) -> str:
         """The board's `*IDN?`, waited for while it starts; leftovers of earlier clients ended."""

@@ -24,7 +24,7 @@ from layerjam._version import __version__
 from layerjam.errors import FileError, LayerjamError
 from layerjam.rig.board import law_hash
 from layerjam.rig.driver import Bench, InstrumentError, open_bench
-from layerjam.rig.line import LineError
+from layerjam.rig.line import LineError, SpoiltError
 from layerjam.rig.run_file import RecordingError, RunFile, utc
 from layerjam.rig.stop import Stop
 from layerjam.rig.telemetry import PERIOD, unwrapped
@@ -33,6 +33,10 @@ PACE = 0.05
 """Seconds of the host between two blocks."""
 FULL = 200
 """Records in one block at most."""
+FEW = 25
+"""Records in a block behind a line on which longer ones are spoilt."""
+SLOW = 0.1
+"""Seconds of the host for one block after which the next is shorter."""
 AHEAD = 300
 """Samples that a board as fast as it can makes before it waits for its recorder."""
 SLOWLY = 0.0005
@@ -78,6 +82,7 @@ class Recorder:
         self._calendar: int | None = None
         self._last: tuple[int, int] | None = None
         self._told, self._heard = 0.0, 0
+        self._asked = self._most = FULL
         self._throttle = _throttle(bench)
 
     @property
@@ -91,7 +96,7 @@ class Recorder:
         `moves` gives the crosshead's rows that belong to it. Raises
         LineError, or RecordingError where the disk takes no more: then nothing is acknowledged.
         """
-        rows, boot = self.bench.stream(FULL)
+        rows, boot = self._fetched()
         mono, calendar = self._clocks()
         for text in self.bench.events[self._heard :]:
             self.file.note("error", text, self.now)
@@ -114,9 +119,23 @@ class Recorder:
                 self.file.note("link", text, self.now)
         return block
 
+    def _fetched(self) -> tuple[np.ndarray[Any, Any], int]:
+        """One block and the board's start; long ones only where the line brings them unspoilt."""
+        begun, self._asked = time.monotonic(), self._most
+        try:
+            got = self.bench.stream(self._asked)
+        except SpoiltError:
+            if self._asked == FEW:
+                raise
+            self._asked = FEW
+            got = self.bench.stream(FEW)
+        slow = self._asked < self._most or time.monotonic() - begun > SLOW
+        self._most = FEW if slow else min(2 * self._most, FULL)
+        return got
+
     def behind(self, block: Block) -> bool:
         """Whether the board had more samples than came with a block."""
-        return len(block.rows) == FULL
+        return len(block.rows) >= self._asked
 
     def begin(self, moves: Moves | None = None) -> None:
         """Record what the board still has from before; time counts from the last of it on."""
