@@ -41,7 +41,7 @@ def check() -> None:
 
 
 KINDS = ("texts", "contents", "charts", "spoken", "spaces")
-"""What is told of, in the order in which `layerjamLive` takes it."""
+"""Kinds of change, in the order in which `layerjamLive` takes them."""
 
 _waiting: WeakKeyDictionary[Client, dict[str, dict[int, Any]]] = WeakKeyDictionary()
 

@@ -5,8 +5,6 @@ Figures and records are made by the functions that write the command line's file
 
 from __future__ import annotations
 
-import csv
-import io
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -18,6 +16,7 @@ from nicegui import ui
 
 from layerjam.commands.results import Result
 from layerjam.errors import LayerjamError
+from layerjam.records.table_text import comment, rows_text
 from layerjam.workbench import copying
 from layerjam.workbench.call import Call, as_python
 from layerjam.workbench.notebook import notebook
@@ -128,10 +127,8 @@ def curves_csv(options: Mapping[str, Any]) -> str:
     rows = list(_points(options))
     if not rows:
         return ""
-    out = io.StringIO()
-    out.write("# layerjam: what a chart draws, thinned to some 500 points a curve\n")
-    csv.writer(out, lineterminator="\n").writerows([("y axis", "curve", "x axis", "x", "y"), *rows])
-    return out.getvalue()
+    head = comment("layerjam: what a chart draws, thinned to some 500 points a curve")
+    return f"{head}\n" + rows_text([("y axis", "curve", "x axis", "x", "y"), *rows])
 
 
 def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, Any]]:
@@ -140,7 +137,7 @@ def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, An
     for number, series in enumerate(options.get("series", ()), 1):
         place = series.get("yAxisIndex", 0)
         y_name = axes[1][place].get("name", "")
-        name = plain(series.get("name") or f"curve {number}")
+        name = series.get("name") or f"curve {number}"
         for point in series.get("data", ()):
             pair = point.get("value", ()) if isinstance(point, Mapping) else point
             if len(pair) >= 2 and None not in pair[:2]:
@@ -150,8 +147,3 @@ def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, An
 def _listed(axis: Any) -> Sequence[Mapping[str, Any]]:
     """The axes of a chart, of which one stands alone."""
     return [] if axis is None else axis if isinstance(axis, list) else [axis]
-
-
-def plain(name: str) -> str:
-    """A name that no spreadsheet takes as a formula."""
-    return f"'{name}" if name[:1] in ("=", "+", "-", "@", "\t", "\r") else name
