@@ -16,6 +16,7 @@ from layerjam.cli.engine import engine
 from layerjam.cli.files import check_figure, check_target
 from layerjam.cli.output import say
 from layerjam.cli.ticker import Ticker
+from layerjam.cli.typed import TYPED
 from layerjam.commands.declare import (
     PYTHON_ONLY,
     Command,
@@ -182,7 +183,7 @@ def _run(declared: Command, shown: list[Parameter], given: dict[str, Any]) -> in
             if p.type is Progress:
                 arguments[p.name] = ticker
             elif isinstance(p.help, PythonOnly) and p.help.typed:
-                arguments[p.name] = shlex.join(["layerjam", *sys.argv[1:]])
+                arguments[p.name] = shlex.join(["layerjam", *TYPED.get()])
         result = declared(**arguments)
     if result.record is not None:
         if record is not None:

@@ -13,6 +13,7 @@ from typer.core import TyperGroup
 from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
+from layerjam.cli.typed import TYPED
 from layerjam.commands.declare import GROUPS
 from layerjam.commands.index import Entry, commands, family, find, load
 from layerjam.errors import LayerjamError, UnknownNameError
@@ -151,10 +152,19 @@ def _common(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns its exit code: 0 answered, 1 cannot, 2 bad input, 3 partly."""
+    words = tuple(sys.argv[1:] if arguments is None else arguments)
+    before = TYPED.set(words)
+    try:
+        return _answered(words)
+    finally:
+        TYPED.reset(before)
+
+
+def _answered(words: Sequence[str]) -> int:
     try:
         if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
             sys.stdout.reconfigure(errors="replace")  # a terminal that knows no µ gets a mark
-        code = app(args=arguments, standalone_mode=False)
+        code = app(args=list(words), standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
         if code == 130:  # typer swallows an interrupt; of a sweep the answer was printed
