@@ -55,9 +55,13 @@ def workbench():
         yield place
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium():
-    """Debian's Chromium, driven by playwright; skips where either is missing."""
+    """Debian's Chromium, driven by playwright; skips where either is missing.
+
+    Not for the whole session: playwright keeps a loop running in this thread, and a test of
+    another module that starts one of its own would fail.
+    """
     api = pytest.importorskip("playwright.sync_api", reason="no playwright here")
     place = shutil.which("chromium")
     if place is None:
