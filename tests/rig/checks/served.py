@@ -8,13 +8,23 @@ import os
 import signal
 import subprocess
 import sys
+import sysconfig
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parents[3]
 OURS = os.environ.get("LAYERJAM_PYTHON") or str(Path(sys.prefix).parent / "bin" / "python")
-START = "from layerjam.cli.start import run; run()"
+THEIRS = sysconfig.get_path("purelib")
+"""Where this environment has PyVISA: behind the project's own packages, for `visa:` addresses."""
+START = f"import sys; sys.path.append({THEIRS!r}); from layerjam.cli.start import run; run()"
+RUN = (
+    *("--procedure", "evacuate to 40 kPa and hold 2 s; vent; hold 1 s"),
+    *("--brake", "choi2018-kapton", "--line", "choi2018", "--sensor-range", "103kPa"),
+    *("--safe-state", "release", "--vent-rest", "open"),
+)
+"""What `bench run` is told besides an address and a file."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +48,16 @@ def command(*words: str) -> list[str]:
 
 def environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+
+
+def answered(*words: str) -> dict[str, Any]:
+    """What a command with `--json` says; it must leave with 0."""
+    made = subprocess.run(
+        command(*words), capture_output=True, text=True, env=environment(), timeout=300, check=False
+    )
+    assert made.returncode == 0, (made.stdout, made.stderr)
+    said: dict[str, Any] = json.loads(made.stdout)
+    return said
 
 
 @contextlib.contextmanager

@@ -1,13 +1,12 @@
-"""Checks 24 and 25: a line that spoils one byte in a thousand, and clients with bad manners."""
+"""Check 25: clients with bad manners."""
 
 from __future__ import annotations
 
 import contextlib
-import json
 import socket
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,54 +14,10 @@ import pytest
 
 pytest.importorskip("pyvisa", reason="PyVISA is not installed: `make bench-checks` has it")
 
-from rig.checks.served import OURS, Served, environment, serving
+from rig.checks.served import Served, serving
 from rig.checks.visa import client, error
 
 pytestmark = pytest.mark.slow
-HERE = Path(__file__).parent
-COMMANDS = 400
-
-
-@contextlib.contextmanager
-def spoilt(folder: Path, program: str, one_in: int) -> Iterator[tuple[str, Path]]:
-    """A serial port whose board is behind a line that changes one byte in so many."""
-    port, counts = folder / "line", folder / "counts"
-    # a colon ends a word of socat's
-    board = rf"{OURS} {HERE / 'noisy_line.py'} sim\:choi2018 {one_in} {counts}"
-    process = subprocess.Popen(
-        [program, f"PTY,link={port},raw,echo=0,wait-slave", f"EXEC:{board}"], env=environment()
-    )
-    try:
-        for _ in range(200):
-            if port.exists():
-                break
-            time.sleep(0.05)
-        yield str(port), counts
-    finally:
-        process.terminate()
-        process.wait(20)
-
-
-def test_24_one_byte_in_a_thousand(
-    tmp_path: Path, tool: Callable[[str], str], figure: Callable[[str], None]
-) -> None:
-    """Each wrong command makes one error: two would be a command that was executed twice."""
-    with (
-        spoilt(tmp_path, tool("socat"), 1000) as (port, counts),
-        serving(tmp_path, f"serial:{port}") as made,
-        client(made) as use,
-    ):
-        boot = use.query("SYST:BOOT?").split(",")[0]
-        doubled = lost = 0
-        for n in range(COMMANDS):
-            use.write(f"TRIED{n}")
-            # LINE_CORRUPT (126) may stand between them
-            count = use.query("SYST:ERR:ALL?").count(f'TRIED{n}"')
-            doubled, lost = doubled + (count > 1), lost + (count < 1)
-        assert use.query("SYST:BOOT?").split(",")[0] == boot
-        passed, changed = json.loads(counts.read_text("utf-8"))
-    assert (doubled, lost) == (0, 0) and changed > 20
-    figure(f"24  {passed:,} bytes, {changed} changed: {COMMANDS} commands, 0 doubled, 0 lost")
 
 
 def test_25_two_megabytes_without_a_line(
