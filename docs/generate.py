@@ -38,7 +38,7 @@ from layerjam.units import QuantitySpec, quantities, show
 
 DOCS = Path(__file__).parent
 PART = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
-GREEK = {"mu": "μ", "rho": "ρ"}
+GREEK = {"delta", "mu", "rho", "tau"}
 TABLES = {
     "": "The brake itself, top of the file",
     "sheets": "[sheets]",
@@ -54,14 +54,16 @@ NOTHING = "–"
 
 
 def symbol(text: str) -> str:
-    """`mu_k` as μ with a subscript."""
+    """`mu_k` as an equation, μ with a subscript."""
     if not text:
         return ""
     base, _, low = text.partition("_")
-    if not low and len(text) == 2 and text[1].isdigit():
-        base, low = text
-    base = f"<i>{GREEK.get(base, base)}</i>"
-    return f"{base}<sub>{low}</sub>" if low else base
+    if not low and text[1:].isdigit():
+        base, low = text[0], text[1:]
+    base = f"\\{base}" if base in GREEK else base
+    low = f"{{{low}}}" if low.isdigit() and len(low) > 1 else low
+    low = f"\\text{{{low}}}" if low.isalpha() else low
+    return f"${base}_{low}$" if low else f"${base}$"
 
 
 def row(*cells: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import io
 import json
 import os
@@ -20,6 +19,7 @@ import pytest
 
 import json_schema
 from docs import examples
+from docs.examples import script
 from layerjam import __version__
 from layerjam.cli.main import app, main
 from layerjam.commands.index import commands, load
@@ -56,15 +56,6 @@ OTHER_LINKS = {
     "pump-down.csv": "line.csv",
     "silicone-1.csv": "sleeve.csv",
 }
-
-
-def script(path: Path) -> ModuleType:
-    """A script of docs/ as a module."""
-    spec = importlib.util.spec_from_file_location(f"docs_{path.stem}", path)
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")
@@ -255,6 +246,19 @@ def test_site_asks_nothing_of_other_hosts(site: Path) -> None:
     for sheet in site.rglob("*.css"):
         assert not re.search(r"url\(\s*[\"']?(?:https?:)?//", sheet.read_text(encoding="utf-8"))
         assert not re.search(r"@import\s+[\"']?(?:url\()?[\"']?(?:https?:)?//", sheet.read_text())
+
+
+@pytest.mark.slow
+def test_site_shows_every_equation(site: Path) -> None:
+    """As MathML, and none in another way: the site finds those that the finder finds."""
+    equations = script(ROOT / "docs" / "equations.py")
+    for page in (ROOT / "docs").glob("*.md"):
+        made = (site / f"{page.stem}.html").read_text(encoding="utf-8")
+        assert "arithmatex" not in made, page.name
+        wanted = list(equations.equations(page.read_text(encoding="utf-8")))
+        assert made.count('display="block"') == sum(block for _, block in wanted), page.name
+        pieces = [1 if block else len(equations.pieces(latex)) for latex, block in wanted]
+        assert made.count("<math ") == sum(pieces), page.name
 
 
 @pytest.mark.slow
