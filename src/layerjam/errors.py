@@ -135,7 +135,8 @@ class MissingExtraError(LayerjamError, ImportError):
     key = "missing-extra"
 
     def __init__(self, what: str, extra: str) -> None:
-        super().__init__(f"{what} needs an optional part: pip install 'layerjam[{extra}]'")
+        # double quotes: Windows' shell knows no others
+        super().__init__(f'{what} needs an optional part: pip install "layerjam[{extra}]"')
 
     @classmethod
     @contextlib.contextmanager

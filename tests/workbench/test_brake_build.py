@@ -185,7 +185,7 @@ def test_without_the_extra_a_sentence_says_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "manifold3d", None)
     found = shown(page_of())
     assert found.result is None
-    assert "pip install 'layerjam[build]'" in found.lacking
+    assert 'pip install "layerjam[build]"' in found.lacking
 
 
 def test_the_brakes_page_loads_nothing_that_draws_or_builds():

@@ -6,6 +6,7 @@ Every step is a command a user can type; what it prints is what they would see.
 from __future__ import annotations
 
 import contextlib
+import importlib
 import io
 import json
 import shlex
@@ -22,7 +23,7 @@ from layerjam.cli.engine import engine
 from layerjam.cli.main import main as layerjam
 from layerjam.commands.declare import Help, PythonOnly, command
 from layerjam.commands.results import Result, fact, number, result
-from layerjam.errors import FileError, LayerjamError
+from layerjam.errors import FileError, LayerjamError, MissingExtraError
 from layerjam.units import show
 
 if TYPE_CHECKING:
@@ -40,6 +41,8 @@ BENCH = (
     "--safe-state", "release", "--vent-rest", "open",
 )  # fmt: skip
 SAID = ("--title", "The demo's campaign", "--licence", "CC0-1.0", "--author", "The demo")
+USED = ("ezdxf", "jinja2", "manifold3d", "matplotlib", "rocrate.rocrate", "typst")
+"""What its steps need of the extras, asked for before the first one."""
 MARKER = ".made-by-layerjam-demo"
 """A file in the folder that says that the demo made it, and so may make it anew."""
 
@@ -138,6 +141,9 @@ def demo(
 
 def _demo(out: Path) -> Demonstrated:
     began = time.perf_counter()
+    with MissingExtraError.without("the demo (it draws, builds and publishes)", "all"):
+        for name in USED:
+            importlib.import_module(name)
     _clear(out)
     engine()
     from layerjam.device.load import load

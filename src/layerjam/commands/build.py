@@ -153,7 +153,7 @@ def build(
     made, notices = found.record, list(found.warnings)
     if not (with_step or no_step):
         notices.append(
-            Notice("no STEP files: pip install 'layerjam[step]' brings what they need", "no-step")
+            Notice('no STEP files: pip install "layerjam[step]" brings what they need', "no-step")
         )
     content = _content(made, with_step, coupons, notices, progress)
     names = sorted([*content, LIST])

@@ -44,8 +44,8 @@ def write(
     """Write a dataset, whole or not at all; what the result's keys say of it."""
     from layerjam.report import page
 
+    crate.require()  # first: its extra brings the page's too
     page.check_extras()
-    crate.require()
     notices = stated.notices()
     _writable(folder, out, force)
     tell("looking at the files", 0.0)
@@ -214,7 +214,7 @@ def _readme(stated: Stated, recipe: Recipe, content: BrakeReport) -> str:
         "",
         "To compute every number again:",
         "",
-        f"    pip install 'layerjam[report]=={recipe.versions['layerjam']}'",
+        f'    pip install "layerjam[report]=={recipe.versions["layerjam"]}"',
         "    layerjam recompute .",
         "",
         f"Licence: {stated.licence or crate.NO_LICENCE}",

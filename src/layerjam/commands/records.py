@@ -141,7 +141,8 @@ def _line(row: Mapping[str, Any]) -> str:
 
 def _database(db: str | None) -> Any:
     """The database; MissingExtraError without SQLAlchemy."""
-    with MissingExtraError.without("a database of records (SQLAlchemy)", "records"):
+    extra = "postgres" if str(db).startswith("postgres") else "records"
+    with MissingExtraError.without("a database of records (SQLAlchemy)", extra):
         import sqlalchemy  # noqa: F401
     from layerjam.archive.database import Database
 

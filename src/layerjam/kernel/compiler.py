@@ -34,7 +34,7 @@ def compiler() -> tuple[str, ...]:
         return on_path
     if importlib.util.find_spec("ziglang") is not None:
         return (sys.executable, "-m", "ziglang", "cc")
-    raise CompilerError("no C compiler found: install gcc or clang, or pip install 'layerjam[fmu]'")
+    raise CompilerError('no C compiler found: install gcc or clang, or pip install "layerjam[fmu]"')
 
 
 def compiler_on_path() -> tuple[str, ...] | None:
@@ -90,7 +90,7 @@ def cross_compiler(target: str) -> tuple[str, ...]:
     """
     if importlib.util.find_spec("ziglang") is None:
         raise CompilerError(
-            f"no compiler for {target} found: pip install 'layerjam[fmu]', or leave it out"
+            f'no compiler for {target} found: pip install "layerjam[fmu]", or leave it out'
         )
     return (sys.executable, "-m", "ziglang", "cc", "-target", target)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import select
 import threading
 import time
@@ -73,6 +74,18 @@ class Pipes:
         self._closing()
 
 
+def _why(error: OSError) -> str:
+    """What the system says about a port, without pyserial's words around it.
+
+    On POSIX pyserial keeps the system's number; on Windows it writes the system's error as code:
+    could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5).
+    """
+    if error.errno is not None and error.errno > 0:
+        return os.strerror(error.errno)
+    written = re.search(r"\(\d+, (['\"])(.*?)\1", str(error))
+    return (written[2] if written else str(error).split(": ")[-1]).rstrip(".")[:200]
+
+
 class Serial:
     """A serial port, kept from everybody else."""
 
@@ -82,7 +95,7 @@ class Serial:
         try:
             self._port = serial.Serial(port, 115200, timeout=0, write_timeout=2, exclusive=True)
         except (serial.SerialException, OSError) as error:
-            raise FileError(port, f"{error}".split(": ")[-1][:200]) from None
+            raise FileError(port, f"cannot be opened: {_why(error)}") from None
 
     def read(self, wait: float) -> bytes:
         """What came within so many seconds."""
