@@ -7,6 +7,7 @@ import io
 import json
 import math
 import sqlite3
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -365,6 +366,23 @@ def test_a_sensor_at_rest_shows_its_noise() -> None:
     assert scatter(np.full(30, 7.0)) == scatter(np.array([])) == scatter(np.array([math.nan])) == 0
     coarse = np.round(noisy / 15.8) * 15.8
     assert scatter(coarse) == pytest.approx(60 + 2 * 15.8, rel=0.15)
+
+
+def test_a_board_without_a_clock_waits_for_who_fetches_and_not_for_the_dead() -> None:
+    """A host that stops for 0.4 s loses nothing; after a second of silence the lease runs again."""
+    with layerjam.rig.open(FAST) as bench:
+        rows, _ = bench.stream()
+        bench.acknowledge(int(rows["seq"][-1]))
+        seen = [int(rows["seq"][-1])]
+        for pause in (0.4, 0.0, 0.0, 0.0):
+            time.sleep(pause)
+            rows, _ = bench.stream()
+            seen.extend(rows["seq"].tolist())
+            bench.acknowledge(seen[-1])
+        assert seen == list(range(seen[0], seen[0] + len(seen))) and len(seen) > 500
+        assert bench.ask("STR:LOST?") == "0"
+        time.sleep(1.5)
+        assert int(bench.ask("STR:NEXT?")) > seen[-1] + 1
 
 
 def test_a_log_and_its_resume(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -58,6 +58,7 @@ class Bench:
         self.hal = hal
         # memory that the collector does not look through, where the board has some
         self.ring = Ring(getattr(hal, "ring_store", None))
+        hal.ring = self.ring
         self.capture = capture.Capture(hal)
         # a machine's contact, where the board has one
         self.contact = getattr(hal, "external", None)

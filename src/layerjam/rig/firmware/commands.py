@@ -154,7 +154,7 @@ def fetch_all(bench, session) -> str:
 
 
 def stream(bench, session, count: int = 100) -> bytes:
-    return block(bench.ring.fetch(count))
+    return block(bench.ring.fetch(count, session.number))
 
 
 def acknowledge(bench, session, seq: int) -> None:

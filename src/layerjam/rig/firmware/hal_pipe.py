@@ -1,7 +1,7 @@
 """A board of pipes under MicroPython's unix port: the line on stdin and stdout, a plant on two.
 
 The clock has 30 bits and starts five seconds before it wraps. It runs `speed` times as fast as the
-host's; 0: as fast as samples are computed. While the host does not run this process, or its plant,
+host's; 0: as fast as samples are computed and fetched. While the host does not run this process, or its plant,
 the clock stands still 2 ms after the sample that is due: it is not the host's to lose, and the law
 sees the even samples that a board gives it.
 """
@@ -22,6 +22,8 @@ LEAP = 2000
 MOST = 10000000
 SERVED = 20
 """Samples between two looks at the line at speed 0."""
+PATIENCE = 1000000
+"""Host's microseconds that speed 0 waits for who fetches samples, before it takes him for dead."""
 PIECE = 4096
 TOLD, ASKED, SAMPLED, STARTED = 0, 1, 2, 3
 """What a message to the plant wants: nothing, a reading, samples, a scale and samples from now."""
@@ -50,6 +52,8 @@ class Hal:
         self.slots: list = [None, None]
         self.saved: int | None = None
         self.now, self.part = BEGIN, 0.0
+        self.ring = None
+        self.alone = False
         self.due = BEGIN
         self.leap = LEAP
         self.second: float | None = None
@@ -121,6 +125,10 @@ class Hal:
         """Bytes of the line, or none where the time has come or something may be sent."""
         self.due = due
         if self.speed == 0.0:
+            if reading and not sending and not self.alone and self.ring.presses():
+                if self.readable(PATIENCE, False):
+                    return self.received()
+                self.alone = True
             self.waits += 1
             if self.waits >= SERVED or sending:
                 self.waits = 0
@@ -141,6 +149,7 @@ class Hal:
     def received(self) -> bytes:
         """What can be read; an end of the line ends the board."""
         data = self.read_line()
+        self.alone = False
         if data == b"":
             raise EOFError
         return data or b""

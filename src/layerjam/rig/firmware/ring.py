@@ -21,6 +21,8 @@ class Ring:
         self.lost = 0
         self.recorder = -1
         """Session that acknowledges; without one, nothing counts as lost."""
+        self.reader = -1
+        """Session that fetched last."""
 
     def put(self, *fields: object) -> bool:
         """Keep one record, its number put before the fields; True where an old one was lost."""
@@ -34,8 +36,9 @@ class Ring:
         self.lost += 1
         return True
 
-    def fetch(self, count: int) -> bytes:
+    def fetch(self, count: int, session: int) -> bytes:
         """So many records not yet acknowledged, the oldest first, or as many as there are."""
+        self.reader = session
         count = min(count, self.next - self.kept)
         at, out = self.kept % ROOM, b""
         head = min(count, ROOM - at)
@@ -54,3 +57,9 @@ class Ring:
         """The session that acknowledged is gone: what it did not take is no loss."""
         if self.recorder == session:
             self.recorder = -1
+        if self.reader == session:
+            self.reader = -1
+
+    def presses(self) -> bool:
+        """Whether what a session fetches is about to be written over."""
+        return self.reader >= 0 and self.next - self.kept > ROOM - MOST
