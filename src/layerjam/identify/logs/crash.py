@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from layerjam.errors import FitError, QuantityError
+from layerjam.errors import FitError, Notice, QuantityError
 from layerjam.identify.logs.correlated import averaged
+from layerjam.identify.logs.flat_top import flat_top
 from layerjam.measure.trace import Array
 from layerjam.simulate.accelerometer import CLASSES, LEAST_RATE, STANDARD_GRAVITY, cfc_filter
 from layerjam.units import show
@@ -21,8 +22,6 @@ JITTER = 0.05
 """Part of the sampling interval by which a time stamp may be off its place."""
 SHARE = 0.05
 """Part of the peak that ends the quiet time before the event, and bounds the pulse."""
-FLAT = 3
-"""Equal greatest samples in a row that show a sensor or converter at its end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +31,8 @@ class Crash:
     `filtered` is `acceleration` behind the class `cfc` (itself where that is None), shape (N,).
     `pulse` (start, end) is where the filtered signal exceeds 5 % of its peak around the peak; the
     velocity change is the integral of the unfiltered one over the same pulse down to zero.
-    `saturation` is the size at which the sensor ended, None where it did not.
+    `saturation` is the size at which the sensor ended, None where it did not, or nobody can tell,
+    which a warning says.
     """
 
     time: Array
@@ -152,8 +152,8 @@ def crash(
     change = float(np.trapezoid(signal[start : end + 1], dx=1 / rate))
     change -= float(np.sign(filtered[high])) * gravity * length * falling
     noise = float(np.std(still)) * np.sqrt(length / rate)
-    saturation = _saturation(acceleration, limit)
-    warnings += said + _cut_off(saturation, first == 0 or last == len(signal) - 1)
+    saturation, unknown = _saturation(acceleration, quiet, limit)
+    warnings += said + _cut_off(saturation, first == 0 or last == len(signal) - 1) + unknown
     warnings += _after(signal, last, rate, offset_se)
     value, span = (None, None) if hic is None else head_injury(filtered, rate, hic)
     return Crash(
@@ -254,19 +254,28 @@ def _foot(filtered: Array, high: int, first: int, last: int) -> tuple[int, int]:
     )
 
 
-def _saturation(acceleration: Array, limit: float | None) -> float | None:
-    """Size at which the sensor ended: its range, or equal extremes in a row; None if it did not."""
+def _saturation(
+    acceleration: Array, quiet: int, limit: float | None
+) -> tuple[float | None, list[str]]:
+    """Size at which the sensor ended, None where it did not; and what to say where none can tell.
+
+    It ended at its range, or at a top that is flatter than chance and a smooth pulse make it.
+    """
     reach = float(np.max(np.abs(acceleration)))
     if limit is not None and reach >= limit * (1 - 1e-3):
-        return reach
-    for extreme in (acceleration.max(), acceleration.min()):
-        at = acceleration == extreme
-        ends = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(int), [0]])))
-        longest = int(np.max(ends[1::2] - ends[::2]))
-        beyond = abs(extreme) >= 0.5 * reach and np.ptp(acceleration) > 0
-        if beyond and longest >= FLAT:
-            return float(abs(extreme))
-    return None
+        return reach, []
+    top = flat_top(acceleration, quiet)
+    if top is None or top.certain:
+        return None if top is None else abs(top.level), []
+    return None, [
+        Notice(
+            f"the top is flat: {top.count} equal samples at "
+            f"{top.level / STANDARD_GRAVITY:.4g} g. Whether the sensor or its converter ended "
+            "there, or the pulse was flat, cannot be told from this record: its steps are too "
+            "coarse, or it shows no noise; give the sensor's range (--range)",
+            "flat-top",
+        )
+    ]
 
 
 def _after(signal: Array, last: int, rate: float, offset_se: float) -> list[str]:
