@@ -7,6 +7,7 @@ import zipfile
 import pytest
 
 from layerjam.commands.tensile import tensile
+from layerjam.workbench.state import State, to_link
 from layerjam.workbench.takeaway import file_bytes
 
 pytestmark = pytest.mark.slow
@@ -115,3 +116,30 @@ def test_a_build_is_drawn_and_its_folder_downloaded(tab, tmp_path):
     with zipfile.ZipFile(folder) as archive:
         assert "choi2018-kapton-build/assembly.pdf" in archive.namelist()
     assert not [e for e in tab.errors if "WebGL" not in e]
+
+
+def test_the_cursor_and_the_keyboard_say_which_sheets_slide(chromium, workbench):
+    link = to_link(State(page="pull", settings={"pull": {"model": "stack"}}))
+    tab = chromium.new_page(viewport={"width": 1280, "height": 800})
+    tab.goto(f"{workbench}?s={link}")
+    said = cell(tab, "pull-sheets-said")
+    tab.wait_for_selector("text=2 of 10 interfaces slide", timeout=90_000)
+    tab.wait_for_timeout(500)
+    box = cell(tab, "pull-chart").bounding_box()
+    tab.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    tab.wait_for_selector("text=every sheet slides")
+    bar = tab.locator("[data-testid=pull-along] [tabindex='0']")
+    bar.focus()
+    # the slider's own value on the server never followed the pointer
+    tab.keyboard.press("Home")
+    tab.wait_for_selector("text=no sheet slides")
+    tab.keyboard.press("End")
+    tab.wait_for_selector("text=At 40 mm")
+    assert "every sheet slides" in said.inner_text()
+    before = cell(tab, "pull-sheets").inner_html()
+    cell(tab, "pull-vacuum").locator("[tabindex='0']").press("Home")
+    tab.wait_for_function(
+        "before => document.querySelector('[data-testid=pull-sheets]').innerHTML !== before",
+        arg=before,
+    )
+    tab.close()

@@ -28,6 +28,7 @@ from layerjam.units import QuantitySpec
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from layerjam.simulate.sheet_motion import SheetMotion
     from layerjam.simulate.stack_layout import Housing, Interfaces
 
 SCATTER = QuantitySpec(
@@ -42,7 +43,11 @@ STACK = "belongs to the model 'stack'; the lumped brake has one friction"
 
 @result
 class Tensile(Result):
-    """What the pull shows; `record` is the TensileRecord."""
+    """What the pull shows; `record` is the TensileRecord.
+
+    `motion` says of the model "stack" which sheets move and which interfaces slide, at a few
+    hundred elongations of the pull; of the lumped brake, which has one friction, it is None.
+    """
 
     peak_force: float = number("N", "greatest force of the pull")
     peak_elongation: float = number("m", "elongation at the greatest force")
@@ -60,6 +65,7 @@ class Tensile(Result):
     stiffness_sd: float | None = number("N/m", "SD of the stacks' stiffness", default=None)
     onset_mean: float | None = number("N", "mean force at the first slip", default=None)
     onset_sd: float | None = number("N", "SD of the force at the first slip", default=None)
+    motion: SheetMotion | None = None
 
     def draw(self) -> Figure:
         """Force over elongation."""
@@ -144,7 +150,7 @@ def tensile(
     return _shown(pull_lumped(brake, steps, leak_time=leak_time))
 
 
-def _shown(record: Any, notices: Sequence[Notice] = (), **scatter: Any) -> Tensile:
+def _shown(record: Any, notices: Sequence[Notice] = (), **more: Any) -> Tensile:
     import numpy as np
 
     top = int(np.argmax(record.force))
@@ -158,7 +164,7 @@ def _shown(record: Any, notices: Sequence[Notice] = (), **scatter: Any) -> Tensi
         procedure=record.procedure,
         warnings=[*record.warnings, *notices],
         record=record,
-        **scatter,
+        **more,
     )
 
 
@@ -176,6 +182,7 @@ def _stack(
     import numpy as np
 
     # compiled loops, only where asked for
+    from layerjam.simulate.sheet_motion import motion_of
     from layerjam.simulate.stack import sliding_at, tensile_stack
     from layerjam.simulate.stack_spread import peak_spread
 
@@ -183,9 +190,10 @@ def _stack(
         raise QuantityError("samples and seed belong to scatter; give it too")
     highest = vacuum_within(steps.highest_vacuum(), brake.brake)
     tell("pull", 0.0)
-    record, _ = tensile_stack(brake, steps, **layout, progress=lambda p: tell("pull", p))
+    record, pull = tensile_stack(brake, steps, **layout, progress=lambda p: tell("pull", p))
+    motion = motion_of(record, pull)
     if scatter is None:
-        return _shown(record)
+        return _shown(record, motion=motion)
     count, start = 1000 if samples is None else samples, 1 if seed is None else seed
     tell("scatter", 0.0)
 
@@ -208,7 +216,7 @@ def _stack(
         found = found[np.isfinite(found)]
         more[f"{name}_mean"] = float(found.mean()) if len(found) else None
         more[f"{name}_sd"] = float(found.std(ddof=1)) if len(found) > 1 else None
-    return _shown(record, notices, **more)
+    return _shown(record, notices, motion=motion, **more)
 
 
 def _steps(

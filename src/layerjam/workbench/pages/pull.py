@@ -20,6 +20,7 @@ from layerjam.workbench.outcomes import of_pull, of_slide
 from layerjam.workbench.page import Box, Figures, Notes, Page
 from layerjam.workbench.pages.pull_chart import pulled, saw
 from layerjam.workbench.pages.pull_files import Measured, Reading, laid_out, read, show_errors
+from layerjam.workbench.pages.pull_sheets import SheetBySheet
 from layerjam.workbench.pins import Pins
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import waiting_line
@@ -98,6 +99,7 @@ class Pull(Page):
                 self.outcome = status("pull-outcome")
                 self.pins.build()
             self.chart = chart("pull-chart", "Force over elongation")
+            self.by_sheet = SheetBySheet(self.chart)
             with takeaway.row(self.name, self.chart, self.taken):
                 button("record as CSV", self._record, "pull-record", how=takeaway.QUIET)
                 compare = self._comparison
@@ -172,6 +174,7 @@ class Pull(Page):
         else:
             live.draw(self.chart, pulled(found, whole, reading, self.dark, pinned))
         (self.saw if saws else self.pulled).fill(found)
+        self.by_sheet.fill(None if saws else found.motion, self.desk.brake.brake.sheets)
         self.heroes.fill(heroes(found))
         self.outcome.set_text(of_slide(found) if saws else of_pull(found))
         self.measured.fill(reading)
