@@ -38,6 +38,13 @@ UNFOLD = """() => {
   heads.forEach(e => e.click());
   return heads.length;
 }"""
+OVER = {
+    "files, none yet": ("start-files", "dropped-choose"),
+    "tour": ("start-tour", "tour-next"),
+    "session menu": ("session", "session-save"),
+    "copied Python": ("copy-as-python", "copied"),
+}
+"""{what opens over a page: the button that opens it, what is seen then}."""
 PANEL = ".q-tab-panel:visible"
 """The open page."""
 

@@ -8,11 +8,14 @@ import pytest
 
 from layerjam.workbench.charts import FONT, Curve, options
 from layerjam.workbench.pages.all import TABS
+from layerjam.workbench.session import to_session
+from layerjam.workbench.state import State
 from workbench.access import (
     COLORS,
     FILLED,
     FOCUS,
     LONG,
+    OVER,
     PANEL,
     at,
     done,
@@ -44,6 +47,7 @@ def axe():
     rules = {name: {"enabled": False} for name in SWITCHED_OFF}
 
     def violations(page, state):
+        assert_no_flag(page, state)
         asked = {"rules": rules, "resultTypes": ["violations"]}
         found = check.run(page, options=asked).response["violations"]
         dark = page.evaluate("document.body.classList.contains('body--dark')")
@@ -55,6 +59,26 @@ def axe():
         ]
 
     return violations
+
+
+FLAGS = """() => {
+  const found = [], flag = /(^|[^\\w-])--[a-z]/;
+  const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walk.nextNode()) {
+    const text = walk.currentNode.nodeValue, e = walk.currentNode.parentElement;
+    // a copied command keeps its own
+    if (flag.test(text) && !e.closest('script, style, [data-testid=copied]')) found.push(text);
+  }
+  for (const e of document.querySelectorAll('[aria-label], [title], [placeholder]'))
+    for (const name of ['aria-label', 'title', 'placeholder'])
+      if (flag.test(e.getAttribute(name) ?? '')) found.push(e.getAttribute(name));
+  return found;
+}"""
+
+
+def assert_no_flag(page, state):
+    """No text of a page names a flag of the command line."""
+    assert page.evaluate(FLAGS) == [], state
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -76,6 +100,42 @@ def test_nothing_stands_against_a_page_in_any_state(page, axe, name):
         look(f"filled {settings or ''}")
     wrong(page)
     look("errors")
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_nothing_stands_against_what_opens_over_a_page(page, axe, tmp_path, dark):
+    """The dialog of files, empty and filled; the tour; the menu of sessions; a notice."""
+    opened(page, page.place, "start")
+    if dark:
+        turned(page)
+    found = []
+    for what, (act, seen) in OVER.items():
+        page.click(at(act))
+        page.mouse.move(1, 300)  # no tip of the button stays open
+        page.wait_for_selector(at(seen))
+        page.wait_for_timeout(400)
+        found += axe(page, what)
+        page.keyboard.press("Escape")
+        page.wait_for_selector(at(seen), state="hidden")
+    rows = "\n".join(f"{x},{20 * x}" for x in range(40))
+    pull = tmp_path / "pull_60kPa.csv"
+    pull.write_text(f"Extension (mm),Load (N)\n{rows}\n")
+    other = tmp_path / "no-test.csv"
+    other.write_text("a,b\n1,2\n")
+    zone = page.locator(".files-dropped input[type=file]").first
+    zone.set_input_files([pull, other])
+    page.wait_for_selector(at("dropped-use"))
+    page.wait_for_timeout(400)
+    found += axe(page, "files dropped")
+    page.keyboard.press("Escape")
+    page.wait_for_selector(at("dropped-use"), state="hidden")
+    session = tmp_path / "mine.json"
+    session.write_text(to_session(State()))
+    zone.set_input_files(session)
+    page.wait_for_selector(".q-notification")
+    page.wait_for_timeout(400)
+    found += axe(page, "a notice")
     assert not found, "\n".join(found)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 
 import pytest
 from nicegui.testing import user_simulation
@@ -61,8 +62,11 @@ NAMED = {
 """{(command, or * for all; input): why it has no control of that name}."""
 
 
+SAYING = ("label", "aria-label", "placeholder", "innerHTML")
+
+
 async def controls_of(name, settings):
-    """Names of every control of a page."""
+    """Names of every control of a page, and every text of it, tips included."""
     kind = next(tab for tab in TABS if tab.name == name).load()
     desk = Desk(State(page=name, settings={name: settings}))
 
@@ -75,7 +79,9 @@ async def controls_of(name, settings):
         await user.open("/")
         elements = user.client.elements.values()
         idents = [str(e.props.get("data-testid", "")) for e in elements]
-    return {i.removeprefix(f"{name}-") for i in idents if i.startswith(f"{name}-")}
+        texts = [str(getattr(e, "text", "")) for e in elements]
+        texts += [str(e.props.get(key, "")) for e in elements for key in SAYING]
+    return {i.removeprefix(f"{name}-") for i in idents if i.startswith(f"{name}-")}, texts
 
 
 def inputs(command):
@@ -91,7 +97,9 @@ def inputs(command):
 @pytest.mark.slow
 @pytest.mark.parametrize(("page", "settings", "commands"), BEHIND)
 def test_every_input_is_offered_or_named(page, settings, commands):
-    shown = asyncio.run(controls_of(page, settings))
+    shown, texts = asyncio.run(controls_of(page, settings))
+    flags = [text for text in texts if re.search(r"(?<![\w-])--[a-z]", text)]
+    assert flags == [], "a page names controls, not flags of the command line"
     lacking = [
         (command, key)
         for command in commands

@@ -13,6 +13,7 @@ from layerjam.units import QuantitySpec, exact_text, unit_factor, usual_unit
 from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Bar
+from layerjam.workbench.spoken import on_page
 from layerjam.workbench.state import shared
 from layerjam.workbench.widgets import dressed, select
 
@@ -154,7 +155,7 @@ class Slider:
         ident = f"{page}-{control.key}"
         with ui.column().classes("w-full gap-0"):
             with ui.row().classes("w-full items-center justify-between no-wrap"):
-                ui.label(control.name).classes("text-sm").tooltip(control.help)
+                ui.label(control.name).classes("text-sm").tooltip(on_page(control.help))
                 self.field = number_field(f"{control.name} [{control.shown_unit}]", "w-36")
                 dressed(self.field, f"{ident}-number", suffix=control.shown_unit)
             bar = Bar(min=0, max=1)
@@ -237,7 +238,7 @@ def with_unit(text: str, unit: str) -> str:
 def choice(desk: Desk, page: str, what: Choice) -> None:
     """A row of words to choose from."""
     with ui.row().classes("w-full items-center justify-between"):
-        ui.label(what.name).classes("text-sm").tooltip(what.help or what.name)
+        ui.label(what.name).classes("text-sm").tooltip(on_page(what.help or what.name))
         toggle = ui.toggle(dict(what.words), value=word(desk, page, what))
         look = "dense no-caps unelevated"
         dressed(toggle, f"{page}-{what.key}", "toggle", look, role="group", aria_label=what.name)

@@ -28,9 +28,12 @@ async def offer(text: str, language: str, calls: Sequence[Call]) -> None:
         head = f"Copied as {what}"
     else:
         head = f"As {what}. Your browser does not let this page copy: select the text and copy it"
-    with ui.dialog(value=True) as dialog, ui.card().classes("w-full"):
+    dialog = dressed(ui.dialog(value=True), aria_label=f"Copied as {what}")
+    with dialog, ui.card().classes("w-full"):
         ui.label(head).classes("font-medium")
-        dressed(ui.code(text, language=language), "copied", "w-full")
+        lines = dressed(ui.code(text, language=language), "copied", "w-full")
+        dressed(lines.markdown, tabindex="0", role="group", aria_label=f"What was copied as {what}")
+        dressed(lines.copy_button, aria_label="Copy")
         edited = [name for call in calls for name in call.to_save]
         if edited:
             ui.label(f"{edited[0]} was edited or written here: save it beside where you run this.")

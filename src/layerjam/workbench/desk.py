@@ -60,6 +60,10 @@ class Desk:
         """Show what is proposed for the files that wait."""
         self._tell("waiting")
 
+    def choose_files(self) -> None:
+        """Show the dialog of files, be there none yet."""
+        self._tell("choosing")
+
     def get(self, page: str, key: str, default: Value) -> Value:
         """A control's value."""
         return self.state.get(page, key, default)

@@ -55,7 +55,13 @@ class Dropping:
         self.zone.on("rejected", self._rejected, js_handler="(e) => emit(layerjamRejected(e))")
         self.zone.on("failed", self._failed, js_handler="(e) => emit(layerjamFailed(e))")
         self.zone.on("finish", lambda: self.zone.run_method("removeUploadedFiles"))
-        desk.watch(lambda what: self._look() if what == "waiting" else None)
+        desk.watch(self._asked)
+
+    def _asked(self, what: str) -> None:
+        if what == "waiting":
+            self._look()
+        elif what == "choosing":
+            background_tasks.create(self._sort(empty=True), name="layerjam files")
 
     async def _take(self, event: events.UploadEventArguments) -> None:
         name = clean(event.file.name)
@@ -139,11 +145,11 @@ class Dropping:
 
         self._soon = loop.call_later(SOON, open_it)
 
-    async def _sort(self) -> None:
+    async def _sort(self, *, empty: bool = False) -> None:
         self._brakes = 0
         with self.zone.client:
             self._attach()
-            await self.sorting.show()
+            await self.sorting.show(empty=empty)
 
     def _attach(self) -> None:
         """Sidecars called after a file without its ending, and the one of the whole folder."""

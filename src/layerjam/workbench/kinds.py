@@ -43,7 +43,7 @@ ELSEWHERE = MappingProxyType(
         "acceleration": Elsewhere("A log of an acceleration", "layerjam crash FILE"),
         "run": Elsewhere(
             "A run of the bench without force and elongation",
-            "layerjam bench export FILE --out run.csv",
+            "layerjam bench export FILE",
         ),
     }
 )

@@ -15,8 +15,19 @@ from layerjam.units import usual_unit
 from layerjam.workbench.call import Options, parameters
 from layerjam.workbench.controls import on_typed, with_unit
 from layerjam.workbench.page import Page
+from layerjam.workbench.spoken import on_page
 from layerjam.workbench.uploads import LARGEST, Uploads
-from layerjam.workbench.widgets import Alert, button, dressed, field, fold, hint, select, zone
+from layerjam.workbench.widgets import (
+    Alert,
+    button,
+    dressed,
+    field,
+    fold,
+    hint,
+    one_line,
+    select,
+    zone,
+)
 
 
 def others(command: str, shown: Collection[str]) -> list[Parameter]:
@@ -80,7 +91,7 @@ class More:
         box: Any
         if p.type is bool:
             box = dressed(ui.switch(label, value=bool(value), on_change=put), ident)
-            box.tooltip(p.sentence)
+            box.tooltip(on_page(p.sentence))
         elif p.words and p.spec is None:
             words = {"": "default", **{word: word for word in p.words}}
             box = select(words, label, ident, put, value=str(value or ""), tip=p.sentence)
@@ -149,5 +160,5 @@ def refusal(p: Parameter, value: Any) -> str:
     try:
         p.read(value, {}, [])
     except LayerjamError as err:
-        return str(err)
+        return one_line(err)
     return ""

@@ -18,6 +18,7 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
 from layerjam.workbench.rest import WORK, elsewhere, settle_later
 from layerjam.workbench.runner import Runner
+from layerjam.workbench.spoken import on_page
 from layerjam.workbench.tables import html, typeset
 from layerjam.workbench.widgets import QUIET, Alert, dressed, heading, hint, named, one_line
 
@@ -142,7 +143,7 @@ class Page(View):
             background_tasks.create(self.runner.ask(), name=f"layerjam {self.name}")
 
     def _changed(self, what: str) -> None:
-        if what not in ("page", "waiting"):
+        if what not in ("page", "waiting", "choosing"):
             self.refresh()
 
     def _show(self, result: Any, problem: str) -> None:
@@ -186,7 +187,7 @@ class Figures:
                 name = names.get(key) or named(key)
                 label = ui.label(name).classes(QUIET)
                 if key in about:
-                    label.tooltip(about[key])
+                    label.tooltip(on_page(about[key]))
                 cell = dressed(Words("–"), f"{page}-{key}", "text-base font-medium text-right")
                 self._cells[key] = cell
 
@@ -233,7 +234,7 @@ class Notes:
         self._box.clear()
         with self._box:
             for sentence in warnings:
-                ui.label(f"Note: {sentence}")
+                ui.label(on_page(f"Note: {sentence}"))
 
 
 def checks(result: Any) -> None:
@@ -246,4 +247,5 @@ def checks(result: Any) -> None:
         with ui.row().classes("no-wrap gap-2 items-baseline"):
             tone, word = ("yes", "✓ ok") if check["passed"] else ("no", "✗ look")
             ui.label(word).classes(f"{tone} font-medium whitespace-nowrap")
-            ui.label(f"{check['name']}: {check['sentence']}").classes("text-sm")
+            said = on_page(f"{check['name']}: {check['sentence']}")
+            ui.label(said).classes("text-sm")

@@ -51,7 +51,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
     ui.add_css(shipped("workbench.css"))
     for script in SCRIPTS:
         ui.add_body_html(f"<script>{shipped(script)}</script>")
-    ui.colors(primary="#0B5C8E", negative="#B3261E")
+    ui.colors(primary="#0B5C8E", negative="#B3261E", positive="#1E7A37")
     dark = ui.dark_mode(None)
     heads = _header(desk, tabs, pages, dark)
     with (
@@ -172,7 +172,9 @@ def _session(desk: Desk) -> None:
         # beside the button: below it the menu opens
         aside = 'anchor="center left" self="center right"'
         ui.tooltip("All that is set, as one file").props(aside)
-        with ui.menu().props("auto-close"):
+        # a menu opens at the end of the document, outside of every landmark
+        where = 'auto-close role="region" aria-label="Session"'
+        with ui.menu().props(where), dressed(ui.element("div"), role="menu", aria_label="Session"):
             dressed(
                 ui.menu_item("Save the session as a file", save), "session-save", role="menuitem"
             )

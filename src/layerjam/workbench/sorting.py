@@ -38,6 +38,7 @@ from layerjam.workbench.said import (
     sidecar_text,
     sign_turned,
 )
+from layerjam.workbench.spoken import on_page
 from layerjam.workbench.tables import html
 from layerjam.workbench.uploads import Upload
 from layerjam.workbench.widgets import (
@@ -61,6 +62,7 @@ ASKED = {
     "vacuum": "Type the vacuum of this pull.",
     "normal_force": "Type the force that pressed the films together.",
 }
+DROPPED, YOURS = "What you dropped", "Your files"
 EXPORTS = (
     "What a test machine exports is read as CSV, TSV, TXT, TRA, XLSX or ODS. A brake or a vacuum "
     "line is a TOML file."
@@ -80,27 +82,33 @@ class Sorting:
         self._known: dict[tuple[str, str], Proposal] = {}
         self._open_columns: set[str] = set()
         self._problems: dict[str, str] = {}
-        with ui.dialog() as self.dialog, ui.card().classes("dropped-card w-full gap-2"):
-            heading("What you dropped", ident="dropped-title")
+        self.dialog = dressed(ui.dialog(), aria_label="Files")
+        with self.dialog, ui.card().classes("dropped-card w-full gap-2"):
+            self.title = heading(DROPPED, ident="dropped-title")
             self.box = dressed(ui.column(), "dropped", "w-full gap-3")
         self.dialog.on_value_change(lambda e: None if e.value else self._closed())
 
     def tell(self, sentence: str) -> None:
         """One more sentence of a file that is not used here."""
-        self.told.append(sentence)
+        self.told.append(on_page(sentence))
 
-    async def show(self) -> None:
-        """Propose for every file that waits, and open; nothing where there is nothing to say."""
+    async def show(self, *, empty: bool = False) -> None:
+        """Propose for every file that waits, and open; where there is none only if `empty`.
+
+        Empty it says how files come here.
+        """
         found = await elsewhere(self._proposed)
         if found is None or self.uploads.closed:
             return
         gone = [p for p in found if p.kind != "measurement"]
-        self.told += [f"{p.name}: {p.about}" for p in gone]
+        self.told += [on_page(f"{p.name}: {p.about}") for p in gone]
         self.uploads.remove(p.key for p in gone)
         self.proposals = together(p for p in found if p.kind == "measurement")
         self._fill()
-        if self.proposals or self.told:
+        if self.proposals or self.told or empty:
             self.dialog.open()
+        else:
+            self.dialog.close()  # what came was neither to be asked about nor refused
 
     def _proposed(self) -> list[Proposal]:
         """In a thread: a proposal for each file that waits."""
@@ -125,7 +133,10 @@ class Sorting:
         self.box.clear()
         usable = [p for p in self.proposals if not p.asks]
         ordered = sorted(self.proposals, key=lambda p: not self._lacking(p))
+        self.title.set_text(DROPPED if self.proposals or self.told else YOURS)
         with self.box:
+            if not self.proposals and not self.told:
+                self._invite()
             if self.proposals:
                 hint("Each proposal says where it comes from. Nothing is used before you accept.")
             for one in ordered[:WHOLE]:
@@ -149,6 +160,22 @@ class Sorting:
                     how = "unelevated no-caps color=primary autofocus"
                     button("Close", self.dialog.close, "dropped-close", how=how)
 
+    def _invite(self) -> None:
+        """How files come here, and where those are that are used already."""
+        ui.label("Drop files anywhere in this window, or choose them here.")
+        hint(EXPORTS)
+        choose = button("Choose files", None, "dropped-choose", "folder_open")
+        choose.on("click", js_handler="() => layerjamPick()")
+        if count := len(self.uploads.used):
+            many = "1 file is used already" if count == 1 else f"{count} files are used already"
+            with ui.row().classes("items-center gap-2"):
+                ui.label(f"{many}.")
+                button("See it in the laboratory", self._see, "dropped-used", how="flat no-caps")
+
+    def _see(self) -> None:
+        self.dialog.close()
+        self._go("laboratory")
+
     def _row(self, one: Proposal) -> None:
         role = self._role(one)
         with dressed(ui.column(), "dropped-file", "w-full gap-1 dropped-file"):
@@ -157,7 +184,7 @@ class Sorting:
                 if one.synthetic:
                     ui.label("synthetic").classes("synthetic text-sm")
                 why = f"{one.about}. {CLICKS[one.asks]}." if one.asks else one.about
-                ui.label(why).classes("text-sm" + (" no" if one.asks else " opacity-80"))
+                ui.label(on_page(why)).classes("text-sm" + (" no" if one.asks else " opacity-80"))
             with ui.row().classes("w-full items-start gap-3"):
                 self._choice(one, role)
                 for fact in FACTS:

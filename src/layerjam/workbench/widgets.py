@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from nicegui import events, ui
 
 from layerjam.workbench import live
+from layerjam.workbench.spoken import on_page, sentence_of
 
 E = TypeVar("E", bound=ui.element)
 Act = Callable[[], Any]
@@ -40,7 +41,7 @@ def named(key: str) -> str:
 
 def hint(text: str) -> ui.label:
     """A quiet sentence."""
-    return ui.label(text).classes(QUIET)
+    return ui.label(on_page(text)).classes(QUIET)
 
 
 def status(ident: str, classes: str = "", text: str = "") -> live.Words:
@@ -65,7 +66,7 @@ class Alert(ui.label):
 
     def say(self, problem: str) -> None:
         """Show a refusal; none if empty."""
-        self.set_text(problem)
+        self.set_text(on_page(problem))
         self.set_visibility(bool(problem))
 
 
@@ -74,7 +75,7 @@ def button(
 ) -> ui.button:
     """A button; `tip` says more than its text."""
     made = dressed(ui.button(text, icon=icon or None, on_click=act), ident, how=how)
-    return made.tooltip(tip) if tip else made
+    return made.tooltip(on_page(tip)) if tip else made
 
 
 def fold(title: str, ident: str = "", is_open: bool = False) -> ui.expansion:
@@ -102,7 +103,7 @@ def select(
     """A list of words that opens; `words` maps what is set to what is shown."""
     made = ui.select(dict(words), value=value, label=label, on_change=act)
     dressed(made, ident, classes, "dense outlined options-dense", aria_label=label)
-    return made.tooltip(tip) if tip else made
+    return made.tooltip(on_page(tip)) if tip else made
 
 
 def field(
@@ -119,7 +120,7 @@ def field(
     made = ui.input(label, value=value, placeholder=example)
     look = "dense outlined hide-bottom-space stack-label"
     dressed(made, ident, classes, look, aria_label=label, maxlength=longest)
-    return made.tooltip(tip) if tip else made
+    return made.tooltip(on_page(tip)) if tip else made
 
 
 ZONE = """<div class="zone-head"><span>{label}</span><q-btn flat dense round icon="add_box"
@@ -157,5 +158,5 @@ def shipped(name: str) -> str:
 
 
 def one_line(error: object) -> str:
-    """An error as one line."""
-    return " ".join(str(error).split())
+    """An error as one line, in the page's words."""
+    return sentence_of(error)

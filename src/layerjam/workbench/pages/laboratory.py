@@ -10,6 +10,7 @@ from nicegui import ui
 
 from layerjam.errors import LayerjamError
 from layerjam.measure.sidecar import SIDECAR_ENDING
+from layerjam.workbench import spoken
 from layerjam.workbench.call import Call, Options, key_of
 from layerjam.workbench.controls import Choice, choice, chosen, menu
 from layerjam.workbench.desk import Desk
@@ -41,19 +42,14 @@ STICK_SLIP = Choice(
     {"no": "not averaged", "yes": "its middle"},
     "no",
     label="Stick–slip",
-    help="Whether the middle of stick–slip counts as kinetic friction (--accept-stick-slip)",
+    help="Whether the middle of stick–slip counts as kinetic friction",
 )
 FREE = Choice(
     "free",
-    {
-        "": "nothing more",
-        "pressure_exponent": "pressure exponent",
-        "speed": "speed",
-        "force_offset": "zero of the force",
-    },
+    dict(spoken.FREE),
     "",
-    label="Fit as well (whole curves)",
-    help="--free of the command",
+    label=spoken.OTHERWISE["free"],
+    help="What each fit of whole curves finds besides friction",
 )
 BY_FILE = (
     *("negative", "column", "columns", "decimal", "specimen", "sheet", "names", "speed"),

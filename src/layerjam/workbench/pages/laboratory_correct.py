@@ -32,6 +32,7 @@ from layerjam.workbench.said import (
     put_edits,
     sign_turned,
 )
+from layerjam.workbench.spoken import on_page
 from layerjam.workbench.widgets import (
     Alert,
     button,
@@ -96,12 +97,12 @@ class Correct:
             if not alone:
                 ui.label(row.upload.shown).classes("font-medium break-all")
             if row.refused:
-                why = ui.label(row.refused)
+                why = ui.label(on_page(row.refused))
                 dressed(why, "laboratory-why", "text-negative", role="alert")
             for sentence in row.understood:
-                ui.label(f"✓ {sentence}").classes("text-sm")
+                ui.label(on_page(f"✓ {sentence}")).classes("text-sm")
             for sentence in row.warnings:
-                ui.label(f"Note: {sentence}").classes("text-sm opacity-80")
+                ui.label(on_page(f"Note: {sentence}")).classes("text-sm opacity-80")
         if len(self.rows) > SHOWN:
             ui.label(f"and {len(self.rows) - SHOWN} more")
 

@@ -15,6 +15,7 @@ from layerjam.units import show
 from layerjam.workbench.call import Call, Options
 from layerjam.workbench.proposals import refusal_of
 from layerjam.workbench.said import ROLES, Edits, sidecar_text
+from layerjam.workbench.spoken import on_page
 from layerjam.workbench.uploads import Upload, Uploads
 from layerjam.workbench.widgets import one_line
 
@@ -101,7 +102,7 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
     try:
         facts = read_facts(upload.path)
     except FileError as err:
-        return replace(row, refused=_in_users_words(err, upload))
+        return replace(row, refused=_in_users_words(one_line(err), upload))
     if role not in ROLES:
         role = "friction" if facts.normal_force else "calibrate"
     row = replace(row, role=role, facts=facts)
@@ -119,7 +120,7 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
     if is_friction and standard != "paper" and not facts.normal_force:
         facts = replace(facts, normal_force=result.record[1].normal_force)
     understood = dict.fromkeys(s for some in result.understood.values() for s in some)
-    refused = "; ".join(f"{path}: {why}" for path, why in result.refused.items())
+    refused = on_page("; ".join(f"{path}: {why}" for path, why in result.refused.items()))
     if not traces:
         refused = _in_users_words(refusal_of(upload.path) or refused, upload)
     return replace(

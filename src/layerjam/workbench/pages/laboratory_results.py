@@ -11,6 +11,7 @@ from layerjam.commands.results import in_words
 from layerjam.workbench.call import key_of, result_fields
 from layerjam.workbench.page import Box, Notes, checks
 from layerjam.workbench.pages.laboratory_chain import Chain, Done
+from layerjam.workbench.spoken import on_page
 from layerjam.workbench.widgets import dressed, heading, hint, named
 
 CARDS = {
@@ -92,7 +93,7 @@ def show_step(done: Done) -> None:
     with ui.row().classes("w-full items-start gap-8"):
         with ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1 items-baseline"):
             for key, words, value in numbers_of(result):
-                hint(words).tooltip(told.get(key, words))
+                hint(words).tooltip(on_page(told.get(key, words)))
                 ident = f"laboratory-{name}-{key.replace('_', '-')}"
                 dressed(ui.label(value), ident, "text-base font-medium")
         with ui.column().classes("gap-1").style("flex:1; min-width:280px"):

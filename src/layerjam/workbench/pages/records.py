@@ -16,6 +16,7 @@ from layerjam.records.toml import MAX_BYTES
 from layerjam.units import QuantitySpec, exact_text, get, show, usual_unit
 from layerjam.workbench.controls import Choice, menu, number_field, on_typed, with_unit, word
 from layerjam.workbench.desk import SHELVES, Desk
+from layerjam.workbench.spoken import on_page
 from layerjam.workbench.widgets import Alert, button, dressed, field, fold, one_line, select
 
 NEW_KINDS = ("measured", "data sheet", "handbook", "assumed")
@@ -270,7 +271,7 @@ class FieldRow:
         with ui.column().classes("w-full gap-0"):
             with ui.row().classes("w-full items-center justify-between no-wrap gap-2"):
                 about = f"{path}:{symbol} {self.spec.text}; {self.spec.allowed()}"
-                ui.label(name.capitalize()).classes("text-sm").tooltip(about)
+                ui.label(name.capitalize()).classes("text-sm").tooltip(on_page(about))
                 self.field = number_field(f"{name}, {self.spec.text}", "w-40")
                 dressed(self.field, ident, placeholder="" if required else "not known")
             source = "text-xs opacity-80 source-line"

@@ -105,8 +105,8 @@ class Start(Page):
                     button("Change this one", turn, "start-edit", "edit")
                     opener(self.desk, "brake", self.name, problem)
             with self._card("My files", "Friction tests and pulls of a test machine:"):
-                turn = partial(self.desk.turn, "laboratory")
-                button("Calibrate a brake with them", turn, "start-files", "science")
+                choose = self.desk.choose_files
+                button("Drop or choose files", choose, "start-files", "upload_file")
         self.desk.watch(lambda what: self._mark() if what in ("brake", "undo") else None)
         self._mark()
 

@@ -1,0 +1,73 @@
+"""What commands say, in the page's words: a control where the command line has a flag.
+
+Fields of a page are called as the option without its dashes (`Parameter.label`), so that most flags
+say their control by themselves; what a page calls otherwise, or has no control for, stands here.
+"""
+
+from __future__ import annotations
+
+import re
+from types import MappingProxyType
+
+FREE = MappingProxyType(
+    {
+        "": "nothing more",
+        "pressure_exponent": "pressure exponent",
+        "speed": "speed",
+        "force_offset": "zero of the force",
+    }
+)
+"""What may be fitted as well, as the laboratory says it."""
+OTHERWISE = MappingProxyType(
+    {
+        "accept-stick-slip": "Stick–slip",
+        "standard": "Friction tests read",
+        "free": "Fit as well (whole curves)",
+        "depth": "Calibrated on",
+        "no-brake": "No brake",
+    }
+)
+"""{option: its control, where a page calls it otherwise}."""
+PHRASES = (
+    (r"tensile --model stack", "model 'sheet by sheet' of a pull"),
+    (r"; 'layerjam pull --tare' shows what it changes, depth curves can", "; whole curves can"),
+    (r" \(--tare subtracts it\)", ""),
+    (r", or say what its name states \(--names '[^']*'\)", ""),
+    (r"--standard d1894", "'Friction tests read', ASTM D1894,"),
+    *((rf"--free {word}\b", f"'Fit as well': {said}") for word, said in FREE.items() if word),
+    (r"--from, --to", "'From' and 'To'"),
+    (r" \(--negative (force|elongation)\)", r" (click the head of the \1 and turn its sign)"),
+    (r" \(--decimal\)", " (choose the decimal sign)"),
+    (r" \(--specimen 1\)", " (choose one of the specimens)"),
+    (r" \(--sheet NAME\)", " (choose the sheet)"),
+    (r"layerjam bench export FILE --out run\.csv", "layerjam bench export FILE"),
+    (r"layerjam (\w[\w-]*) --[a-z-]+", r"layerjam \1"),
+)
+"""Turns of phrase that hold more than a flag."""
+_PHRASES = tuple((re.compile(found), said) for found, said in PHRASES)
+_FLAG = re.compile(r"(?<![\w-])--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
+
+
+def on_page(text: str) -> str:
+    """A sentence of a command with its flags as the page's controls."""
+    if "--" not in text:
+        return text
+    for found, said in _PHRASES:
+        text = found.sub(said, text)
+    return _FLAG.sub(lambda m: f"'{control_of(m[1])}'", text)
+
+
+def control_of(option: str) -> str:
+    """What the page calls the control of an option, given without its dashes."""
+    return OTHERWISE.get(option) or option.replace("-", " ").capitalize()
+
+
+def sentence_of(error: object) -> str:
+    """An error as one line in the page's words.
+
+    A file that asks for something says so itself; how to type it is the command line's.
+    """
+    text, reason = str(error), getattr(error, "reason", "")
+    if getattr(error, "asks", "") and reason:
+        text = text.replace(reason, str(getattr(error, "plain", reason)))
+    return on_page(" ".join(text.split()))

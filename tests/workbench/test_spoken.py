@@ -1,0 +1,80 @@
+"""No flag of the command line stands on a page: sentences name the control instead."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import layerjam
+from layerjam.commands.index import commands, load
+from layerjam.errors import FileError, QuantityError
+from layerjam.workbench.pages.laboratory import FREE as FREE_CHOICE
+from layerjam.workbench.pages.laboratory import STICK_SLIP
+from layerjam.workbench.spoken import FREE, OTHERWISE, on_page, sentence_of
+
+FLAG = re.compile(r"(?<![\w-])--[a-z]")
+ROOT = Path(layerjam.__file__).parent
+
+
+def said_in(path):
+    """The texts of a source file in which a flag stands, f-strings with a word for each value."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.JoinedStr):
+            yield "".join(
+                str(v.value) if isinstance(v, ast.Constant) else "12 kPa" for v in node.values
+            )
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+def test_every_sentence_of_the_source_loses_its_flags():
+    found = 0
+    for path in ROOT.rglob("*.py"):
+        for text in said_in(path):
+            if FLAG.search(text):
+                found += 1
+                assert not FLAG.search(on_page(text)), on_page(text)
+    assert found > 100
+
+
+def test_a_flag_becomes_the_name_of_its_field():
+    """The fields of a fold are called so: `Parameter.label`, read here from the declarations."""
+    seen = set()
+    for name in ("friction", "calibrate", "drop", "rise", "report", "design"):
+        for p in load(name).parameters:
+            option = p.option.removeprefix("--")
+            if not p.positional and option not in OTHERWISE:
+                seen.add(option)
+                assert on_page(f"give {p.option}; so") == f"give '{p.label.capitalize()}'; so"
+    assert len(seen) > 40 and commands()
+
+
+@pytest.mark.parametrize(("said", "page"), [
+    ("nothing says how hard they were pressed; give --normal-force",
+     "nothing says how hard they were pressed; give 'Normal force'"),
+    ("there is no mean (--accept-stick-slip takes the middle)",
+     "there is no mean ('Stick–slip' takes the middle)"),
+    ("depth curves can fit it (--free force_offset)",
+     "depth curves can fit it ('Fit as well': zero of the force)"),
+    ("a preload, or the load cell's zero (--tare subtracts it)",
+     "a preload, or the load cell's zero"),
+    ("a dash -- and 3--4 and --", "a dash -- and 3--4 and --"),
+])  # fmt: skip
+def test_sentences_read_as_english_on_the_page(said, page):
+    assert on_page(said) == page
+
+
+def test_what_a_file_asks_for_is_not_told_as_an_option():
+    err = FileError("a.csv", "its force is negative", how=" (--negative force)", asks="force-sign")
+    assert sentence_of(err) == "a.csv: its force is negative"
+    assert "--negative" in str(err), "the command line keeps its own"
+    assert sentence_of(QuantityError("give\n --volume")) == "give 'Volume'"
+
+
+def test_the_laboratorys_own_names_are_those_it_shows():
+    assert OTHERWISE["accept-stick-slip"] == STICK_SLIP.name
+    assert OTHERWISE["free"] == FREE_CHOICE.name
+    assert dict(FREE_CHOICE.words) == dict(FREE)
