@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 
 from layerjam.errors import FileError
+from layerjam.records.windows import refusal
 
 PICTURES = (".svg", ".png", ".pdf")
 
@@ -40,6 +41,8 @@ def check_target(
             raise FileError(path, f"cannot be written: there is no folder {path.parent}")
         if not os.access(path.parent, os.W_OK):
             raise FileError(path, f"cannot be written: the folder {path.parent} is read-only")
+        if why := refusal(path):
+            raise FileError(path, f"cannot be written: {why}")
         if len(os.fsencode(path.name)) > 200:
             raise FileError(f"{path.name[:60]}...", "cannot be written: the name is too long")
         with tempfile.TemporaryFile(dir=path.parent):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import os
 import sys
 from collections.abc import Sequence
@@ -17,6 +18,7 @@ from layerjam.cli.typed import TYPED
 from layerjam.commands.declare import GROUPS
 from layerjam.commands.index import Entry, commands, family, find, load
 from layerjam.errors import LayerjamError, UnknownNameError
+from layerjam.records.windows import is_windows
 
 
 class Commands(TyperGroup):
@@ -152,12 +154,20 @@ def _common(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns its exit code: 0 answered, 1 cannot, 2 bad input, 3 partly."""
-    words = tuple(sys.argv[1:] if arguments is None else arguments)
+    words = tuple(_typed(sys.argv[1:]) if arguments is None else arguments)
     before = TYPED.set(words)
     try:
         return _answered(words)
     finally:
         TYPED.reset(before)
+
+
+def _typed(words: Sequence[str]) -> list[str]:
+    """The words of the command line; Windows' shells leave patterns such as pull-*.csv to us."""
+    if not is_windows():
+        return list(words)
+    found = [sorted(glob.glob(word)) if glob.has_magic(word) else [] for word in words]
+    return [one for word, files in zip(words, found, strict=True) for one in files or [word]]
 
 
 def _answered(words: Sequence[str]) -> int:

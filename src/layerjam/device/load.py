@@ -13,6 +13,7 @@ from layerjam.device.brake import Brake, validate
 from layerjam.device.file import BrakeFile, materials
 from layerjam.errors import FileError
 from layerjam.records.shipped import shipped, text_of
+from layerjam.records.windows import reason, refusal
 
 READING = "-eq9"
 """Ending of a brake whose factor and stiffness are what the paper's eq. 8 and 9 were given."""
@@ -80,6 +81,8 @@ def write_whole(
         raise FileError(path, "exists already; --force replaces it")
     if path.is_dir():
         raise FileError(path, "is a folder, not a file")
+    if why := refusal(path):
+        raise FileError(path, f"cannot be written: {why}")
     temporary = None
     try:
         temporary = _new_beside(path)
@@ -90,7 +93,7 @@ def write_whole(
         os.replace(temporary, path)
         temporary = None
     except OSError as err:
-        raise FileError(path, f"cannot be written: {err.strerror or err}") from None
+        raise FileError(path, f"cannot be written: {reason(err, path)}") from None
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)

@@ -42,12 +42,19 @@ def compiler_on_path() -> tuple[str, ...] | None:
 
     Raises CompilerError where $CC names what is not there.
     """
-    named = shlex.split(os.environ.get("CC", ""))
+    named = _words(os.environ.get("CC", ""))
     if named:
         if shutil.which(named[0]) is None:
             raise CompilerError(f"CC: '{named[0]}' is not found; name a C compiler, or unset CC")
         return tuple(named)
     return next(((name,) for name in KNOWN if shutil.which(name) is not None), None)
+
+
+def _words(text: str) -> list[str]:
+    """The words of a command as it would be typed; a backslash parts folders on Windows."""
+    if os.name != "nt":
+        return shlex.split(text)
+    return [word.strip('"') for word in shlex.split(text, posix=False)]
 
 
 @functools.cache

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.errors import FileError
+from layerjam.records.windows import reason as system_reason
 
 NAMES = ("report.html", "results.json")
 
@@ -67,7 +68,8 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[st
         for name in set(old) - set(content):
             (out / name).unlink(missing_ok=True)
     except OSError as err:
-        raise FileError(out, f"cannot be written: {err.strerror or err}") from None
+        at = Path(err.filename2 or out)
+        raise FileError(out, f"cannot be written: {system_reason(err, at)}") from None
     finally:
         shutil.rmtree(staging, ignore_errors=True)
 

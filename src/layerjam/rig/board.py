@@ -17,7 +17,8 @@ from layerjam.control import law
 from layerjam.control.settings import FAULTS
 from layerjam.errors import LayerjamError, MissingExtraError, QuantityError
 from layerjam.rig.address import Address, address_of
-from layerjam.rig.line import Line, Pipes, Serial
+from layerjam.rig.child import has_pipes, start
+from layerjam.rig.line import Line, Serial
 from layerjam.rig.plant import PlantThread, VirtualPlant, behind
 from layerjam.rig.wiring import load_wiring
 
@@ -67,7 +68,11 @@ def interpreter(python: str = "") -> list[str]:
     """
     beside = Path(sys.executable).parent / "micropython"
     found = str(beside) if beside.exists() else shutil.which("micropython")
-    if python == "cpython" or (not python and found is None):
+    if python == "micropython" and not has_pipes():
+        raise QuantityError.of(
+            "address", "python=micropython needs pipes that Windows lacks; leave it out"
+        )
+    if python == "cpython" or (not python and (found is None or not has_pipes())):
         return [sys.executable, "-S", "-E", "-s", "-B"]
     if found is None:
         raise MissingExtraError("MicroPython", "bench")
@@ -93,48 +98,35 @@ class VirtualBoard:
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._folder = tempfile.TemporaryDirectory(prefix="layerjam-board-")
         stage(Path(self._folder.name))
-        told, shown, heard, said = os.pipe(), os.pipe(), os.pipe(), os.pipe()
-        # the firmware reads what is there and goes on with its samples
-        os.set_blocking(heard[0], False)
-        words = [shown[0], told[1], made.speed, f"SIM-{made.name}"]
+        words = [str(made.speed), f"SIM-{made.name}"]
         if "store" in address.options:
             words.append(os.path.abspath(address.options["store"]))
-        self._process = subprocess.Popen(
-            [*command, str(Path(self._folder.name) / "main.py"), *(str(word) for word in words)],
-            stdin=heard[0],
-            stdout=said[1],
-            stderr=subprocess.DEVNULL,
-            pass_fds=(shown[0], told[1]),
-            start_new_session=True,
-        )
-        for descriptor in (shown[0], told[1], heard[0], said[1]):
-            os.close(descriptor)
-        self._thread = PlantThread(self.plant, told[0], shown[1])
+        main = str(Path(self._folder.name) / "main.py")
+        self._child = start([*command, main], words, self.close)
+        self._thread = PlantThread(self.plant, self._child)
         self._thread.start()
-        self._ends = (said[0], heard[1])
-        self.line = Line(Pipes(*self._ends, self.close), str(address))
+        self.line = Line(self._child.line, str(address))
 
     @property
     def ends(self) -> tuple[int, int]:
         """Descriptors of the line: what the board says, what it hears."""
-        return self._ends
+        return self._child.ends
 
     @property
     def pid(self) -> int:
         """Of the child process."""
-        return self._process.pid
+        return self._child.process.pid
 
     def close(self) -> None:
         """End the board: its line closes, it puts its outputs to rest and goes."""
         if self._folder is None:
             return
-        for descriptor in self._ends:
-            os.close(descriptor)
+        self._child.hang_up()
         try:
-            self._process.wait(2)
+            self._child.process.wait(2)
         except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+            self._child.process.kill()
+            self._child.process.wait()
         self._thread.join(2)
         self._folder.cleanup()
         self._folder = None

@@ -5,10 +5,11 @@ Three methods: `begin` a move, `done` asks whether it is over, `end` whatever wa
 
 from __future__ import annotations
 
+import importlib
 import select
 import sys
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 from layerjam.device.brake import Brake
 from layerjam.errors import LayerjamError, QuantityError
@@ -196,6 +197,8 @@ def tell_person(text: str) -> None:
 
 def _enter() -> bool:
     """Whether a line came on standard input, without waiting for one."""
+    if sys.platform == "win32" and sys.stdin.isatty():
+        return _key()
     try:
         if not select.select([sys.stdin], [], [], 0)[0]:
             return False
@@ -205,3 +208,12 @@ def _enter() -> bool:
     if not line:
         raise CrossheadLostError("nobody is at the keyboard: standard input is at its end")
     return True
+
+
+def _key() -> bool:
+    """Whether Enter was pressed at Windows' console, which `select` cannot ask."""
+    keys: Any = importlib.import_module("msvcrt")
+    pressed = False
+    while keys.kbhit():
+        pressed |= keys.getwch() in "\r\n"
+    return pressed

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import select
+import socket
 import threading
 import time
 from collections.abc import Callable
@@ -67,6 +68,36 @@ class Pipes:
         try:
             os.write(self._out, data)
         except BrokenPipeError:
+            raise LineError("the board's line is closed") from None
+
+    def close(self) -> None:
+        """End what is behind it."""
+        self._closing()
+
+
+class Sockets:
+    """A line of one connected socket; `closing` ends what is behind it."""
+
+    def __init__(self, joined: socket.socket, closing: Callable[[], None]) -> None:
+        self._joined, self._closing = joined, closing
+
+    def read(self, wait: float) -> bytes:
+        """What came within so many seconds."""
+        try:
+            if not select.select([self._joined], [], [], wait)[0]:
+                return b""
+            data = self._joined.recv(65536)
+        except ConnectionError:
+            data = b""
+        if not data:
+            raise LineError("the board's line is closed")
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Send all of it."""
+        try:
+            self._joined.sendall(data)
+        except ConnectionError:
             raise LineError("the board's line is closed") from None
 
     def close(self) -> None:

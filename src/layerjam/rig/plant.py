@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import random
 import struct
 import threading
@@ -23,6 +22,7 @@ from layerjam.rig.address import Address
 from layerjam.units import check, parse
 
 if TYPE_CHECKING:
+    from layerjam.rig.child import Child
     from layerjam.rig.machine import VirtualMachine
 
 TOLD = struct.Struct("<dIBBH")
@@ -263,19 +263,19 @@ class VirtualPlant:
 
 
 class PlantThread(threading.Thread):
-    """Answers a virtual board's questions until its pipe ends."""
+    """Answers a virtual board's questions until its end of the line is closed."""
 
-    def __init__(self, plant: VirtualPlant, told: int, shown: int) -> None:
+    def __init__(self, plant: VirtualPlant, child: Child) -> None:
         super().__init__(name="plant", daemon=True)
         self.plant = plant
-        self._told, self._shown = told, shown
+        self._child = child
 
     def run(self) -> None:
         """Each message moves the plant to the board's time, then says the outputs from there."""
         last: int | None = None
         plant = self.plant
         try:
-            while len(data := _exactly(self._told, TOLD.size)) == TOLD.size:
+            while len(data := _exactly(self._child.receive, TOLD.size)) == TOLD.size:
                 pump, now, power, asks, count = TOLD.unpack(data)
                 passed = 0 if last is None else (now - last + WRAP // 2) % WRAP - WRAP // 2
                 plant.wraps += last is not None and passed > 0 and now < last
@@ -283,19 +283,18 @@ class PlantThread(threading.Thread):
                 plant.advance(passed * 1e-6)
                 plant.set_outputs(pump, bool(power))
                 if asks:
-                    os.write(self._shown, plant.answer(asks, count))
+                    self._child.send(plant.answer(asks, count))
         except OSError:
             pass  # the board is gone
         finally:
-            os.close(self._told)
-            os.close(self._shown)
+            self._child.leave()
 
 
-def _exactly(descriptor: int, size: int) -> bytes:
-    """So many bytes, or fewer at the end of a pipe."""
+def _exactly(receive: Callable[[int], bytes], size: int) -> bytes:
+    """So many bytes, or fewer at the end."""
     data = b""
     while len(data) < size:
-        more = os.read(descriptor, size - len(data))
+        more = receive(size - len(data))
         if not more:
             break
         data += more

@@ -1,10 +1,16 @@
-"""The same board of pipes under CPython, where there is no MicroPython."""
+"""The same board of pipes under CPython, where there is no MicroPython; of sockets on Windows."""
 
 import os
 import select
+import socket
 import time
 
 import hal_pipe
+
+
+def hal(words: list, reset):
+    """The board of sockets where the first word names their port, else that of pipes."""
+    return (SocketHal if words[0].startswith("tcp:") else Hal)(words, reset)
 
 
 class Hal(hal_pipe.Hal):
@@ -18,8 +24,8 @@ class Hal(hal_pipe.Hal):
         self.plant_out: int = int(self.plant_out)
 
     def host_us(self) -> int:
-        """The host's clock [us]."""
-        return time.monotonic_ns() // 1000
+        """The host's clock [us]; `monotonic` goes in steps of 16 ms on Windows."""
+        return time.perf_counter_ns() // 1000
 
     def readable(self, us: int, sending: bool) -> bool:
         """Whether bytes came within so many microseconds; ends early where some may be sent."""
@@ -55,3 +61,62 @@ class Hal(hal_pipe.Hal):
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
+
+
+class SocketHal(Hal):
+    """The line and the plant as two connections, each opened with the host's token."""
+
+    def open(self) -> None:
+        """Call the host twice."""
+        port, token = int(str(self.plant_in).split(":")[1]), str(self.plant_out)
+        self.line, self.plant = (self.called(port, token + which) for which in "LP")
+        self.line.setblocking(False)
+
+    def called(self, port: int, said: str):
+        """A connection to the host."""
+        made = socket.create_connection(("127.0.0.1", port), 15.0)
+        made.settimeout(None)
+        made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        made.sendall(said.encode())
+        return made
+
+    def readable(self, us: int, sending: bool) -> bool:
+        """Whether bytes came within so many microseconds; ends early where some may be sent."""
+        line = [self.line]
+        return bool(select.select(line, line if sending else [], [], us * 1e-6)[0])
+
+    def read_line(self):
+        """What the line has, None where that is nothing; a host that is gone ends it."""
+        try:
+            return self.line.recv(1024)
+        except BlockingIOError:
+            return None
+        except ConnectionError:
+            return b""
+
+    def send(self, data: bytes) -> int:
+        """Give the line as much as it takes at once; how many bytes."""
+        try:
+            return self.line.send(data[: hal_pipe.PIECE])
+        except (BlockingIOError, ConnectionError):
+            return 0
+
+    def read_plant(self, size: int) -> bytes:
+        """The plant's answer, whole."""
+        data = b""
+        while len(data) < size:
+            try:
+                more = self.plant.recv(size - len(data))
+            except ConnectionError:
+                more = b""
+            if not more:
+                break
+            data += more
+        return data
+
+    def write_plant(self, data: bytes) -> None:
+        """Tell the plant; without one the board ends."""
+        try:
+            self.plant.sendall(data)
+        except ConnectionError:
+            raise EOFError from None

@@ -59,7 +59,7 @@ def hal_of(words: list):
         return hal_pipe.Hal(words, Reset)
     import hal_cpython
 
-    return hal_cpython.Hal(words, Reset)
+    return hal_cpython.hal(words, Reset)
 
 
 def main(words: list) -> None:
