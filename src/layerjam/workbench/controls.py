@@ -205,9 +205,9 @@ class Slider:
             if self.page == self.desk.state.page and shared(self.page, self.control.key):
                 self._fill()
             return
-        if what not in ("undo", "brake", "line"):
+        if what not in ("undo", "brake", "line", "moved"):
             return
-        if self._renew is not None:
+        if what != "moved" and self._renew is not None:
             self.control = self._renew()
             self._span()
         self._fill()

@@ -49,7 +49,10 @@ class Desk:
         self.beside: BrakeFile | None = beside
 
     def watch(self, told: Callable[[str], None]) -> None:
-        """Call `told(what)` after changes: "brake", "line", "settings", "undo", "page", "files"."""
+        """Call `told(what)` after changes.
+
+        What is "brake", "line", "settings", "moved", "undo", "page" or "files".
+        """
         self._watching.append(told)
 
     def files_changed(self) -> None:
@@ -68,14 +71,21 @@ class Desk:
         """A control's value."""
         return self.state.get(page, key, default)
 
-    def put(self, page: str, key: str, value: Value, *, alone: bool = False) -> None:
-        """Set a control; moves of one control in a row are one step of undo, but one `alone`."""
+    def put(
+        self, page: str, key: str, value: Value, *, alone: bool = False, follow: bool = False
+    ) -> None:
+        """Set a control; moves of one control in a row are one step of undo, but one `alone`.
+
+        With `follow` the control follows: it was not that which moved.
+        """
         if self.state.found(page, key) == value:
             return
         now = time.monotonic()
         same = self._moved == (page, key) and now - self._when < PAUSE and not alone
         self._moved, self._when = (page, key), now
-        self._become(self.state.put(page, key, value), "settings", keep=not same)
+        self._become(
+            self.state.put(page, key, value), "moved" if follow else "settings", keep=not same
+        )
 
     def put_all(self, page: str, settings: Mapping[str, Value]) -> None:
         """Set several controls as one step of undo; the page's controls follow."""
@@ -149,7 +159,7 @@ class Desk:
         self._tell(what)
 
     def _tell(self, what: str) -> None:
-        if what != "settings":
+        if what not in ("settings", "moved"):
             self._moved = ("", "")
         for told in self._watching:
             told(what)

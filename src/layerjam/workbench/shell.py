@@ -23,7 +23,16 @@ from layerjam.workbench.widgets import button, dressed, shipped
 # what slides moves away from under a click
 ui.expansion.default_props("duration=0")
 
-SCRIPTS = ("workbench.js", "controls.js", "view.js", "files.js", "tour.js", "sheets.js")
+SCRIPTS = (
+    "workbench.js",
+    "controls.js",
+    "view.js",
+    "zoom.js",
+    "peak.js",
+    "files.js",
+    "tour.js",
+    "sheets.js",
+)
 """Loaded once, at the end of the page's body."""
 DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
 

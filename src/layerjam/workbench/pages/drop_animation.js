@@ -121,8 +121,10 @@ window.layerjamStage = window.layerjamStage || (() => {
     if (!line) return;
     const made = chart && chart.chart;
     const x = made ? made.convertToPixel({xAxisIndex: 0}, now) : null;
-    line.style.display = Number.isFinite(x) ? "block" : "none";
-    if (Number.isFinite(x)) line.style.transform = `translateX(${x}px)`;
+    // what is zoomed away has no cursor; a tenth down is in the uppermost chart
+    const seen = Number.isFinite(x) && made.containPixel({gridIndex: 0}, [x, made.getHeight() / 10]);
+    line.style.display = seen ? "block" : "none";
+    if (seen) line.style.transform = `translateX(${x}px)`;
   }
 
   function tick(moment) {
@@ -165,6 +167,7 @@ window.layerjamStage = window.layerjamStage || (() => {
         if (data) { now = event.target.value / 1000 * data.last; draw(); }
       });
       window.addEventListener("resize", () => setTimeout(draw, 200));
+      if (element?.$el) element.$el.addEventListener("zoomed", () => { if (data) cursor(); });
     }
     const share = data ? now / data.last : 0;
     data = series;

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 from nicegui import ui
 
-from layerjam.commands.edit import edit
 from layerjam.units import show
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.heroes import Hero
+from layerjam.workbench.resized import with_sheets
 from layerjam.workbench.widgets import button
 
 
@@ -127,11 +126,3 @@ class Advice:
 
     def _put(self, **settings: Any) -> None:
         self._desk.put_all("drop", settings)
-
-
-def with_sheets(desk: Desk, count: int) -> None:
-    """The brake on the desk with another number of sheets. Raises LayerjamError."""
-    file = desk.brake
-    name = f"{re.sub('-[0-9]+-sheets$', '', file.name)}-{count}-sheets"
-    made = edit(file, {"sheets.count": float(count)}, name=name, source="set on the page")
-    desk.put_brake(made.text)

@@ -21,6 +21,7 @@ from layerjam.workbench.page import Box, Figures, Notes, Page
 from layerjam.workbench.pages.pull_chart import pulled, saw
 from layerjam.workbench.pages.pull_files import Measured, Reading, laid_out, read, show_errors
 from layerjam.workbench.pages.pull_sheets import SheetBySheet
+from layerjam.workbench.peak import PeakSetting
 from layerjam.workbench.pins import Pins
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import waiting_line
@@ -60,6 +61,7 @@ class Pull(Page):
         self._read: tuple[object, Reading] = (None, Reading())
         self._whole: tuple[object, Any] = (None, None)
         self.pins = Pins(desk, self.name, self.pull_call)
+        self.peak = PeakSetting(desk, self.name, self.pull_call, self._full)
 
     def controls(self) -> Mapping[str, Control]:
         """Bounds that the brake sets."""
@@ -98,8 +100,11 @@ class Pull(Page):
             with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
                 self.outcome = status("pull-outcome")
                 self.pins.build()
+            with self.while_(lambda: not self._saws()):
+                self.peak.build()
             self.chart = chart("pull-chart", "Force over elongation")
             self.by_sheet = SheetBySheet(self.chart)
+            self.peak.on(self.chart)
             with takeaway.row(self.name, self.chart, self.taken):
                 button("record as CSV", self._record, "pull-record", how=takeaway.QUIET)
                 compare = self._comparison
@@ -112,6 +117,10 @@ class Pull(Page):
                 with self.while_(self._saws):
                     self.saw = Figures("pull-saw", STICK_SLIP, SAW)
             self.notes = Notes()
+
+    def _full(self) -> float:
+        """The greatest vacuum of the site [Pa]."""
+        return self.controls()["vacuum"].high
 
     def _saws(self) -> bool:
         """Whether the pull sticks and slips."""
@@ -173,6 +182,7 @@ class Pull(Page):
             live.draw(self.chart, saw(found, whole, self.dark, pinned))
         else:
             live.draw(self.chart, pulled(found, whole, reading, self.dark, pinned))
+            self.peak.fill(found.peak_force)
         (self.saw if saws else self.pulled).fill(found)
         self.by_sheet.fill(None if saws else found.motion, self.desk.brake.brake.sheets)
         self.heroes.fill(heroes(found))

@@ -59,6 +59,8 @@ def pulled(
         marks=[(result.peak_elongation * MM, force, f"{force:.1f} N", "bad")],
         **common,
     )
+    # above the handle that lies around the peak
+    made["series"][0]["markPoint"]["data"][0]["label"]["distance"] = 13
     if not rest:
         if pins:
             _name_ends(made, curves, top, len(pins))

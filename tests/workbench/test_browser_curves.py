@@ -1,0 +1,106 @@
+"""What one does with a curve in a browser: zoom it, drag its peak, with mouse and keyboard."""
+
+from __future__ import annotations
+
+import pytest
+
+from workbench.access import LONG, at, opened
+
+pytestmark = pytest.mark.slow
+CHART = at("pull-chart")
+ZOOM = """place => Object.fromEntries(
+  getElement(+document.querySelector(place).id.slice(1)).chart.getOption().dataZoom
+    .map(z => [z.id, [z.start, z.end]]))"""
+WHOLE = {"x": [0, 100], "y0": [0, 100]}
+
+
+@pytest.fixture(scope="module")
+def pull(chromium, workbench):
+    """One tab for all tests of this file."""
+    page = chromium.new_page(viewport={"width": 1280, "height": 500})
+    page.errors = []
+    page.on("pageerror", lambda error: page.errors.append(str(error)))
+    opened(page, workbench, "pull")
+    page.wait_for_selector(f"{CHART} canvas", timeout=LONG)
+    yield page
+    assert page.errors == []
+    page.close()
+
+
+def shown(page):
+    page.wait_for_timeout(250)
+    return page.evaluate(ZOOM, CHART)
+
+
+def test_a_chart_is_zoomed_and_a_slider_keeps_it(pull):
+    pull.locator(CHART).hover(position={"x": 200, "y": 100})
+    pull.mouse.wheel(0, 150)
+    assert shown(pull) == WHOLE
+    assert pull.evaluate("scrollY") > 0  # the wheel alone is the page's
+    pull.keyboard.down("Control")
+    pull.mouse.wheel(0, -300)
+    pull.keyboard.up("Control")
+    near = shown(pull)
+    assert all(end - start < 95 for start, end in near.values())
+    assert pull.evaluate("visualViewport.scale") == 1
+    peak = pull.inner_text(at("pull-peak_force"))
+    pull.locator(f"{at('pull-vacuum')} [tabindex='0']").focus()
+    pull.keyboard.press("Home")
+    pull.wait_for_function(
+        "([place, old]) => document.querySelector(place).innerText !== old",
+        arg=[at("pull-peak_force"), peak],
+    )
+    assert shown(pull) == near
+    pull.click(at("pull-pin"))  # another number of curves: the chart is made anew
+    pull.wait_for_selector(at("pull-unpin-0"))
+    assert shown(pull) == near
+    pull.locator(CHART).dblclick(position={"x": 200, "y": 100})
+    assert shown(pull) == WHOLE
+
+
+def test_the_keyboard_zooms_moves_and_shows_all(pull):
+    pull.get_by_role("button", name="Zoom in: Force over elongation").focus()
+    pull.keyboard.press("Enter")
+    near = shown(pull)
+    assert near["x"] == near["y0"] == [20, 80]
+    pull.keyboard.press("ArrowRight")
+    pull.keyboard.press("ArrowUp")
+    moved = shown(pull)
+    assert moved["x"] == moved["y0"] == pytest.approx([32, 92])
+    pull.get_by_role("button", name="Show all: Force over elongation").focus()
+    pull.keyboard.press("Enter")
+    assert shown(pull) == WHOLE
+
+
+def test_the_peak_is_dragged_and_the_vacuum_follows(pull):
+    words = "([place, word]) => document.querySelector(place).innerText.startsWith(word)"
+    said = at("pull-peak-said")
+    field = pull.locator(at("pull-peak"))
+    field.fill("150")
+    field.press("Enter")
+    pull.wait_for_function(words, arg=[said, "A vacuum of 80."], timeout=LONG)
+    handle = pull.locator(at("pull-peak-handle"))
+    handle.scroll_into_view_if_needed()
+    box = handle.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    pull.mouse.move(x, y)
+    pull.mouse.down()
+    pull.mouse.move(x, y + 40, steps=4)
+    pull.mouse.up()
+    pull.wait_for_function(
+        "([said, peak]) => { const f = parseFloat(document.querySelector(peak).innerText);"
+        " return f < 145 && f > 60"
+        " && document.querySelector(said).innerText.includes(`a peak of ${f} N`); }",
+        arg=[said, at("pull-peak_force")],
+        timeout=LONG,
+    )
+    before = float(handle.get_attribute("aria-valuenow"))
+    handle.press("ArrowUp")
+    pull.wait_for_function(
+        "([handle, f]) => +document.querySelector(handle).ariaValueNow > f",
+        arg=[at("pull-peak-handle"), before],
+    )
+    field.fill("900")
+    field.press("Enter")
+    pull.wait_for_function(words, arg=[said, "No vacuum up to 101.3 kPa"], timeout=LONG)
+    assert "the greatest is 188.6 N" in pull.inner_text(said)

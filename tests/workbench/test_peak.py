@@ -1,0 +1,56 @@
+"""The peak of a pull set by hand, without a browser: what follows gives the asked force."""
+
+from __future__ import annotations
+
+import pytest
+
+from layerjam.commands.tensile import tensile
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages.pull import Pull
+from layerjam.workbench.peak import MOST, sentence
+from layerjam.workbench.resized import resized
+from layerjam.workbench.state import State
+
+KAPTON = "choi2018-kapton"
+
+
+@pytest.fixture
+def page():
+    settings = {"pull": {"vacuum": 60e3, "speed": 0.013, "travel": 0.03}}
+    made = Pull(Desk(State(page="pull", settings=settings)))
+    yield made
+    made.uploads.close()
+
+
+def peak(vacuum, brake=KAPTON):
+    return tensile(brake, vacuum=vacuum, speed="13 mm/s", travel="30 mm").peak_force
+
+
+def test_the_vacuum_found_gives_the_peak_of_the_command(page):
+    found = page.peak.found(150.0, by_sheets=False)
+    assert peak(found.value) == pytest.approx(150.0, rel=1e-7)
+    assert sentence(found, 150.0, False).endswith("gives a peak of 150 N.")
+    beyond = page.peak.found(900.0, by_sheets=False)
+    assert beyond.value is None
+    assert beyond.force == peak(page.controls()["vacuum"].high)
+    assert "the greatest is" in sentence(beyond, 900.0, False)
+
+
+def test_the_sheets_found_are_the_nearest_at_this_vacuum(page):
+    found = page.peak.found(300.0, by_sheets=True)
+    file = page.desk.brake
+    about = {n: abs(peak(60e3, resized(file, n)) - 300.0) for n in range(2, 60)}
+    assert found.value == min(about, key=about.__getitem__)
+    assert f"{int(found.value)} sheets" in sentence(found, 300.0, True)
+    beyond = sentence(page.peak.found(1e6, by_sheets=True), 1e6, True)
+    assert beyond.startswith(f"No number of sheets up to {MOST} sheets gives")
+
+
+def test_a_dragged_peak_is_one_step_of_undo_and_the_slider_follows():
+    desk, seen = Desk(), []
+    desk.watch(seen.append)
+    for vacuum in (50e3, 51e3, 52e3):
+        desk.put("pull", "vacuum", vacuum, follow=True)
+    assert seen == ["moved"] * 3
+    desk.undo()
+    assert desk.state == Desk().state
