@@ -14,10 +14,13 @@ from nicegui.elements.upload_files import SmallFileUpload
 
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError
+from layerjam.records.toml import MAX_BYTES
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.pull import Pull
-from layerjam.workbench.session import KIND, LARGEST, from_session, to_session
+from layerjam.workbench.pins import MOST
+from layerjam.workbench.session import KIND, from_session, to_session
 from layerjam.workbench.state import Pin, State
+from layerjam.workbench.uploads import LARGEST
 from workbench.standing import standing
 
 KAPTON, PTFE = "choi2018-kapton", "choi2018-ptfe"
@@ -58,6 +61,18 @@ def test_rubbish_is_refused_with_the_files_name(data, says):
     with pytest.raises(FileError, match=says) as caught:
         from_session(data, "mine.json")
     assert "mine.json" in str(caught.value)
+
+
+def test_what_the_page_writes_of_the_largest_brakes_is_opened_again():
+    """A brake of 1 MB, each line of which JSON makes longer, on the desk, beside it and in pins."""
+    line = '# "\\'
+    whole = EDITED + (line + "\n") * ((MAX_BYTES - len(EDITED) - 10) // (len(line) + 1))
+    assert 0.99 * MAX_BYTES < len(whole) < MAX_BYTES
+    pins = tuple(replace(PIN, page=page, subject=whole) for page in ("pull",) * MOST)
+    state = replace(STATE, brake=whole, beside=whole, pins=pins)
+    data = to_session(state).encode()
+    assert 1_000_000 < len(data) < LARGEST
+    assert from_session(data, "a.json") == state
 
 
 def test_a_session_is_one_step_of_undo_and_a_brake_that_cannot_be_read_changes_nothing():

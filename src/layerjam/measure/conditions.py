@@ -77,8 +77,12 @@ def _listed(path: Path) -> Mapping[str, Any]:
 
 @lru_cache(maxsize=16)
 def _list(path: Path, _changed: int, _size: int) -> dict[str, dict[str, Any]]:
-    """{file's name: {fact: SI value}} of a list."""
-    text = read_text(path)
+    """What the list at a path says."""
+    return listed(read_text(path), path)
+
+
+def listed(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
+    """{file's name: {fact: SI value}} of a list's text; FileError names `path` and the line."""
     mark = max(",;\t", key=text.partition("\n")[0].count)
     rows = [(n, row) for n, row in enumerate(csv.reader(io.StringIO(text), delimiter=mark), 1)]
     rows = [

@@ -97,7 +97,11 @@ def places(path: str | Path) -> tuple[Path, Path]:
 
 def _read(place: Path) -> dict[str, Any]:
     """The values of a file of facts, SI."""
-    text = text_of(place)
+    return values_of(text_of(place), place)
+
+
+def values_of(text: str, place: str | Path) -> dict[str, Any]:
+    """{fact: SI value} of a sidecar's text; FileError names `place` and the line."""
     reader = Reader(text, place, _FIELDS, words={})
     reader.take({k: v for k, v in parse_toml(text, place).items() if k != READ})
     return reader.values

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from layerjam.control.closed_loop import ClosedLoop
@@ -34,6 +36,25 @@ def loop(regulator: Regulator, made: ClosedLoop) -> style.Figure:
         style.key(axes, at="right")
         if np.isfinite(made.fault_time):
             axes.axvline(made.fault_time, color=RED, lw=1.0)
+    return figure
+
+
+@style.styled
+def watched(
+    time: Sequence[float], vacuum: Sequence[float], target: Sequence[float], simulated: bool = False
+) -> style.Figure:
+    """Vacuum and target [Pa] of a bench over time [s]; NaN where the sensor showed none."""
+    figure, (axes,) = style.canvas(width=7.4, height=3.6)
+    wanted, seen = np.asarray(target, float) * KPA, np.asarray(vacuum, float) * KPA
+    axes.plot(time, wanted, color=GREEN, lw=1.2, ls=style.DASHED, label="target")
+    axes.plot(time, seen, color=INK, lw=1.5, label="vacuum")
+    known = seen[np.isfinite(seen)]
+    high = max(float(wanted.max()), float(known.max()) if len(known) else 0.0, 1.0)
+    end = max(float(time[-1]), 1e-3)
+    axes.set(xlim=(0, end), ylim=(0, 1.15 * high), xlabel="time [s]", ylabel="vacuum [kPa]")
+    about = "a virtual board: computed, not measured" if simulated else f"over {show(end, 's', 3)}"
+    style.title(axes, "Vacuum of the bench", about)
+    style.key(axes, at="right")
     return figure
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping
+from functools import partial
 
 from nicegui import ui
 
-from layerjam.workbench.call import Call
-from layerjam.workbench.widgets import dressed
+from layerjam.workbench.widgets import PLAIN, dressed
 
 WORDS = {"python": "Python", "bash": "a command"}
 
@@ -18,8 +18,11 @@ async def copied(text: str) -> bool:
     return await ui.run_javascript(f"layerjamCopied({text})", timeout=5.0) is True
 
 
-async def offer(text: str, language: str, calls: Sequence[Call]) -> None:
-    """Show what was copied as "python" or "bash", and what has to be saved beside it first."""
+async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
+    """Show what was copied as "python" or "bash", with buttons to save `files` beside it first.
+
+    `files` is {name: content}.
+    """
     if not text:
         ui.notify("nothing to copy on this page yet")
         return
@@ -34,7 +37,9 @@ async def offer(text: str, language: str, calls: Sequence[Call]) -> None:
         lines = dressed(ui.code(text, language=language), "copied", "w-full")
         dressed(lines.markdown, tabindex="0", role="group", aria_label=f"What was copied as {what}")
         dressed(lines.copy_button, aria_label="Copy")
-        edited = [name for call in calls for name in call.to_save]
-        if edited:
-            ui.label(f"{edited[0]} was edited or written here: save it beside where you run this.")
+        if files:
+            ui.label("This was edited or written here. Save it beside where you run these lines:")
+            for name, content in files.items():
+                save = partial(ui.download.content, content.encode(), name, "application/toml")
+                dressed(ui.button(name, icon="download", on_click=save), "copied-save", how=PLAIN)
         ui.button("Close", on_click=dialog.close).props("flat autofocus")

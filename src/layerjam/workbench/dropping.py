@@ -7,16 +7,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import tomlkit
 from nicegui import background_tasks, events, ui
 
 from layerjam.errors import LayerjamError
+from layerjam.measure.conditions import LIST
 from layerjam.measure.sidecar import FOLDER
 from layerjam.records.toml import MAX_BYTES
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import toml_kind
+from layerjam.workbench.listing import attach, is_list, over, read_list
 from layerjam.workbench.session import ENDING, from_session
-from layerjam.workbench.session import LARGEST as LARGEST_SESSION
 from layerjam.workbench.sorting import Sorting
 from layerjam.workbench.uploads import LARGEST, MOST, Refused, clean, is_sidecar
 from layerjam.workbench.widgets import button, dressed, hint, one_line
@@ -40,6 +40,7 @@ class Dropping:
         self.sorting = Sorting(desk, go)
         self._soon: asyncio.TimerHandle | None = None
         self._brakes = 0
+        self._came_list = False
         self._facts: dict[str, str] = {}
         """{name without .toml: sidecar that does not say of which file by its full name}."""
         ui.context.client.on_delete(self.uploads.close)
@@ -65,7 +66,9 @@ class Dropping:
 
     async def _take(self, event: events.UploadEventArguments) -> None:
         name = clean(event.file.name)
-        if name.lower().endswith(ENDING):
+        if is_list(name):
+            why = await self._list(name, event.file)
+        elif name.lower().endswith(ENDING):
             why = await self._session(name, event.file)
         elif name.lower().endswith(".toml"):
             why = await self._toml(name, event.file)
@@ -78,10 +81,18 @@ class Dropping:
     async def _measured(self, file: FileUpload) -> str:
         return await self.uploads.receive(file, waits=True)
 
+    async def _list(self, name: str, file: FileUpload) -> str:
+        """Keep what a list says of many files; why not, where it is none."""
+        try:
+            self.uploads.listed = read_list(await file.read(), name)
+        except LayerjamError as err:
+            return one_line(err)
+        self.uploads.from_list.clear()
+        self._came_list = True
+        return ""
+
     async def _session(self, name: str, file: FileUpload) -> str:
         """Put all that a saved session holds onto the desk; why not, where it is none."""
-        if file.size() > LARGEST_SESSION:
-            return f"{name}: {file.size() / 1e6:.1f} MB is too large for a session"
         try:
             state = from_session(await file.read(), name)
             self.desk.put_state(state)
@@ -159,7 +170,7 @@ class Dropping:
             if f"{stem}.toml" == FOLDER:
                 own = [f for f in files if f.key in self.uploads.waiting]
             for one in own:
-                self.uploads.sidecars[one.shown] = _over(
+                self.uploads.sidecars[one.shown] = over(
                     self.uploads.sidecars.get(one.shown, ""), text
                 )
             if not own:
@@ -168,6 +179,16 @@ class Dropping:
                     f"{stem}; call it NAME.csv.toml after the file NAME.csv"
                 )
         self._facts.clear()
+        taken, contradictions = attach(self.uploads)
+        for sentence in contradictions:
+            self._tell(sentence)
+        if self._came_list:
+            self._came_list = False
+            lacking = len(self.uploads.listed) - len(taken)
+            more = f"; {lacking} that it lists are not here yet" if lacking else ""
+            many = "1 file" if len(taken) == 1 else f"{len(taken)} files"
+            ui.notify(f"{LIST}: read for {many}{more}", type="positive")
+            self.desk.files_changed()
 
     def _rejected(self, event: events.GenericEventArguments) -> None:
         *entries, last = event.args
@@ -199,18 +220,6 @@ class Dropping:
 
     def _tell(self, sentence: str) -> None:
         self.sorting.tell(sentence)
-
-
-def _over(own: str, of_all: str) -> str:
-    """A sidecar's text with what another one says besides; its own words count."""
-    try:
-        document, more = tomlkit.parse(own), tomlkit.parse(of_all)
-    except tomlkit.exceptions.TOMLKitError:
-        return own or of_all
-    for key, value in more.items():
-        if key not in document:
-            document[key] = value
-    return tomlkit.dumps(document)
 
 
 class FilesHere:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-from layerjam.workbench.call import Call, Subject, python_parts
+from layerjam.workbench.apart import apart
+from layerjam.workbench.call import Call, python_parts
 
 SHOWING = "from IPython.display import SVG, display\n"
 """What the lines that show a figure need."""
@@ -22,39 +22,28 @@ def notebook(
     Brakes and lines that are in no catalogue are in the notebook, and written beside it where it is
     run; of measured files it says that they belong there.
     """
-    texts: dict[str, str] = {}
-    calls = [_own(call, texts) for call in calls]
-    pinned = {label: _own(call, texts) for label, call in pinned.items()}
-    head, *asked = python_parts(calls, pinned, display=True)
-    cells = [_words(_about(title, calls)), _code(head + SHOWING)]
-    if texts:
-        cells.append(_code("from pathlib import Path\n\n" + "".join(_writing(texts))))
-    cells += [_code(lines) for lines in asked]
+    own = apart(calls, pinned)
+    head, *asked = python_parts(own.calls, own.pinned, display=True)
+    cells = [_words(_about(title, own.calls)), _code(head + SHOWING)]
+    if own.texts:
+        cells.append(_code("from pathlib import Path\n\n" + "".join(_writing(own.texts))))
+    return _whole([*cells, *map(_code, asked)])
+
+
+def notebook_of(title: str, lines: str) -> str:
+    """The notebook's JSON of Python lines that draw a `figure`."""
+    about = f"# {title}\n\nMade by layerjam's workbench. Run it where layerjam is installed.\n"
+    return _whole([_words(about), _code(f"{lines}figure\n")])
+
+
+def _whole(cells: list[dict[str, Any]]) -> str:
+    """The JSON of cells."""
     for number, cell in enumerate(cells, 1):
         cell["id"] = f"cell-{number}"
     spec = {"name": "python3", "display_name": "Python 3", "language": "python"}
     about = {"kernelspec": spec, "language_info": {"name": "python"}}
     whole = {"nbformat": 4, "nbformat_minor": 5, "metadata": about, "cells": cells}
     return json.dumps(whole, indent=1, ensure_ascii=False) + "\n"
-
-
-def _own(call: Call, texts: dict[str, str]) -> Call:
-    """The call, its files named as `texts`, {file name: content}, keeps them, each under its own.
-
-    Two brakes may have one name: the edited one, and the one that was pinned before.
-    """
-
-    def kept(subject: Subject) -> Subject:
-        if subject.file is None:
-            return subject
-        stem, name, count = subject.name.removesuffix(".toml"), subject.name, 1
-        while texts.setdefault(name, subject.file.text) != subject.file.text:
-            count += 1
-            name = f"{stem}-{count}.toml"
-        return replace(subject, name=name)
-
-    options = {k: kept(v) if isinstance(v, Subject) else v for k, v in call.options.items()}
-    return replace(call, subjects=tuple(map(kept, call.subjects)), options=options)
 
 
 def _writing(texts: Mapping[str, str]) -> Iterator[str]:

@@ -7,10 +7,9 @@ from dataclasses import asdict
 
 from layerjam.errors import FileError
 from layerjam.workbench.state import State, Strange, read_state
+from layerjam.workbench.uploads import LARGEST
 
 ENDING = ".json"
-LARGEST = 1_000_000
-"""Bytes of a session at most."""
 KIND, VERSION = "session of the layerjam workbench", 1
 
 
@@ -22,8 +21,8 @@ def to_session(state: State) -> str:
 
 def from_session(data: bytes, name: str) -> State:
     """The state that a file of this `name` holds; FileError says why it holds none."""
-    if len(data) > LARGEST:
-        raise FileError(name, f"is larger than {LARGEST // 1000} kB, too large for a session")
+    if len(data) > LARGEST:  # what the page writes is smaller: of each brake in it 1 MB are read
+        raise FileError(name, f"is larger than {LARGEST // 2**20} MB, too large for a session")
     try:
         text = data.decode("utf-8-sig")
         whole = json.loads(text)

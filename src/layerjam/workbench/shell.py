@@ -9,6 +9,7 @@ from nicegui import ui
 
 from layerjam.errors import LayerjamError
 from layerjam.identify.origin import origin
+from layerjam.workbench.apart import apart
 from layerjam.workbench.call import as_python
 from layerjam.workbench.copying import copied, offer
 from layerjam.workbench.desk import Desk
@@ -196,13 +197,14 @@ async def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
     calls = [] if page is None else list(page.calls())
     try:
         pinned = {} if page is None else page.pinned()
-        text = "\n".join(c.command() for c in calls)
+        own = apart(calls, pinned if how == "python" else {})
+        text = "\n".join(c.command() for c in own.calls)
         if how == "python":
-            text = as_python(calls, pinned)
+            text = as_python(own.calls, own.pinned)
     except LayerjamError as err:
         ui.notify(str(err), type="warning")
         return
-    await offer(text, "python" if how == "python" else "bash", calls)
+    await offer(text, "python" if how == "python" else "bash", own.texts)
 
 
 async def _copy_link(desk: Desk) -> None:

@@ -11,6 +11,7 @@ from nicegui import ui
 
 from layerjam.errors import LayerjamError
 from layerjam.identify.provenance import renamed
+from layerjam.measure.conditions import LIST
 from layerjam.measure.preview import Preview, preview
 from layerjam.workbench.columns import ColumnTable
 from layerjam.workbench.controls import with_unit
@@ -54,7 +55,8 @@ from layerjam.workbench.widgets import (
 
 WHOLE = 12
 """Files that have fields of their own; the others stand in a table."""
-STATED = ("its sidecar", "the file's head")
+SIDECAR = "its sidecar"
+STATED = ("its sidecar", LIST, "the file's head")
 """Sources that the readers take by themselves."""
 SOURCE = "dropped-source"
 WORDS = {"vacuum": "Vacuum", "normal_force": "Normal force", "speed": "Crosshead speed"}
@@ -120,7 +122,7 @@ class Sorting:
             if known is None:
                 laid = self.uploads.with_sidecar(upload, text)
                 known = proposal(upload.key, upload.shown, laid.path)
-                known = _in_users_words(known, upload)
+                known = _of_list(_in_users_words(known, upload), self.uploads.from_list)
                 self._known[upload.key, text] = known
             if "role" in said:
                 known = _with_role(known, said["role"])
@@ -359,6 +361,19 @@ def _in_users_words(one: Proposal, upload: Upload) -> Proposal:
     names = {upload.path.name: upload.shown}
     about = str(renamed(one.about, names)).removeprefix(f"{upload.shown}: ")
     return replace(one, about=about)
+
+
+def _of_list(one: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
+    """A proposal that says what it takes from the list of all files, not from a sidecar."""
+    mine = from_list.get(one.name, frozenset())
+    facts = {
+        fact: Said(said.text, LIST) if fact in mine and said.source == SIDECAR else said
+        for fact, said in one.facts.items()
+    }
+    role = one.role
+    if {"vacuum", "normal_force"} & mine and role.source.startswith(SIDECAR):
+        role = Said(role.text, LIST + role.source.removeprefix(SIDECAR))
+    return replace(one, facts=facts, role=role)
 
 
 def _with_role(one: Proposal, role: str) -> Proposal:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from nicegui import ui
 
@@ -18,6 +18,7 @@ from layerjam.commands.results import Result
 from layerjam.errors import LayerjamError
 from layerjam.records.table_text import comment, rows_text
 from layerjam.workbench import copying
+from layerjam.workbench.apart import Apart, apart
 from layerjam.workbench.call import Call, as_python
 from layerjam.workbench.notebook import notebook
 from layerjam.workbench.rest import elsewhere
@@ -28,11 +29,35 @@ NOTEBOOK = "application/x-ipynb+json"
 QUIET = 'flat dense no-caps padding="4px 8px"'
 
 
+class Takeable(Protocol):
+    """What the buttons under a chart need of what it shows."""
+
+    @property
+    def name(self) -> str:
+        """Of the files, without an ending."""
+
+    @property
+    def files(self) -> Mapping[str, str]:
+        """{name: content} of what the lines need beside them."""
+
+    def figure(self, ending: str) -> bytes:
+        """The bytes of the figure."""
+
+    def python(self) -> str:
+        """Lines that draw it in a fresh process."""
+
+    def notebook(self) -> str:
+        """A Jupyter notebook that draws it."""
+
+
 @dataclass(frozen=True)
 class Taken:
-    """What a chart shows: a result, the call behind it, and pinned ones with their labels."""
+    """What a chart shows: a result, the call behind it, and pinned ones with their labels.
 
-    result: Result
+    Without a result the call is computed when its figure is asked for.
+    """
+
+    result: Result | None
     name: str
     """Of the files, without an ending."""
     call: Call
@@ -41,11 +66,21 @@ class Taken:
     def figure(self, ending: str) -> bytes:
         """The bytes of the figure, with what is pinned."""
         pinned = {label: result for label, (_, result) in self.beside.items()}
-        return file_bytes(self.result, ending, pinned)
+        return file_bytes(self.result or self.call.run(), ending, pinned)
 
     def python(self) -> str:
         """Lines that compute and draw it in a fresh process."""
-        return as_python([self.call], self._pinned)
+        own = self._apart
+        return as_python(own.calls, own.pinned)
+
+    @property
+    def files(self) -> Mapping[str, str]:
+        """{name: content} of the brakes that are in no catalogue."""
+        return self._apart.texts
+
+    @property
+    def _apart(self) -> Apart:
+        return apart([self.call], self._pinned)
 
     def notebook(self) -> str:
         """A Jupyter notebook that computes and draws it."""
@@ -56,7 +91,7 @@ class Taken:
         return {label: call for label, (call, _) in self.beside.items()}
 
 
-def row(ident: str, chart: ui.echart, shown: Callable[[], Taken | None]) -> ui.row:
+def row(ident: str, chart: ui.echart, shown: Callable[[], Takeable | None]) -> ui.row:
     """The buttons under a chart; `shown` is what it shows now, None while it shows nothing."""
 
     async def give(ending: str) -> None:
@@ -85,7 +120,7 @@ def row(ident: str, chart: ui.echart, shown: Callable[[], Taken | None]) -> ui.r
         if taken is None:
             ui.notify("nothing is computed yet")
         else:
-            await copying.offer(taken.python(), "python", [taken.call])
+            await copying.offer(taken.python(), "python", taken.files)
 
     def cells() -> None:
         taken = shown()

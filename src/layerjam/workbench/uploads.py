@@ -74,6 +74,10 @@ class Uploads:
     def __init__(self) -> None:
         self.files: list[Upload] = []
         self.sidecars: dict[str, str] = {}
+        self.listed: dict[str, str] = {}
+        """{user's name of a file: what one list for all files says of it, as a sidecar's text}."""
+        self.from_list: dict[str, frozenset[str]] = {}
+        """{name: the facts of its sidecar that come from that list}."""
         self.waiting: set[str] = set()
         self.closed = False
         self._place: Folder | None = None
@@ -180,12 +184,15 @@ class Uploads:
             self.files.remove(one)
             self.waiting.discard(one.key)
             self.sidecars.pop(one.shown, None)
+            self.from_list.pop(one.shown, None)
 
     def close(self) -> None:
         """Delete the folder and all in it; what is being computed from it ends with a refusal."""
         self.closed = True
         self.files.clear()
         self.sidecars.clear()
+        self.listed.clear()
+        self.from_list.clear()
         self.waiting.clear()
         if self._place is not None:
             self._place.remove()

@@ -22,7 +22,7 @@ from layerjam.rig.driver import VENT_RESTS
 from layerjam.rig.execute import Executed
 from layerjam.rig.export import export
 from layerjam.units import show
-from layerjam.workbench import live
+from layerjam.workbench import live, takeaway
 from layerjam.workbench.bench_session import (
     LEASE,
     Look,
@@ -36,6 +36,7 @@ from layerjam.workbench.charts import Curve, options
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
+from layerjam.workbench.pages.bench_taken import Watched
 from layerjam.workbench.pages.vacuum import safe_choice
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.widgets import (
@@ -99,6 +100,7 @@ class Bench(Page):
         self.folder: Path | None = None
         self.done: Executed | None = None
         self._drawn: Any = None
+        self.taken: Watched | None = None
 
     def controls(self) -> Mapping[str, Control]:
         """Target and sensor."""
@@ -137,6 +139,7 @@ class Bench(Page):
                 self.words = status("bench-state", "text-lg", NOT_YET)
             what = "Vacuum and target over the last minute"
             self.curve = chart("bench-chart", what, "width: 100%; height: max(380px, 50vh)")
+            takeaway.row(self.name, self.curve, lambda: self.taken)
             self.facts = status("bench-facts", QUIET)
             self.outcome = status("bench-outcome", "text-base")
             with ui.row().classes("gap-2") as self.keep:
@@ -335,6 +338,7 @@ class Bench(Page):
         self._say(looks[-1])
         end = looks[-1].time
         shown = [look for look in looks if look.time >= end - WINDOW]
+        self.taken = Watched(shown, session.bench.simulated)
         since = [look.time - end for look in shown]
         vacuum = [float("nan") if k.vacuum is None else k.vacuum / KPA for k in shown]
         wanted = [look.target / KPA for look in shown]

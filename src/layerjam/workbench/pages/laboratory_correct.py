@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -14,8 +15,8 @@ from layerjam.identify.provenance import renamed
 from layerjam.measure.preview import Preview, preview
 from layerjam.measure.sidecar import Facts
 from layerjam.units import show, spec_of
-from layerjam.workbench import live
-from layerjam.workbench.call import parameters
+from layerjam.workbench import live, takeaway
+from layerjam.workbench.call import Call, parameters
 from layerjam.workbench.charts import Curve, options
 from layerjam.workbench.columns import ColumnTable
 from layerjam.workbench.controls import with_unit
@@ -65,8 +66,10 @@ class Correct:
             self._name = heading("").classes("break-all")
             with ui.row().classes("w-full items-start gap-6"):
                 self._words = ui.column().classes("gap-1").style("flex:1; min-width:300px")
-                look = "flex:1; min-width:320px; height:260px"
-                self._chart = chart("laboratory-record", "Measured curve", look)
+                with ui.column().classes("gap-1").style("flex:1; min-width:320px") as self._curve:
+                    look = "width:100%; height:260px"
+                    self._chart = chart("laboratory-record", "Measured curve", look)
+                    takeaway.row("laboratory-record", self._chart, self._taken)
             self._below = ui.column().classes("w-full gap-3")
         self.box.set_visibility(False)
 
@@ -113,11 +116,17 @@ class Correct:
             unnamed = alone and len(row.traces) == 1
             name = "" if unnamed else (trace.specimen or row.upload.shown)[-14:]
             curves.append(Curve(trace.travel * 1e3, trace.force, color, name, width=1.5))
-        self._chart.set_visibility(bool(curves))
+        self._curve.set_visibility(bool(curves))
         axes: dict[str, Any] = {"x": "elongation [mm]", "y": "force [N]"}
         made = options(curves, y_range=(None, None), dark=dark, **axes)
         made["grid"] = {"left": 62, "right": 24 if alone else 110, "top": 16, "bottom": 44}
         live.draw(self._chart, made)
+
+    def _taken(self) -> takeaway.Taken | None:
+        """The files that are drawn, as the command that looks at pulls draws them."""
+        drawn = tuple(r.upload for r in self.rows[:SHOWN] if r.traces)
+        name = Path(drawn[0].shown).stem if len(drawn) == 1 else "records"
+        return takeaway.Taken(None, name, Call("pull", files=drawn)) if drawn else None
 
     def _form(self) -> None:
         said = edits_of(self.desk).get(self._keys[0], {})
