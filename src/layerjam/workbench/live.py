@@ -15,12 +15,13 @@ import asyncio
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Self
 from weakref import WeakKeyDictionary
 
 from nicegui import Client, json, ui
 
 from layerjam.errors import MissingExtraError
+from layerjam.workbench.spoken import on_page
 
 NEEDED = (
     (ui.label, "_handle_text_change"),
@@ -67,6 +68,10 @@ def _send(client: Client) -> None:
 
 class Words(ui.label):
     """A label for what changes with every move."""
+
+    def set_text(self, text: str) -> Self:
+        """Show a sentence, in the page's words."""
+        return super().set_text(on_page(text))
 
     def _handle_text_change(self, text: str) -> None:
         self._text_to_model_text(text)

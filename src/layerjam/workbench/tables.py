@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from layerjam.workbench.spoken import on_page
+
 _POWER = re.compile(r"(?<=[A-Za-zµΩ)])\^(-?\d+)")
 _TEN = re.compile(r"(?<=\d)e([+-]\d+)(?![\w.])")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -42,7 +44,7 @@ def html(
             # a head without words is none
             kind_of = "th" if tag == "th" and text else "td"
             scope = ' scope="col"' if kind_of == "th" else ""
-            made += f"<{kind_of}{scope}{_said('class', kind)}>{escape(text)}</{kind_of}>"
+            made += f"<{kind_of}{scope}{_said('class', kind)}>{escape(on_page(text))}</{kind_of}>"
         return f"<tr>{made}</tr>"
 
     body = "".join(cells(row, "td") for row in rows)

@@ -28,7 +28,8 @@ def dressed(element: E, ident: str = "", classes: str = "", how: str = "", **mor
     if how:
         element.props(how)
     for name, value in more.items():
-        element.props[name.replace("_", "-")] = value
+        said = on_page(value) if name == "aria_label" and isinstance(value, str) else value
+        element.props[name.replace("_", "-")] = said
     return element.classes(classes) if classes else element
 
 

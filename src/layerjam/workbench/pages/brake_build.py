@@ -22,6 +22,7 @@ from layerjam.workbench.page import Box, Figures, Notes, Page, View
 from layerjam.workbench.pages.brake_parts import Parts, PartsView, parts_of
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import Runner, waiting_line
+from layerjam.workbench.spoken import on_page
 from layerjam.workbench.tables import Cell, html
 from layerjam.workbench.uploads import zipped
 from layerjam.workbench.widgets import Alert, button, fold, hint, one_line, status
@@ -231,4 +232,4 @@ def _number(value: float | None, unit: str) -> str:
 def _listed(assumptions: Sequence[Any]) -> None:
     """The assumptions, one a line."""
     for sentence in assumptions:
-        ui.label(str(sentence)).classes("text-sm")
+        ui.label(on_page(str(sentence))).classes("text-sm")

@@ -142,7 +142,7 @@ class Laboratory(Page):
         words += [w for w in done.result.warnings if key_of(w) == "calibrated-on"]
         if done.result.pdf is None:
             words.append("No PDF: the optional part 'pdf' is not installed.")
-        dressed(ui.label(" ".join(words)), "laboratory-report-words", "opacity-80")
+        dressed(ui.label(spoken.on_page(" ".join(words))), "laboratory-report-words", "opacity-80")
         stem = done.call.out.removesuffix("-report")
 
         def give(name: str) -> None:

@@ -53,10 +53,10 @@ class Card:
 
     def _show(self, what: Done | str) -> None:
         if isinstance(what, str):
-            ui.label(what).classes("opacity-80")
+            ui.label(on_page(what)).classes("opacity-80")
         elif what.problem:
             about = f"laboratory-{self.name}-problem"
-            dressed(ui.label(what.problem), about, "text-negative", role="alert")
+            dressed(ui.label(on_page(what.problem)), about, "text-negative", role="alert")
         else:
             self._show_done(what)
 

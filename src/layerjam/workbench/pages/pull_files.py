@@ -19,6 +19,7 @@ from layerjam.workbench.dropping import FilesHere
 from layerjam.workbench.page import Box, Notes, answered, checks
 from layerjam.workbench.proposals import ASIDE, FRICTION
 from layerjam.workbench.said import edits_of, sidecar_text
+from layerjam.workbench.spoken import on_page
 from layerjam.workbench.tables import html
 from layerjam.workbench.uploads import Upload
 from layerjam.workbench.widgets import Alert, button, dressed, hint
@@ -115,7 +116,7 @@ class Measured:
                 away = button("", gone, "pull-file-remove", "close", how=look)
                 dressed(away, aria_label=f"Take {file.shown} away")
             for sentence in reading.sentences(file.shown):
-                ui.label(sentence).classes("text-xs opacity-80")
+                ui.label(on_page(sentence)).classes("text-xs opacity-80")
         files = self.desk.files
         for name in sorted({*files.sidecars} - {f.shown for f in files.files}):
             ui.label(f"{name}.toml waits for {name}").classes("text-xs opacity-80")
