@@ -21,6 +21,10 @@ from layerjam.measure.sidecar import Facts, write_facts
 from strategies import KAPTON
 
 PULLS = ("pull-1.csv", "pull-2.csv")
+COVARIANCE = {
+    "scale_factor": {"scale_factor": 1e-4, "stiffness": -12.5},
+    "stiffness": {"scale_factor": -12.5, "stiffness": 4e6},
+}
 
 
 @pytest.fixture(scope="module")
@@ -33,10 +37,14 @@ def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "my.toml").write_text(BRAKE.text, encoding="utf-8")
     files = digests([str(folder / name) for name in PULLS], [str(folder / PULLS[1])])
     made_by = {"program": "layerjam 1 calibrate", "depth": "exact", "files": files}
+    pairs = (("scale_factor", "scale_factor"), ("scale_factor", "stiffness"),
+             ("stiffness", "stiffness"))  # fmt: skip
+    made_by["covariance"] = [{"of": a, "and": b, "value": COVARIANCE[a][b]} for a, b in pairs]
     text = updated_text(BRAKE, "fitted", {}, made_by)
     (folder / "fitted.toml").write_text(text, encoding="utf-8")
     made_from = {"brake": {"name": BRAKE.name, "sha256": BRAKE.sha256}, "files": files}
     result = dict.fromkeys(CALIBRATED, 0.0) | {"depth": "exact", "made_from": made_from}
+    result["covariance"] = COVARIANCE
     (folder / "fitted.json").write_text(json.dumps(result), encoding="utf-8")
     return folder
 
@@ -120,11 +128,49 @@ def test_a_calibration_is_linked_by_digests_in_any_order(calibrated: Path, tmp_p
         ("calibration", exact, "measured", "pull-1.csv"),
         ("calibration", exact, "measured", "pull-2.csv"),
         ("calibration", exact, "conditions", "pull-1.csv.toml"),
+        ("data", "pull-1.csv", "conditions", "pull-1.csv.toml"),
     }  # fmt: skip
     made = lj.records_show("fitted", db=tmp_path / "0.db")
     assert {row["name"] for row in made.derived_from} == {
         exact, BRAKE.name, "pull-1.csv", "pull-2.csv", "pull-1.csv.toml"
     }  # fmt: skip
+
+
+def test_the_covariance_of_a_calibration_is_kept(calibrated: Path, tmp_path: Path) -> None:
+    db = tmp_path / "lab.db"
+    added = lj.records_add([calibrated / n for n in ("fitted.toml", "fitted.json")], db=db)
+    in_brake = next(iter(added.also_added))
+    for ident in (in_brake, added.ids[str(calibrated / "fitted.json")]):
+        assert lj.records_show(ident, db=db).record_["covariance"] == COVARIANCE
+
+
+@pytest.mark.parametrize("facts", ["pull-9.csv.toml", "conditions.toml"])
+def test_a_measurement_is_linked_to_what_stands_beside_it(tmp_path: Path, facts: str) -> None:
+    """In any order; also when the facts were written after it, if it is still the same file."""
+    pull, beside = pull_file(tmp_path / "pull-9.csv"), tmp_path / facts
+    other = pull_file(tmp_path / "pull-8.csv", 50)
+    told = "vacuum = '60 kPa'\n"
+    linked = {"pull-9.csv", "pull-8.csv"} if facts == "conditions.toml" else {"pull-9.csv"}
+    beside.write_text(told)
+    for n, order in enumerate(([pull, other, beside], [beside, other, pull])):
+        for path in order:
+            lj.records_add(path, db=tmp_path / f"{n}.db")
+    beside.unlink()
+    for path in (pull, other):
+        assert not lj.records_add(path, db=tmp_path / "2.db").warnings
+    beside.write_text(told)
+    for _ in range(2):  # the second is refused
+        lj.records_add(beside, db=tmp_path / "2.db")
+    for n in range(3):
+        shown = lj.records_show(facts, db=tmp_path / f"{n}.db")
+        assert {row["name"] for row in shown.used_by} == linked
+        assert {row["role"] for row in shown.used_by} == {"conditions"} and not shown.derived_from
+    beside.unlink()
+    lj.records_add(pull, db=tmp_path / "3.db")
+    pull.write_text(pull.read_text().replace("40", "41"))
+    beside.write_text(told)
+    lj.records_add(beside, db=tmp_path / "3.db")
+    assert not lj.records_show(facts, db=tmp_path / "3.db").used_by
 
 
 def test_what_cannot_be_linked_is_said(calibrated: Path, tmp_path: Path) -> None:

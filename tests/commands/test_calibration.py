@@ -95,6 +95,8 @@ def test_curves_writes_a_brake_that_says_how_it_was_made(files: list[Path], tmp_
     notes = made.notes
     assert notes["depth"] == "curves" and notes["program"].startswith("layerjam ")
     assert notes["verdict"] == "all checks passed" and "20%" in notes["window"]
+    kept = {(row["of"], row["and"]): row["value"] for row in notes["covariance"]}
+    assert kept == {(a, b): answer.covariance[a][b] for a, b in kept} and len(kept) == 10
     assert [(f["name"], f["sha256"]) for f in notes["files"]] == [
         (f.name, sha256(str(f))) for f in files
     ]
@@ -106,6 +108,15 @@ def test_curves_writes_a_brake_that_says_how_it_was_made(files: list[Path], tmp_
     assert again.scale_factor == pytest.approx(answer.scale_factor, rel=2e-3)
 
 
+def correlations(answer: BrakeCalibration) -> np.ndarray:
+    """Of the stated covariance; 1 on the diagonal and symmetric."""
+    names = list(answer.covariance)
+    found = np.array([[answer.covariance[a][b] for b in names] for a in names])
+    scale = np.sqrt(np.diag(found))
+    assert found == pytest.approx(found.T)
+    return found / np.outer(scale, scale)
+
+
 def test_an_interval_for_every_value(files: list[Path]) -> None:
     answer = layerjam.calibrate("choi2018-kapton", files, depth="curves")
     for key, truth in (("scale_factor", 0.9), ("stiffness", 12e4), ("enclosure_factor", 1.2)):
@@ -113,6 +124,8 @@ def test_an_interval_for_every_value(files: list[Path]) -> None:
         assert one["low"] < truth < one["high"] and one["degrees_of_freedom"] > 4
         assert answer.bootstrap[key]["degrees_of_freedom"] == 3
         assert answer.standard_errors[key] == one["standard_error"] > 0
+        assert answer.covariance[key][key] == pytest.approx(one["standard_error"] ** 2)
+    assert np.linalg.eigvalsh(correlations(answer)).min() > -1e-9
     told = answer.identifiability
     assert told["condition_number"] < 100 and abs(told["correlation"]) < 1
     assert set(told["least_apart"]) <= set(answer.intervals)
@@ -173,3 +186,8 @@ def test_bayesian_answers_under_the_same_keys(files: list[Path], tmp_path: Path)
     assert answer.leave_one_out is answer.bootstrap is None
     made = load(out)
     assert made.notes["depth"] == "bayesian" and made.brake.scale_factor == answer.scale_factor
+    errors = [answer.standard_errors[key] for key in answer.covariance]
+    found = [answer.covariance[key][key] for key in answer.covariance]
+    assert np.sqrt(found) == pytest.approx(errors, rel=0.01)
+    assert np.linalg.eigvalsh(correlations(answer)).min() > -1e-9
+    assert len(made.notes["covariance"]) == 6

@@ -27,7 +27,7 @@ from layerjam.errors import FileError, LayerjamError
 from layerjam.fluid.file import LineFile
 from layerjam.identify.provenance import sha256
 from layerjam.measure.runs import ENDING
-from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING, read_facts
+from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING, places, read_facts
 from layerjam.measure.synthetic import says_synthetic
 from layerjam.records.table_text import plain_comment
 from layerjam.records.toml import parse_toml, read_text
@@ -112,6 +112,7 @@ def _brake(path: str, own: Mapping[str, Any], text: str) -> Content:
         columns={
             "kind": " ".join([program.rsplit(maxsplit=1)[-1], str(notes.get("depth", ""))]).strip(),
             "result": json.dumps(notes, default=str),
+            "covariance": _covariance(notes.get("covariance")),
             "checks": notes.get("verdict"),
             "result_toml": held,
             # the same words in two brakes of different numbers are two calibrations
@@ -136,6 +137,16 @@ def _named(entries: Any, role: str) -> list[Cited]:
         if digest := hex_of(one.get("facts_sha256")):
             made.append(Cited(digest, "conditions", name + SIDECAR_ENDING))
     return made
+
+
+def _covariance(rows: Any) -> str | None:
+    """{value: {value: covariance}} as JSON, of the rows in a brake's [made_by]."""
+    made: dict[str, dict[str, float]] = {}
+    for row in rows if isinstance(rows, list) else ():
+        if isinstance(row, dict) and row.keys() >= {"of", "and", "value"}:
+            for one, other in ((row["of"], row["and"]), (row["and"], row["of"])):
+                made.setdefault(str(one), {})[str(other)] = row["value"]
+    return json.dumps(made, default=str) if made else None
 
 
 def _any_synthetic(files: Any) -> bool | None:
@@ -166,6 +177,7 @@ def _json(path: str, own: Mapping[str, Any]) -> Content:
         columns={
             "kind": storable(f"calibrate {said.get('depth', '')}".strip()),
             "result": json.dumps(said),
+            "covariance": json.dumps(said["covariance"]) if said.get("covariance") else None,
             "checks": json.dumps(said["checks"]),
             "sha256": own["sha256"],
             "simulated": _any_synthetic(made.get("files")),
@@ -187,7 +199,11 @@ def _data(path: str, own: Mapping[str, Any], head: bytes) -> Content:
         raise FileError(path, f"the facts beside it cannot be read: {error}") from None
     file = {**own, "kind": "data", "simulated": True if synthetic or with_facts else None}
     said = dict(line.split(": ", 1) for line in comments if ": " in line)
-    cited = []
+    cited = [
+        Cited(sha256(str(place)), "conditions", place.name)
+        for place in places(path)
+        if place.is_file()
+    ]
     if comments and comments[0].endswith(" bench export") and said.get("run_id"):
         file["kind"] = "export"
         run_id = storable(said["run_id"].strip())

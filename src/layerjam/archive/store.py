@@ -34,6 +34,8 @@ from layerjam.archive.schema import (
 )
 from layerjam.archive.times import now
 from layerjam.errors import FileError, LayerjamError
+from layerjam.identify.provenance import sha256
+from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING
 
 
 @dataclass
@@ -103,12 +105,43 @@ def _add(db: Connection, contents: Iterable[Content], made: Added) -> None:
         made.notes += [(content.path, note) for note in content.notes]
         fresh |= dict.fromkeys((entered.id, *entered.fresh), content.path)
         keys |= entered.keys
+        _measured_under(db, content)
     for child, key, role, name in _cited(db, fresh, keys):
         parents = holders(db, key)
         for parent in parents:
             link(db, child, parent, role)
         if not parents and child in fresh:
             made.unlinked.append((fresh[child], role, name, key))
+
+
+def _measured_under(db: Connection, content: Content) -> None:
+    """Note that measurements which were added before the facts beside them come from these.
+
+    The digest of the file beside them must be that of the measurement in the records.
+    """
+    file = content.file
+    if file["kind"] != "facts":
+        return
+    wanted = [FILES.c.folder == file["folder"], FILES.c.host == node()]
+    wanted.append(FILES.c.kind.in_(["data", "export"]))
+    if file["name"] != FOLDER:
+        wanted.append(FILES.c.name == file["name"].removesuffix(SIDECAR_ENDING))
+    role = "conditions"
+    for row in db.execute(select(FILES.c.id, FILES.c.name, FILES.c.sha256).where(*wanted)).all():
+        there = Path(file["folder"]) / row.name
+        said = select(CITED.c.child).where(
+            CITED.c.child == row.id, CITED.c.key == file["sha256"], CITED.c.role == role
+        )
+        if db.execute(said).first() is None and _same(there, row.sha256):
+            new = {"child": row.id, "key": file["sha256"], "role": role, "name": file["name"]}
+            db.execute(CITED.insert().values(**new))
+
+
+def _same(path: Path, digest: str) -> bool:
+    """Whether a file is there and has this digest."""
+    with suppress(OSError):
+        return path.is_file() and sha256(str(path)) == digest
+    return False
 
 
 def refusal(db: Connection, content: Content) -> str | None:

@@ -154,7 +154,7 @@ def _record(db: Connection, row: Mapping[str, Any]) -> dict[str, Any]:
         db.execute(select(table).where(table.c.id == ident)).mappings().one()
     )
     made = {**row, **{key: value for key, value in said.items() if key not in row}}
-    for key in ("result", "checks"):
+    for key in ("result", "checks", "covariance"):
         if made.get(key):
             made[key] = _parsed(str(made[key]))
     if table is CALIBRATIONS:

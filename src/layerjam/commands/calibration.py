@@ -37,7 +37,7 @@ DRAWS = QuantitySpec("1", "draws of a chain", lo=100, hi=100_000, whole=True)
 CHAINS = QuantitySpec("1", "chains", lo=1, hi=64, whole=True)
 SHEETS = ("scale_factor", "stiffness_measured")
 ENCLOSURE = ("enclosure.modulus", "film.friction_on_silicone")
-TABLES = ("intervals", "bootstrap", "leave_one_out", "identifiability", "checks")
+TABLES = ("intervals", "bootstrap", "leave_one_out", "identifiability", "checks", "covariance")
 """Keys that a calibration holds as records."""
 Depth = Annotated[
     Literal["exact", "curves", "bayesian"],
@@ -75,6 +75,9 @@ class BrakeCalibration(Result):
     reference_speed: float | None = number("m/s", "speed it counts from", default=None)
     standard_errors: Mapping[str, Any] = fact("errors, and what they rest on", listed=False)
     intervals: Mapping[str, Any] = fact("95 % intervals", listed=False)
+    covariance: Mapping[str, Any] = fact(
+        "covariance of each two values, SI; empty where no scatter is seen", listed=False
+    )
     bootstrap: Mapping[str, Any] | None = fact(
         "intervals of resampled repeats", default=None, listed=False
     )

@@ -6,6 +6,7 @@ import hashlib
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from datetime import UTC, datetime
+from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -100,11 +101,12 @@ def calibrated_text(
     """The brake's file with what a calibration found, and a [made_by] table on it.
 
     The table holds program and version, date, depth, the window of the fit, the verdict (the
-    sentences of failed checks) and every file's name and SHA-256; of those that were left out by
-    hand (`file`, `because`, `sha256`) the reason too. `files` are the entries of those that were
-    used, where the caller has them. Where a program wrote any of them, the source of every
-    number that was fitted says so.
+    sentences of failed checks), the covariance of what was fitted (SI), and every file's name and
+    SHA-256; of those that were left out by hand (`file`, `because`, `sha256`) the reason too.
+    `files` are the entries of those that were used, where the caller has them. Where a program
+    wrote any of them, the source of every number that was fitted says so.
     """
+    used = {c.path: c.synthetic for c in found.curves}
     failed = [c.sentence for c in found.checks if not c.passed]
     made_by: dict[str, Any] = {
         "program": f"layerjam {__version__} calibrate",
@@ -112,8 +114,13 @@ def calibrated_text(
         "depth": depth,
         "window": found.window,
         "verdict": "; ".join(failed) if failed else "all checks passed",
-        "files": files or digests(dict.fromkeys(c.path for c in found.curves)),
+        "files": files or digests(used, [p for p, synthetic in used.items() if synthetic]),
     }
+    if found.covariance:
+        pairs = combinations_with_replacement(found.covariance, 2)
+        made_by["covariance"] = [
+            {"of": a, "and": b, "value": found.covariance[a][b]} for a, b in pairs
+        ]
     if excluded:
         made_by["excluded"] = [
             {"name": Path(one["file"]).name, "because": one["because"]}

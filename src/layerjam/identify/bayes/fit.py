@@ -122,6 +122,7 @@ def calibrate_bayesian(
         standard_errors=errors,
         errors_rest_on=f"the posterior over {count} pull{'s' * (count > 1)}",
         intervals=intervals,
+        covariance=_covariance(fit),
         **at_peaks(alone),
         pulls=pulls,
         checks=(*fit.checks, *pull_checks(pulls, half)),
@@ -131,6 +132,15 @@ def calibrate_bayesian(
         posterior={name: row._asdict() for name, row in summary.items()},
         fit=fit,
     )
+
+
+def _covariance(fit: BayesFit) -> dict[str, dict[str, float]]:
+    """Of the posterior's draws."""
+    found = np.cov([np.ravel(getattr(fit, name)) for name in SHAPE])
+    return {
+        one: dict(zip(SHAPE, map(float, row), strict=True))
+        for one, row in zip(SHAPE, found, strict=True)
+    }
 
 
 def _fit(

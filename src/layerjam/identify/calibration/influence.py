@@ -18,6 +18,8 @@ SEED = 1
 FEWEST_DEGREES = 0.5
 """Degrees of freedom below which no interval is stated."""
 Contrasts = Mapping[str, np.ndarray]
+Covariance = Mapping[str, Mapping[str, float]]
+"""{value: {value: covariance}}, symmetric, each in the product of the two values' units."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,13 +60,27 @@ def estimates(
     alike = {condition_words(curves[group[0]]): group for group in groups}
     logs = {name: values[name] for name in logarithmic}
     sizes = {name: 1.0 if name in logarithmic else value for name, value in values.items()}
+    told = {n: logs.get(n, 1.0) * contrast for n, contrast in contrasts.items() if intervals[n]}
     return {
         "values": values,
+        "covariance": covariance_of(population, told),
         "standard_errors": {n: i and i.standard_error for n, i in intervals.items()},
         "intervals": intervals,
         "bootstrap": bootstrap,
         "leave_one_out": moves(population, contrasts, names, alike, logs),
         "further": further(population, contrasts, alike, sizes),
+    }
+
+
+def covariance_of(population: Population, contrasts: Contrasts) -> Covariance:
+    """The sandwich covariance of linear combinations of the estimate; none where it is unknown."""
+    whole = population.covariance()
+    whole = (whole + whole.T) / 2
+    if not np.isfinite(whole).all():
+        return {}
+    return {
+        one: {other: float(np.sum(whole * np.outer(a, b))) for other, b in contrasts.items()}
+        for one, a in contrasts.items()
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.calibration.after_peak import after_peaks
-from layerjam.identify.calibration.influence import estimates
+from layerjam.identify.calibration.influence import Covariance, estimates
 from layerjam.identify.calibration.intervals import Interval, Population
 from layerjam.identify.calibration.pull_fit import PullFit
 from layerjam.identify.calibration.record import Calibration, calibrated
@@ -243,7 +244,30 @@ def _means(each: Mapping[str, Sequence[float | None]], curves: Sequence[Curve]) 
         of = estimates(shared, {name: np.ones(1)}, used, groups, "t over pulls")
         for key, found in of.items():
             told.setdefault(key, {}).update(found)
+    told["covariance"] = _covariance(each, told["covariance"])
     return told
+
+
+def _covariance(each: Mapping[str, Sequence[float | None]], own: Covariance) -> Covariance:
+    """Covariance of the means; `own` has the variance of each.
+
+    Two means share the pulls that tell both: their covariance is that of these pulls' values, times
+    their number, over the product of the numbers of pulls behind the means. Empty where fewer than
+    two tell both.
+    """
+    names = list(own)
+    if len(names) < len(each):
+        return {}
+    made = {name: dict(own[name]) for name in names}
+    for one, other in combinations(names, 2):
+        pairs = zip(each[one], each[other], strict=True)
+        both = np.array([pair for pair in pairs if None not in pair], dtype=float)
+        if len(both) < 2:
+            return {}
+        counts = [sum(v is not None for v in each[name]) for name in (one, other)]
+        shared = len(both) * float(np.cov(both.T)[0, 1]) / (counts[0] * counts[1])
+        made[one][other] = made[other][one] = shared
+    return made
 
 
 def calibration_checks(

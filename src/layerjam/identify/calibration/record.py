@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from layerjam.device.brake import Brake
-from layerjam.identify.calibration.influence import Influence
+from layerjam.identify.calibration.influence import Covariance, Influence
 from layerjam.identify.calibration.intervals import Interval
 from layerjam.identify.calibration.pull_fit import PullFit
 from layerjam.identify.checks import Check
@@ -34,7 +34,9 @@ class Calibration:
 
     `intervals` and `bootstrap` are 95 % and rest on the scatter between pulls, `standard_errors` on
     what `errors_rest_on` says; `leave_one_out` tells how far each value moves without one file,
-    `further` what more pulls would do to its interval.
+    `further` what more pulls would do to its interval. `covariance` {value: {value: number}} rests
+    on the same scatter and has the squares of the intervals' standard errors on its diagonal; it is
+    empty where one pull tells nothing of the scatter.
     `pulls` is the table pull by pull, `fits` are what pulls with a peak say alone; the paper's
     eq. 8 and 9 and the peak are means over them, eq. 9 and peak None over pulls at different
     vacuums: no pull had their mean. `sources` is what to write into a brake file,
@@ -55,6 +57,7 @@ class Calibration:
     peak_elongation: float | None
     sources: Mapping[str, tuple[float, Source]]
     window: str
+    covariance: Covariance = field(default_factory=dict)
     bootstrap: Mapping[str, Interval | None] | None = None
     leave_one_out: Mapping[str, Influence] | None = None
     further: Mapping[str, Further | None] | None = None
