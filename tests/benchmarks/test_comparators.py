@@ -224,12 +224,27 @@ def test_the_picture_names_every_method():
         assert words in shown
 
 
-def test_the_gpu_script_runs_on_what_is_there(capsys, monkeypatch):
+def test_what_a_law_moves_is_its_arrays(monkeypatch):
+    monkeypatch.setattr(gpu, "_seconds", lambda law, arrays, blocks: 2.0 * blocks)
+    rows = {(row.name, row.blocks): row for row in gpu.moved(40)}
+    assert set(rows) == {(n, b) for n in ("drops", "force law", "designs") for b in (1, gpu.BLOCKS)}
+    law = rows["force law", 1]
+    assert law.bytes == 3 * 8 * 40 and law.copied == 16 * 40 / 2
+    assert law.share == pytest.approx(1.5) and rows["force law", 10].share == pytest.approx(0.15)
+
+
+def test_the_gpu_script_says_where_nothing_was_measured(capsys, monkeypatch):
     monkeypatch.setattr(gpu, "gpus", lambda: [])
     assert gpu.main() == 0
-    assert "no GPU" in capsys.readouterr().out
+    assert "no GPU here: nothing was measured" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_the_gpu_script_runs_on_what_is_there(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(gpu, "gpus", lambda: jax.devices("cpu"))
-    monkeypatch.setattr(gpu, "COUNTS", (500, 1000))
+    monkeypatch.setattr(gpu, "COUNTS", (1000,))
     assert gpu.main() == 0
     out = capsys.readouterr().out
     assert "layerjam stop, jit, 1,000" in out and "double precision" in out
+    assert out.count("| designs | 1,000 |") == 2 and (tmp_path / "out/bench/gpu.svg").is_file()
