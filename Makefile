@@ -76,11 +76,11 @@ COMPILER = build-essential cmake dpkg-dev debian-archive-keyring gcc-arm-none-ea
 firmware: $(STAMP)
 	@( for tool in cmake dpkg-source gcc arm-none-eabi-gcc; do command -v $$tool >/dev/null || exit 1; done ) || \
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(COMPILER); }
-	$(BIN)/python src/layerjam/rig/firmware/image/build.py --out out/firmware
+	$(BIN)/python src/layerjam/rig/firmware/image/build.py --out out/firmware $(ONLY)
 
 # That image on an emulated board: minutes. The emulator is installed beside, not among, our packages.
 firmware-checks: $(EMULATOR)/.installed
-	@test -e out/firmware/layerjam-pico.json || $(MAKE) firmware
+	@$(MAKE) --no-print-directory firmware ONLY=--if-changed
 	PYTHONPATH=$(EMULATOR) nice -n 10 $(BIN)/python -m pytest -q -rs tests/rig/emulated
 
 $(EMULATOR)/.installed: tests/rig/emulated/requirements.lock $(STAMP)

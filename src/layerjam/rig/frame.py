@@ -19,7 +19,7 @@ def pack(session: int, number: int, payload: bytes) -> bytes:
     """The frame of a payload of at most 65,535 bytes; session 0 to 15, number 0 to 255."""
     head = b"%X%02X%04X" % (session, number, len(payload))
     check = binascii.crc32(payload, binascii.crc32(head))
-    return b"@" + head + b"%08X " % check + payload + b"\n"
+    return b"".join((b"@", head, b"%08X " % check, payload, b"\n"))
 
 
 def length_of(head: bytes) -> int:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import math
+import runpy
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import layerjam.rig
 from layerjam.control.plant import Plant
 from layerjam.rig import uf2
-from layerjam.rig.board import law_hash, parts
+from layerjam.rig.board import parts
 from layerjam.rig.wiring import load_wiring
 
 IMAGE = Path(__file__).parents[3] / "out" / "firmware" / "layerjam-pico.uf2"
+BUILD = Path(layerjam.rig.__file__).parent / "firmware" / "image" / "build.py"
 ZERO, SPAN = 1638, 13108
 SUPPLY = 5.0
 
@@ -25,8 +27,7 @@ def missing() -> str:
         return "the emulator rp2040py is not installed here; run `make firmware-checks`"
     if not IMAGE.exists():
         return f"there is no image at {IMAGE}; run `make firmware`"
-    facts = json.loads(IMAGE.with_suffix(".json").read_text("utf-8"))
-    if facts["law_sha256"] != law_hash() or facts["firmware_sha256"] != firmware_hash():
+    if not runpy.run_path(str(BUILD))["current"](IMAGE.parent):
         return "the image is not of these sources; run `make firmware`"
     return ""
 
@@ -156,12 +157,27 @@ class Emulated:
                 self.usb.send_serial_byte(byte)
             assert self.run(1.0, lambda: not self.usb.tx_fifo.item_count), text
 
+    def synchronise(self, quiet: float = 0.05) -> None:
+        """The host reads, and throws away what still comes until the line has been quiet so long.
+
+        What an earlier question left unread is no answer to the next one.
+        """
+        self.hold(reads=True)
+        while True:
+            self.heard.clear()
+            self.run(quiet)
+            if not self.heard:
+                return
+
     def ask(self, text: str, seconds: float = 1.0) -> str:
-        """The answer to one line that has one."""
-        self.heard.clear()
+        """The answer to one line that has one; nothing else may stand on the line."""
+        left = bytes(self.heard)
+        assert not left, f"not read before {text}: {left!r}; synchronise first"
         self.say(text)
         assert self.run(seconds, lambda: self.heard.endswith(b"\n")), (text, bytes(self.heard))
-        return self.heard[:-1].decode("ascii")
+        answer = self.heard[:-1].decode("ascii")
+        self.heard.clear()
+        return answer
 
     def executed(self, text: str, seconds: float) -> str:
         """What a program prints at the board's prompt (raw mode: Ctrl-A, the text, Ctrl-D)."""

@@ -335,12 +335,15 @@ class Bench:
             doubt |= status.LOST
         if self.cause == "WATCHDOG":
             doubt |= status.BY_WATCHDOG
-        if now == self.operation and doubt == self.questionable:
-            return
-        self.operation, self.questionable = now, doubt
-        for session in self.sessions:
-            session.operation.follow(now)
-            session.questionable.follow(doubt)
+        # each on its own: on a chip the sixteen of them take 1.5 ms
+        if now != self.operation:
+            self.operation = now
+            for session in self.sessions:
+                session.operation.follow(now)
+        if doubt != self.questionable:
+            self.questionable = doubt
+            for session in self.sessions:
+                session.questionable.follow(doubt)
 
     def self_test(self) -> int:
         """The sum of what is wrong: 1 sensor, 2 settings, 4 law, 8 supply, 16 e-stop, 32 flash."""

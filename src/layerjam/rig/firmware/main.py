@@ -23,6 +23,9 @@ def loop(hal) -> None:
     """Serve until the line closes (EOFError) or a reset is asked for (Reset)."""
     bench = Bench(hal)
     port = Port(bench)
+    if hal.collects:
+        # what the start left behind, or the collector comes in the middle of a sample
+        gc.collect()
     due = hal.ticks_us()
     while True:
         late = ticks.diff(hal.ticks_us(), due)
@@ -40,7 +43,7 @@ def loop(hal) -> None:
         if data:
             port.feed(data)
         if port.outbox:
-            port.outbox = port.outbox[hal.send(port.outbox) :]
+            port.took(hal.send(port.waiting()))
         if bench.leaving >= 0:
             since = bench.count - bench.leaving
             if since > PATIENT or (since > ANSWERED and not port.outbox):

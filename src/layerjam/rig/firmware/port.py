@@ -25,6 +25,8 @@ class Port:
         self.root = tree(bench)
         self.inbox = bytearray()
         self.outbox = b""
+        # so many bytes of it are sent; cutting them off each time would copy the rest each time
+        self.taken = 0
         self.skipping = False
         self.done: dict[int, tuple[int, bytes, bytes]] = {}
         self.framed = -QUIET
@@ -32,7 +34,23 @@ class Port:
 
     def full(self) -> bool:
         """Whether so much waits to be sent that nothing more should be read."""
-        return len(self.outbox) >= FULL
+        return len(self.outbox) - self.taken >= FULL
+
+    def waiting(self) -> memoryview:
+        """What is still to be sent."""
+        return memoryview(self.outbox)[self.taken :]
+
+    def took(self, count: int) -> None:
+        """So many bytes of that are sent."""
+        self.taken += count
+        if self.taken == len(self.outbox):
+            self.outbox, self.taken = b"", 0
+
+    def put(self, data: bytes) -> None:
+        """Something more to be sent."""
+        if self.taken:
+            self.outbox, self.taken = self.outbox[self.taken :], 0
+        self.outbox += data
 
     def feed(self, data: bytes) -> None:
         """Take bytes from the line and answer every line that is whole."""
@@ -73,13 +91,13 @@ class Port:
         else:
             answer = self.execute(line[:-1] if line[-1:] == b"\r" else line, PLAIN)
             if answer:
-                self.outbox += answer + b"\n"
+                self.put(answer + b"\n")
 
     def frame(self, number: int, count: int, payload: bytes) -> None:
         """One frame: what was executed last is answered from store."""
         before = self.done.get(number)
         if before is not None and before[0] == count and before[1] == payload:
-            self.outbox += before[2]
+            self.put(before[2])
             return
         if payload:
             answer = self.execute(payload, number)
@@ -88,7 +106,7 @@ class Port:
             self.bench.leave(number)
         packed = frame.pack(number, count, answer)
         self.done[number] = (count, payload, packed)
-        self.outbox += packed
+        self.put(packed)
 
     def execute(self, line: bytes, number: int) -> bytes:
         """The answer of one line, its error in the session's queue."""

@@ -40,10 +40,11 @@ class Ring:
         """So many records not yet acknowledged, the oldest first, or as many as there are."""
         self.reader = session
         count = min(count, self.next - self.kept)
-        at, out = self.kept % ROOM, b""
+        at = self.kept % ROOM
         head = min(count, ROOM - at)
-        out = bytes(self.store[at * SIZE : (at + head) * SIZE])
-        return out + bytes(self.store[: (count - head) * SIZE])
+        held = memoryview(self.store)
+        out = bytes(held[at * SIZE : (at + head) * SIZE])
+        return out + bytes(held[: (count - head) * SIZE]) if head < count else out
 
     def acknowledge(self, seq: int, session: int) -> bool:
         """Give up all records up to and with `seq`; False where that is not one of those held."""

@@ -44,6 +44,7 @@ CHANGES = {
         (r"(set\(MICROPY_SSL_MBEDTLS )ON", r"\1OFF"),
         (r"\n *mbedtls/mbedtls_port\.c", ""),
         (r"(target_link_libraries\(\$\{MICROPY_TARGET\} )micropy_lib_mbedtls", r"\1m"),
+        (r"\n( *)(\$\{MICROPY_PY_DIR\}/)map\.c\n", r"\n\1\2gc.c\n\1\2map.c\n"),
     ],
     "micropython/ports/rp2/mpconfigport.h": [
         (r"(#define MICROPY_SSL_MBEDTLS +)\(1\)", r"\1(0)"),
@@ -65,11 +66,37 @@ CHANGES = {
 
 TLS, SHA-1 and AES go, because Debian's source has not what they need. Double precision makes the
 law's answers CPython's, bit for bit. A host that does not read takes none of a sample's time. The
-heap ends where the reserved memory begins. And
-without the one file of C++, which nothing uses, 1.5 GB of C++ library need not be installed.
+collector is compiled for speed, as the interpreter is. The heap ends where the reserved memory
+begins. And without the one file of C++, which nothing uses, 1.5 GB of C++ library need not be
+installed.
 """
 RESERVED = f"RING, FAST = {RAM_END - FAST_SIZE - RING_SIZE}, {RAM_END - FAST_SIZE}\n"
 MANIFEST = 'freeze("$(PORT_DIR)/modules")\nfreeze({folder!r})\n'
+
+
+def recipe_hash() -> str:
+    """SHA-256 of this file and the board's definition: what the image is made by."""
+    held = [HERE / name for name in ("build.py", "mpconfigboard.cmake", "mpconfigboard.h")]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in held)).hexdigest()
+
+
+def sources() -> dict[str, str]:
+    """What an image is made of; it is current where its own facts say the same."""
+    return {
+        "law_sha256": law_hash(),
+        "firmware_sha256": re.findall("FIRMWARE = '(.*)'", parts("pico")["built.py"])[0],
+        "recipe_sha256": recipe_hash(),
+    }
+
+
+def current(out: Path) -> bool:
+    """Whether a folder holds the image of these sources."""
+    image, facts = out / "layerjam-pico.uf2", out / "layerjam-pico.json"
+    if not image.exists() or not facts.exists():
+        return False
+    said = json.loads(facts.read_text("utf-8"))
+    whole = hashlib.sha256(image.read_bytes()).hexdigest()
+    return {**sources(), "image_sha256": whole}.items() <= said.items()
 
 
 class BuildError(Exception):
@@ -205,11 +232,17 @@ def main() -> int:
     words = argparse.ArgumentParser(description="Build the image of a Raspberry Pi Pico.")
     words.add_argument("--out", type=Path, default=Path("out/firmware"), help="folder")
     words.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    words.add_argument(
+        "--if-changed", action="store_true", help="build only where the image is of other sources"
+    )
     said = words.parse_args()
+    if said.if_changed and current(said.out):
+        return 0
     work = said.out.resolve() / "work"
     work.mkdir(parents=True, exist_ok=True)
     log, begun = work / "build.log", time.monotonic()
     log.unlink(missing_ok=True)
+    made_of = sources()
     missing = [tool for tool in TOOLS if shutil.which(tool) is None]
     try:
         if missing:
@@ -225,8 +258,7 @@ def main() -> int:
         "image": image.name,
         "image_sha256": hashlib.sha256(image.read_bytes()).hexdigest(),
         "program_bytes": program.stat().st_size,
-        "law_sha256": law_hash(),
-        "firmware_sha256": re.findall("FIRMWARE = '(.*)'", parts("pico")["built.py"])[0],
+        **made_of,
         "debian": {**SOURCES, **BINARIES},
         "seconds": round(time.monotonic() - begun, 1),
     }
