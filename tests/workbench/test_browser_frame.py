@@ -244,7 +244,7 @@ def test_a_tab_closed_while_it_computes(chromium, tmp_path):
             page.wait_for_timeout(100)
         assert list(folder.glob("layerjam-workbench-*"))
         page.close()
-        for _ in range(60):
+        for _ in range(180):
             if not list(folder.glob("layerjam-workbench-*")):
                 break
             time.sleep(1)
