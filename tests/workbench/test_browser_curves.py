@@ -104,3 +104,26 @@ def test_the_peak_is_dragged_and_the_vacuum_follows(pull):
     field.press("Enter")
     pull.wait_for_function(words, arg=[said, "No vacuum up to 101.3 kPa"], timeout=LONG)
     assert "the greatest is 188.6 N" in pull.inner_text(said)
+
+
+def test_a_step_of_the_vacuum_line_and_a_drop_are_pinned(pull):
+    for page, control, value in (("drop", "mass", "1.6"), ("vacuum", "target", "60")):
+        pull.click(at(f"tab-{page}"))
+        said = {"drop": "drop-verdict", "vacuum": "vacuum-rise-words"}[page]
+        pull.wait_for_function(
+            "place => document.querySelector(place)?.innerText.length > 9",
+            arg=at(said),
+            timeout=LONG,
+        )
+        pull.click(at(f"{page}-pin"))
+        field = pull.locator(at(f"{page}-{control}-number"))
+        field.fill(value)
+        field.press("Enter")
+        pull.wait_for_function(
+            "([place, pins]) => { const said = document.querySelector(pins).innerText;"
+            " return !said.startsWith('as shown')"
+            " && getElement(+document.querySelector(place).id.slice(1)).chart"
+            ".getOption().series.some(s => s.name && said.startsWith(s.name)); }",
+            arg=[at(f"{page}-chart"), at(f"{page}-pins")],
+            timeout=LONG,
+        )

@@ -7,12 +7,18 @@ import asyncio
 import numpy as np
 import pytest
 
+from layerjam.commands.impact import drop
 from layerjam.commands.tensile import tensile
+from layerjam.commands.vacuum_line import rise
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.pages.drop import Drop
+from layerjam.workbench.pages.drop_animation import series
+from layerjam.workbench.pages.drop_chart import stopped
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.pull_chart import pulled
+from layerjam.workbench.pages.vacuum import Vacuum, seen_of
 from layerjam.workbench.pins import MOST, call_of, labels, pin_of
 from layerjam.workbench.state import Pin, State, from_link, to_link
 from workbench.standing import standing
@@ -69,6 +75,9 @@ def test_the_label_says_what_differs():
         Pin("pull", "tensile", "/etc/passwd", {"vacuum": "60 kPa"}),
         Pin("pull", "tensile", KAPTON, {"brake": "/etc/passwd"}),
         Pin("pull", "tensile", KAPTON, {"progress": True}),
+        Pin("vacuum", "regulate", "choi2018", {"step": "/etc/passwd"}),
+        Pin("vacuum", "rise", "/etc/passwd", {"target": "60 kPa"}),
+        Pin("vacuum", "rise", KAPTON, {"target": "60 kPa"}),
     ],
 )
 def test_a_link_can_ask_for_nothing_but_curves_of_the_page(pin):
@@ -78,6 +87,43 @@ def test_a_link_can_ask_for_nothing_but_curves_of_the_page(pin):
     page.compute()
     assert page.pins.shown == ()
     page.uploads.close()
+
+
+def test_a_drop_is_pinned_and_drawn_with_its_own_end():
+    options = {"mass": "1 kg", "speed": "1.5 m/s", "rope_stiffness": "16.8 kN/m"}
+    pins = (Pin("drop", "drop", KAPTON, {**options, "vacuum": "60 kPa"}),)
+    page = Drop(Desk(State(page="drop", pins=pins, settings={"drop": {"shown": "full"}})))
+    call = page.columns()["full"]
+    page.pins.compute(call)
+    assert list(page.pinned()) == ["60 kPa"]
+    own, slower = call.run(), drop(KAPTON, vacuum="60 kPa", **options)
+    page.result = ("full", {"full": (own, "")}, (None, ""))
+    assert slower.stopping_time > own.stopping_time
+    chart = stopped(series(own.record), None, page.pins.drawn, False)
+    quiet = [s for s in chart["series"] if s["name"] == "60 kPa"]
+    ends = (slower.peak_force, slower.record.travel[-1] * 1e3, slower.peak_deceleration)
+    for one, most in zip(quiet, ends, strict=True):
+        assert max(y for _, y in one["data"]) == pytest.approx(most, rel=1e-4)
+    assert chart["xAxis"][0]["max"] == pytest.approx(slower.stopping_time * 1e3, rel=1e-4)
+    assert list(page.taken().beside) == ["60 kPa"]
+    page.desk.files.close()
+
+
+def test_steps_of_a_vacuum_line_are_pinned_apart_from_its_regulator():
+    pins = (
+        Pin("vacuum", "rise", "choi2018", {"target": "80 kPa"}),
+        Pin("vacuum", "regulate", "choi2018", {"target": "80 kPa", "safe_state": "release"}),
+    )
+    page = Vacuum(Desk(State(page="vacuum", pins=pins)))
+    page.compute()
+    (step,) = page.pins.shown
+    assert page.loop_pins.shown == ()  # nothing is regulated yet
+    own = rise("choi2018", target="80 kPa")
+    assert step.result.rise_time == own.rise_time
+    time, vacuum, end = seen_of(step.result)
+    assert time[-1] <= end and vacuum[-1] > own.target
+    assert step.place == 0 and step.label == "80 kPa"
+    page.desk.files.close()
 
 
 def test_what_comes_from_a_dropped_file_is_not_kept(tmp_path):

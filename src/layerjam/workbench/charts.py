@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -21,6 +21,8 @@ POINTS = 500
 """Points of a curve sent to the browser at most."""
 MOST_ROOM = 200
 """Pixels right of a chart for names at most."""
+NAMED = 150
+"""Pixels for those of pinned curves at most, beside charts that need their width."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,11 @@ def ink_of(dark: bool) -> str:
 def _room(names: Sequence[str]) -> int:
     """Pixels right of a chart for the names at the curves' ends."""
     return min(max(28, 14 + 7 * max(map(len, names), default=0)), MOST_ROOM)
+
+
+def room_of(pins: Collection[str], least: int) -> int:
+    """Pixels right of a chart for the names of pinned curves, and for what needs `least`."""
+    return max(least, min(_room(list(pins)), NAMED)) if pins else least
 
 
 def _mark(x: float, y: float, text: str, color: str, ink: str) -> dict[str, Any]:

@@ -20,12 +20,16 @@ from layerjam.workbench.widgets import Alert, button, dressed, one_line
 
 MOST = 8
 """Curves pinned to one page at most."""
-COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType({"pull": ("tensile", "stick-slip")})
+COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {"pull": ("tensile", "stick-slip"), "drop": ("drop",), "vacuum": ("rise", "regulate")}
+)
 """{page: commands whose curves can be pinned there}; a link may ask for no other."""
+LINES = ("rise", "regulate")
+"""Commands on a vacuum line; all others are on a brake."""
 
 
 def pin_of(page: str, call: Call, text: str) -> Pin:
-    """What keeps a call on a brake, whose catalogue name or TOML is `text`.
+    """What keeps a call on a brake or line, whose catalogue name or TOML is `text`.
 
     Raises QuantityError for a call with a dropped file: it stays on this machine.
     """
@@ -45,10 +49,16 @@ def call_of(pin: Pin) -> Call:
     strange = sorted(pin.options.keys() - known)
     if strange:
         raise QuantityError(f"pin: '{strange[0][:40]}' is no option that is kept")
-    file = read_any("brake", pin.subject)
-    named = pin.subject in SHELVES["brake"].names()
+    shelf = shelf_of(pin.command)
+    file = read_any(shelf, pin.subject)
+    named = pin.subject in SHELVES[shelf].names()
     subject = Subject(pin.subject) if named else Subject(f"{file.name}.toml", file)
     return Call(pin.command, (subject,), dict(pin.options))
+
+
+def shelf_of(command: str) -> str:
+    """What a command is called on: "brake" or "line"."""
+    return "line" if command in LINES else "brake"
 
 
 def labels(calls: Sequence[Call], shown: Call) -> list[str]:
@@ -64,7 +74,7 @@ def labels(calls: Sequence[Call], shown: Call) -> list[str]:
 
 
 def _apart(call: Call, from_these: Sequence[Call]) -> str:
-    """The brake and the options that differ from any of some calls, as words."""
+    """The brake or line and the options that differ from any of some calls, as words."""
     name, words = call.subjects[0].name.removesuffix(".toml"), []
     if any(other.subjects != call.subjects for other in from_these):
         words.append(name)
@@ -87,22 +97,43 @@ class Pinned:
 
 
 class Pins:
-    """The pins of one page: computed once each, with a button to pin and one to unpin each."""
+    """The pins of one chart: computed once each, with a button to pin and one to unpin each."""
 
-    def __init__(self, desk: Desk, page: str, now: Callable[[], Call]) -> None:
-        """`now` is the call that the page shows."""
+    def __init__(
+        self, desk: Desk, page: str, now: Callable[[], Call | None], ident: str = "", only: str = ""
+    ) -> None:
+        """`now` is the call that the chart shows, if any.
+
+        Where a page has several charts, `ident` names this one, for `only` one command.
+        """
         self._desk, self._page, self._now = desk, page, now
+        self._ident, self._only = ident or page, only
         self._known: dict[str, Result] = {}
         self._drawn: tuple[tuple[int, str], ...] = ()
         self.shown: tuple[Pinned, ...] = ()
         self.problem = ""
+
+    @property
+    def drawn(self) -> dict[str, Result]:
+        """The pinned results that have a curve, by their labels."""
+        return {one.label: one.result for one in self.shown if one.result.has_curve}
+
+    @property
+    def calls(self) -> dict[str, Call]:
+        """The calls behind them."""
+        return {one.label: one.call for one in self.shown if one.result.has_curve}
+
+    @property
+    def beside(self) -> dict[str, tuple[Call, Result]]:
+        """Both, as a chart gives them away."""
+        return {one.label: (one.call, one.result) for one in self.shown if one.result.has_curve}
 
     def compute(self, shown: Call) -> None:
         """The pinned results that can be drawn beside a call; in the page's thread."""
         kept: list[tuple[int, Call, Result]] = []
         known, trouble = {}, []
         for place, pin in enumerate(self._desk.state.pins):
-            if pin.page != self._page:
+            if pin.page != self._page or (self._only and pin.command != self._only):
                 continue
             key = json.dumps(asdict(pin), sort_keys=True)
             try:
@@ -122,9 +153,9 @@ class Pins:
         """The button, and what is pinned."""
         with ui.row().classes("items-center gap-2"):
             tip = "Keep this curve as a quiet one, to compare with what comes next"
-            button("Pin", self.pin, f"{self._page}-pin", "push_pin", tip=tip)
-            self._chips = dressed(ui.row().classes("items-center gap-2"), f"{self._page}-pins")
-        self._alert = Alert(f"{self._page}-pin-problem", "text-sm")
+            button("Pin", self.pin, f"{self._ident}-pin", "push_pin", tip=tip)
+            self._chips = dressed(ui.row().classes("items-center gap-2"), f"{self._ident}-pins")
+        self._alert = Alert(f"{self._ident}-pin-problem", "text-sm")
 
     def pin(self) -> None:
         """Keep what is shown now."""
@@ -132,7 +163,11 @@ class Pins:
         try:
             if sum(one.page == self._page for one in pins) >= MOST:
                 raise QuantityError(f"pin: {MOST} curves are pinned; unpin one first")
-            made = pin_of(self._page, self._now(), self._desk.state.brake)
+            call = self._now()
+            if call is None:
+                raise QuantityError("pin: no curve is shown")
+            subject = getattr(self._desk.state, shelf_of(call.name))
+            made = pin_of(self._page, call, subject)
         except LayerjamError as err:
             self._alert.say(one_line(err))
             return
@@ -165,5 +200,5 @@ class Pins:
         with ui.row().classes("items-center gap-0 no-wrap"):
             ui.label(label).classes("text-sm")
             look = "flat round dense size=sm"
-            gone = button("", away, f"{self._page}-unpin-{place}", "close", how=look)
+            gone = button("", away, f"{self._ident}-unpin-{place}", "close", how=look)
             dressed(gone, aria_label=f"Unpin {label}")

@@ -11,15 +11,16 @@ from layerjam.commands.impact import not_tuned
 from layerjam.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call, Options
-from layerjam.workbench.charts import Curve, options, stacked
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu, vacuum_asked
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.heroes import Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Notes, Page, answered
 from layerjam.workbench.pages.drop_animation import SLOW, Animation, series
+from layerjam.workbench.pages.drop_chart import stopped
 from layerjam.workbench.pages.drop_outcome import GOOD, Advice, heroes, verdict
 from layerjam.workbench.pages.drop_table import MODES, notes, table
+from layerjam.workbench.pins import Pins
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.widgets import chart, columns, dressed, status
 
@@ -72,6 +73,7 @@ class Drop(Page):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.more = More(self, "drop", OWN)
+        self.pins = Pins(desk, self.name, self._drawn)
 
     def controls(self) -> Mapping[str, Control]:
         """Bounds that the brake sets."""
@@ -115,6 +117,7 @@ class Drop(Page):
             self.heroes = Heroes(name)
             self.verdict = status("drop-verdict", "text-lg")
             self.advice = Advice(self.desk, self._rope)
+            self.pins.build()
             with ui.row().classes("w-full items-start gap-4"):
                 stage = ui.column().style("width: 270px; flex: none")
                 with ui.element("div").style("flex: 1; min-width: 300px; position: relative"):
@@ -183,6 +186,7 @@ class Drop(Page):
         """Every drop alone: one that is refused leaves the others."""
         drops, tune = self.columns(), self.calls()[-1]
         shown = "history" if "history" in drops else self.word(SHOWN)
+        self.pins.compute(drops.get(shown, drops["full"]))
         found: dict[str, tuple[Any, str]] = {"none": (None, NO_ROPE)}
         tuned, refused = answered(tune)
         for mode, call in drops.items():
@@ -209,6 +213,7 @@ class Drop(Page):
         slow = None if self.word(SLOWLY) == "auto" else float(self.word(SLOWLY))
         made = None if record is None else series(record, slow, stop.crash)
         floor = None if tuned is None else tuned.floor_g
+        self.pins.fill()
         self.chart.set_visibility(made is not None)
         if made is not None:
             self._draw_charts(made, floor)
@@ -226,6 +231,15 @@ class Drop(Page):
             f"with a peak below {show(floor, '1', 3)} g ({formula}: the force constant throughout)."
         )
 
+    def _drawn(self) -> Call | None:
+        """The drop that is drawn now."""
+        taken = self.taken()
+        return None if taken is None else taken.call
+
+    def pinned(self) -> Mapping[str, Call]:
+        """The calls behind the pinned curves."""
+        return self.pins.calls
+
     def taken(self) -> takeaway.Taken | None:
         """The drop that is drawn now."""
         if self.result is None:
@@ -235,35 +249,14 @@ class Drop(Page):
         for mode in (shown, "full"):
             stop = drops[mode][0]
             if mode in calls and stop is not None and stop.record is not None:
-                return takeaway.Taken(stop, f"{self.desk.brake.name}-drop-{mode}", calls[mode])
+                name = f"{self.desk.brake.name}-drop-{mode}"
+                return takeaway.Taken(stop, name, calls[mode], self.pins.beside)
         return None
 
     def _draw_charts(self, made: Mapping[str, Any], floor: float | None) -> None:
-        time, last = made["time"], made["last"]
-        deceleration = [Curve(time, made["deceleration"])]
-        g = self.desk.brake.brake.site.gravity
+        """Force, distance and deceleration; the bound is that of `floor` [g]."""
+        bound = None
         if floor is not None:
-            least = [floor * g - (0.0 if self._flat() else g)] * 2
-            bound = Curve([0, last], least, "good", "least", dashed=True, width=1.5)
-            deceleration.append(bound)
-        travel = [Curve(time, made["travel"], name="mass")]
-        if made["slip"]:
-            travel.append(Curve(time, made["slip"], "second", "slip"))
-        common: dict[str, Any] = {"x_range": (0, last), "dark": self.dark}
-        common["x"] = "time from the taut rope [ms]"
-        if made["crash"] is not None:
-            common["bands"] = [(min(made["crash"], 0.995 * last), last, "bad")]
-        top = max(range(len(time)), key=made["force"].__getitem__)
-        peak = (time[top], made["force"][top], f"{made['force'][top]:.4g} N", "bad")
-        parts = [
-            options([Curve(time, made["force"])], y="force [N]", marks=[peak], **common),
-            options(travel, y="distance [mm]", **common),
-            options(deceleration, y="deceleration [m/s²]", y_range=(None, None), **common),
-        ]
-        # the peak comes early: beside it there is room, above it there is none
-        parts[0]["series"][0]["markPoint"]["data"][0]["label"]["position"] = "right"
-        for series_, shift in zip(parts[1]["series"], (-6, 7), strict=False):
-            series_["endLabel"]["offset"] = [0, shift]
-        for part in parts:
-            part["grid"]["right"] = 56
-        live.draw(self.chart, stacked(parts, (1.1, 1, 1)))
+            g = self.desk.brake.brake.site.gravity
+            bound = floor * g - (0.0 if self._flat() else g)
+        live.draw(self.chart, stopped(made, bound, self.pins.drawn, self.dark))

@@ -156,7 +156,7 @@ class Pull(Page):
 
     def pinned(self) -> Mapping[str, Call]:
         """The calls behind the pinned curves."""
-        return {one.label: one.call for one in self.pins.shown}
+        return self.pins.calls
 
     def _files(self) -> Reading:
         """The files as they were read, or anew where files, brake or their vacuum changed."""
@@ -173,7 +173,7 @@ class Pull(Page):
         """Curve and numbers."""
         call, found, whole, reading = result
         saws = call.name == STICK_SLIP
-        pinned = {one.label: one.result for one in self.pins.shown}
+        pinned = self.pins.drawn
         self.pins.fill()
         self.of_files.set_visibility(reading.lacking)
         self.compared.set_visibility(bool(reading.curves) and not saws)
@@ -196,8 +196,8 @@ class Pull(Page):
         if self.result is None:
             return None
         call, found, *_ = self.result
-        beside = {one.label: (one.call, one.result) for one in self.pins.shown}
-        return takeaway.Taken(found, f"{self.desk.brake.name}-{call.name}", call, beside)
+        name = f"{self.desk.brake.name}-{call.name}"
+        return takeaway.Taken(found, name, call, self.pins.beside)
 
     async def _record(self) -> None:
         if self.result is not None:

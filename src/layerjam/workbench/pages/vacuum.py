@@ -17,7 +17,7 @@ from layerjam.fluid.parts import parts as known_parts
 from layerjam.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call
-from layerjam.workbench.charts import Curve, options, stacked
+from layerjam.workbench.charts import NAMED, Curve, options, room_of, stacked
 from layerjam.workbench.controls import (
     Choice,
     Control,
@@ -33,6 +33,7 @@ from layerjam.workbench.heroes import Hero, Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Figures, Notes, Page, answered
 from layerjam.workbench.pages.records import Editor, Kind
+from layerjam.workbench.pins import Pins
 from layerjam.workbench.widgets import chart, columns, dressed, fold, heading, hint, status
 
 LINE = Kind(
@@ -117,6 +118,10 @@ class Vacuum(Page):
         about = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
         self.law = Choice("kind", {k: k for k in KINDS}, "pi", label="Law", help=about)
         self.safe, self.fault = safe_choice(), fault_choice()
+        self.pins = Pins(desk, self.name, lambda: self._drawn(0), only="rise")
+        self.loop_pins = Pins(
+            desk, self.name, lambda: self._drawn(1), "vacuum-loop", only="regulate"
+        )
 
     def controls(self) -> Mapping[str, Control]:
         """Bounds that the line sets."""
@@ -166,7 +171,9 @@ class Vacuum(Page):
     def _results(self) -> None:
         heading("Step response, pump full on")
         self.heroes = Heroes(self.name)
-        self.rise_words = status("vacuum-rise-words")
+        with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
+            self.rise_words = status("vacuum-rise-words")
+            self.pins.build()
         narrow = "width: 260px; flex: none"
         with ui.row().classes("w-full beside items-start gap-4"):
             look = "flex: 1; min-width: 0; height: max(260px, 30vh)"
@@ -180,6 +187,7 @@ class Vacuum(Page):
             with ui.column().classes("gap-0").style("flex: 1; min-width: 0"):
                 what = "Vacuum and command over time, regulated"
                 self.loop = chart("vacuum-loop", what, "width: 100%; height: max(430px, 46vh)")
+                self.loop_pins.build()
                 hint(KEY)
                 takeaway.row("vacuum-loop", self.loop, lambda: self.taken(1))
             with ui.column().style(narrow):
@@ -215,15 +223,33 @@ class Vacuum(Page):
         if which >= len(found) or found[which][0] is None:
             return None
         call = self.calls()[which]
-        return takeaway.Taken(found[which][0], f"{self.desk.line.name}-{call.name}", call)
+        beside = (self.pins, self.loop_pins)[which].beside
+        return takeaway.Taken(found[which][0], f"{self.desk.line.name}-{call.name}", call, beside)
+
+    def _drawn(self, which: int) -> Call | None:
+        taken = self.taken(which)
+        return None if taken is None else taken.call
+
+    def pinned(self) -> Mapping[str, Call]:
+        """The calls behind the pinned curves."""
+        made = dict(self.pins.calls)
+        for label, call in self.loop_pins.calls.items():
+            made[f"{label}, regulated" if label in made else label] = call
+        return made
 
     def compute(self) -> Any:
         """Each alone: a step that is refused leaves the regulator, and the other way round."""
-        return [answered(call) for call in self.calls()]
+        calls = self.calls()
+        self.pins.compute(calls[0])
+        for loop in calls[1:]:
+            self.loop_pins.compute(loop)
+        return [answered(call) for call in calls]
 
     def draw(self, result: Any) -> None:
         """Both charts and what is said of them."""
         (rise, refused), *loops = result
+        self.pins.fill()
+        self.loop_pins.fill()
         self._draw_rise(rise, refused)
         self.regulated.set_visibility(bool(loops) and loops[0][0] is not None)
         said = list(rise.warnings) if rise is not None else []
@@ -249,32 +275,36 @@ class Vacuum(Page):
         self.rise_words.set_text(words)
         self.rise_figures.fill(rise)
         self.heroes.fill(heroes(rise))
-        time, vacuum = np.asarray(rise.record.time), np.asarray(rise.record.vacuum)
-        there = np.flatnonzero(vacuum >= rise.target)
-        end = 1.4 * float(time[there[0]]) if len(there) else float(time[-1])
-        seen, wanted = time <= end, rise.target / KPA
+        time, vacuum, end = seen_of(rise)
+        wanted = rise.target / KPA
+        quiet = {label: seen_of(other) for label, other in self.pins.drawn.items()}
+        longest = max(end, *(last for *_, last in quiet.values()), 0.0)
         marks = [
             (float(np.interp(part * rise.target, vacuum, time)), part * wanted, word, "quiet")
             for part, word in ((0.1, "10%"), (0.9, "90%"))
             if rise.feasible
         ]
         curves = [
-            Curve(time[seen], vacuum[seen] / KPA),
-            Curve([0, end], [wanted, wanted], "good", "target", dashed=True, width=1.5),
+            Curve(time, vacuum / KPA),
+            Curve([0, longest], [wanted, wanted], "good", "target", dashed=True, width=1.5),
         ]
-        axes: dict[str, Any] = {"x": "time [s]", "y": "vacuum [kPa]", "x_range": (0, end)}
+        for label, (times, risen, _) in quiet.items():
+            curves.append(Curve(times, risen / KPA, "quiet", label, width=1.2))
+        axes: dict[str, Any] = {"x": "time [s]", "y": "vacuum [kPa]", "x_range": (0, longest)}
         made = options(curves, marks=marks, dark=self.dark, **axes)
         made["series"][1]["endLabel"]["color"] = made["xAxis"]["axisLabel"]["color"]
         live.draw(self.steps, made)
 
     def _draw_loop(self, result: Any) -> None:
         _, loop = result.record
+        pins = {label: other.record[1] for label, other in self.loop_pins.drawn.items()}
         end = result.duration
         begins, said = result.fault_at, result.fault_time
         stop = end if said is None else said
         bands = [(begins, stop, "second")] if begins is not None and begins < stop else []
         bands += [(said, end, "bad")] if said is not None else []
-        common: dict[str, Any] = {"x": "time [s]", "x_range": (0, end), "dark": self.dark}
+        longest = max(end, *(float(other.time[-1]) for other in pins.values()), 0.0)
+        common: dict[str, Any] = {"x": "time [s]", "x_range": (0, longest), "dark": self.dark}
         common["bands"] = bands
         vacuum = [
             Curve(loop.time, loop.measured / KPA, "sky", "", width=1.0),
@@ -286,23 +316,36 @@ class Vacuum(Page):
             Curve(loop.time, loop.vent, "bad", "vent", width=1.5),
         ]
         low = -1.2 if float(loop.pump.min()) < 0 else 0
-        top = 1.15 * max(float(np.nanmax(loop.vacuum)), result.target) / KPA
+        highest = max(float(np.nanmax(one.vacuum)) for one in (loop, *pins.values()))
+        top = 1.15 * max(highest, result.target) / KPA
+        for label, other in pins.items():
+            vacuum.append(Curve(other.time, other.vacuum / KPA, "quiet", label, width=1.2))
         parts = [
             options(vacuum, y="vacuum [kPa]", y_range=(0, math.ceil(top / 10) * 10), **common),
             options(commands, y="command", y_range=(low, 1.2), **common),
         ]
         parts[1]["yAxis"]["axisLabel"] |= {"showMaxLabel": False, "showMinLabel": low == 0}
-        for part in parts:
-            part["grid"]["right"] = 62
+        for part, own in zip(parts, (3, 2), strict=True):
+            part["grid"]["right"] = room_of(pins, 62)
             # at the end they mostly lie on each other, their names must not
-            for series, shift in zip(part["series"][-2:], (-7, 7), strict=True):
+            for series, shift in zip(part["series"][own - 2 : own], (-7, 7), strict=True):
                 series["endLabel"]["offset"] = [0, shift]
+            for series in part["series"][own:]:
+                series["endLabel"] |= dict(width=NAMED - 8, overflow="truncate")
         live.draw(self.loop, stacked(parts, (1.7, 1)))
         # error and ripple are those of a target that the safe state has given up
         given_up = () if result.outcome == "HEALTHY" else ("steady_error", "ripple")
         self.loop_figures.fill(result, but=given_up)
         self.verdict.set_text(verdict(result))
         self.detection.set_content(detection(result))
+
+
+def seen_of(rise: Any) -> tuple[Any, Any, float]:
+    """Time [s] and vacuum [Pa] of a step, shape (N,), somewhat past its target; and until when."""
+    time, vacuum = np.asarray(rise.record.time), np.asarray(rise.record.vacuum)
+    there = np.flatnonzero(vacuum >= rise.target)
+    end = 1.4 * float(time[there[0]]) if len(there) else float(time[-1])
+    return time[time <= end], vacuum[time <= end], end
 
 
 def verdict(result: Any) -> str:
