@@ -10,7 +10,7 @@ window.layerjamZooms = async (node) => {
 window.layerjamZoomed = (element, chart) => {
   const set = chart.setOption.bind(chart), spans = {};
   const SIDES = ['xAxis', 'yAxis'], labels = {xAxis: [], yAxis: []};
-  let count = '', zoomed = false;
+  let count = '', zoomed = false, armed = false;
 
   // one zoom for all x axes, which stand below each other, and one for each y axis
   const zooms = (axes) => axes[1].concat('x').map((_, i, all) => {
@@ -40,7 +40,7 @@ window.layerjamZoomed = (element, chart) => {
     if (zoomed) option = {...option, ...named(axes)};
     const now = axes.map(side => side.length).join();
     const both = axes[0].length && axes[1].length;
-    const anew = both && (how?.notMerge || now !== count);
+    const anew = armed && both && (how?.notMerge || now !== count);
     if (anew) count = now;
     return set(anew ? {...option, dataZoom: zooms(axes)} : option, how);
   };
@@ -109,6 +109,14 @@ window.layerjamZoomed = (element, chart) => {
   for (const kind of ['dblclick', 'mousedown', 'touchstart'])
     tools.addEventListener(kind, e => e.stopPropagation(), {passive: true});
   element.append(tools);
-  const {xAxis, yAxis} = chart.getOption() ?? {};
-  if (xAxis?.length) chart.setOption({xAxis, yAxis});
+  // a chart that nobody points at is drawn without what zooms it, which costs a millisecond
+  const arm = () => {
+    if (armed) return;
+    const {xAxis, yAxis} = chart.getOption() ?? {};
+    if (!xAxis?.length) return;
+    armed = true;
+    chart.setOption({xAxis, yAxis});
+  };
+  for (const kind of ['pointerenter', 'pointerdown', 'wheel', 'focusin'])
+    element.addEventListener(kind, arm, {capture: true, passive: true});
 };
