@@ -89,9 +89,9 @@ def test_a_run_of_the_virtual_bench_is_linked_and_marked(tmp_path: Path) -> None
     assert all(row["simulated"] for row in lj.records_list(db=tmp_path / "lab.db").rows_
                if row["name"].startswith("first"))  # fmt: skip
     made = lj.records_show("first.csv", db=tmp_path / "lab.db")
-    assert [row["name"] for row in made.derived_from][:1] == ["first.ljrun"]
+    assert [row["name"] for row in made.derived_from][:2] == ["first.csv.toml", "first.ljrun"]
     kinds = {row["kind"] for row in made.derived_from}
-    assert kinds == {"run", "brake", "line", "board"}  # its sensor was never calibrated
+    assert kinds == {"run", "brake", "line", "board", "facts"}  # its sensor was never calibrated
     record = lj.records_show("first.ljrun", db=tmp_path / "lab.db").record_
     base = sqlite3.connect(run)
     (samples,) = base.execute("SELECT count(*) FROM samples").fetchone()
