@@ -198,7 +198,7 @@ def test_home_and_end_move_a_slider_to_its_ends(page):
             "([place, much]) => document.querySelector(place).innerText.includes(much)",
             arg=[at("pull-peak_force"), "N"],
         )
-    page.wait_for_timeout(800)
+    page.wait_for_timeout(3000)
     link = page.url
     assert "s=" in link and first not in ("60", "1")
     page.goto(link)

@@ -335,7 +335,7 @@ class Bench:
             doubt |= status.LOST
         if self.cause == "WATCHDOG":
             doubt |= status.BY_WATCHDOG
-        # each on its own: on a chip the sixteen of them take 1.5 ms
+        # each on its own: sixteen followers are much for a chip, and seldom has one news
         if now != self.operation:
             self.operation = now
             for session in self.sessions:
