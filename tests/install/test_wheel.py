@@ -64,7 +64,7 @@ LOADED = {
 """Extras whose use takes long or needs an instrument: what must be importable with them."""
 APART = {"all", "report", "sweep", "workbench"}
 """Extras with a test of their own, or inside another one."""
-ELSEWHERE = {"fmu", "mjx", "visa"}
+ELSEWHERE = {"fmu", "mjx", "mujoco", "visa"}
 """Extras that `make test` does not install; looked at where they are."""
 
 

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
-from rig.checks.served import OURS, Served, serving
+from rig.checks.served import Served, serving
 
 FIGURES: list[str] = []
 
 
 @pytest.fixture(scope="session")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    if not Path(OURS).exists():
-        pytest.skip("the project's own interpreter is not there: `make bench-checks` has it")
     with serving(tmp_path_factory.mktemp("bench"), "sim:choi2018") as made:
         yield made
 

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from rig.checks.served import OURS, ROOT, THEIRS, Served, environment, serving
+from rig.checks.served import ROOT, THEIRS, Served, environment, ours, serving
 
 pytestmark = pytest.mark.slow
 PREPARED = """
@@ -31,7 +31,7 @@ with layerjam.rig.open(sys.argv[1]) as bench:
 def ready(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     """A gateway to a board that has a regulator."""
     with serving(tmp_path_factory.mktemp("ready"), "sim:choi2018?at=40kPa") as made:
-        ran(OURS, PREPARED, f"tcp:127.0.0.1:{made.port}")
+        ran(ours(), PREPARED, f"tcp:127.0.0.1:{made.port}")
         yield made
 
 
@@ -55,7 +55,7 @@ def ran(python: str, code: str, *words: str) -> str:
 
 def state(at: Served) -> str:
     code = "import sys, layerjam.rig; print(layerjam.rig.open(sys.argv[1]).state)"
-    return ran(OURS, code, f"tcp:127.0.0.1:{at.port}").strip()
+    return ran(ours(), code, f"tcp:127.0.0.1:{at.port}").strip()
 
 
 def test_pyvisa(ready: Served, figure: Callable[[str], None]) -> None:
@@ -80,7 +80,7 @@ def test_bluesky(ready: Served, figure: Callable[[str], None]) -> None:
     if find_spec("bluesky") is None:
         pytest.skip("Bluesky is not installed: `make bench-checks` installs it")
     path = f"import sys; sys.path.append({THEIRS!r})\n"
-    said = ran(OURS, path + program("Bluesky", ready))
+    said = ran(ours(), path + program("Bluesky", ready))
     kinds = [line.split()[0] for line in said.splitlines() if line.endswith("}")]
     assert kinds == ["start", "descriptor", "event", "event", "event", "stop"], said
     seen = [float(v) for v in re.findall(r"'data': \{'vacuum': ([\d.]+)\}", said)]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from rig.checks.served import OURS, RUN, answered, environment, serving
+from rig.checks.served import RUN, answered, environment, ours, serving
 
 pytestmark = pytest.mark.slow
 HERE = Path(__file__).parent
@@ -26,7 +26,7 @@ def spoilt(folder: Path, program: str, one_in: int, *kinds: str) -> Iterator[tup
     """A serial port whose board is behind a line that spoils one byte in so many."""
     port, counts = folder / "line", folder / "counts"
     # a colon ends a word of socat's
-    board = rf"{OURS} {HERE / 'noisy_line.py'} {BOARD} {one_in} {counts} {' '.join(kinds)}"
+    board = rf"{ours()} {HERE / 'noisy_line.py'} {BOARD} {one_in} {counts} {' '.join(kinds)}"
     process = subprocess.Popen(
         [program, f"PTY,link={port},raw,echo=0,wait-slave", f"EXEC:{board}"], env=environment()
     )
