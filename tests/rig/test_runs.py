@@ -325,7 +325,7 @@ def test_a_line_that_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
     def cut(self: Execution) -> None:
         begin(self)
-        self.bench._link.board._process.kill()  # type: ignore[attr-defined]
+        self.bench._link.board._child.process.kill()  # type: ignore[attr-defined]
 
     monkeypatch.setattr(Execution, "_begin", cut)
     with ready() as bench:

@@ -53,7 +53,7 @@ class Hal:
         self.saved: int | None = None
         self.now, self.part = BEGIN, 0.0
         self.ring = None
-        self.alone = False
+        self.fetched = self.pressed = 0
         self.due = BEGIN
         self.leap = LEAP
         self.second: float | None = None
@@ -125,10 +125,12 @@ class Hal:
         """Bytes of the line, or none where the time has come or something may be sent."""
         self.due = due
         if self.speed == 0.0:
-            if reading and not sending and not self.alone and self.ring.presses():
-                if self.readable(PATIENCE, False):
+            if reading and not sending and self.ring.presses():
+                left = self.patience()
+                if left <= 0:
+                    self.ring.reader = -1
+                elif self.readable(left, False):
                     return self.received()
-                self.alone = True
             self.waits += 1
             if self.waits >= SERVED or sending:
                 self.waits = 0
@@ -146,10 +148,16 @@ class Hal:
             return self.received()
         return b""
 
+    def patience(self) -> int:
+        """Host's microseconds left to who fetches samples, from the first that he delays."""
+        now = self.host_us()
+        if self.ring.fetched != self.fetched:
+            self.fetched, self.pressed = self.ring.fetched, now
+        return PATIENCE - (now - self.pressed)
+
     def received(self) -> bytes:
         """What can be read; an end of the line ends the board."""
         data = self.read_line()
-        self.alone = False
         if data == b"":
             raise EOFError
         return data or b""

@@ -23,6 +23,8 @@ class Ring:
         """Session that acknowledges; without one, nothing counts as lost."""
         self.reader = -1
         """Session that fetched last."""
+        self.fetched = 0
+        """How often anybody fetched."""
 
     def put(self, *fields: object) -> bool:
         """Keep one record, its number put before the fields; True where an old one was lost."""
@@ -39,6 +41,7 @@ class Ring:
     def fetch(self, count: int, session: int) -> bytes:
         """So many records not yet acknowledged, the oldest first, or as many as there are."""
         self.reader = session
+        self.fetched += 1
         count = min(count, self.next - self.kept)
         at = self.kept % ROOM
         head = min(count, ROOM - at)
