@@ -178,5 +178,5 @@ def test_the_docs_have_it(dive: Any, generate: ModuleType) -> None:
     page = generate.described("dive")
     assert "| `--depth Q` | Depth of the dive, e.g. 12m. Required. |" in page
     assert "| `pressure` | Pa | pressure above the surface's |" in page
-    assert "| <i>z</i> | `depth` | m | depth of the dive |" in generate.command_quantities()
+    assert "| $z$ | `depth` | m | depth of the dive |" in generate.command_quantities()
     assert "dive, Dive" in generate.command_functions()
