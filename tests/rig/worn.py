@@ -49,5 +49,5 @@ def lay(monkeypatch: pytest.MonkeyPatch) -> list[Worn]:
         made.append(Worn(incoming, outgoing, closing))
         return made[-1]
 
-    monkeypatch.setattr("layerjam.rig.board.Pipes", worn)
+    monkeypatch.setattr("layerjam.rig.child.Pipes", worn)
     return made
