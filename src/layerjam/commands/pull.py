@@ -58,6 +58,21 @@ class Pulls(Result):
 
         return pull_figures.pulls(self.record)
 
+    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
+        """Force [N] over elongation [mm] from the onset of every pull, one after the other."""
+        import numpy as np
+
+        parts = [found.features for _, found in self.record]
+        gap = np.array([np.nan])
+        x = [column for one in parts for column in (one.elongation * 1e3, gap)]
+        y = [column for one in parts for column in (one.force, gap)]
+        return [(np.concatenate(x), np.concatenate(y))]
+
+    @classmethod
+    def takes_beside(cls, other: type[Result]) -> bool:
+        """None: these are the curves of files, each with a panel of its own."""
+        return False
+
 
 @command("test", place=10, examples=("layerjam pull pull-*.csv",), computes=False)
 def pull(

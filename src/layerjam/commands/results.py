@@ -165,6 +165,11 @@ class Result:
         """
         return ()
 
+    @classmethod
+    def takes_beside(cls, other: type[Result]) -> bool:
+        """Whether curves of another kind of result are drawn beside those of this one."""
+        return other is cls
+
     def plot(
         self,
         path: str | Path | None = None,
@@ -174,7 +179,8 @@ class Result:
     ) -> Figure:
         """The figure; written to `path` (.svg, .png or .pdf) if one is given.
 
-        `beside` maps labels to other results of the command, drawn as quiet curves under its own.
+        `beside` maps labels to other results of the command, drawn as quiet curves under its own;
+        a `tensile` takes those of `pull` too, drawn as points.
         Raises FileError where the file exists and `force` is not set, and LayerjamError for results
         that have no such curve.
         """
@@ -183,9 +189,9 @@ class Result:
         figure = self.draw()
         for label, other in (beside or {}).items():
             traces = other.quiet_curves()
-            if not traces or type(other) is not type(self):
+            if not traces or not self.takes_beside(type(other)):
                 raise LayerjamError(f"{label}: no curve that can be drawn beside this one")
-            quietly(figure, label, traces)
+            quietly(figure, label, traces, measured=type(other) is not type(self))
         if path is not None:
             save(figure, Path(path), force)
         return figure

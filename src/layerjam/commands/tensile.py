@@ -77,6 +77,13 @@ class Tensile(Result):
         """Force [N] over elongation [mm]."""
         return [(self.record.elongation * 1e3, self.record.force)]
 
+    @classmethod
+    def takes_beside(cls, other: type[Result]) -> bool:
+        """Other pulls, computed or measured."""
+        from layerjam.commands.pull import Pulls
+
+        return other in (cls, Pulls)
+
 
 @command(
     "predict",

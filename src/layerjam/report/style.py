@@ -259,11 +259,17 @@ def band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2
     axes.fill_between(x, low, high, color=color, alpha=alpha, lw=0)
 
 
-def quietly(figure: Figure, name: str, traces: Sequence[tuple[Any, Any]]) -> None:
-    """Another curve in each of the first panels, grey and thin; its name where it is highest."""
+def quietly(
+    figure: Figure, name: str, traces: Sequence[tuple[Any, Any]], measured: bool = False
+) -> None:
+    """Another curve in each of the first panels, grey and thin; its name where it is highest.
+
+    One that was measured has a point here and there.
+    """
+    dots: dict[str, Any] = dict(marker="o", markersize=2.6, markevery=0.02) if measured else {}
     for axes, pair in zip(figure.axes, traces, strict=False):
         x, y = (np.asarray(column, float) for column in pair)
-        axes.plot(x, y, color=GREY, lw=1.0, zorder=1)
+        axes.plot(x, y, color=GREY, lw=1.0, zorder=1, **dots)
         top = int(np.nanargmax(y))
         low, high = axes.get_ylim()
         axes.set_ylim(low, max(high, 1.18 * float(y[top])))

@@ -158,7 +158,7 @@ class Call:
 def as_python(calls: Sequence[Call], pinned: Mapping[str, Call] = MappingProxyType({})) -> str:
     """Lines that give numbers and figures of several calls in a fresh process.
 
-    `pinned` calls are drawn, with their labels, beside the first of the same command.
+    `pinned` calls are drawn, with their labels, beside the first that takes them.
     """
     head, *asked = python_parts(calls, pinned)
     return f"{head}\n{''.join(asked)}" if asked else ""
@@ -174,11 +174,13 @@ def python_parts(
     With `display` they show their figures by `display` and `SVG` of IPython.
     """
     names = [load(call.name).name for call in calls]
-    made, left = [f"{_head(calls)}import layerjam as lj\n"], dict(pinned)
+    every = [*calls, *pinned.values()]
+    made, left = [f"{_head(every)}import layerjam as lj\n"], dict(pinned)
     for place, call in enumerate(calls):
         alone = names.count(names[place]) == 1
         file = names[place] if alone else f"{names[place]}-{names[: place + 1].count(names[place])}"
-        beside = {label: pin for label, pin in left.items() if pin.name == call.name}
+        takes = load(call.name).result.takes_beside
+        beside = {label: pin for label, pin in left.items() if takes(load(pin.name).result)}
         left = {label: pin for label, pin in left.items() if label not in beside}
         made.append(call._drawn(file, beside, display))
     return made

@@ -17,6 +17,8 @@ COLORS = MappingProxyType(
 )
 FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
 """The page's own: it comes from this machine, with NiceGUI."""
+MARKS = 40
+"""Points on a measured curve, equally far apart as one sees it."""
 POINTS = 500
 """Points of a curve sent to the browser at most."""
 MOST_ROOM = 200
@@ -36,6 +38,8 @@ class Curve:
     dashed: bool = False
     width: float = 2.0
     dots: bool = False
+    measured: bool = False
+    """A thin line with a point here and there."""
 
 
 def thin(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]]:
@@ -188,6 +192,25 @@ def with_readout(made: dict[str, Any], x: tuple[str, str], unit: str) -> dict[st
     return made
 
 
+def marked(pairs: Sequence[Sequence[float | None]], count: int = MARKS) -> list[Any]:
+    """Pairs of `thin`, of which about `count` are points to be seen, equally far apart.
+
+    How far apart is measured with either axis as long as the curve reaches on it.
+    """
+    known = [(k, x, y) for k, (x, y) in enumerate(pairs) if x is not None and y is not None]
+    if len(known) < 2:
+        return list(pairs)
+    places = np.array([k for k, _, _ in known])
+    points = np.array([(x, y) for _, x, y in known])
+    steps = np.diff(points, axis=0) / np.maximum(np.ptp(points, axis=0), 1e-12)
+    along = np.concatenate(([0.0], np.cumsum(np.hypot(*steps.T))))
+    chosen = places[np.searchsorted(along, np.linspace(0.0, along[-1], count) - 1e-12)]
+    made: list[Any] = list(pairs)
+    for k in set(chosen.tolist()):
+        made[k] = {"value": pairs[k], "symbol": "circle"}
+    return made
+
+
 def _series(curve: Curve, ink: str) -> dict[str, Any]:
     color = ink if curve.color == "ink" else COLORS.get(curve.color, curve.color)
     made: dict[str, Any] = {
@@ -202,9 +225,11 @@ def _series(curve: Curve, ink: str) -> dict[str, Any]:
     end["fontSize"] = 12
     if _room([curve.name]) == MOST_ROOM:
         end |= dict(width=MOST_ROOM - 10, overflow="truncate")
+    if curve.measured:
+        made |= dict(data=marked(made["data"]), symbol="none", symbolSize=5)
     line = dict(width=curve.width, type="dashed" if curve.dashed else "solid")
     # names at the ends of curves that end alike stand below each other
     apart = {"moveOverlap": "shiftY"}
     return made | dict(
-        showSymbol=False, silent=True, lineStyle=line, endLabel=end, labelLayout=apart
+        showSymbol=curve.measured, silent=True, lineStyle=line, endLabel=end, labelLayout=apart
     )

@@ -56,7 +56,13 @@ class Desk:
         self._watching.append(told)
 
     def files_changed(self) -> None:
-        """Say that other files are used now, or a sidecar of one is another."""
+        """Say that other files are used now, or a sidecar of one is another.
+
+        A file that is gone takes its pin along; that is no step of undo, which brings no file back.
+        """
+        kept = self.state.without_files({file.key for file in self.files.files})
+        if kept != self.state:
+            self.state = kept
         self._tell("files")
 
     def ask_files(self) -> None:

@@ -16,7 +16,8 @@ from layerjam.records.toml import MAX_BYTES
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import toml_kind
 from layerjam.workbench.listing import attach, is_list, over, read_list
-from layerjam.workbench.session import ENDING, from_session
+from layerjam.workbench.rest import elsewhere
+from layerjam.workbench.session import ENDING, KeptFile, from_session
 from layerjam.workbench.sorting import Sorting
 from layerjam.workbench.uploads import LARGEST, MOST, Refused, clean, is_sidecar
 from layerjam.workbench.widgets import button, dressed, hint, one_line
@@ -94,13 +95,26 @@ class Dropping:
     async def _session(self, name: str, file: FileUpload) -> str:
         """Put all that a saved session holds onto the desk; why not, where it is none."""
         try:
-            state = from_session(await file.read(), name)
+            data = await file.read()
+            opened = await elsewhere(from_session, data, name)
+            if opened is None or self.uploads.closed:  # the program or the tab was ended meanwhile
+                return ""
+            state, files = opened
+            for one in files:
+                self._bring(one)
             self.desk.put_state(state)
         except LayerjamError as err:
             return one_line(err)
+        self.desk.files_changed()
         ui.notify(f"{name} was opened; undo takes it back", type="positive")
         self.go(state.page)
         return ""
+
+    def _bring(self, one: KeptFile) -> None:
+        try:
+            self.uploads.bring(one.name, one.data, one.sidecar)
+        except Refused as err:
+            self._tell(str(err))
 
     async def _toml(self, name: str, file: FileUpload) -> str:
         """Put a brake or a line on the desk, keep a sidecar; why not, where it is neither."""

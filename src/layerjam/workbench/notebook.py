@@ -24,7 +24,8 @@ def notebook(
     """
     own = apart(calls, pinned)
     head, *asked = python_parts(own.calls, own.pinned, display=True)
-    cells = [_words(_about(title, own.calls)), _code(head + SHOWING)]
+    files = [file.shown for call in (*own.calls, *own.pinned.values()) for file in call.data]
+    cells = [_words(_about(title, own.calls, files)), _code(head + SHOWING)]
     if own.texts:
         cells.append(_code("from pathlib import Path\n\n" + "".join(_writing(own.texts))))
     return _whole([*cells, *map(_code, asked)])
@@ -57,10 +58,10 @@ def _literal(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def _about(title: str, calls: Sequence[Call]) -> str:
-    """What stands above the cells: what is needed, and the commands behind it."""
+def _about(title: str, calls: Sequence[Call], files: Sequence[str]) -> str:
+    """What stands above the cells: the files that are needed, and the commands behind it."""
     lines = [f"# {title}\n\nMade by layerjam's workbench. Run it where layerjam is installed.\n"]
-    needed = dict.fromkeys(file.shown for call in calls for file in call.data)
+    needed = dict.fromkeys(files)
     if needed:
         named = "".join(f"- `{name}`\n" for name in needed)
         lines.append(f"Put these files into the notebook's folder first:\n\n{named}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -15,7 +16,7 @@ from layerjam.errors import LayerjamError, QuantityError
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import SHELVES, Desk, read_any
 from layerjam.workbench.more import is_file, others
-from layerjam.workbench.state import Pin
+from layerjam.workbench.state import MEASURED, Pin
 from layerjam.workbench.widgets import Alert, button, dressed, one_line
 
 MOST = 8
@@ -86,6 +87,25 @@ def _apart(call: Call, from_these: Sequence[Call]) -> str:
     return ", ".join(words)
 
 
+def put_pin(desk: Desk, made: Pin) -> None:
+    """Add a pin, unless it is there; QuantityError where a page has as many as it may."""
+    pins = desk.state.pins
+    if made in pins:
+        return
+    if sum(one.page == made.page for one in pins) >= MOST:
+        raise QuantityError(f"pin: {MOST} curves are pinned; unpin one first")
+    desk.put_pins((*pins, made))
+
+
+def turn_file(desk: Desk, key: str) -> None:
+    """Pin a dropped file to the pull, or take that back; QuantityError where there are enough."""
+    made = Pin("pull", MEASURED, key)
+    if made in desk.state.pins:
+        desk.put_pins(tuple(pin for pin in desk.state.pins if pin != made))
+    else:
+        put_pin(desk, made)
+
+
 @dataclass(frozen=True)
 class Pinned:
     """A pinned curve: its place among the desk's pins, its label, its call and its result."""
@@ -133,7 +153,8 @@ class Pins:
         kept: list[tuple[int, Call, Result]] = []
         known, trouble = {}, []
         for place, pin in enumerate(self._desk.state.pins):
-            if pin.page != self._page or (self._only and pin.command != self._only):
+            elsewhere = pin.page != self._page or (self._only and pin.command != self._only)
+            if elsewhere or pin.command == MEASURED:
                 continue
             key = json.dumps(asdict(pin), sort_keys=True)
             try:
@@ -159,30 +180,41 @@ class Pins:
 
     def pin(self) -> None:
         """Keep what is shown now."""
-        pins = self._desk.state.pins
+        self._try(self._pin_shown)
+
+    def _pin_shown(self) -> None:
+        call = self._now()
+        if call is None:
+            raise QuantityError("pin: no curve is shown")
+        subject = getattr(self._desk.state, shelf_of(call.name))
+        put_pin(self._desk, pin_of(self._page, call, subject))
+
+    def pin_file(self, key: str) -> None:
+        """Keep a dropped file's curve, or let it go."""
+        self._try(partial(turn_file, self._desk, key))
+
+    def _try(self, act: Callable[[], None]) -> None:
         try:
-            if sum(one.page == self._page for one in pins) >= MOST:
-                raise QuantityError(f"pin: {MOST} curves are pinned; unpin one first")
-            call = self._now()
-            if call is None:
-                raise QuantityError("pin: no curve is shown")
-            subject = getattr(self._desk.state, shelf_of(call.name))
-            made = pin_of(self._page, call, subject)
+            act()
         except LayerjamError as err:
             self._alert.say(one_line(err))
-            return
-        self._alert.say("")
-        if made not in pins:
-            self._desk.put_pins((*pins, made))
+        else:
+            self._alert.say("")
 
     def unpin(self, place: int) -> None:
         """Let one go."""
         pins = self._desk.state.pins
         self._desk.put_pins((*pins[:place], *pins[place + 1 :]))
 
-    def fill(self) -> None:
-        """Show what is pinned; nothing moves where it is the same."""
+    def fill(self, files: Mapping[str, str] = MappingProxyType({})) -> None:
+        """Show what is pinned; nothing moves where it is the same.
+
+        `files` is {key: label} of pinned files that are drawn.
+        """
         drawn = tuple((one.place, one.label) for one in self.shown)
+        for place, pin in enumerate(self._desk.state.pins):
+            if pin.command == MEASURED and pin.subject in files:
+                drawn = (*drawn, (place, files[pin.subject]))
         if self.problem:
             self._alert.say(self.problem)
         if drawn == self._drawn:

@@ -17,7 +17,7 @@ from layerjam.workbench.dropping import Dropping
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
 from layerjam.workbench.rest import elsewhere, forget_routes
-from layerjam.workbench.session import ENDING, to_session
+from layerjam.workbench.session import ENDING, kept_files, to_session
 from layerjam.workbench.state import LONGEST_LINK, from_link, to_link
 from layerjam.workbench.widgets import button, dressed, shipped
 
@@ -172,9 +172,15 @@ def _button(icon: str, what: str, act: Callable[[], object]) -> None:
 def _session(desk: Desk) -> None:
     """A menu to save all that is set as one file, and to open it again."""
 
-    def save() -> None:
-        text = to_session(desk.state).encode()
-        ui.download.content(text, f"{desk.brake.name}-session{ENDING}", "application/json")
+    async def save() -> None:
+        try:
+            text = await elsewhere(session_of, desk)
+        except LayerjamError as err:
+            ui.notify(str(err), type="warning")
+            return
+        if text is not None:  # None: the program is being ended
+            name = f"{desk.brake.name}-session{ENDING}"
+            ui.download.content(text.encode(), name, "application/json")
 
     look = "flat round color=white"
     made = button("", None, "session", "folder", how=look)
@@ -207,14 +213,23 @@ async def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
     await offer(text, "python" if how == "python" else "bash", own.texts)
 
 
+def session_of(desk: Desk) -> str:
+    """The text of the file that holds all that is set, and the files that are pinned."""
+    there = {file.key for file in desk.files.files}
+    state = desk.state.without_files(there)
+    return to_session(state, kept_files(state, desk.files))
+
+
 async def _copy_link(desk: Desk) -> None:
+    """The address, and what it does not hold."""
+    names = [one.shown for one in desk.files.files if one.key in desk.state.files]
+    lacks = f". A link carries no files, so not {', '.join(names)}: a saved session does"
+    lacks = lacks if names else ""
     if await copied("window.location.href"):
-        ui.notify("The address of this page holds all that is set; it was copied")
+        ui.notify(f"The address of this page holds all that is set; it was copied{lacks}")
     else:
-        ui.notify(
-            "Your browser does not let this page copy. The address bar holds the same link",
-            type="warning",
-        )
+        said = "Your browser does not let this page copy. The address bar holds the same link"
+        ui.notify(said + lacks, type="warning")
 
 
 def _address(desk: Desk) -> None:

@@ -6,7 +6,7 @@ import base64
 import binascii
 import json
 import zlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from types import MappingProxyType
 
@@ -18,6 +18,8 @@ LONGEST_LINK = 30_000
 LARGEST = 200_000
 """Characters of a link, and of what it unfolds to."""
 Value = float | str | bool
+MEASURED = "measured"
+"""Command of a pin that keeps a dropped file: its subject is the file's key."""
 SHARED = "desk"
 """Where the settings stand that pages share."""
 SAME = MappingProxyType(
@@ -56,7 +58,10 @@ def _places(page: str, key: str) -> Iterator[tuple[str, str]]:
 
 @dataclass(frozen=True)
 class Pin:
-    """A pinned curve: a page, a command, a brake (catalogue name or TOML text), its options."""
+    """A pinned curve: a page, a command, a brake (catalogue name or TOML text), its options.
+
+    Of a dropped file the command is `MEASURED`, the subject its key.
+    """
 
     __pydantic_config__ = ConfigDict(strict=True, allow_inf_nan=False)
     page: str
@@ -79,6 +84,16 @@ class State:
     """{page: {control: SI value, choice or flag}}."""
     pins: tuple[Pin, ...] = ()
     """Curves kept, as the calls they come from."""
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Keys of the dropped files that are pinned."""
+        return tuple(pin.subject for pin in self.pins if pin.command == MEASURED)
+
+    def without_files(self, there: Collection[str] = ()) -> State:
+        """The state without pins of dropped files, but of those that are `there`."""
+        kept = (p for p in self.pins if p.command != MEASURED or p.subject in there)
+        return replace(self, pins=tuple(kept))
 
     def get(self, page: str, key: str, default: Value) -> Value:
         """What was set, or the default."""
@@ -121,8 +136,8 @@ def read_state(text: str | bytes) -> State:
 
 
 def to_link(state: State) -> str:
-    """The state as text that may stand in an address."""
-    text = json.dumps(asdict(state), separators=(",", ":"), allow_nan=False)
+    """The state as text that may stand in an address; pinned files stay here, it carries none."""
+    text = json.dumps(asdict(state.without_files()), separators=(",", ":"), allow_nan=False)
     return base64.urlsafe_b64encode(zlib.compress(text.encode(), 9)).decode().rstrip("=")
 
 

@@ -149,6 +149,22 @@ class Uploads:
             self.files.append(made)
             return made
 
+    def bring(self, name: str, data: bytes, sidecar: str) -> None:
+        """Keep a file of a session with its sidecar, used at once; raises Refused.
+
+        Where the same content is here already, that is used.
+        """
+        if len(sidecar.encode()) > SIDECAR:
+            raise Refused(f"{clean(name)}: its sidecar is larger than {SIDECAR // 1024} kB")
+        digest = hashlib.sha256(data).hexdigest()
+        here = next((f for f in list(self.files) if f.digest == digest), None)
+        made = here or self.take(name, data)
+        if made is None:
+            raise Refused(f"{clean(name)}: is called like a sidecar, not like a measurement")
+        self.waiting.discard(made.key)
+        if here is None and sidecar:
+            self.sidecars[made.shown] = sidecar
+
     def _unused(self, name: str) -> str:
         """The name, numbered where another file has it."""
         taken, plain = {f.shown for f in self.files}, Path(name)

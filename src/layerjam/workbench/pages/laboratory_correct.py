@@ -22,7 +22,8 @@ from layerjam.workbench.columns import ColumnTable
 from layerjam.workbench.controls import with_unit
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.laboratory_files import Row
-from layerjam.workbench.proposals import FACTS
+from layerjam.workbench.pins import turn_file
+from layerjam.workbench.proposals import CALIBRATE, FACTS, VALIDATE
 from layerjam.workbench.said import (
     ROLES,
     UNITS,
@@ -62,6 +63,7 @@ class Correct:
         self.rows: list[Row] = []
         self._said: dict[str, str] = {}
         self._fields: dict[str, Any] = {}
+        self._pins: ui.button | None = None
         with dressed(ui.card(), "laboratory-detail", "w-full", "flat bordered") as self.box:
             self._name = heading("").classes("break-all")
             with ui.row().classes("w-full items-start gap-6"):
@@ -80,6 +82,7 @@ class Correct:
     def fill(self, rows: Sequence[Row], dark: bool) -> None:
         """Show what there is of some files; nothing is rebuilt where nothing has changed."""
         if self._shown == (*rows, dark):
+            self._fill_pin()
             return
         self._shown, self.rows = (*rows, dark), list(rows)
         self.box.set_visibility(bool(rows))
@@ -132,7 +135,7 @@ class Correct:
         said = edits_of(self.desk).get(self._keys[0], {})
         roles = {r.role for r in self.rows}
         self._said = {**said, "role": roles.pop() if len(roles) == 1 else ""}
-        self._fields = {}
+        self._fields, self._pins = {}, None
         with ui.row().classes("w-full items-end gap-3"):
             self._select("role", "Used as", ROLES, width="w-56")
             for name in FACTS:
@@ -154,6 +157,32 @@ class Correct:
                 ("Remove", "delete", partial(self._remove, self._keys), "remove", "flat"),
             ):
                 button(text, act, f"laboratory-{key}", icon, how=f"{how} dense no-caps")
+            if all(r.traces and r.role in (CALIBRATE, VALIDATE) for r in self.rows):
+                how = "flat dense no-caps"
+                self._pins = button("", self._pin, "laboratory-pin", "push_pin", how=how)
+                self._fill_pin()
+
+    def _unpinned(self) -> list[str]:
+        return [key for key in self._keys if key not in self.desk.state.files]
+
+    def _fill_pin(self) -> None:
+        if self._pins is not None:
+            free = bool(self._unpinned())
+            self._pins.set_text("Pin to the pull" if free else "Unpin from the pull")
+
+    def _pin(self) -> None:
+        """Pin the files to the page Pull; where they all are, take them from there."""
+        free = self._unpinned()
+        try:
+            for key in free or self._keys:
+                turn_file(self.desk, key)
+        except LayerjamError as err:
+            self._trouble.say(one_line(err))
+            return
+        self._trouble.say("")
+        if free:
+            many = "It stands" if len(free) == 1 else f"{len(free)} files stand"
+            ui.notify(f"{many} on the page Pull, beside what is computed")
 
     def _preview(self) -> Preview | str:
         """The table of the first file, or why there is none."""

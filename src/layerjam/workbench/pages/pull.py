@@ -18,6 +18,7 @@ from layerjam.workbench.heroes import Hero, Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.outcomes import of_pull, of_slide
 from layerjam.workbench.page import Box, Figures, Notes, Page
+from layerjam.workbench.pages import pull_pins
 from layerjam.workbench.pages.pull_chart import pulled, saw
 from layerjam.workbench.pages.pull_files import Measured, Reading, laid_out, read, show_errors
 from layerjam.workbench.pages.pull_sheets import SheetBySheet
@@ -100,6 +101,7 @@ class Pull(Page):
             with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
                 self.outcome = status("pull-outcome")
                 self.pins.build()
+                self.pin_files = pull_pins.PinFiles(self.desk, self.pins)
             with self.while_(lambda: not self._saws()):
                 self.peak.build()
             self.chart = chart("pull-chart", "Force over elongation")
@@ -156,7 +158,12 @@ class Pull(Page):
 
     def pinned(self) -> Mapping[str, Call]:
         """The calls behind the pinned curves."""
-        return self.pins.calls
+        files = {label: call for label, (call, _) in self._pinned_files().items()}
+        return {**files, **self.pins.calls}
+
+    def _pinned_files(self) -> dict[str, tuple[Call, Any]]:
+        """The measured curves that are pinned and drawn, as calls with their results."""
+        return {} if self._saws() else pull_pins.beside(self.desk, self._read[1])
 
     def _files(self) -> Reading:
         """The files as they were read, or anew where files, brake or their vacuum changed."""
@@ -174,14 +181,18 @@ class Pull(Page):
         call, found, whole, reading = result
         saws = call.name == STICK_SLIP
         pinned = self.pins.drawn
-        self.pins.fill()
+        drawn = Reading() if saws else reading
+        self.pin_files.fill(drawn)
+        files = pull_pins.labels(self.desk, drawn)
+        self.pins.fill(files)
         self.of_files.set_visibility(reading.lacking)
         self.compared.set_visibility(bool(reading.curves) and not saws)
         self.errors.set_visibility(not saws)
         if saws:
             live.draw(self.chart, saw(found, whole, self.dark, pinned))
         else:
-            live.draw(self.chart, pulled(found, whole, reading, self.dark, pinned))
+            made = pulled(found, whole, reading, self.dark, pinned, files)
+            live.draw(self.chart, made)
             self.peak.fill(found.peak_force)
         (self.saw if saws else self.pulled).fill(found)
         self.by_sheet.fill(None if saws else found.motion, self.desk.brake.brake.sheets)
@@ -197,7 +208,7 @@ class Pull(Page):
             return None
         call, found, *_ = self.result
         name = f"{self.desk.brake.name}-{call.name}"
-        return takeaway.Taken(found, name, call, self.pins.beside)
+        return takeaway.Taken(found, name, call, {**self._pinned_files(), **self.pins.beside})
 
     async def _record(self) -> None:
         if self.result is not None:

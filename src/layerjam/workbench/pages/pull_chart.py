@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -18,6 +18,8 @@ MM = 1e3
 NONE: Mapping[str, Any] = MappingProxyType({})
 LABELLED = 5
 """Files named at their curve's end; more are told apart by the cursor."""
+LETTERS = 31
+"""Of a name beside the chart at most."""
 SHARED = 241
 """Points of the grid that overlaid curves share."""
 SHARES, TALL = (3, 1), 290
@@ -26,21 +28,34 @@ FILE_COLORS = ("second", "good", "other", "sky", "bad")
 
 
 def pulled(
-    result: Any, whole: Any, reading: Reading, dark: bool, pins: Mapping[str, Any] = NONE
+    result: Any,
+    whole: Any,
+    reading: Reading,
+    dark: bool,
+    pins: Mapping[str, Any] = NONE,
+    files: Collection[str] = (),
 ) -> dict[str, Any]:
     """Force over elongation; the axis stands still while vacuum, speed and model change.
 
-    `pins` are other results by their labels, drawn quietly.
+    `pins` are other results by their labels, drawn quietly; `files` keys of those that are pinned,
+    drawn as points.
     """
     record = result.record
     curves = [Curve(record.elongation * MM, record.force, name="computed", width=2.5)]
     rest: list[Curve] = []
+    kept = [one for one in reading.measured if one.file.key in files]
+    drawn, colors = {one.trace.path for one in kept}, dict[str, str]()
     for place, one in enumerate(reading.curves):
-        color = FILE_COLORS[place % len(FILE_COLORS)]
+        color = colors[one.path] = FILE_COLORS[place % len(FILE_COLORS)]
         said = f"{show(one.vacuum, 'Pa', 3)}, {reading.named(one.path)}"
-        curves.append(Curve(one.pull.elongation * MM, one.pull.force, color, said, width=1.5))
+        if one.path not in drawn:
+            curves.append(Curve(one.pull.elongation * MM, one.pull.force, color, said, width=1.5))
         curves.append(Curve(one.elongation * MM, one.model, "ink", "", dashed=True, width=1.2))
         rest.append(Curve(one.elongation * MM, one.residual, color, f"{said}, left over"))
+    for place, one in enumerate(kept, len(reading.curves)):
+        color = colors.get(one.trace.path) or FILE_COLORS[place % len(FILE_COLORS)]
+        x, y = one.features.elongation * MM, one.features.force
+        curves.append(Curve(x, y, color, one.label, width=1.0, measured=True))
     for label, other in pins.items():
         pinned = other.record
         curves.append(Curve(pinned.elongation * MM, pinned.force, "quiet", label, width=1.2))
@@ -62,8 +77,8 @@ def pulled(
     # above the handle that lies around the peak
     made["series"][0]["markPoint"]["data"][0]["label"]["distance"] = 13
     if not rest:
-        if pins:
-            _name_ends(made, curves, top, len(pins))
+        if pins or kept:
+            _name_ends(made, curves, top, len(pins) + len(kept))
         return with_readout(made, ("elongation", "mm"), "N")
     _name_ends(made, curves, top, len(rest) + len(pins))
     limit = round_up(max(*(float(np.nanmax(abs(c.y))) for c in rest), 1e-6))
@@ -88,10 +103,13 @@ def _shared(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
 
 
 def _name_ends(made: dict[str, Any], curves: Sequence[Curve], top: float, files: int) -> None:
-    """Names at the curves' ends, moved apart; only the computed one's where they are too many."""
+    """Names at the curves' ends, moved apart.
+
+    Where they are too many, only those of the computed curve and of pinned files.
+    """
     few = files <= LABELLED
-    made["grid"]["right"] = 200 if few else 96
-    named = [k for k, c in enumerate(curves) if c.name and (few or k == 0)]
+    named = [k for k, c in enumerate(curves) if c.name and (few or k == 0 or c.measured)]
+    made["grid"]["right"] = 200 if len(named) > 1 else 96
     pixels = TALL / top
     ends = {k: float(curves[k].y[np.isfinite(curves[k].y)][-1]) * pixels for k in named}
     above = math.inf
@@ -99,9 +117,18 @@ def _name_ends(made: dict[str, Any], curves: Sequence[Curve], top: float, files:
         place = min(ends[k], above - 15.0)
         above = place
         offset = [0, ends[k] - place]
-        made["series"][k]["endLabel"] |= dict(offset=offset, width=190, overflow="truncate")
+        end = dict(offset=offset, width=190, overflow="truncate", formatter=_short(curves[k].name))
+        made["series"][k]["endLabel"] |= end
     for k, series in enumerate(made["series"]):
         series["endLabel"]["show"] = k in named
+
+
+def _short(name: str) -> str:
+    """What ECharts writes at a curve's end: its name, of a long one head and tail."""
+    if len(name) <= LETTERS:
+        return "{a}"
+    plain = name.replace("{", "(").replace("}", ")")  # braces are ECharts' own
+    return f"{plain[: LETTERS - 11]}…{plain[-10:]}"
 
 
 def saw(result: Any, whole: Any, dark: bool, pins: Mapping[str, Any] = NONE) -> dict[str, Any]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 from nicegui import ui
 
 from layerjam.identify.provenance import renamed
+from layerjam.identify.pull.features import PullFeatures
 from layerjam.identify.validation.metrics import CurveError
+from layerjam.measure.trace import Trace
 from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, Subject
@@ -23,6 +25,29 @@ from layerjam.workbench.spoken import on_page
 from layerjam.workbench.tables import html
 from layerjam.workbench.uploads import Upload
 from layerjam.workbench.widgets import Alert, button, dressed, hint
+
+
+@dataclass(frozen=True)
+class MeasuredPull:
+    """A pull of a dropped file as it was measured, without any model."""
+
+    file: Upload
+    trace: Trace
+    features: PullFeatures
+
+    @property
+    def label(self) -> str:
+        """That it was measured, or that a program wrote it; at which vacuum; the file."""
+        word = "synthetic" if self.trace.synthetic else "measured"
+        return f"{word}, {self.about}"
+
+    @property
+    def about(self) -> str:
+        """The vacuum that file or sidecar state, and the user's name of the file."""
+        vacuum = self.trace.facts.vacuum
+        stated = "vacuum not stated" if vacuum is None else show(vacuum, "Pa", 3)
+        specimen = f", specimen {self.trace.specimen}" if self.trace.specimen else ""
+        return f"{stated}, {self.file.shown}{specimen}"
 
 
 @dataclass(frozen=True)
@@ -56,6 +81,13 @@ class Reading:
             if path.split(", specimen ")[0] == shown:
                 said.append("; ".join(sentences))
         return list(dict.fromkeys(said))
+
+    @cached_property
+    def measured(self) -> Sequence[MeasuredPull]:
+        """Every pull that was understood, from its onset on; a file may hold several."""
+        files = {str(file.path): file for file in self.files}
+        record = () if self.understood is None else self.understood.record
+        return [MeasuredPull(files[trace.path], trace, one.features) for trace, one in record]
 
     @property
     def curves(self) -> Sequence[CurveError]:
