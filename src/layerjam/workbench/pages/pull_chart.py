@@ -52,10 +52,10 @@ def pulled(
             curves.append(Curve(one.pull.elongation * MM, one.pull.force, color, said, width=1.5))
         curves.append(Curve(one.elongation * MM, one.model, "ink", "", dashed=True, width=1.2))
         rest.append(Curve(one.elongation * MM, one.residual, color, f"{said}, left over"))
-    for place, one in enumerate(kept, len(reading.curves)):
-        color = colors.get(one.trace.path) or FILE_COLORS[place % len(FILE_COLORS)]
-        x, y = one.features.elongation * MM, one.features.force
-        curves.append(Curve(x, y, color, one.label, width=1.0, measured=True))
+    for place, own in enumerate(kept, len(reading.curves)):
+        color = colors.get(own.trace.path) or FILE_COLORS[place % len(FILE_COLORS)]
+        x, y = own.features.elongation * MM, own.features.force
+        curves.append(Curve(x, y, color, own.label, width=1.0, measured=True))
     for label, other in pins.items():
         pinned = other.record
         curves.append(Curve(pinned.elongation * MM, pinned.force, "quiet", label, width=1.2))
