@@ -36,7 +36,10 @@ LONG = 24
 """Characters of LaTeX from which an equation within a line may be broken."""
 CLOSE = '<mo lspace="0" rspace="0" stretchy="false">{}</mo>'
 THIN = '<mspace width="0.17em"/>'
-FUNCTION = re.compile(r"(?P<before></mo>|<mrow>)?<m[io]>(?P<name>ln|exp|erf|log|min|max)</m[io]>")
+FUNCTION = re.compile(
+    r"(?P<before></mo>|<mrow>)?(?<!<msub>)<m[io]>(?P<name>ln|exp|erf|log|min|max)</m[io]>"
+)
+BASE = re.compile(r"<msub>(?=<m[io]>log</m[io]>)")
 PRIME = re.compile(r"<msup>(<mi>[^<]*</mi>)<mi>&#x02032;</mi></msup>")
 INTEGRAL = re.compile(r"(<msubsup><mo>&#x0222B;</mo><mn>0</mn>)(<mi>[^<]*</mi>|<mn>[^<]*</mn>)")
 
@@ -72,6 +75,7 @@ def spaced(made: str) -> str:
         return f"{before}<mi>{found['name']}</mi>{THIN}"
 
     made = FUNCTION.sub(function, made).replace(f"{THIN}<mo stretchy", "<mo stretchy")
+    made = BASE.sub(f"{THIN}<msub>", made)
     made = PRIME.sub(rf"<mrow>\1{CLOSE.format('&#x02032;')}</mrow>", made)
     made = INTEGRAL.sub(r'\1<mrow><mspace width="0.4em"/>\2</mrow>', made)
     for operator in ("&#x0002F;", "&#x0007C;"):  # a slash and bars stand close

@@ -13,6 +13,8 @@ pytest.importorskip("latex2mathml")
 equations = script(ROOT / "docs" / "equations.py")
 MATHML = "{http://www.w3.org/1998/Math/MathML}"
 """The name of the language; no address that a browser opens."""
+PARTS = {"mfrac": 2, "mover": 2, "msub": 2, "msup": 2, "munder": 2, "msubsup": 3, "munderover": 3}
+"""How many parts an element has; with another number browsers show something else."""
 ELEMENTS = re.compile(
     r"m(?:ath|frac|i|n|o|over|row|space|sqrt|style|sub|subsup|sup|text|under|underover)"
 )
@@ -36,6 +38,8 @@ def test_every_equation_is_typeset_and_fetches_nothing() -> None:
                 assert part.tag.startswith(MATHML), latex
                 assert ELEMENTS.fullmatch(part.tag.removeprefix(MATHML)), latex
                 assert all(ATTRIBUTES.fullmatch(name) for name in part.attrib), latex
+                name = part.tag.removeprefix(MATHML)
+                assert len(part) == PARTS.get(name, len(part)), latex
             letters = re.findall(r"(?<![a-zA-Z\\{])[a-zA-Z](?![a-zA-Z])", latex)
             assert all(letter in shown(tree) for letter in letters), latex
             seen += 1
@@ -48,6 +52,12 @@ def test_no_dollar_is_left_over() -> None:
         text = equations.FENCED.sub("", page.read_text(encoding="utf-8"))
         text = re.sub(r"^::: .*\n(?:    .*\n)*", "", text, flags=re.MULTILINE)
         assert "$" not in equations.EQUATION.sub("", text), page.name
+
+
+def test_a_logarithm_carries_its_base() -> None:
+    tree = ElementTree.fromstring(equations.mathml(r"B \log_{10}(t/t_0)"))
+    base = next(part for part in tree.iter(f"{MATHML}msub") if shown(part) == "log10")
+    assert [shown(part) for part in base] == ["log", "10"]
 
 
 def test_subscripts_roots_and_functions_come_out_as_written() -> None:

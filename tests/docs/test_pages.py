@@ -249,6 +249,18 @@ def test_site_asks_nothing_of_other_hosts(site: Path) -> None:
 
 
 @pytest.mark.slow
+def test_search_works_where_the_site_is_opened_from_a_folder(site: Path) -> None:
+    """A browser gives a page from a folder no worker and no index but as scripts."""
+    assert (
+        (site / "search" / "search_index.js").read_text(encoding="utf-8").startswith("var __index")
+    )
+    for page in ("index.html", "notebooks/first-drop.html"):
+        text = (site / page).read_text(encoding="utf-8")
+        shim = re.search(r'<script src="([^"]*iframe-worker[^"]*)"', text)
+        assert shim is not None and (site / page).parent.joinpath(shim.group(1)).exists(), page
+
+
+@pytest.mark.slow
 def test_site_shows_every_equation(site: Path) -> None:
     """As MathML, and none in another way: the site finds those that the finder finds."""
     equations = script(ROOT / "docs" / "equations.py")

@@ -118,7 +118,7 @@ class Soak(Result):
     under="bench",
     examples=(
         "layerjam bench faults --only sensor-nan --runs 1",
-        "layerjam bench faults 'sim:choi2018?noise=50Pa&leak=500s&rest=closed' --runs 100",
+        'layerjam bench faults "sim:choi2018?noise=50Pa&leak=500s&rest=closed" --runs 100',
     ),
     computes=False,
 )
