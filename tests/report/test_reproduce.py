@@ -13,6 +13,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.report import page
+from layerjam.report.beside import Beside
 from layerjam.studies.choi2018.reproduce import reproduce
 from report.legible import faults
 
@@ -45,14 +46,14 @@ TOLERANCE = {
 
 ILLEGIBLE: list[str] = []
 """What is wrong with the figures of the page, found as they are drawn."""
-drawn = page.drawn
 
 
-def drawn_then_measured(figure: Any) -> str:
+class Measured(Beside):
     """Measured afterwards: a figure that was laid out before is drawn a little differently."""
-    text = drawn(figure)
-    ILLEGIBLE.extend(faults(figure))
-    return text
+
+    def post(self, figure: Any) -> None:
+        super().post(figure)
+        ILLEGIBLE.extend(faults(figure))
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +61,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("reproduction") / "report"
     told: list[str] = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page, "drawn", drawn_then_measured)
+        patch.setattr(page, "Beside", Measured)
         made = reproduce(out, progress=lambda what, _: told.append(what))
     assert (made.report, made.results) == (str(out / "report.html"), str(out / "results.json"))
     assert any("synthetic" in line for line in told) and made.report in told[-1]

@@ -15,8 +15,8 @@ from layerjam.report.assembly import assembly
 from layerjam.report.assembly_steps import PATTERN
 from layerjam.report.build_pictures import labelled, shots
 from layerjam.report.build_scene import scene
-from layerjam.report.page import drawn
 from layerjam.report.pattern import pattern
+from layerjam.report.svg import drawn
 
 
 class Pictures(NamedTuple):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from layerjam.errors import MissingExtraError
 from layerjam.report import style
+from layerjam.report.beside import Beside
 
 if TYPE_CHECKING:
     import jinja2
@@ -146,29 +146,24 @@ def html(shown: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
     return made.render(**shown, pictures=inside, style=_text("page.css"))
 
 
-def drawn(figure: style.Figure, words: bool = False) -> str:
-    """The figure as an SVG file's text; the same figure gives the same bytes.
-
-    With `words` what is written in it stays text, for a page that has a typeface of its own.
-    """
-    buffer = io.StringIO()
-    with style.look(words):
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    return buffer.getvalue()
-
-
 def drawn_all(
     pictures: Sequence[Picture],
     tell: Callable[[str, float], None],
     start: float = 0.0,
     end: float = 1.0,
+    meanwhile: Callable[[], object] = lambda: None,
 ) -> dict[str, str]:
-    """Every picture as an SVG file's text by its name; `tell` hears of each, and the share done."""
-    made = {}
-    for index, picture in enumerate(pictures):
-        tell(f"figure {picture.name}", start + (end - start) * index / len(pictures))
-        made[picture.name] = drawn(picture.figure())
-    return made
+    """Every picture as an SVG file's text by its name; `tell` hears of each, and the share done.
+
+    Many are drawn beside the computation of the next ones. `meanwhile` is what else there is to
+    wait for before this process draws too.
+    """
+    with Beside(len(pictures)) as beside:
+        for index, picture in enumerate(pictures):
+            tell(f"figure {picture.name}", start + (end - start) * index / len(pictures))
+            beside.post(picture.figure())
+        meanwhile()
+        return dict(zip([p.name for p in pictures], beside.collect(), strict=True))
 
 
 def svg_of(file: str, name: str) -> str:

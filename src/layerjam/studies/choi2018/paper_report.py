@@ -136,9 +136,13 @@ def write_report(
         begun = {name: [pool.submit(work) for work in CLAIMS.get(name, ())] for name in parts}
         every = [*extra, *(part_of(name, FIGURES) for name in parts)]
         pictures = [picture for part in every for picture in part.pictures]
-        svgs = drawn_all(pictures, tell, LAB_SHARE, 0.9)
-        tell("claims", 0.9)
-        claims = {name: [c for some in begun[name] for c in some.result()] for name in parts}
+        claims: dict[str, list[Claim]] = {}
+
+        def wait() -> None:
+            tell("claims", 0.9)
+            claims.update({n: [c for some in begun[n] for c in some.result()] for n in parts})
+
+        svgs = drawn_all(pictures, tell, LAB_SHARE, 0.9, wait)
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
     rows = [claim for some in claims.values() for claim in some]

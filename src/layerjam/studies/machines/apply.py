@@ -59,7 +59,7 @@ class MachineResult(Result):
 
     def pictures(self, progress: Progress) -> list[tuple[str, str]]:
         """(SVG text, caption) of each drawing of the machine's page, in order; words are text."""
-        from layerjam.report.page import drawn
+        from layerjam.report.svg import drawn
         from layerjam.studies.machines.figures import pictures
 
         made = []
