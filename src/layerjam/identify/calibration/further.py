@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from layerjam.identify.calibration.intervals import LEVEL, Population
 
@@ -62,10 +62,10 @@ class Further:
         total, grown = self.degrees + count, np.ones_like(count)
         if chance is not None:
             # the variance of pulls to come over that of those at hand follows F
-            ratio = stats.f.ppf(chance, np.maximum(count, 1.0), self.degrees)
+            ratio = special.fdtri(np.maximum(count, 1.0), self.degrees, chance)
             grown = (self.degrees + count * ratio) / total
         return np.asarray(
-            stats.t.ppf((1 + LEVEL) / 2, total) * self.scatter * np.sqrt(grown * unit)
+            special.stdtrit(total, (1 + LEVEL) / 2) * self.scatter * np.sqrt(grown * unit)
         )
 
     def after_one(self) -> dict[str, float]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 LEVEL = 0.95
 RESAMPLES = 2000
@@ -19,7 +19,7 @@ RESAMPLES = 2000
 
 def quantile(degrees: float, level: float = LEVEL) -> float:
     """Student's t that a share `level` lies within, either side."""
-    return float(stats.t.ppf((1 + level) / 2, degrees))
+    return float(special.stdtrit(degrees, (1 + level) / 2))
 
 
 @dataclass(frozen=True, kw_only=True)

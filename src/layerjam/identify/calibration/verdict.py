@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from layerjam.device.brake import Brake
 from layerjam.device.load import devices, load
@@ -246,7 +246,7 @@ def slip_residuals(fit: JointFit) -> Check:
     middle = np.nanmean(means, axis=0)
     if count > 1:
         error = np.nanstd(means, axis=0, ddof=1) / np.sqrt(count)
-        sure = stats.t.ppf(1 - (1 - SURE) / (2 * SECTIONS), count - 1)
+        sure = special.stdtrit(count - 1, 1 - (1 - SURE) / (2 * SECTIONS))
         bad = (np.abs(middle) > MATTERS) & (np.abs(middle) > sure * error)
     else:
         bad = np.abs(middle) > MATTERS
