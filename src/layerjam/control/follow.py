@@ -65,6 +65,12 @@ class Following:
         return float(np.sqrt(np.mean(self.error**2)))
 
 
+def _padded(values: Array) -> Array:
+    """The values and the last again up to a power of two: few lengths to compile the laws for."""
+    count = len(values)
+    return np.pad(values, (0, (1 << (count - 1).bit_length()) - count), mode="edge")
+
+
 def targets_for(
     wanted: Array, slip: Array, brake: Brake, most: float, pace: Array | None = None
 ) -> tuple[Array, Mask, list[str]]:
@@ -73,9 +79,11 @@ def targets_for(
     Below the enclosure's own force the least vacuum stands, above the greatest force `most` [Pa].
     `pace` [m/s] is how fast the sheets slide, where friction depends on it; None: ever so slowly.
     """
-    brake = at_speed(np.zeros_like(slip) if pace is None else pace, brake)
-    low, high = (np.asarray(f) for f in force_limits(slip, brake))
-    vacuum = np.asarray(vacuum_for_force(wanted, slip, brake))
+    count = len(slip)
+    wide = _padded(slip)
+    moving = at_speed(np.zeros_like(wide) if pace is None else _padded(pace), brake)
+    low, high = (np.asarray(f)[:count] for f in force_limits(wide, moving))
+    vacuum = np.asarray(vacuum_for_force(_padded(wanted), wide, moving))[:count]
     full = min(most, brake.site.atmosphere)
     few = wanted < low
     much = ~few & ~(vacuum <= most)
@@ -88,7 +96,7 @@ def targets_for(
         )
     if much.any():
         i = int(np.argmax(much))
-        top = float(np.broadcast_to(brake_force(slip, full, brake), slip.shape)[i])
+        top = float(np.asarray(brake_force(wide, full, moving))[i])
         reasons.append(
             f"{show(float(wanted[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is more than "
             f"the brake gives at {show(most, 'Pa')}, {show(min(top, float(high[i])), 'N')}"
@@ -157,7 +165,8 @@ def follow(
     targets, _, _ = targets_for(wanted, seen, model, most, paces)
     regulator = replace(regulator, plant=regulator.plant.up_to(float(targets.max())))
     loop = simulate(regulator, [(dt, float(level)) for level in targets], plant=plant, seed=seed)
-    force = np.asarray(brake_force(slip, loop.vacuum, at_speed(paces, brake or model)))
+    true = at_speed(_padded(paces), brake or model)
+    force = np.asarray(brake_force(_padded(slip), _padded(loop.vacuum), true))[: len(slip)]
     return Following(loop, wanted, force, slip, held & fine, (*reasons, *slow))
 
 
