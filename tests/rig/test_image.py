@@ -94,6 +94,8 @@ class Line:
 
     def __init__(self) -> None:
         self.now, self.inbox, self.said, self.room = 0, b"", b"", 10**6
+        self.look = 10
+        """Microseconds that a look at an idle line takes."""
 
     def ticks_us(self) -> int:
         self.now += 10
@@ -121,7 +123,7 @@ class Line:
         line = self.of
         ready = (1 if line.inbox else 0) | (4 if line.room else 0)
         if not ready & self.events:
-            line.now += ms * 1000 or 10
+            line.now += ms * 1000 or line.look
             return []
         return [(None, ready & self.events)]
 
@@ -343,12 +345,26 @@ def test_the_line_is_read_until_the_sample_is_due(text: bytes, step: int) -> Non
         assert got == text
 
 
+@given(before=st.integers(700, 9000), sending=st.booleans())
+def test_a_look_at_an_idle_line_makes_no_sample_late(before: int, sending: bool) -> None:
+    with pytest.MonkeyPatch.context() as patch, tempfile.TemporaryDirectory() as folder:
+        chip = made_chip(patch, Path(folder))
+        made = hal()
+        chip.line.look, chip.line.room = 200, 0
+        due = chip.line.now + before
+        assert made.wait(due, True, sending) == b""
+        assert 0 <= chip.line.now - due <= 30
+
+
 def test_a_full_line_takes_no_time(chip: Machine) -> None:
     made = hal()
     for room in (0, 1, 63, 64, 65, 300):
-        chip.line.room, chip.line.said = room, b""
-        assert made.send(bytes(range(200))) == min(room, 200)
-        assert chip.line.said == bytes(range(200))[:room]
+        chip.line.room, chip.line.said, sent = room, b"", 0
+        while count := made.send(memoryview(bytes(range(200)))[sent:]):
+            # a packet at a time: the loop looks at the clock before the next
+            assert count <= 64
+            sent += count
+        assert sent == min(room, 200) and chip.line.said == bytes(range(200))[:room]
     chip.line.room = 0
     assert made.wait(chip.line.now + 5000, False, True) == b""
     chip.line.room = 1

@@ -15,13 +15,17 @@ import ticks
 import wired
 
 PIECE = 64
-"""Bytes written at once: a packet of USB. More would wait for a host that does not read."""
+"""Bytes written between two looks at the clock: a packet of USB, which takes 0.6 ms. More would wait
+for a host that does not read, and all that a host takes would keep a sample waiting."""
 READ = 64
 """Bytes read at most before the loop looks at the time: 32 lines at most, a millisecond each."""
 HEARD = 4
 """Bytes that are read even where a sample is late: a board that is always late still hears."""
 EARLY = 2000
 """Microseconds before a sample in which nothing sleeps any more."""
+SHARP = 300
+"""Microseconds before a sample in which only the clock is looked at: a look at the line takes up to
+200, by which the sample would be late."""
 BITE, SAVING = 100, 3000
 """The watchdog's time [ms], and while the flash erases a sector, in which the chip stands still."""
 REASON, TIMER = 0x40058008, 1
@@ -104,9 +108,12 @@ class Hal:
         """Bytes of the line, or none where the time has come or something may be sent."""
         data = bytearray()
         poll = self.both if reading and sending else self.writing if sending else self.poll
-        late = 0
+        late, looked = 0, False
         while True:
             left = ticks.diff(due, time.ticks_us())
+            if looked and not data and left < SHARP:
+                time.sleep_us(max(left, 0))
+                return data
             if left <= 0:
                 late += 1
                 if late > HEARD:
@@ -115,7 +122,7 @@ class Hal:
                 time.sleep_us(max(left, 0))
                 return data
             wait = 0 if data or left < EARLY else (left - EARLY + 999) // 1000
-            events = 0
+            events, looked = 0, True
             for found in poll.ipoll(wait):
                 events = found[1]
             if events & select.POLLIN:
@@ -127,15 +134,10 @@ class Hal:
                 return data
 
     def send(self, data: bytes) -> int:
-        """Give the line as much as it takes at once; how many bytes."""
-        sent = 0
-        view = memoryview(data)
-        while sent < len(data) and self.writing.poll(0):
-            count = self.stdout.write(view[sent : sent + PIECE])
-            if not count:
-                break
-            sent += count
-        return sent
+        """Give the line a piece, if it takes one; how many bytes."""
+        if not self.writing.poll(0):
+            return 0
+        return self.stdout.write(data[:PIECE]) or 0
 
     def sensor(self) -> tuple:
         """(vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
