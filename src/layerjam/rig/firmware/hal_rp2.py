@@ -15,8 +15,8 @@ import ticks
 import wired
 
 PIECE = 64
-"""Bytes written between two looks at the clock: a packet of USB, which takes 0.6 ms. More would wait
-for a host that does not read, and all that a host takes would keep a sample waiting."""
+"""Bytes written between two looks at the clock: a packet of USB, which takes 0.6 ms. More would
+wait for a host that does not read, and all that a host takes would keep a sample waiting."""
 READ = 64
 """Bytes read at most before the loop looks at the time: 32 lines at most, a millisecond each."""
 HEARD = 4
