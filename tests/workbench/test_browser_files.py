@@ -93,3 +93,41 @@ def test_two_files_without_sidecars_calibrate_a_brake_in_six_actions(tab, two):
     tab.wait_for_selector(f"{at('pull-files')} >> text=pull_94.5kPa_2.csv", timeout=LONG)
     user.film("5-pull")
     assert not tab.errors
+
+
+def test_a_pull_is_pinned_and_a_reload_and_a_session_keep_it(tab, two, tmp_path):
+    user = User(tab)
+    tab.wait_for_selector(at("brake-here-name"), timeout=LONG)
+    user.drop(two[1])
+    tab.wait_for_selector(at("dropped-use"), timeout=LONG)
+    user.click("dropped-use")
+    tab.click(at("tab-pull"))
+    tab.wait_for_selector(at("pull-pin-file"), timeout=LONG)
+    user.click("pull-pin-file")
+    label = f"synthetic, 94.5 kPa, {two[1][0]}"
+    pinned = f"{at('pull-pins')} >> text={label}"
+    tab.wait_for_selector(pinned, timeout=LONG)
+    assert not tab.is_visible(at("pull-pin-file"))
+    drawn = "([place, name]) => getElement(+document.querySelector(place).id.slice(1)).chart"
+    drawn += ".getOption().series.find(s => s.name === name)?.data.filter(p => p.symbol).length"
+    assert tab.evaluate(drawn, [at("pull-chart"), label]) > 20
+    user.film("pinned")
+    tab.click(at("copy-a-link-to-all-that-is-set"))
+    tab.wait_for_selector(f"text=A link carries no files, so not {two[1][0]}", timeout=LONG)
+    with tab.expect_download() as saved:
+        tab.click(at("session"))
+        tab.click(at("session-save"))
+    file = tmp_path / "mine.json"
+    saved.value.save_as(file)
+    tab.wait_for_timeout(1500)  # the address follows
+    tab.reload()
+    tab.wait_for_selector(pinned, timeout=LONG)
+    tab.click(f"{at('pull-pins')} button")
+    tab.wait_for_selector(pinned, state="detached", timeout=LONG)
+    tab.click(at("pull-file-remove"))
+    tab.wait_for_selector(at("pull-file-remove"), state="detached", timeout=LONG)
+    user.drop(("mine.json", file.read_text("utf-8")))
+    tab.wait_for_selector(pinned, timeout=LONG)
+    tab.click(at("pull-file-remove"))
+    tab.wait_for_selector(pinned, state="detached", timeout=LONG)
+    assert not tab.errors

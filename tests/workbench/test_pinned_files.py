@@ -7,6 +7,7 @@ import base64
 import json
 import zlib
 from dataclasses import asdict
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.errors import FileError, QuantityError
-from layerjam.workbench import session
+from layerjam.workbench import reload, session
 from layerjam.workbench.charts import MARKS, marked
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.notebook import notebook
@@ -56,7 +57,7 @@ def page():
 
 
 def test_a_pinned_file_is_drawn_as_the_file_has_it_and_called_measured(page):
-    _, found, whole, reading = page.result
+    _, found, whole, reading, _ = page.result
     chart = pulled(found, whole, reading, False, files=page.desk.state.files)
     (own,) = [s for s in chart["series"] if s["name"] == "measured, 60 kPa, mine.csv"]
     pairs = [p["value"] if isinstance(p, dict) else p for p in own["data"]]
@@ -95,7 +96,7 @@ def test_of_many_files_the_pinned_one_is_named():
     page = page_with(**{f"pull{k}": NAMES["60 kPa"] for k in range(7)})
     key = page.uploads.files[4].key
     turn_file(page.desk, key)
-    _, found, whole, reading = page.compute()
+    _, found, whole, reading, _ = page.compute()
     chart = pulled(found, whole, reading, False, files=page.desk.state.files)
     named = [s["name"] for s in chart["series"] if s["endLabel"]["show"]]
     page.uploads.close()
@@ -274,3 +275,32 @@ def test_a_click_pins_the_one_file_that_is_there_and_a_second_takes_it_away():
 def test_no_files_no_labels():
     assert pull_pins.labels(Desk(), Reading()) == {}
     assert pull_pins.beside(Desk(), Reading()) == {}
+
+
+def test_a_reload_keeps_files_and_pins_and_a_duplicated_tab_does_not_take_them(page):
+    old, key = page.desk, page.uploads.files[0].key
+    path = page.uploads.files[0].path
+    old.laws["a brake"] = None
+    first = SimpleNamespace(tab_id="one", is_deleted=False)
+    reload.take_over(first, old)
+    twin = Desk()
+    reload.take_over(SimpleNamespace(tab_id="one", is_deleted=False), twin)
+    assert twin.files.files == []
+    reload.take_over(first, old)
+    first.tab_id = None  # the browser went away
+    new = Desk(from_link(to_link(old.state)))
+    assert new.state.files == ()
+    reload.take_over(SimpleNamespace(tab_id="one", is_deleted=False), new)
+    assert new.state.files == (key,) and new.laws.keys() == {"a brake"}
+    old.files.close()
+    reload.forget(old)
+    again = Pull(new)
+    assert list(pull_pins.labels(new, again.compute()[3]).values()) == [
+        "measured, 60 kPa, mine.csv"
+    ]
+    new.files.take("more.csv", b"1")
+    assert len(set(path.parent.iterdir())) == 3  # two files and a sidecar
+    reload.forget(new)
+    assert not any(desk in (old, twin, new) for _, desk in reload._desks.values())
+    new.files.close()
+    assert not path.exists()

@@ -37,7 +37,7 @@ def test_a_pin_goes_with_the_link_and_gives_the_numbers_of_the_command():
     assert state.pins == (pin,)
     page = Pull(Desk(state))
     page.result = page.compute()
-    _, found, whole, reading = page.result
+    _, found, whole, reading, _ = page.result
     (kept,) = page.pins.shown
     own = tensile(KAPTON, vacuum="40 kPa", speed="1 mm/s", travel="20 mm")
     assert kept.result.values == own.values

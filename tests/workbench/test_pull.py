@@ -73,7 +73,7 @@ def test_files_are_held_against_the_model_and_what_is_left_over_is_drawn(page_of
     page = page_of(vacuum=20e3)
     page.uploads.take("../../a pull.csv.toml", b'vacuum = "60 kPa"\n')
     page.uploads.take("../../a pull.csv", measured(1.1))
-    _, answer, whole, reading = page.compute()
+    _, answer, whole, reading, _ = page.compute()
     assert [c.name for c in page.calls()] == ["tensile", "pull", "validate"]
     assert not reading.lacking
     (curve,) = reading.curves
@@ -109,7 +109,7 @@ def test_a_file_without_a_vacuum_takes_the_one_given_for_it(page_of):
 def test_rubbish_is_refused_in_words_and_the_pull_stays(page_of, rubbish):
     page = page_of()
     page.uploads.take("rubbish.csv", rubbish)
-    _, answer, _, reading = page.compute()
+    _, answer, _, reading, _ = page.compute()
     assert answer.peak_force > 0
     assert "rubbish.csv" in reading.problem
     assert "layerjam-" not in reading.problem

@@ -4,23 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.identify.calibration.forward import FINE, Reduced, law_with_error, reduce
-from layerjam.identify.calibration.intervals import quantile
+from layerjam.identify.calibration.law_spread import LawSpread
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.curves import Curve, levels
 from layerjam.report import style
 from layerjam.report.style import FAINT, GREY, MM, ORANGE, RED
 from layerjam.units import show
-
-if TYPE_CHECKING:
-    from layerjam.identify.bayes.posterior import BayesFit
 
 POINTS = 200
 TOGETHER = 4
@@ -164,63 +160,28 @@ def _peaks(near: style.Axes, result: Calibration) -> None:
 
 
 def _drawn(result: Calibration) -> Drawn:
-    if result.fit is None:
-        return _of_exact(result)
-    if isinstance(result.fit, JointFit):
-        return _of_curves(result, result.fit)
-    return _of_draws(result, result.fit)
-
-
-def _of_exact(result: Calibration) -> Drawn:
-    count = len(result.fits)
-    # a pull that tells no stiffness scatters in the scale factor only
-    own = np.log([[f.scale_factor, f.stiffness or result.stiffness, 1.0] for f in result.fits])
-    scatter = np.tile(np.atleast_2d(np.cov(own.T)), (count, 1, 1)) if count > 1 else None
+    count, fit = len(result.curves), result.fit
+    spread = LawSpread.of(result)
+    origins, offsets = np.zeros(count), np.zeros(count)
+    if fit is None:
+        a, k = result.scale_factor, result.stiffness
+        shapes = np.array([[a * f.growth, k, 1.0] for f in result.fits])
+    elif isinstance(fit, JointFit):
+        shapes = np.array([fit.shape(i) for i in range(count)])
+        origins = fit.own.own[:, 3] * fit.reduced.onset
+        offsets = fit.own.own[:, 4] * fit.reduced.height
+    else:
+        shape = result.scale_factor, result.stiffness, result.values["enclosure_factor"]
+        shapes = np.tile(np.array(shape), (count, 1))
+        origins = np.median(fit.slack, axis=(0, 1))
     return Drawn(
         curves=result.curves,
-        shapes=np.array(
-            [[result.scale_factor * f.growth, result.stiffness, 1.0] for f in result.fits]
-        ),
-        origins=np.zeros(count),
-        offsets=np.zeros(count),
-        sure=None if scatter is None else scatter / count,
-        scatter=scatter,
-        t=quantile(count - 1) if count > 1 else float("nan"),
-    )
-
-
-def _of_curves(result: Calibration, fit: JointFit) -> Drawn:
-    count = len(result.curves)
-    expected = fit.design @ fit.population.estimate + fit.held
-    covariance = fit.population.covariance()
-    sure = fit.design @ covariance @ np.swapaxes(fit.design, 1, 2)
-    degrees = count - (len(fit.names) - 2)
-    away = fit.own.own[:, :3] - expected
-    known = degrees > 0 and bool(np.isfinite(covariance).all())
-    return Drawn(
-        curves=result.curves,
-        shapes=np.array([fit.shape(i) for i in range(count)]),
-        origins=fit.own.own[:, 3] * fit.reduced.onset,
-        offsets=fit.own.own[:, 4] * fit.reduced.height,
-        sure=sure if known else None,
-        scatter=np.tile(away.T @ away / degrees, (count, 1, 1)) if known else None,
-        t=quantile(degrees) if known else float("nan"),
-    )
-
-
-def _of_draws(result: Calibration, fit: BayesFit) -> Drawn:
-    """A posterior, taken as normal in (ln a, ln k, factor), which it nearly is."""
-    count = len(result.curves)
-    parts = np.log(fit.scale_factor), np.log(fit.stiffness), fit.enclosure_factor
-    shape = np.array([result.scale_factor, result.stiffness, result.values["enclosure_factor"]])
-    repeats = np.median(fit.scale_factor_sd) ** 2, np.median(fit.stiffness_sd) ** 2, 0.0
-    every = (count, 1, 1)
-    return Drawn(
-        curves=result.curves,
-        shapes=np.tile(shape, (count, 1)),
-        origins=np.median(fit.slack, axis=(0, 1)),
-        offsets=np.zeros(count),
-        sure=np.tile(np.cov(np.stack([part.ravel() for part in parts])), every),
-        scatter=np.tile(np.diag(repeats), every),
-        t=quantile(1e6),
+        shapes=shapes,
+        origins=origins,
+        offsets=offsets,
+        sure=None
+        if spread is None
+        else np.array([spread.sure(c.vacuum, c.speed) for c in result.curves]),
+        scatter=None if spread is None else np.tile(spread.scatter, (count, 1, 1)),
+        t=spread.t if spread else float("nan"),
     )

@@ -19,6 +19,8 @@ FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
 """The page's own: it comes from this machine, with NiceGUI."""
 MARKS = 40
 """Points on a measured curve, equally far apart as one sees it."""
+BAND = 0.22
+"""How strong the ground of a band is."""
 POINTS = 500
 """Points of a curve sent to the browser at most."""
 MOST_ROOM = 200
@@ -190,6 +192,24 @@ def with_readout(made: dict[str, Any], x: tuple[str, str], unit: str) -> dict[st
         f" (+p[0].axisValue).toPrecision(4) + ' {x[1]}<br>' + rows.join('<br>'); }}"
     )
     return made
+
+
+def band(low: Curve, high: Curve) -> dict[str, Any]:
+    """Coloured ground between two curves on the same x, as one closed line without a width.
+
+    ECharts stacks areas on a category axis alone; below a line that comes back on itself nothing is
+    left of the area down to the axis but what the line encloses.
+    """
+    fine = np.isfinite(np.asarray(low.y, float)) & np.isfinite(np.asarray(high.y, float))
+    edges = [thin(np.asarray(c.x)[fine], np.asarray(c.y)[fine]) for c in (high, low)]
+    return {
+        **dict(type="line", name="", data=[*edges[0], *reversed(edges[1])]),
+        **dict(showSymbol=False, silent=True, z=1, color=COLORS.get(high.color, high.color)),
+        "emphasis": {"disabled": True},
+        "lineStyle": {"width": 0},
+        "areaStyle": {"opacity": BAND, "origin": "start"},
+        "endLabel": {"show": False},
+    }
 
 
 def marked(pairs: Sequence[Sequence[float | None]], count: int = MARKS) -> list[Any]:

@@ -6,15 +6,18 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.fluid.file import LineFile, lines, load_line
 from layerjam.workbench.call import Subject
-from layerjam.workbench.state import Pin, State, Value
+from layerjam.workbench.state import MEASURED, Pin, State, Value
 from layerjam.workbench.uploads import Uploads
+
+if TYPE_CHECKING:
+    from layerjam.identify.calibration.law_spread import LawSpread
 
 STEPS = 200
 """Undo steps kept."""
@@ -30,6 +33,8 @@ class Desk:
         self.state = state or State()
         self.files = Uploads()
         """What was dropped in this tab of the browser, for every page; not in the state."""
+        self.laws: dict[str, LawSpread] = {}
+        """{TOML text of a brake: how sure its law is}, of those calibrated in this tab."""
         self._past: list[State] = []
         self._future: list[State] = []
         self._moved = ("", "")
@@ -64,6 +69,16 @@ class Desk:
         if kept != self.state:
             self.state = kept
         self._tell("files")
+
+    def take_over(self, before: Desk) -> None:
+        """The files of a desk that is given up, their pins, and what was calibrated there."""
+        if not self.files.take_over(before.files):
+            return
+        self.laws |= before.laws
+        here = self.state.pins
+        pins = (p for p in before.state.pins if p.command == MEASURED and p not in here)
+        self.state = replace(self.state, pins=(*here, *pins))
+        self.files_changed()
 
     def ask_files(self) -> None:
         """Show what is proposed for the files that wait."""

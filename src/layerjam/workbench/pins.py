@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any
@@ -25,6 +25,8 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {"pull": ("tensile", "stick-slip"), "drop": ("drop",), "vacuum": ("rise", "regulate")}
 )
 """{page: commands whose curves can be pinned there}; a link may ask for no other."""
+BAND = "band"
+"""What a pin of a pull keeps besides options: how sure its law is, as `LawError.text` writes it."""
 LINES = ("rise", "regulate")
 """Commands on a vacuum line; all others are on a brake."""
 
@@ -47,14 +49,15 @@ def call_of(pin: Pin) -> Call:
     if pin.command not in COMMANDS.get(pin.page, ()):
         raise QuantityError(f"pin: nothing of '{pin.command[:40]}' is pinned on this page")
     known = {p.name for p in others(pin.command, ()) if not is_file(p)}
-    strange = sorted(pin.options.keys() - known)
+    options = {key: v for key, v in pin.options.items() if (pin.command, key) != ("tensile", BAND)}
+    strange = sorted(options.keys() - known)
     if strange:
         raise QuantityError(f"pin: '{strange[0][:40]}' is no option that is kept")
     shelf = shelf_of(pin.command)
     file = read_any(shelf, pin.subject)
     named = pin.subject in SHELVES[shelf].names()
     subject = Subject(pin.subject) if named else Subject(f"{file.name}.toml", file)
-    return Call(pin.command, (subject,), dict(pin.options))
+    return Call(pin.command, (subject,), options)
 
 
 def shelf_of(command: str) -> str:
@@ -108,12 +111,16 @@ def turn_file(desk: Desk, key: str) -> None:
 
 @dataclass(frozen=True)
 class Pinned:
-    """A pinned curve: its place among the desk's pins, its label, its call and its result."""
+    """A pinned curve: its place among the desk's pins, its label, its call and its result.
+
+    `beside` is what the page computes besides for its pin, None where nothing.
+    """
 
     place: int
     label: str
     call: Call
     result: Result
+    beside: Any = None
 
 
 class Pins:
@@ -128,7 +135,9 @@ class Pins:
         """
         self._desk, self._page, self._now = desk, page, now
         self._ident, self._only = ident or page, only
-        self._known: dict[str, Result] = {}
+        self._known: dict[str, tuple[Result, Any]] = {}
+        self.besides: Callable[[Pin, Result], Any] = lambda pin, result: None
+        """What a page computes besides for a pin, once; may raise LayerjamError."""
         self._drawn: tuple[tuple[int, str], ...] = ()
         self.shown: tuple[Pinned, ...] = ()
         self.problem = ""
@@ -150,7 +159,7 @@ class Pins:
 
     def compute(self, shown: Call) -> None:
         """The pinned results that can be drawn beside a call; in the page's thread."""
-        kept: list[tuple[int, Call, Result]] = []
+        kept: list[tuple[int, Call, tuple[Result, Any]]] = []
         known, trouble = {}, []
         for place, pin in enumerate(self._desk.state.pins):
             elsewhere = pin.page != self._page or (self._only and pin.command != self._only)
@@ -159,7 +168,7 @@ class Pins:
             key = json.dumps(asdict(pin), sort_keys=True)
             try:
                 call = call_of(pin)
-                known[key] = self._known.get(key) or call.run()
+                known[key] = self._known.get(key) or self._computed(pin, call)
             except LayerjamError as err:
                 trouble.append(one_line(err))
                 continue
@@ -167,8 +176,12 @@ class Pins:
                 kept.append((place, call, known[key]))
         self._known = known
         named = labels([call for _, call, _ in kept], shown)
-        self.shown = tuple(Pinned(p, n, c, r) for (p, c, r), n in zip(kept, named, strict=True))
+        self.shown = tuple(Pinned(p, n, c, *r) for (p, c, r), n in zip(kept, named, strict=True))
         self.problem = "; ".join(dict.fromkeys(trouble))
+
+    def _computed(self, pin: Pin, call: Call) -> tuple[Result, Any]:
+        result = call.run()
+        return result, self.besides(pin, result)
 
     def build(self) -> None:
         """The button, and what is pinned."""
@@ -178,16 +191,17 @@ class Pins:
             self._chips = dressed(ui.row().classes("items-center gap-2"), f"{self._ident}-pins")
         self._alert = Alert(f"{self._ident}-pin-problem", "text-sm")
 
-    def pin(self) -> None:
-        """Keep what is shown now."""
-        self._try(self._pin_shown)
+    def pin(self, **more: str) -> None:
+        """Keep what is shown now, and what is said `more` of it."""
+        self._try(partial(self._pin_shown, more))
 
-    def _pin_shown(self) -> None:
+    def _pin_shown(self, more: Mapping[str, str]) -> None:
         call = self._now()
         if call is None:
             raise QuantityError("pin: no curve is shown")
         subject = getattr(self._desk.state, shelf_of(call.name))
-        put_pin(self._desk, pin_of(self._page, call, subject))
+        made = pin_of(self._page, call, subject)
+        put_pin(self._desk, replace(made, options={**made.options, **more}))
 
     def pin_file(self, key: str) -> None:
         """Keep a dropped file's curve, or let it go."""

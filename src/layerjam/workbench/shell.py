@@ -16,6 +16,7 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import Dropping
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
+from layerjam.workbench.reload import forget, take_over
 from layerjam.workbench.rest import elsewhere, forget_routes
 from layerjam.workbench.session import ENDING, kept_files, to_session
 from layerjam.workbench.state import LONGEST_LINK, from_link, to_link
@@ -73,6 +74,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
 
     client = ui.context.client
     client.on_delete(forget_routes)
+    client.on_delete(lambda: forget(desk))
 
     def turn(name: str) -> None:
         if name in kinds:  # a session may name a page of another version
@@ -113,6 +115,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         except TimeoutError:
             system = False
         dark.set_value(system)
+        take_over(client, desk)
         await opened(desk.state.page)
 
     ui.timer(0.01, begin, once=True)

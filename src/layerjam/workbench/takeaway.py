@@ -173,6 +173,8 @@ def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, An
         place = series.get("yAxisIndex", 0)
         y_name = axes[1][place].get("name", "")
         name = series.get("name") or f"curve {number}"
+        if "areaStyle" in series:  # its edges are curves of their own
+            continue
         for point in series.get("data", ()):
             pair = point.get("value", ()) if isinstance(point, Mapping) else point
             if len(pair) >= 2 and None not in pair[:2]:

@@ -202,6 +202,24 @@ class Uploads:
             self.sidecars.pop(one.shown, None)
             self.from_list.pop(one.shown, None)
 
+    def take_over(self, other: Uploads) -> bool:
+        """All files of another store, which is left empty and closed; False where it has none.
+
+        Not where files are here already.
+        """
+        with self._lock, other._lock:
+            if self.closed or self.files or other.closed or other._place is None:
+                return False
+            self._place, other._place = other._place, None
+            self._numbers, other.closed = other._numbers, True
+            for name in ("files", "sidecars", "listed", "from_list", "waiting"):
+                mine, theirs = getattr(self, name), getattr(other, name)
+                setattr(self, name, theirs)
+                setattr(other, name, mine)
+        with _DOOR:
+            _OPEN.add(self)
+        return True
+
     def close(self) -> None:
         """Delete the folder and all in it; what is being computed from it ends with a refusal."""
         self.closed = True

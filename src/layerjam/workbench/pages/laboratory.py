@@ -278,6 +278,12 @@ class Laboratory(Page):
         fitted = self._fitted()
         if fitted is None or fitted.brake is None:
             return
+        # heavy to load, and loaded by what was fitted
+        from layerjam.identify.calibration.law_spread import LawSpread
+
+        spread = LawSpread.of(fitted.result.record[1])
+        if spread is not None:
+            self.desk.laws[fitted.brake.text] = spread
         try:
             self.desk.put_brake(fitted.brake.text)
         except LayerjamError as err:

@@ -18,12 +18,12 @@ from layerjam.workbench.heroes import Hero, Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.outcomes import of_pull, of_slide
 from layerjam.workbench.page import Box, Figures, Notes, Page
-from layerjam.workbench.pages import pull_pins
+from layerjam.workbench.pages import pull_band, pull_pins
 from layerjam.workbench.pages.pull_chart import pulled, saw
 from layerjam.workbench.pages.pull_files import Measured, Reading, laid_out, read, show_errors
 from layerjam.workbench.pages.pull_sheets import SheetBySheet
 from layerjam.workbench.peak import PeakSetting
-from layerjam.workbench.pins import Pins
+from layerjam.workbench.pins import BAND, Pins
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.widgets import button, chart, columns, fold, one_line, status
@@ -38,6 +38,7 @@ MODEL = Choice(
     "mass on a spring that sticks and slips, over time",
 )
 PULLED = ("force_at_end", "work")
+PIN_BAND = "Pin with its band"
 SAW = (
     "force_high",
     "force_low",
@@ -62,6 +63,7 @@ class Pull(Page):
         self._read: tuple[object, Reading] = (None, Reading())
         self._whole: tuple[object, Any] = (None, None)
         self.pins = Pins(desk, self.name, self.pull_call)
+        self.pins.besides = pull_band.of_pin
         self.peak = PeakSetting(desk, self.name, self.pull_call, self._full)
 
     def controls(self) -> Mapping[str, Control]:
@@ -101,6 +103,8 @@ class Pull(Page):
             with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
                 self.outcome = status("pull-outcome")
                 self.pins.build()
+                self.pin_band = button(PIN_BAND, self._pin_with_band, "pull-pin-band", "push_pin")
+                self.pin_band.set_visibility(False)
                 self.pin_files = pull_pins.PinFiles(self.desk, self.pins)
             with self.while_(lambda: not self._saws()):
                 self.peak.build()
@@ -154,7 +158,17 @@ class Pull(Page):
             whole = Call("show", (self.desk.brake_subject(),)).run()
             self._whole = (self.desk.state.brake, whole)
         self.pins.compute(call)
-        return call, result, self._whole[1], self._files()
+        return call, result, self._whole[1], self._files(), self._band(call, result)
+
+    def _band(self, call: Call, result: Any) -> pull_band.Band | None:
+        """The 95 % of the pull that is shown, where they are known."""
+        error = pull_band.known(self.desk, call)
+        return None if error is None else pull_band.band(error, result.record, call)
+
+    def _pin_with_band(self) -> None:
+        error = pull_band.known(self.desk, self.pull_call())
+        if error is not None:
+            self.pins.pin(**{BAND: error.text()})
 
     def pinned(self) -> Mapping[str, Call]:
         """The calls behind the pinned curves."""
@@ -178,11 +192,12 @@ class Pull(Page):
 
     def draw(self, result: Any) -> None:
         """Curve and numbers."""
-        call, found, whole, reading = result
+        call, found, whole, reading, band = result
         saws = call.name == STICK_SLIP
         pinned = self.pins.drawn
         drawn = Reading() if saws else reading
         self.pin_files.fill(drawn)
+        self.pin_band.set_visibility(band is not None)
         files = pull_pins.labels(self.desk, drawn)
         self.pins.fill(files)
         self.of_files.set_visibility(reading.lacking)
@@ -191,7 +206,9 @@ class Pull(Page):
         if saws:
             live.draw(self.chart, saw(found, whole, self.dark, pinned))
         else:
-            made = pulled(found, whole, reading, self.dark, pinned, files)
+            bands = {one.label: one.beside for one in self.pins.shown if one.beside}
+            bands |= {"": band} if band else {}
+            made = pulled(found, whole, reading, self.dark, pinned, files, bands)
             live.draw(self.chart, made)
             self.peak.fill(found.peak_force)
         (self.saw if saws else self.pulled).fill(found)

@@ -12,6 +12,8 @@ import numpy as np
 
 from layerjam.units import show
 from layerjam.workbench.charts import Curve, options, round_up, stacked, with_readout
+from layerjam.workbench.charts import band as ground
+from layerjam.workbench.pages.pull_band import Band
 from layerjam.workbench.pages.pull_files import Reading
 
 MM = 1e3
@@ -34,14 +36,14 @@ def pulled(
     dark: bool,
     pins: Mapping[str, Any] = NONE,
     files: Collection[str] = (),
+    bands: Mapping[str, Band] = NONE,
 ) -> dict[str, Any]:
     """Force over elongation; the axis stands still while vacuum, speed and model change.
 
     `pins` are other results by their labels, drawn quietly; `files` keys of those that are pinned,
-    drawn as points.
+    drawn as points; `bands` the 95 % of pins by their labels, and of the result itself by "".
     """
-    record = result.record
-    curves = [Curve(record.elongation * MM, record.force, name="computed", width=2.5)]
+    curves = [_computed(result, "main", "computed", 2.5)]
     rest: list[Curve] = []
     kept = [one for one in reading.measured if one.file.key in files]
     drawn, colors = {one.trace.path for one in kept}, dict[str, str]()
@@ -56,9 +58,11 @@ def pulled(
         color = colors.get(own.trace.path) or FILE_COLORS[place % len(FILE_COLORS)]
         x, y = own.features.elongation * MM, own.features.force
         curves.append(Curve(x, y, color, own.label, width=1.0, measured=True))
-    for label, other in pins.items():
-        pinned = other.record
-        curves.append(Curve(pinned.elongation * MM, pinned.force, "quiet", label, width=1.2))
+    curves += [_computed(other, "quiet", label, 1.2) for label, other in pins.items()]
+    edged, also = len(curves), dict[int, str]()
+    for label, band in bands.items():
+        also[edged - len(pins) + list(pins).index(label) if label else 0] = band.name
+        curves += _edges(pins[label] if label else result, band, label)
     end = max(float(c.x.max()) for c in curves)
     top = round_up(max(whole.max_force, *(float(c.y.max()) for c in curves[1:]), 0.0))
     if rest:
@@ -76,11 +80,11 @@ def pulled(
     )
     # above the handle that lies around the peak
     made["series"][0]["markPoint"]["data"][0]["label"]["distance"] = 13
+    if rest or pins or kept or bands:
+        _name_ends(made, curves[:edged], top, len(rest or kept) + len(pins), also)
+    made["series"] += [ground(*curves[k : k + 2]) for k in range(edged, len(curves), 2)]
     if not rest:
-        if pins or kept:
-            _name_ends(made, curves, top, len(pins) + len(kept))
         return with_readout(made, ("elongation", "mm"), "N")
-    _name_ends(made, curves, top, len(rest) + len(pins))
     limit = round_up(max(*(float(np.nanmax(abs(c.y))) for c in rest), 1e-6))
     span: dict[str, Any] = {"x_range": (0.0, end), "y_range": (-limit, limit)}
     below = options(rest, y="left over [N]", **span, **common)
@@ -89,6 +93,21 @@ def pulled(
     for series in below["series"]:
         series["endLabel"]["show"] = False
     return with_readout(stacked([made, below], SHARES), ("elongation", "mm"), "N")
+
+
+def _computed(result: Any, color: str, name: str, width: float) -> Curve:
+    """The force of a computed pull."""
+    record = result.record
+    return Curve(record.elongation * MM, record.force, color, name, width=width)
+
+
+def _edges(result: Any, band: Band, label: str) -> list[Curve]:
+    """The lower and the upper edge of a computed pull's band."""
+    x, color = band.elongation, "quiet" if label else "main"
+    force = np.interp(x, result.record.elongation, result.record.force)
+    name = f"{label or 'computed'}, {band.name}"
+    ends = ((-band.half_width, f"{name}, lower"), (band.half_width, f"{name}, upper"))
+    return [Curve(x * MM, force + half, color, said, width=0.8) for half, said in ends]
 
 
 def _shared(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
@@ -102,14 +121,20 @@ def _shared(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
     return made
 
 
-def _name_ends(made: dict[str, Any], curves: Sequence[Curve], top: float, files: int) -> None:
-    """Names at the curves' ends, moved apart.
+def _name_ends(
+    made: dict[str, Any],
+    curves: Sequence[Curve],
+    top: float,
+    files: int,
+    also: Mapping[int, str] = MappingProxyType({}),
+) -> None:
+    """Names at the ends of some curves, moved apart; what stands behind one's name is in `also`.
 
     Where they are too many, only those of the computed curve and of pinned files.
     """
     few = files <= LABELLED
     named = [k for k, c in enumerate(curves) if c.name and (few or k == 0 or c.measured)]
-    made["grid"]["right"] = 200 if len(named) > 1 else 96
+    made["grid"]["right"] = 200 if also or len(named) > 1 else 96
     pixels = TALL / top
     ends = {k: float(curves[k].y[np.isfinite(curves[k].y)][-1]) * pixels for k in named}
     above = math.inf
@@ -117,16 +142,21 @@ def _name_ends(made: dict[str, Any], curves: Sequence[Curve], top: float, files:
         place = min(ends[k], above - 15.0)
         above = place
         offset = [0, ends[k] - place]
-        end = dict(offset=offset, width=190, overflow="truncate", formatter=_short(curves[k].name))
+        end = dict(
+            offset=offset,
+            width=190,
+            overflow="truncate",
+            formatter=_said(curves[k].name, also.get(k, "")),
+        )
         made["series"][k]["endLabel"] |= end
     for k, series in enumerate(made["series"]):
         series["endLabel"]["show"] = k in named
 
 
-def _short(name: str) -> str:
-    """What ECharts writes at a curve's end: its name, of a long one head and tail."""
+def _said(name: str, also: str) -> str:
+    """What ECharts writes at a curve's end: its name, of a long one head and tail, and more."""
     if len(name) <= LETTERS:
-        return "{a}"
+        return f"{{a}}, {also}" if also else "{a}"
     plain = name.replace("{", "(").replace("}", ")")  # braces are ECharts' own
     return f"{plain[: LETTERS - 11]}…{plain[-10:]}"
 

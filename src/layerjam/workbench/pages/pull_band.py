@@ -1,0 +1,83 @@
+"""The 95 % band of a calibrated brake's pull: where it is known, and how it is pinned."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from layerjam.errors import QuantityError
+from layerjam.simulate.record import TensileRecord
+from layerjam.units import parse
+from layerjam.workbench.call import Call
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.pins import BAND, call_of
+from layerjam.workbench.state import Pin
+
+if TYPE_CHECKING:
+    from layerjam.identify.calibration.law_spread import LawError
+
+ASKED = {"vacuum", "speed", "travel"}
+"""Options of a pull that the calibrated law describes; any other may ask for another law."""
+POINTS = 40
+"""Elongations on each of three stretches; always as many, so that the law is compiled once."""
+
+
+class Band(NamedTuple):
+    """How far the 95 % reach to either side of a force [N], at some elongations [m]."""
+
+    elongation: np.ndarray
+    half_width: np.ndarray
+    pulls: int
+
+    @property
+    def name(self) -> str:
+        """What stands beside it in a chart."""
+        return f"95 % of {self.pulls} pulls"
+
+
+def known(desk: Desk, call: Call) -> LawError | None:
+    """How sure the law of a pull is.
+
+    None where this tab did not calibrate the brake on the desk, or the pull asks for another law.
+    """
+    spread = desk.laws.get(desk.state.brake)
+    if spread is None or call.name != "tensile" or call.options.keys() != ASKED:
+        return None
+    vacuum, speed = _condition(call)
+    return spread.error(vacuum, speed) if vacuum > 0 else None
+
+
+def band(error: LawError, record: TensileRecord, call: Call) -> Band | None:
+    """The band of a recorded pull, that of a call; None where the law has none at its vacuum."""
+    u = np.asarray(record.elongation, float)
+    top = float(u[int(np.argmax(record.force))])
+    # the peak itself, where the force bends, and more of them around it than beyond
+    ends = 0.0, top, min(2 * top, (top + u[-1]) / 2), u[-1]
+    some = [np.linspace(a, b, POINTS, endpoint=False) for a, b in pairwise(ends)]
+    asked = np.concatenate((*some, u[-1:]))
+    half = error.half_width(record.brake.brake, asked, *_condition(call))
+    return Band(asked, half, error.pulls) if np.isfinite(half).all() else None
+
+
+def of_pin(pin: Pin, result: Any) -> Band | None:
+    """The band that a pin keeps beside its result; None where it keeps none.
+
+    Raises LayerjamError for what a link made up.
+    """
+    if BAND not in pin.options:
+        return None
+    # heavy to load, and needed for a pinned band alone
+    from layerjam.identify.calibration.law_spread import LawError
+
+    call = call_of(pin)
+    if call.options.keys() != ASKED:
+        raise QuantityError("band: it belongs to a pull at a vacuum, a speed and a travel")
+    return band(LawError.read(str(pin.options[BAND])), result.record, call)
+
+
+def _condition(call: Call) -> tuple[float, float]:
+    """Vacuum [Pa] and speed [m/s] of a pull."""
+    vacuum, speed = call.options["vacuum"], call.options["speed"]
+    return parse(vacuum, "Pa", "vacuum"), parse(speed, "m/s", "speed")
