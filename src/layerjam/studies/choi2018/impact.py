@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.load import load
 from layerjam.mechanics.stop.exact import STOPPED, stop
 from layerjam.mechanics.stop.tune import tuned_vacuum
+from layerjam.mechanics.threads import once
 from layerjam.simulate.accelerometer import ADXL193, CLASSES, cfc_filter, memory, seen
 from layerjam.simulate.accelerometer import specific_force as specific_force_of
 from layerjam.simulate.drop import drop, spring_of
@@ -30,7 +30,7 @@ def brake_and_rope() -> tuple[Brake, float]:
     return brake, float(brake.rope.stiffness) if brake.rope is not None else np.inf
 
 
-@cache
+@once
 def stops() -> tuple[DropRecord, DropRecord]:
     """The paper's stop of 1 kg at 2.5 m/s: at full vacuum, and tuned to slip 40 mm."""
     brake, rope = brake_and_rope()
@@ -99,7 +99,7 @@ class RopeStudy:
     bare: np.ndarray
 
 
-@cache
+@once
 def rope_study(points: int = 400) -> RopeStudy:
     """From 10 N/m to 1 MN/m, without a filter."""
     brake, _ = brake_and_rope()
@@ -110,7 +110,8 @@ def rope_study(points: int = 400) -> RopeStudy:
     pressure = np.where(np.isfinite(vacuum), vacuum, 0.0)
     soft = stop(MASS, SPEED, pressure, spring, G, brake)
     slips = np.isfinite(vacuum) & (np.asarray(soft.outcome) == STOPPED)
-    hard = stop(MASS, SPEED, FULL, spring, G, brake)
+    # as an array, so that `stop` is compiled once for both
+    hard = stop(MASS, SPEED, np.full_like(pressure, FULL), spring, G, brake)
     return RopeStudy(
         rope=rope,
         tuned=np.where(slips, np.asarray(soft.peak_force), np.nan) / (MASS * G),

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
-
+from layerjam.mechanics.threads import once
 from layerjam.report import style
 from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.studies.machines import figures
@@ -18,7 +17,7 @@ PICTURES = {
 }
 
 
-@cache
+@once
 def _result(name: str) -> Result:
     return load_scenario(name).analyse()
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.pull import brake_force
 from layerjam.mechanics.stick_slip.laws import critical_speed, of_film, slow_saw
 from layerjam.mechanics.stick_slip.wet import ILLUSTRATIVE, ILLUSTRATIVE_VISCOUS, wet_force
+from layerjam.mechanics.threads import once
 from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.stack import tensile_stack
 from layerjam.simulate.stick_slip import moving_mass, series_stiffness, slide_of, tooth
@@ -96,7 +96,7 @@ def _study(name: str) -> FilmJudder:
     )
 
 
-@cache
+@once
 def fig4_study() -> dict[str, FilmJudder]:
     """Both films of Table I at 94.5 kPa and 1 mm/s; a few seconds, done once."""
     return {film: _study(name) for film, name in FILMS.items()}
