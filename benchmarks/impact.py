@@ -77,11 +77,12 @@ def compiled_c() -> list[Method]:
     return [
         Method("C, stop", MANY, compiled.prepare, _first_two, "C", wanted=1.0),
         Method(
-            "C, stop, vector code (-fno-math-errno)",
+            "C, stop, vector code (-fno-math-errno -fno-trapping-math)",
             MANY,
             lambda drops: compiled.prepare(drops, compiled.VECTOR),
             _first_two,
             "C",
+            wanted=1.0,
         ),
     ]
 

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 CHUNK = 1 << 17
 """Cases between two reports of progress: their results stay in the cache of the cores."""
+QUICK = 16
+"""Chunks at once of the compiled loop, some 20 ms, where nobody asks for the pieces."""
 LARGEST = 4 << 30
 """Bytes of results kept in memory; more goes to a sink."""
 Array = np.ndarray[Any, Any]
@@ -99,7 +101,7 @@ def batch(
     swept = _laid_out(law, sweep, fixed, brake)
     sizes = {s.dimension: len(s.values) for s in swept if s.dimension}
     total = math.prod(sizes.values())
-    run, names = _runner(law, swept, fixed, brake, block)
+    run, names, quick = _runner(law, swept, fixed, brake, block)
     kept = tuple(out or names) if wanted is None else tuple(wanted)
     for name in kept:
         if name not in names:
@@ -111,11 +113,11 @@ def batch(
         )
     size = total if sink is None else min(CHUNK, total)
     whole = {n: _flat(n, out, size) for n in kept}
-    done = 0
+    done, most = 0, CHUNK * (QUICK if quick and sink is None and progress is None else 1)
     with Workers() as pool:
         try:
             while done < total:
-                count = min(CHUNK, total - done)
+                count = min(most, total - done)
                 place = slice(done, done + count) if sink is None else slice(0, count)
                 piece = {n: values[place] for n, values in whole.items()}
                 pool.share(count, functools.partial(_some, run, done, piece))
@@ -215,8 +217,8 @@ def _laid_out(
 
 def _runner(
     law: Callable[..., Any], swept: list[Swept], fixed: Mapping[str, Any], brake: Brake, block: int
-) -> tuple[Run, tuple[str, ...]]:
-    """What evaluates flat cases, and the names of its results."""
+) -> tuple[Run, tuple[str, ...], bool]:
+    """What evaluates flat cases, the names of its results, and whether it is the compiled loop."""
     constants = constants_of(brake) if law is stop else None
     if constants is not None and not fixed and not any(s.name.startswith("brake.") for s in swept):
         order = [n for n in inspect.signature(law).parameters if n != "brake"]
@@ -225,17 +227,16 @@ def _runner(
 
         def stops(first: int, count: int, out: Mapping[str, Array]) -> None:
             into = tuple(out.get(n, _NOTHING) for n in Stop._fields)
-            settled = np.empty(count, bool)
-            kernel()(first, count, axes, constants, into, settled)
-            if not settled.all():
-                # the few whose root three steps did not find: bracketed, by the law itself
-                where = np.flatnonzero(~settled)
+            lost = np.zeros(count, bool)
+            if kernel()(first, count, axes, constants, into, lost):
+                # the few whose root the steps did not find: bracketed, by the law itself
+                where = np.flatnonzero(lost)
                 again = stop(**{s.name: s.at(first + where) for s in swept}, brake=brake)
                 for name, values in out.items():
                     values[where] = np.asarray(getattr(again, name))
 
-        return stops, Stop._fields
-    return _traced(law, swept, fixed, brake, block)
+        return stops, Stop._fields, True
+    return *_traced(law, swept, fixed, brake, block), False
 
 
 @functools.lru_cache(maxsize=64)

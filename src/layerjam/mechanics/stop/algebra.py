@@ -50,8 +50,9 @@ class Search(NamedTuple):
     low: Any
     high: Any
     stops: Any
-    snap: Any
-    """Slip at which the brake runs on by itself [m]; infinite on a stiff spring."""
+    far: Any
+    """Where it ends if it does not stop: at the end of the travel, or where it snaps."""
+    snaps: Any
 
 
 class Stop(NamedTuple):
@@ -87,24 +88,24 @@ def root_of(square: Any) -> Any:
     return jnp.where(positive, jnp.sqrt(jnp.where(positive, square, 1.0)), 0.0)
 
 
-def falling_balance(at: Setup, travel: Any) -> Any:
-    """The slip at which the falling force meets the weight, or `travel` if that comes first.
+def balance_root(at: Setup, far: Any) -> Any:
+    """sqrt of the slip at which the falling force meets the weight, or `far` if that comes first.
 
     Up to there the kinetic energy falls (or first rises, then falls), so its first root is the
     only one.
     """
-    # c x - e sqrt(x) = Y(0) - weight, the larger root; then the linear, saturated part
+    # c w^2 - e w = Y(0) - weight, the larger root; or (c - EA/l) w^2 = Y(0) - weight + q l in the
+    # linear, saturated part. Either is (a + sqrt(b)) / d: one root and one division for both.
     over = at.onset - at.weight
-    square = at.enclosure.root * at.enclosure.root + 4 * at.c * over
-    falls = at.c > 0
-    root = (at.enclosure.root + root_of(square)) / jnp.where(falls, 2 * at.c, 1.0)
     slope = at.c - at.enclosure.stiffness / at.enclosure.reach
     linear = over + at.enclosure.friction * at.enclosure.reach
-    linear = linear / jnp.where(slope > 0, slope, 1.0)
-    spreads = root * root < at.enclosure.saturation
-    balance = jnp.where(spreads, root * root, linear)
-    meets = falls & (square >= 0) & (spreads | (slope > 0))
-    return jnp.minimum(jnp.where(meets, jnp.maximum(balance, 0.0), travel), travel)
+    falls = slope > 0
+    spreads = falls & (slope * at.enclosure.saturation > linear)
+    square = at.enclosure.root * at.enclosure.root + 4 * at.c * over
+    under = jnp.where(spreads, square, slope * linear)
+    root = jnp.where(spreads, at.enclosure.root, 0.0) + root_of(under)
+    root = root / jnp.where(spreads, 2 * at.c, jnp.where(falls, slope, 1.0))
+    return jnp.minimum(jnp.where(falls & (under >= 0), root, far), far)
 
 
 def quartic(at: Setup, saturated: Any) -> Quartic:
@@ -114,8 +115,8 @@ def quartic(at: Setup, saturated: Any) -> Quartic:
         at.enclosure.stiffness / at.enclosure.reach,
         at.enclosure.friction * at.enclosure.reach,
     )
-    fall = c - slope
-    whole = at.kinetic + step * at.enclosure.saturation / 6 + (over - step / 2) * step * compliance
+    fall, sixth = c - slope, at.enclosure.saturation * (1 / 6)
+    whole = at.kinetic + step * sixth + (over - step / 2) * step * compliance
     bend = over - step + (step - over) * fall * compliance
     return Quartic(
         jnp.where(saturated, whole, at.kinetic),
@@ -136,29 +137,37 @@ def slope_of(p: Quartic, w: Any) -> Any:
     return p.a1 + w * (2 * p.a2 + w * (3 * p.a3 + w * 4 * p.a4))
 
 
-def snap_slip(soft: Any, enclosure: EnclosureLaw) -> Any:
-    """The slip [m] from which the brake runs on by itself, infinite where it never does.
+def snap_root(soft: Any, enclosure: EnclosureLaw) -> Any:
+    """sqrt of the slip from which the brake runs on by itself, infinite where it never does.
 
     There the force falls as fast as the spring gives, 1 + Y'/k = 0; `soft` is c - k [N/m]. What
     the enclosure adds to Y' falls to EA/l and stays there: a spring above c - EA/l never lets go.
     """
     runs = soft > enclosure.stiffness / enclosure.reach
-    snap = enclosure.root / (2 * jnp.where(runs, soft, 1.0))
-    return jnp.where(runs, snap * snap, jnp.inf)
+    return jnp.where(runs, enclosure.root / (2 * jnp.where(runs, soft, 1.0)), jnp.inf)
+
+
+def snap_slip(soft: Any, enclosure: EnclosureLaw) -> Any:
+    """The slip [m] whose `snap_root` it is."""
+    snap = snap_root(soft, enclosure)
+    runs = snap < jnp.inf
+    finite = jnp.where(runs, snap, 0.0)
+    return jnp.where(runs, finite * finite, jnp.inf)
 
 
 def search(at: Setup, travel: Any) -> Search:
     """Between which slips the kinetic energy passes zero, and as which quartic."""
-    snap = snap_slip(at.c - at.k, at.enclosure)
-    end = jnp.minimum(falling_balance(at, travel), snap)
-    edge = jnp.minimum(at.enclosure.saturation, end)
-    spread = quartic(at, at.c < 0)
+    all_of_it, snap = root_of(travel), snap_root(at.c - at.k, at.enclosure)
+    # the saturation slip's root, sqrt(q l^2/EA), from e = 2 sqrt(EA q)
+    saturation = at.enclosure.root * (at.enclosure.reach / (2 * at.enclosure.stiffness))
+    end = jnp.minimum(balance_root(at, all_of_it), snap)
+    edge = jnp.minimum(saturation, end)
     # beyond its saturation the enclosure has another quartic
-    beyond = (value(spread, root_of(edge)) > 0) & (edge < end)
+    beyond = (value(quartic(at, at.c < 0), edge) > 0) & (edge < end)
     energy = quartic(at, beyond)
-    low = root_of(jnp.where(beyond, edge, 0.0))
-    high = root_of(jnp.where(beyond, end, edge))
-    return Search(energy, low, high, value(energy, high) <= 0, snap)
+    low, high = jnp.where(beyond, edge, 0.0), jnp.where(beyond, end, edge)
+    far = jnp.minimum(all_of_it, snap)
+    return Search(energy, low, high, value(energy, high) <= 0, far, snap < all_of_it)
 
 
 def guess(p: Quartic, low: Any, high: Any) -> Any:
@@ -184,20 +193,20 @@ def polished(p: Quartic, root: Any, slope: Any) -> Any:
     return jnp.maximum(root - step, 0.0)
 
 
-def end_of(at: Setup, found: Search, root: Any, travel: Any) -> Stop:
+def end_of(at: Setup, found: Search, root: Any) -> Stop:
     """How it ends: at the `root` (sqrt of the slip), at the end of travel, or without slip."""
     mass, enclosure = at.mass, at.enclosure
-    elastic = at.weight + root_of(at.weight * at.weight + 2 * at.k * at.arriving)
-    slides = elastic > at.onset
+    # without slip the force swings up to weight + sqrt(swing)
+    swing, lack = at.weight * at.weight + 2 * at.k * at.arriving, at.onset - at.weight
+    slides = (lack < 0) | (swing > lack * lack)
     stops = found.stops
-    far = root_of(jnp.minimum(travel, found.snap))
-    w = jnp.where(slides, jnp.where(stops, root, far), 0.0)
+    w = jnp.where(slides, jnp.where(stops, root, found.far), 0.0)
     slip = w * w
-    outcome = jnp.where(stops, STOPPED, jnp.where(found.snap < travel, SNAPS, BOTTOMED_OUT))
+    outcome = jnp.where(stops, STOPPED, jnp.where(found.snaps, SNAPS, BOTTOMED_OUT))
     outcome = jnp.where(slides, outcome, NEVER_SLID)
     whole = slip >= enclosure.saturation
     push = enclosure.friction * enclosure.reach
-    moved = enclosure.stiffness * slip / enclosure.reach + push
+    moved = enclosure.stiffness / enclosure.reach * slip + push
     pull = jnp.where(whole, moved, enclosure.root * w)
     resist = at.onset - at.c * slip + pull
     falls = at.c > 0
@@ -205,19 +214,23 @@ def end_of(at: Setup, found: Search, root: Any, travel: Any) -> Stop:
     passed = falls & (ratio * ratio < jnp.minimum(slip, enclosure.saturation))
     top = at.onset + enclosure.root * jnp.where(passed, ratio, 0.0) / 2
     highest = jnp.maximum(jnp.maximum(resist, top), at.onset)
-    rest = stops | jnp.logical_not(slides)
-    left = jnp.where(rest, 0.0, jnp.maximum(value(quartic(at, whole), w), 0.0))
     # the enclosure: half of the work is heat while it spreads; then from its tension, q s over l
-    force, spread = jnp.where(slides, resist, elastic), enclosure.root * slip * w / 3
-    rubbed = push * (slip - enclosure.saturation) + 2 * push * enclosure.saturation / 3
+    spread = enclosure.root * slip * w * (1 / 3)
+    rubbed = push * (slip - enclosure.saturation) + 2 * push * enclosure.saturation * (1 / 3)
     face = moved / 2
-    held = 2 * enclosure.reach * (face * face - face * push + push * push / 3) / enclosure.stiffness
+    held = face * face - face * push + push * push * (1 / 3)
+    held = 2 * enclosure.reach / enclosure.stiffness * held
     heat = at.onset * slip - at.c * slip * slip / 2 + jnp.where(whole, rubbed, spread)
+    stored = resist * resist * at.compliance / 2 + jnp.where(whole, held, spread)
+    # what is left of the energy; a drop that slides has a speed, another a swing: one root for both
+    left = at.arriving + at.weight * (slip + resist * at.compliance) - heat - stored
+    pace = root_of(jnp.where(slides, jnp.where(stops, 0.0, 2 * left / mass), swing))
+    elastic = at.weight + pace
     return Stop(
         slip,
         jnp.where(slides, highest, elastic),
-        root_of(2 * left / mass),
+        jnp.where(slides, pace, 0.0),
         heat,
-        force * force * at.compliance / 2 + jnp.where(whole, held, spread),
+        jnp.where(slides, stored, elastic * elastic * at.compliance / 2),
         outcome,
     )

@@ -30,9 +30,9 @@ from layerjam.mechanics.stop.algebra import (
     Quartic,
     Setup,
     Stop,
+    balance_root,
     curved,
     end_of,
-    falling_balance,
     guess,
     polished,
     quartic,
@@ -143,7 +143,7 @@ def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
     energy, low, high = jax.lax.stop_gradient((found.energy, found.low, found.high))
     root = _first_root(energy, low, high)
     root = polished(found.energy, root, jax.lax.stop_gradient(slope_of(energy, root)))
-    end = end_of(at, found, root, travel)
+    end = end_of(at, found, root)
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
     fine = fine & (at.onset + at.enclosure.root >= 0)
     outcome = jnp.where(fine, end.outcome, NOT_A_CASE)
@@ -299,7 +299,7 @@ def time_at_slip(
     at = _setup(mass, speed, vacuum, spring, gravity, brake)
     slides = at.weight + jnp.sqrt(at.weight**2 + spring * mass * speed**2) > at.onset
     end, strip = safe_sqrt(slip), at.enclosure
-    balance = jax.lax.stop_gradient(safe_sqrt(falling_balance(at, jnp.inf)))
+    balance = jax.lax.stop_gradient(balance_root(at, jnp.inf))
     whole = safe_sqrt(strip.saturation + jnp.zeros_like(slip))
     slope = strip.stiffness / strip.reach
     forms = (
