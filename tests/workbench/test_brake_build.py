@@ -6,6 +6,7 @@ import asyncio
 import base64
 import io
 import json
+import multiprocessing
 import shlex
 import subprocess
 import sys
@@ -208,7 +209,8 @@ def test_a_build_is_stopped(monkeypatch):
     monkeypatch.setattr(maker, "tell", stopped_at_once)
     monkeypatch.setattr(maker, "_elsewhere", asyncio.to_thread)
     asyncio.run(maker.ask())
-    assert heard == ["drawing"]
+    assert heard == [""]  # before it began to draw
+    assert not multiprocessing.active_children()
     assert part.folder is None
     assert part._trouble == "stopped"
 

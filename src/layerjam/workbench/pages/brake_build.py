@@ -15,6 +15,7 @@ from layerjam.device.workshop import CUTTERS
 from layerjam.errors import MissingExtraError
 from layerjam.units import show
 from layerjam.workbench import live
+from layerjam.workbench.alone import Tell, alone
 from layerjam.workbench.call import Call, Options, key_of
 from layerjam.workbench.controls import Choice, choice
 from layerjam.workbench.more import More
@@ -189,25 +190,33 @@ class BuildPart(View):
         if self.page.client is None or self.page.client.is_deleted:
             return
         self.trouble.say(self._trouble)
-        made = self.folder
-        if made is not None and made.content:
-            ui.download.content(made.content, f"{made.name}.zip", "application/zip")
-            size = f"{len(made.content) / 1e6:.1f} MB"
-            self.after.set_text(f"{len(made.result.files)} files in {made.name}.zip, {size}")
-        elif made is not None:
-            self.trouble.say(made.result.reason or "")
+        folder = self.folder
+        if folder is not None and folder.content:
+            ui.download.content(folder.content, f"{folder.name}.zip", "application/zip")
+            size = f"{len(folder.content) / 1e6:.1f} MB"
+            self.after.set_text(f"{len(folder.result.files)} files in {folder.name}.zip, {size}")
+        elif folder is not None:
+            self.trouble.say(folder.result.reason or "")
 
     def make(self) -> Folder:
-        """The folder as the command writes it, in one archive."""
+        """The folder as the command writes it; what it is made with is not kept in memory."""
         call = self.call()
-        with tempfile.TemporaryDirectory(prefix="layerjam-") as room:
-            place = Path(room) / "build"
-            result = call.run(out=place, progress=self.maker.tell)
-            files = {f"{call.out}/{name}": (place / name).read_bytes() for name in result.files}
-        return Folder(call.out, result, zipped(files) if files else b"")
+        result = call.run(by=verdict)
+        if not result.feasible:
+            return Folder(call.out, result)
+        return alone(made, call, tell=self.maker.tell)
 
     def _made(self, folder: Folder | None, problem: str) -> None:
         self.folder, self._trouble = folder, problem
+
+
+def made(call: Call, tell: Tell) -> Folder:
+    """The folder that a call writes, in one archive."""
+    with tempfile.TemporaryDirectory(prefix="layerjam-") as room:
+        place = Path(room) / "build"
+        result = call.run(out=place, progress=tell)
+        files = {f"{call.out}/{name}": (place / name).read_bytes() for name in result.files}
+    return Folder(call.out, result, zipped(files))
 
 
 def checks_table(result: Built) -> str:

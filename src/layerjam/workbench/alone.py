@@ -1,0 +1,108 @@
+"""A computation in a process of its own: what it loads, and never gives back, goes with it.
+
+Open CASCADE and the typesetter of the instructions hold half a gigabyte once they were used.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import sys
+import tempfile
+import traceback
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any, TypeVar
+
+from layerjam.errors import LayerjamError
+
+T = TypeVar("T")
+Tell = Callable[[str, float], None]
+LOOK = 0.2
+"""Seconds between two looks whether it is to be stopped."""
+ENGINE = (
+    "jax_enable_x64",
+    "jax_compilation_cache_dir",
+    "jax_persistent_cache_min_compile_time_secs",
+    "jax_persistent_cache_min_entry_size_bytes",
+)
+"""What the other process takes over of JAX's settings."""
+
+
+def alone(work: Callable[..., T], *given: Any, tell: Tell) -> T:
+    """`work(*given, tell)`, which is sent to the other process, as is what comes back.
+
+    `tell(what, share)` is called here, again and again; what it raises ends the process. Raises
+    what the work raises, and LayerjamError where the process ends without a result.
+    """
+    # not forked: a fork of a process with threads can stand still
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe(duplex=False)
+    with here, tempfile.TemporaryDirectory(prefix="layerjam-") as room:
+        told = (there, room, _settings(), work, given)
+        process = context.Process(target=_work, args=told, daemon=True)
+        process.start()
+        there.close()
+        try:
+            answer: T = _answer(here, tell)
+            return answer
+        except EOFError:
+            process.join()
+            code = process.exitcode
+            raise LayerjamError(f"the process for this ended by itself, with {code}") from None
+        finally:
+            process.kill()
+            process.join()
+            process.close()
+
+
+def _settings() -> dict[str, Any]:
+    jax = sys.modules.get("jax")
+    return {} if jax is None else {name: getattr(jax.config, name) for name in ENGINE}
+
+
+def _answer(here: Connection, tell: Tell) -> Any:
+    doing = ("", 0.0)
+    while True:
+        while not here.poll(LOOK):
+            tell(*doing)
+        kind, said = here.recv()
+        if kind == "made":
+            return said
+        if kind == "failed":
+            raise _error(*said)
+        doing = said
+        tell(*doing)
+
+
+def _error(kind: type[Exception], texts: tuple[Any, ...], facts: dict[str, Any]) -> Exception:
+    """The same error; its own constructor may want other arguments than it keeps."""
+    made = kind.__new__(kind)
+    made.args = texts
+    made.__dict__.update(facts)
+    return made
+
+
+def _work(
+    there: Connection,
+    room: str,
+    settings: dict[str, Any],
+    work: Callable[..., Any],
+    given: tuple[Any, ...],
+) -> None:
+    """The other process; an interrupt typed at the terminal is the server's."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    tempfile.tempdir = room  # goes with it, also where it is ended amid its work
+    try:
+        if settings:
+            import jax
+
+            for name, value in settings.items():
+                jax.config.update(name, value)
+        said = ("made", work(*given, lambda what, share: there.send(("doing", (what, share)))))
+    except Exception as error:
+        if not isinstance(error, LayerjamError):
+            error.add_note(traceback.format_exc())  # where it happened
+        said = ("failed", (type(error), error.args, vars(error)))
+    with there:
+        there.send(said)
