@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import mmap
+import sys
 import threading
 import weakref
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
+import pytest
 
 from layerjam.workbench.pages.laboratory import Laboratory
-from layerjam.workbench.rest import REST, Work, settle
+from layerjam.workbench.rest import REST, Work, _only_read, leave_code, settle
 from workbench.standing import standing
 
 
@@ -107,3 +111,46 @@ def test_a_tab_that_is_gone_is_let_go_of():
     gc.unfreeze()  # as `give_back` does: what `settle` had put aside
     gc.collect()
     assert seen() is None
+
+
+def resident(kind: str) -> int:
+    """MB of a kind that this process holds."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith(kind)) // 1024
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="what a process holds is Linux's to say")
+def test_what_was_only_read_is_left_and_read_again(tmp_path):
+    function, content = compiled(), bytes(range(256)) * 2**18
+    (tmp_path / "code").write_bytes(content)
+    with (tmp_path / "code").open("rb") as file:
+        code = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    with code:
+        assert code[:] == content
+        before, own = resident("RssFile:"), resident("RssAnon:")
+        leave_code()
+        assert resident("RssFile:") < before - 60  # of 64
+        assert abs(resident("RssAnon:") - own) < 20
+        assert code[:] == content
+    assert float(function(jnp.ones(3))[0]) == 2.0
+    assert float(jax.jit(lambda x: jnp.sin(x) ** 2 + 1.0)(0.0)) == 1.0
+
+
+def test_what_was_written_to_or_may_be_is_not_left():
+    text = """\
+10000-13000 r-xp 00000000 08:01 7 /lib/code.so
+Rss:                  12 kB
+Anonymous:             0 kB
+VmFlags: rd ex mr mw me
+13000-14000 r--p 00003000 08:01 7 /lib/code.so
+Anonymous:             4 kB
+14000-15000 rw-p 00004000 08:01 7 /lib/code.so
+Anonymous:             0 kB
+15000-16000 r--p 00000000 00:00 0
+Anonymous:             0 kB
+16000-17000 r-xp 00000000 00:00 0                  [vdso]
+Anonymous:             0 kB
+17000-19000 r--s 00000000 08:01 8 /a name with spaces
+Anonymous:             0 kB
+"""
+    assert list(_only_read(text.splitlines())) == [(0x10000, 0x3000), (0x17000, 0x2000)]

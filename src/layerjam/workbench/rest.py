@@ -9,11 +9,13 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import gc
+import mmap
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from nicegui import run
@@ -65,6 +67,7 @@ class Work:
                 sys.modules["jax"].clear_caches()
             gc.unfreeze()
             settle()
+            leave_code()
             self._holding = False
             self._answered.clear()
             return True
@@ -113,3 +116,32 @@ def settle() -> None:
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc's alone
         if trim is not None:
             trim(0)
+
+
+def leave_code() -> None:
+    """Let the system have the pages of libraries: it reads them again where they are needed.
+
+    JAX, LLVM and the others are some 200 MB of this process while it does nothing. Their pages stay
+    in the system's own cache of files as long as there is room, so that this costs milliseconds.
+    """
+    if sys.platform == "linux":
+        advise = ctypes.CDLL(None).madvise
+        advise.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
+        for start, size in _only_read(Path("/proc/self/smaps").read_text().splitlines()):
+            advise(start, size, mmap.MADV_DONTNEED)
+
+
+def _only_read(lines: list[str]) -> Iterator[tuple[int, int]]:
+    """(address, bytes) of mapped files that may not be written, and that nothing was written to.
+
+    What the loader wrote into a page before it was closed is not in the file: such a part stays.
+    """
+    part: tuple[int, int] | None = None
+    for line in lines:
+        first, *rest = line.split()
+        if not first.endswith(":"):
+            start, end = (int(number, 16) for number in first.split("-"))
+            closed = "w" not in rest[0] and rest[4:] != [] and rest[4].startswith("/")
+            part = (start, end - start) if closed else None
+        elif first == "Anonymous:" and part is not None and int(rest[0]) == 0:
+            yield part
