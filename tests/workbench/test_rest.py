@@ -115,7 +115,7 @@ def test_a_tab_that_is_gone_is_let_go_of():
 
 def resident(kind: str) -> int:
     """MB of a kind that this process holds."""
-    lines = Path("/proc/self/status").read_text().splitlines()
+    lines = Path("/proc/self/status").read_text("utf-8").splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith(kind)) // 1024
 
 

@@ -127,7 +127,7 @@ def leave_code() -> None:
     if sys.platform == "linux":
         advise = ctypes.CDLL(None).madvise
         advise.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
-        for start, size in _only_read(Path("/proc/self/smaps").read_text().splitlines()):
+        for start, size in _only_read(Path("/proc/self/smaps").read_text("utf-8").splitlines()):
             advise(start, size, mmap.MADV_DONTNEED)
 
 
