@@ -397,3 +397,16 @@ def test_a_log_and_its_resume(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert main(["bench", "log", FAST + "&at=40kPa", "--out", str(tmp_path / "b.ljrun"),
                  "--resume", "--duration", "5 s"]) == 2  # fmt: skip
     assert "no file" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_what_a_held_up_host_reads_late_is_no_time_of_the_step(tmp_path: Path) -> None:
+    """The board is up to 8 s ahead of who reads slowly; time to vent runs from its being told."""
+    with ready(FAST + "&vent=0.2s") as bench:
+        made = bench.run(
+            "evacuate to 60 kPa and hold 1 s; vent",
+            out=tmp_path / "held.ljrun",
+            watch=lambda _: time.sleep(0.25),
+        )
+    assert (made.outcome, made.gaps) == ("FINISHED", 0), made.reason
+    assert all(step.reached for step in made.steps)

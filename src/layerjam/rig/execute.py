@@ -180,7 +180,7 @@ class Execution:
         band = max(CLOSE * step.to, self.watch.half_band, self._noise)
         limit = TIMES * self.watch.rise_time(self._vacuum, step.to - band) + EXTRA
         self.bench.target = step.to
-        if not self._until(stays(band, step.to, self.recorder.now), limit):
+        if not self._until(stays(band, step.to, self.recorder.now), limit, self._last_sample()):
             raise EndedError(
                 NOT_REACHED,
                 f"{show(step.to, 'Pa')} was not reached within {limit:.3g} s; the vacuum is "
@@ -192,7 +192,8 @@ class Execution:
         """Until the reading is what the regulator takes for none."""
         limit = 2 * self.watch.settle_time
         self.bench.target = 0.0
-        if not self._until(lambda block: bool(last(block) < self.watch.zero), limit):
+        none = self.watch.zero
+        if not self._until(lambda block: bool(last(block) < none), limit, self._last_sample()):
             raise EndedError(
                 NOT_VENTED,
                 f"the vacuum is {show(self._vacuum, 'Pa', 4)} after {limit:.3g} s of venting; "
@@ -224,13 +225,23 @@ class Execution:
         finally:
             crosshead.end(self.bench)
 
-    def _until(self, done: Callable[[Block], bool], limit: float) -> bool:
-        """Record until it is done; False after `limit` [s] of the board's clock."""
+    def _last_sample(self) -> int:
+        """Number of the last sample that the board took before it heeds what it was just told."""
+        return int(self.bench.ask("FETC:ALL?").split(",")[0])
+
+    def _until(self, done: Callable[[Block], bool], limit: float, after: int = -1) -> bool:
+        """Record until it is done; False after `limit` [s] of the board's clock.
+
+        The time runs from sample `after` on: a host that was held up reads for a while what the
+        board had taken before it was told.
+        """
         begun = self.recorder.now
         while True:
             block = self._next()
             if len(block.rows) and done(block):
                 return True
+            if self.recorder.seq <= after:
+                begun = self.recorder.now
             if (self.recorder.now - begun) * 1e-6 >= limit:
                 return False
 
