@@ -16,8 +16,8 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import Drop
 from layerjam.workbench.pages.drop_animation import series
 from layerjam.workbench.pages.drop_chart import stopped
-from layerjam.workbench.pages.pull import Pull
-from layerjam.workbench.pages.pull_chart import pulled
+from layerjam.workbench.pages.pull import STICK_SLIP, Pull
+from layerjam.workbench.pages.pull_chart import pulled, saw
 from layerjam.workbench.pages.vacuum import Vacuum, seen_of
 from layerjam.workbench.pins import MOST, call_of, labels, pin_of
 from layerjam.workbench.state import Pin, State, from_link, to_link
@@ -52,6 +52,17 @@ def test_a_pin_goes_with_the_link_and_gives_the_numbers_of_the_command():
     assert "beside=pinned" in page.taken().python()
     assert list(page.pinned().values()) == [call("40 kPa")]
     page.uploads.close()
+
+
+@pytest.mark.slow
+def test_a_sawtooth_is_pinned_and_drawn_beside_another():
+    said = {"vacuum": "60 kPa", "speed": "1 mm/s"}
+    kept = pin_of("pull", Call(STICK_SLIP, (Subject(KAPTON),), said), KAPTON)
+    pinned = call_of(kept).run()
+    shown = Call(STICK_SLIP, (Subject(KAPTON),), {**said, "vacuum": "40 kPa"}).run()
+    whole = Call("show", (Subject(KAPTON),)).run()
+    names = [line.get("name") for line in saw(shown, whole, False, {"60 kPa": pinned})["series"]]
+    assert "60 kPa" in names and from_link(to_link(State(pins=(kept,)))).pins == (kept,)
 
 
 def test_the_label_says_what_differs():

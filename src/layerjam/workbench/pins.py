@@ -22,7 +22,7 @@ from layerjam.workbench.widgets import Alert, button, dressed, one_line
 MOST = 8
 """Curves pinned to one page at most."""
 COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {"pull": ("tensile", "stick-slip"), "drop": ("drop",), "vacuum": ("rise", "regulate")}
+    {"pull": ("tensile", "judder"), "drop": ("drop",), "vacuum": ("rise", "regulate")}
 )
 """{page: commands whose curves can be pinned there}; a link may ask for no other."""
 BAND = "band"
