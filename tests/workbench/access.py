@@ -66,7 +66,9 @@ def at(ident):
 
 
 def opened(page, place, tab, settings=None):
-    """A page, once it stands still."""
+    """A page, once it stands still, in a tab that has no files of the test before."""
+    if page.url.startswith("http"):
+        page.evaluate("sessionStorage.clear()")
     state = State(page=tab, settings={tab: settings} if settings else {})
     page.goto(f"{place}?s={to_link(state)}")
     page.wait_for_selector(f"{PANEL} h1", timeout=LONG)

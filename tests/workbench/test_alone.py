@@ -51,7 +51,7 @@ def nothing(what, share):
 
 def test_what_it_loads_stays_away_from_here():
     heard = []
-    name = "turtledemo" if "turtledemo" not in sys.modules else "idlelib"
+    name = "wave" if "wave" not in sys.modules else "nntplib"
     process, before, held = alone(loads_a_module, name, tell=lambda *told: heard.append(told))
     assert process != os.getpid()
     assert not before

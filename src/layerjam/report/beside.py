@@ -52,7 +52,7 @@ class Beside:
         trace: TracebackType | None,
     ) -> None:
         if self._process is not None:
-            self._process.kill()
+            self._process.terminate()
             self._process.wait()
         self._asking.shutdown(wait=True, cancel_futures=True)
         if self._process is not None:
