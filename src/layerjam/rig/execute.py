@@ -226,14 +226,14 @@ class Execution:
             crosshead.end(self.bench)
 
     def _last_sample(self) -> int:
-        """Number of the last sample that the board took before it heeds what it was just told."""
+        """Number of the last sample that the board took before it obeys the last command."""
         return int(self.bench.ask("FETC:ALL?").split(",")[0])
 
     def _until(self, done: Callable[[Block], bool], limit: float, after: int = -1) -> bool:
         """Record until it is done; False after `limit` [s] of the board's clock.
 
         The time runs from sample `after` on: a host that was held up reads for a while what the
-        board had taken before it was told.
+        board had taken before the command came.
         """
         begun = self.recorder.now
         while True:
