@@ -13,7 +13,7 @@ import mmap
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -127,11 +127,12 @@ def leave_code() -> None:
     if sys.platform == "linux":
         advise = ctypes.CDLL(None).madvise
         advise.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
-        for start, size in _only_read(Path("/proc/self/smaps").read_text("utf-8").splitlines()):
-            advise(start, size, mmap.MADV_DONTNEED)
+        with Path("/proc/self/smaps").open(encoding="utf-8") as parts:  # a kB for each of thousands
+            for start, size in _only_read(parts):
+                advise(start, size, mmap.MADV_DONTNEED)
 
 
-def _only_read(lines: list[str]) -> Iterator[tuple[int, int]]:
+def _only_read(lines: Iterable[str]) -> Iterator[tuple[int, int]]:
     """(address, bytes) of mapped files that may not be written, and that nothing was written to.
 
     What the loader wrote into a page before it was closed is not in the file: such a part stays.
