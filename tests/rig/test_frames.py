@@ -138,6 +138,18 @@ def test_ten_bad_frames_are_said() -> None:
     assert rig.error() == 126 and rig.error() == 0
 
 
+def test_who_asks_again_spoils_nothing() -> None:
+    """A host that had to wait ends what may be torn; an impatient one fills no queue with it."""
+    rig = Rig()
+    asked = frame.pack(1, 5, b"SYST:ERR:COUN?")
+    for _ in range(25):
+        rig.port.feed(b"\n" + asked)
+    assert rig.error() == 0 and rig.error(3) == 0
+    for _ in range(10):
+        rig.port.feed(asked[:-4] + b"\n" + asked)
+    assert rig.error(3) == 126, "what is torn counts as before"
+
+
 def test_nothing_more_is_read_while_too_much_waits() -> None:
     rig = Rig()
     rig.run(12)

@@ -85,7 +85,8 @@ class Port:
                 self.framed = self.bench.count
                 self.frame(*found)
         elif self.bench.count - self.framed < QUIET:
-            self.spoilt()
+            if line:  # a host that asks again ends what may be torn: mostly there is nothing
+                self.spoilt()
         elif len(line) > LONGEST:
             self.too_long(False)
         else:
