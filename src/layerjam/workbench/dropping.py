@@ -246,7 +246,8 @@ class FilesHere:
             hint(
                 "CSV, TSV, TXT, TRA, XLSX, ODS, and sidecars NAME.csv.toml, many at once. Up to "
                 f"{MOST} files of {LARGEST // 2**20} MB; they stay on this computer, are known on "
-                "every tab, are deleted when the browser's tab is closed, and are not in the link."
+                "every page and after a reload, are deleted when the browser's tab is closed, and "
+                "are not in the link."
             )
             choose = button("Choose files", None, f"{page}-choose", "folder_open")
             choose.on("click", js_handler="() => layerjamPick()")

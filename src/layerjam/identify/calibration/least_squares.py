@@ -40,6 +40,8 @@ MISFIT = 0.01
 """Part of the peak by which a stretch is taken to miss the law before that is known."""
 QUIETEST = 2e-4
 """Least noise of a stretch, part of the peak: no load cell is better, nor the mean over a bend."""
+BLOCK = 6
+"""Curves that are solved at once: one shape to compile, and none waits long for the slowest."""
 ROUNDS = 12
 SETTLED = 1e-7
 
@@ -273,12 +275,14 @@ def fit_own(
     By how much less than that, `loose` says.
     """
     count = len(reduced)
-    padded = max(4, 1 << (count - 1).bit_length())  # few shapes, so that few are compiled
-    fill = np.r_[np.arange(count), np.zeros(padded - count, dtype=int)]
-    curves = jax.tree.map(lambda a: jnp.asarray(a[fill]), (start, expected, reduced, noise))
-    widths = np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9]
-    found = _solver()(*curves, widths, plain(brake))
-    own, information, residual = (np.asarray(a)[:count] for a in found)
+    places = np.arange(-(-count // BLOCK) * BLOCK)
+    places[count:] = 0  # the last block is filled up
+    widths, bare = np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9], plain(brake)
+    blocks = []
+    for block in places.reshape(-1, BLOCK):
+        curves = jax.tree.map(lambda a, at=block: a[at], (start, expected, reduced, noise))
+        blocks.append(_solver()(*curves, widths, bare))
+    own, information, residual = (np.concatenate(a)[:count] for a in zip(*blocks, strict=True))
     weight = reduced.weight
     stretches = (weight > 0).sum(axis=1)
     variance = (weight * residual**2).sum(axis=1) / np.maximum(stretches - 5, 1)
@@ -303,7 +307,7 @@ def _correlation(residual: np.ndarray) -> float:
 
 @functools.cache
 def _solver() -> Any:
-    """Levenberg and Marquardt for one curve, over all of them, compiled once a shape."""
+    """Levenberg and Marquardt for one curve, over `BLOCK` of them, compiled once."""
 
     def one(start: Any, expected: Any, of: Reduced, noise: Any, widths: Any, brake: Any) -> Any:
         root = jnp.sqrt(of.weight) / noise
