@@ -128,3 +128,57 @@ def test_a_step_of_the_vacuum_line_and_a_drop_are_pinned(pull):
             arg=[at(f"{page}-chart"), at(f"{page}-pins")],
             timeout=LONG,
         )
+
+
+NAMES = """place => {
+  const element = document.querySelector(place), list = element.querySelector('.chart-names');
+  const made = getElement(+element.id.slice(1)).chart.getOption();
+  return {
+    below: [...list.querySelectorAll('li')].map(li => li.innerText),
+    beside: made.series.filter(one => one.endLabel?.show).map(one => one.name),
+    room: made.grid.map(one => one.right),
+    plot: element.querySelector('canvas').getBoundingClientRect().height,
+    clear: list.hidden || list.getBoundingClientRect().top
+      >= element.querySelector('canvas').getBoundingClientRect().bottom - 1,
+  };
+}"""
+
+
+def test_a_phone_has_the_names_below_its_chart(pull):
+    """Beside the curves they take 200 pixels; turned around, the phone has room for that."""
+    pull.set_viewport_size({"width": 1280, "height": 800})
+    pull.click(at("tab-pull"))
+    pull.wait_for_selector(f"{CHART} canvas")
+    pins = pull.locator("[data-testid^=pull-unpin-]")
+    while pins.count() < 2:
+        many = pins.count()
+        pull.locator(f"{at('pull-vacuum')} [tabindex='0']").focus()
+        pull.keyboard.press("End" if many else "Home")
+        pull.wait_for_timeout(1500)
+        pull.click(at("pull-pin"))
+        pull.wait_for_function(
+            "many => document.querySelectorAll('[data-testid^=pull-unpin-]').length > many",
+            arg=many,
+        )
+    pull.wait_for_timeout(500)
+    wide = pull.evaluate(NAMES, CHART)
+    assert wide["below"] == [] and len(wide["beside"]) == 3 and max(wide["room"]) == 200
+    pull.set_viewport_size({"width": 390, "height": 844})
+    pull.wait_for_function(
+        "place => document.querySelector(place + ' .chart-names li')", arg=CHART, timeout=LONG
+    )
+    pull.wait_for_timeout(500)
+    phone = pull.evaluate(NAMES, CHART)
+    assert phone["below"] == wide["beside"] and phone["beside"] == []
+    assert max(phone["room"]) < 40 and phone["clear"] and phone["plot"] > 290
+    pull.click(at("pull-unpin-0"))
+    pull.wait_for_function(
+        "place => document.querySelectorAll(place + ' .chart-names li').length === 2", arg=CHART
+    )
+    pull.set_viewport_size({"width": 1280, "height": 800})
+    pull.wait_for_function("place => document.querySelector(place + ' .chart-names').hidden",
+                           arg=CHART)  # fmt: skip
+    pull.wait_for_timeout(500)
+    again = pull.evaluate(NAMES, CHART)
+    assert again["below"] == [] and len(again["beside"]) == 2
+    assert again["room"] == wide["room"]

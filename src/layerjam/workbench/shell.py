@@ -30,6 +30,7 @@ SCRIPTS = (
     "controls.js",
     "view.js",
     "zoom.js",
+    "narrow.js",
     "peak.js",
     "files.js",
     "tour.js",

@@ -4,7 +4,9 @@
 window.layerjamZooms = async (node) => {
   const element = node.el, view = node.component.proxy;
   for (let turn = 0; !view.chart && turn < 500; turn++) await new Promise(r => setTimeout(r, 10));
-  if (view.chart && !view.chart.isDisposed()) layerjamZoomed(element, view.chart);
+  if (!view.chart || view.chart.isDisposed()) return;
+  layerjamZoomed(element, view.chart);
+  layerjamNames(element, view.chart, view.options);
 };
 
 window.layerjamZoomed = (element, chart) => {

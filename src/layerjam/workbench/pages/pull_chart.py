@@ -26,6 +26,7 @@ SHARED = 241
 """Points of the grid that overlaid curves share."""
 SHARES, TALL = (3, 1), 290
 """Heights of the two charts, and pixels of the upper one, near enough to set names apart."""
+EARLY: Mapping[str, Any] = MappingProxyType(dict(align="left", offset=[-4, 0]))
 FILE_COLORS = ("second", "good", "other", "sky", "bad")
 
 
@@ -78,8 +79,9 @@ def pulled(
         marks=[(result.peak_elongation * MM, force, f"{force:.1f} N", "bad")],
         **common,
     )
-    # above the handle that lies around the peak
-    made["series"][0]["markPoint"]["data"][0]["label"]["distance"] = 13
+    # above the handle that lies around the peak, and not over the numbers of the axis beside it
+    label = made["series"][0]["markPoint"]["data"][0]["label"]
+    label |= dict(distance=13, **(EARLY if result.peak_elongation * MM < end / 2 else NONE))
     if rest or pins or kept or bands:
         _name_ends(made, curves[:edged], top, len(rest or kept) + len(pins), also)
     made["series"] += [ground(*curves[k : k + 2]) for k in range(edged, len(curves), 2)]
