@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.collections import PolyCollection
 
 from layerjam.device.load import load
 from layerjam.errors import LayerjamError
 from layerjam.identify.calibration.law_spread import LawSpread
 from layerjam.identify.shape import SHAPE
+from layerjam.workbench import takeaway
 from layerjam.workbench.charts import Curve, band
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.pull import PIN_BAND, Pull
@@ -143,3 +147,30 @@ def test_the_button_is_there_with_the_band_and_pins_it():
             assert sum("areaStyle" in s for s in page.chart.options["series"]) == 2
 
     asyncio.run(use())
+
+
+def test_the_figure_that_is_taken_away_shows_the_bands(page, monkeypatch):
+    """The page's own and a pin's, each around its own curve, named once."""
+    said = {**page.pull_call().options, "vacuum": "60 kPa"}
+    text = SPREAD.error(60e3, 1e-3).text()
+    pin = Pin("pull", "tensile", CALIBRATED, {**said, BAND: text})
+    page.desk.state = replace(page.desk.state, pins=(pin,))
+    page.result = page.compute()
+    figures = []
+    monkeypatch.setattr(takeaway, "save", lambda figure, path: figures.append(figure))
+    finish = page.taken().finish
+    monkeypatch.setattr(Path, "read_bytes", lambda path: b"")
+    assert page.taken().figure("svg") == b"" and finish is not None
+    (axes,) = figures[0].axes
+    (pinned,) = page.pins.shown
+    parts = [c for c in axes.collections if isinstance(c, PolyCollection)]
+    for part, one, found in (
+        (parts[0], pinned.beside, pinned.result),
+        (parts[1], page.result[4], page.result[1]),
+    ):
+        x, y = part.get_paths()[0].vertices.T
+        force = np.interp(x * 1e-3, found.record.elongation, found.record.force)
+        half = np.interp(x * 1e-3, one.elongation, one.half_width)
+        assert np.abs(y - force) == pytest.approx(half, abs=1e-9)
+    words = [text.get_text() for text in axes.texts]
+    assert words.count("band: 95 % of 5 pulls") == 1

@@ -10,19 +10,23 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from nicegui import ui
 
 from layerjam.commands.results import Result
 from layerjam.errors import LayerjamError
 from layerjam.records.table_text import comment, rows_text
+from layerjam.report.style import save
 from layerjam.workbench import copying
 from layerjam.workbench.apart import Apart, apart
 from layerjam.workbench.call import Call, as_python
 from layerjam.workbench.notebook import notebook
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.widgets import button, one_line
+
+if TYPE_CHECKING:
+    from layerjam.report.style import Figure
 
 ENDINGS = ("svg", "png", "pdf")
 NOTEBOOK = "application/x-ipynb+json"
@@ -62,11 +66,13 @@ class Taken:
     """Of the files, without an ending."""
     call: Call
     beside: Mapping[str, tuple[Call, Result]] = field(default_factory=dict)
+    finish: Callable[[Figure], None] | None = None
+    """What the page draws into the figure besides; the lines of Python do not."""
 
     def figure(self, ending: str) -> bytes:
         """The bytes of the figure, with what is pinned."""
         pinned = {label: result for label, (_, result) in self.beside.items()}
-        return file_bytes(self.result or self.call.run(), ending, pinned)
+        return file_bytes(self.result or self.call.run(), ending, pinned, self.finish)
 
     def python(self) -> str:
         """Lines that compute and draw it in a fresh process."""
@@ -144,14 +150,25 @@ def row(ident: str, chart: ui.echart, shown: Callable[[], Takeable | None]) -> u
     return made
 
 
-def file_bytes(result: Result, ending: str, beside: Mapping[str, Result] | None = None) -> bytes:
-    """The bytes of a result's figure or record, as the command writes them."""
+def file_bytes(
+    result: Result,
+    ending: str,
+    beside: Mapping[str, Result] | None = None,
+    finish: Callable[[Figure], None] | None = None,
+) -> bytes:
+    """The bytes of a result's figure or record, as the command writes them.
+
+    With other results `beside` it, and what `finish` draws, it is a figure in any case.
+    """
     with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
         path = Path(folder) / f"file.{ending}"
-        if beside:
-            result.plot(path, beside=beside)
-            return path.read_bytes()
-        return result.save(path).read_bytes()
+        if not beside and finish is None:
+            return result.save(path).read_bytes()
+        figure = result.plot(beside=beside)
+        if finish is not None:
+            finish(figure)
+        save(figure, path)
+        return path.read_bytes()
 
 
 def curves_csv(options: Mapping[str, Any]) -> str:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
 from layerjam.errors import LayerjamError
+from layerjam.report.style import BLUE, GREY
 from layerjam.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.call import Call
@@ -27,6 +29,9 @@ from layerjam.workbench.pins import BAND, Pins
 from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.widgets import button, chart, columns, fold, one_line, status
+
+if TYPE_CHECKING:
+    from layerjam.report.style import Figure
 
 STICK_SLIP = "judder"
 """The word in links; they outlive names."""
@@ -225,7 +230,16 @@ class Pull(Page):
             return None
         call, found, *_ = self.result
         name = f"{self.desk.brake.name}-{call.name}"
-        return takeaway.Taken(found, name, call, {**self._pinned_files(), **self.pins.beside})
+        beside = {**self._pinned_files(), **self.pins.beside}
+        return takeaway.Taken(found, name, call, beside, self._shading())
+
+    def _shading(self) -> Callable[[Figure], None] | None:
+        """What draws the bands of the chart into its figure; None where there are none."""
+        call, found, _, _, band = self.result
+        own = [(band, found.record, BLUE)] if band else []
+        kept = [(one.beside, one.result.record, GREY) for one in self.pins.shown if one.beside]
+        shown = [] if call.name == STICK_SLIP else [*kept, *own]
+        return partial(pull_band.shade, bands=shown) if shown else None
 
     async def _record(self) -> None:
         if self.result is not None:

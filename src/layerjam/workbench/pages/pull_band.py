@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from layerjam.errors import QuantityError
+from layerjam.report import style
 from layerjam.simulate.record import TensileRecord
 from layerjam.units import parse
 from layerjam.workbench.call import Call
@@ -17,11 +19,15 @@ from layerjam.workbench.state import Pin
 
 if TYPE_CHECKING:
     from layerjam.identify.calibration.law_spread import LawError
+    from layerjam.report.style import Figure
 
 ASKED = {"vacuum", "speed", "travel"}
 """Options of a pull that the calibrated law describes; any other may ask for another law."""
 POINTS = 40
 """Elongations on each of three stretches; always as many, so that the law is compiled once."""
+
+WORDS = 0.35
+"""Part of a figure's width that a band's name takes."""
 
 
 class Band(NamedTuple):
@@ -75,6 +81,22 @@ def of_pin(pin: Pin, result: Any) -> Band | None:
     if call.options.keys() != ASKED:
         raise QuantityError("band: it belongs to a pull at a vacuum, a speed and a travel")
     return band(LawError.read(str(pin.options[BAND])), result.record, call)
+
+
+def shade(figure: Figure, bands: Sequence[tuple[Band, TensileRecord, str]]) -> None:
+    """Draw bands into the figure of a pull, each around its record and in its colour.
+
+    Those with as many pulls behind them are named once, over the end of the highest.
+    """
+    axes, ends = figure.axes[0], dict[str, tuple[float, float]]()
+    for one, record, color in bands:
+        force = np.interp(one.elongation, record.elongation, record.force)
+        x, low, high = one.elongation * 1e3, force - one.half_width, force + one.half_width
+        style.band(axes, x, low, high, color)
+        above = float(high[x >= (1 - WORDS) * x[-1]].max()), float(x[-1])
+        ends[one.name] = max(ends.get(one.name, above), above)
+    for name, (y, x_end) in ends.items():
+        style.label(axes, x_end, y, f"band: {name}", ha="right", va="bottom")
 
 
 def _condition(call: Call) -> tuple[float, float]:
