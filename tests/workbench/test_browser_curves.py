@@ -89,10 +89,13 @@ def test_the_peak_is_dragged_and_the_vacuum_follows(pull):
     pull.mouse.move(x, y + 40, steps=4)
     pull.mouse.up()
     pull.wait_for_function(
-        "([said, peak]) => { const f = parseFloat(document.querySelector(peak).innerText);"
+        "([said, peak, handle]) => {"
+        " const f = parseFloat(document.querySelector(peak).innerText);"
         " return f < 145 && f > 60"
-        " && document.querySelector(said).innerText.includes(`a peak of ${f} N`); }",
-        arg=[said, at("pull-peak_force")],
+        " && document.querySelector(said).innerText.includes(`a peak of ${f} N`)"
+        # the handle follows when the chart is drawn, a frame after the words
+        " && Math.abs(document.querySelector(handle).ariaValueNow - f) < 0.1; }",
+        arg=[said, at("pull-peak_force"), at("pull-peak-handle")],
         timeout=LONG,
     )
     before = float(handle.get_attribute("aria-valuenow"))
