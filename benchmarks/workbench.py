@@ -275,6 +275,15 @@ def free_port() -> int:
         return int(free.getsockname()[1])
 
 
+def wait_for(port: int) -> None:
+    """Until something listens there."""
+    while True:
+        with socket.socket() as line:
+            if line.connect_ex(("127.0.0.1", port)) == 0:
+                return
+        time.sleep(0.01)
+
+
 @contextmanager
 def started(port: int | None = None) -> Iterator[tuple[str, int, float]]:
     """(address, process, moment of the command) of a workbench of its own."""
@@ -297,14 +306,8 @@ def first_page(context: Any, port: int) -> float:
     """Seconds from the command to the numbers and the picture of the first page."""
     page = context.new_page()
     with started(port) as (place, _, began):
-        while True:
-            try:
-                page.goto(place, wait_until="commit")
-                break
-            except Exception as error:
-                if "ERR_CONNECTION_REFUSED" not in str(error):
-                    raise
-                time.sleep(0.02)
+        wait_for(port)  # a browser that is refused is a while busy with its own page of that
+        page.goto(place, wait_until="commit")
         page.wait_for_selector(at("start-chart") + " canvas", timeout=LONG)
         page.wait_for_function(
             "document.querySelector('[data-testid=start-force]').innerText.endsWith('N')",
