@@ -80,7 +80,9 @@ def files_ready(page: Any) -> None:
             place = Path(folder) / f"pull-{vacuum[:2]}.csv"
             place.write_bytes(file_bytes(made, "csv"))
             places.append(str(place))
-        page.set_input_files(f"{at('pull-drop')} input[type=file]", places)
+        page.locator(".files-dropped input[type=file]").first.set_input_files(places)
+        page.click(at("dropped-use"), timeout=LONG)
+        page.click(at("tab-pull"))
         page.wait_for_selector(at("pull-errors"), timeout=LONG)
 
 
@@ -359,6 +361,8 @@ def rows() -> list[Row]:
                 page = opened(browser, place, scene)
                 took = latencies(page, along=scene.along)
                 page.context.close()
+                said = f"{scene.name}: {1e3 * middle(took):.0f} ms, p99 {1e3 * late(took):.0f} ms"
+                print(said, file=sys.stderr, flush=True)
                 out.append(Row(f"{scene.name}: median of {MOVES}", middle(took), MEDIAN))
                 out.append(Row(f"{scene.name}: p99", late(took), WORST))
             for model, first in after_models(browser, place).items():
