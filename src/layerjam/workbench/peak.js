@@ -3,9 +3,8 @@
 // a chart in the page whose first mark is the peak; the server hears of {force, done}
 window.layerjamPeaks = async (node) => {
   const element = node.el, view = node.component.proxy;
-  for (let turn = 0; !view.chart && turn < 500; turn++) await new Promise(r => setTimeout(r, 10));
-  const chart = view.chart;
-  if (!chart || chart.isDisposed()) return;
+  const chart = await layerjamChartOf(node);
+  if (!chart) return;
   const handle = document.createElement('div'), said = document.createElement('span');
   handle.className = 'peak-handle';
   handle.append(said);

@@ -29,6 +29,7 @@ SCRIPTS = (
     "workbench.js",
     "controls.js",
     "view.js",
+    "chart.js",
     "zoom.js",
     "narrow.js",
     "peak.js",

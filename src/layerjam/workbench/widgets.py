@@ -88,7 +88,7 @@ def fold(title: str, ident: str = "", is_open: bool = False) -> ui.expansion:
 def chart(ident: str, label: str, style: str = "", act: Any = None) -> ui.echart:
     """An empty chart that can be zoomed; `label` is what it shows, for those who cannot see it."""
     made = dressed(ui.echart({}, on_point_click=act), ident, role="figure", aria_label=label)
-    made.on("vnodeMounted", js_handler="(node) => layerjamZooms(node)")
+    made.on("vnodeMounted", js_handler="(node) => layerjamPrepareChart(node)")
     return made.style(style) if style else made.classes("chart")
 
 

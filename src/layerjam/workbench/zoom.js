@@ -1,14 +1,5 @@
 // Zoom on every chart: Ctrl and the wheel, two fingers, or the buttons; a double click shows all.
 
-// a component that has just come into the page, and whose chart is made a moment later
-window.layerjamZooms = async (node) => {
-  const element = node.el, view = node.component.proxy;
-  for (let turn = 0; !view.chart && turn < 500; turn++) await new Promise(r => setTimeout(r, 10));
-  if (!view.chart || view.chart.isDisposed()) return;
-  layerjamZoomed(element, view.chart);
-  layerjamNames(element, view.chart, view.options);
-};
-
 window.layerjamZoomed = (element, chart) => {
   const set = chart.setOption.bind(chart), spans = {};
   const SIDES = ['xAxis', 'yAxis'], labels = {xAxis: [], yAxis: []};
