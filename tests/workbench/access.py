@@ -45,6 +45,12 @@ OVER = {
     "copied Python": ("copy-as-python", "copied"),
 }
 """{what opens over a page: the button that opens it, what is seen then}."""
+ZOOM = """place => Object.fromEntries(
+  getElement(+document.querySelector(place).id.slice(1)).chart.getOption().dataZoom
+    .map(z => [z.id, [z.start, z.end]]))"""
+"""{axis: [from, to], percent of it} of a chart; empty while nobody has pointed at it."""
+WHOLE = {"x": [0, 100], "y0": [0, 100]}
+"""Of a chart with one pair of axes."""
 PANEL = ".q-tab-panel:visible"
 """The open page."""
 

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from workbench.access import LONG, at, opened
+from workbench.access import LONG, WHOLE, ZOOM, at, opened
 
 pytestmark = pytest.mark.slow
 CHART = at("pull-chart")
-ZOOM = """place => Object.fromEntries(
-  getElement(+document.querySelector(place).id.slice(1)).chart.getOption().dataZoom
-    .map(z => [z.id, [z.start, z.end]]))"""
-WHOLE = {"x": [0, 100], "y0": [0, 100]}
 
 
 @pytest.fixture(scope="module")

@@ -69,7 +69,9 @@ window.layerjamZoomed = (element, chart) => {
     const zooming = now.map(([id]) => ({id, moveOnMouseMove: is, preventDefaultMouseMove: is}));
     set({dataZoom: zooming, ...named(SIDES.map(side => labels[side].map(() => ({}))))});
   });
-  chart.getZr().on('dblclick', whole);
+  // not by ECharts' own: after a finger it takes no notice of the mouse that the browser plays, and
+  // a double tap comes as that alone
+  element.addEventListener('dblclick', e => { if (e.target.tagName === 'CANVAS') whole(); });
   // ECharts keeps every wheel to itself, also one without the key: that one is the page's; over the
   // axes, too, key and wheel are not the browser's own zoom
   for (const kind of ['wheel', 'mousewheel']) element.addEventListener(kind, e => {
