@@ -121,6 +121,35 @@ def test_a_column_and_a_vacuum_are_corrected_in_the_page_and_undone(laboratory):
     assert not laboratory.errors
 
 
+def test_from_my_files_a_pull_is_pinned_and_let_go_by_keyboard(tab):
+    """The card has no list of its own: it leads to the laboratory's, and that has the button."""
+    pull = "mm,N\n" + "".join(f"{i / 10},{min(7 * i, 175 - i)}\n" for i in range(60))
+    tab.wait_for_selector("[data-testid=start-files]", timeout=LONG)
+    tab.evaluate(DROP, [["pull_80kPa.csv", pull]])
+    accepted(tab)
+    tab.wait_for_selector(f"{at('files')} >> text=understood", timeout=LONG)
+    tab.click("[data-testid=tab-start]")
+    tab.focus("[data-testid=start-files]")
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector("[data-testid=dropped-used]", timeout=LONG)
+    tab.focus("[data-testid=dropped-used]")
+    tab.keyboard.press("Enter")
+    tab.get_by_role("checkbox", name="Choose pull_80kPa.csv").focus()
+    tab.keyboard.press("Space")
+    pinned = "[data-testid=pull-pins] >> text=measured, 80 kPa, pull_80kPa.csv"
+    for name, said, state in (
+        ("Pin to the pull", "It stands on the page Pull", "visible"),
+        ("Unpin from the pull", "It was taken from the page Pull", "detached"),
+    ):
+        tab.get_by_role("button", name=name).focus()
+        tab.keyboard.press("Enter")
+        tab.locator("[role=alert]", has_text=said).wait_for(timeout=LONG)
+        tab.click("[data-testid=tab-pull]")
+        tab.wait_for_selector(pinned, state=state, timeout=LONG)
+        tab.click("[data-testid=tab-laboratory]")
+    assert not tab.errors
+
+
 def test_rubbish_gets_a_word_and_the_server_stays_up(laboratory, tmp_path):
     picture = tmp_path / "picture.csv"
     picture.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 9)

@@ -183,6 +183,9 @@ class Correct:
         if free:
             many = "It stands" if len(free) == 1 else f"{len(free)} files stand"
             ui.notify(f"{many} on the page Pull, beside what is computed")
+        else:
+            many = "It was" if len(self._keys) == 1 else f"{len(self._keys)} files were"
+            ui.notify(f"{many} taken from the page Pull")
 
     def _preview(self) -> Preview | str:
         """The table of the first file, or why there is none."""
