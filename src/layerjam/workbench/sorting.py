@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -82,6 +83,7 @@ class Sorting:
         self.told: list[str] = []
         """Of files that are not used here: where they are read, or why they were not taken."""
         self._known: dict[tuple[str, str], Proposal] = {}
+        self._turn = asyncio.Lock()
         self._open_columns: set[str] = set()
         self._problems: dict[str, str] = {}
         self.dialog = dressed(ui.dialog(), aria_label="Files")
@@ -99,9 +101,12 @@ class Sorting:
 
         Empty it says how files come here.
         """
-        found = await elsewhere(self._proposed)
+        # files that come one after the other: each is read once, and the last look counts
+        async with self._turn:
+            found = await elsewhere(self._proposed)
         if found is None or self.uploads.closed:
             return
+        found = [p for p in found if p.key in self.uploads.waiting]  # not what was just accepted
         gone = [p for p in found if p.kind != "measurement"]
         self.told += [on_page(f"{p.name}: {p.about}") for p in gone]
         self.uploads.remove(p.key for p in gone)
