@@ -13,9 +13,12 @@ from pathlib import Path
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import pytest
 
+from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.laboratory import Laboratory
+from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.rest import REST, Work, _only_read, leave_code, settle
 from workbench.standing import standing
 
@@ -112,6 +115,36 @@ def test_a_tab_that_is_gone_is_let_go_of():
     gc.unfreeze()  # as `give_back` does: what `settle` had put aside
     gc.collect()
     assert seen() is None
+
+
+def pull(rows: int) -> bytes:
+    """A pull of so many samples, 100 N/mm up to 150 N and 2 N/mm down."""
+    elongation = np.linspace(0.0, 20.0, rows)
+    force = 150.0 * np.minimum(elongation / 1.5, 1.0) - 2.0 * np.maximum(elongation - 1.5, 0.0)
+    lines = np.char.mod("%.5f,", elongation) + np.char.mod("%.4f", force)
+    return "\n".join(["Extension (mm),Load (N)", *lines]).encode()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [Pull, Laboratory])
+def test_of_a_large_file_a_page_keeps_what_it_draws(kind):
+    """Neither its text nor all its samples: five files of 60 MB would be half a gigabyte."""
+    page, large = kind(Desk()), pull(200_000)
+    try:
+        for name, data in (("small.csv", pull(2_000)), ("large.csv", large)):
+            page.uploads.take(f"{name}.toml", b'vacuum = "94.5 kPa"\n')
+            tracemalloc.start()  # once more: what the first file loads is not the file's
+            page.uploads.take(name, data)
+            found = page.compute()
+            gc.collect()
+            kept = tracemalloc.get_traced_memory()[0]
+            tracemalloc.stop()
+    finally:
+        tracemalloc.stop()
+        page.uploads.close()
+    assert found
+    samples = 200_000 * 2 * 8
+    assert kept < min(len(large), samples) / 2
 
 
 def resident(kind: str) -> int:
