@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from layerjam.cli.start import SELDOM
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.laboratory import Laboratory
 from layerjam.workbench.pages.pull import Pull
@@ -97,6 +98,17 @@ def test_what_has_settled_is_not_gone_through_again():
         assert gc.get_count()[2] == 0 and len(gc.get_objects(2)) < 1000
     finally:
         gc.unfreeze()
+
+
+def test_once_settled_the_collector_looks_as_often_as_usual():
+    before = gc.get_threshold()
+    gc.set_threshold(*SELDOM)
+    try:
+        settle()
+        assert gc.get_threshold() == (700, 10, 10)
+    finally:
+        gc.unfreeze()
+        gc.set_threshold(*before)
 
 
 def test_a_tab_that_is_gone_is_let_go_of():

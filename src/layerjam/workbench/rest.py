@@ -23,6 +23,9 @@ from nicegui import run
 REST = 120.0
 """Seconds without a computation after which what was compiled is given back."""
 
+USUAL = (700, 10, 10)
+"""Python's own settings of its collector, see `cli.start.SELDOM`."""
+
 SOON = 2.0
 """Seconds after a page's first result in which it is sent and drawn."""
 
@@ -108,8 +111,10 @@ async def settle_later() -> None:
 def settle() -> None:
     """After something was loaded: it will stay, and no collection has to go through it again.
 
-    Without this, one move in a hundred waits a third of a second for Python's collector.
+    Without this, one move in a hundred waits a third of a second for Python's collector. From now
+    on it looks as often as usual: the command line looks seldom, and closed pages would pile up.
     """
+    gc.set_threshold(*USUAL)
     gc.collect()
     gc.freeze()
     if sys.platform == "linux":

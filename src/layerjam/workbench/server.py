@@ -101,14 +101,20 @@ def serve(
         )
 
 
-_ready = threading.Lock()
+_ready, _READY = threading.Lock(), threading.Event()
 
 
 def prepare(engine: Callable[[], None]) -> None:
-    """Load what the first page computes with, once, while it is on its way."""
+    """Load what the first page computes with, and compute it, once, while it is on its way."""
     with _ready:
+        if _READY.is_set():
+            return
         engine()
-        import layerjam.commands.tensile  # noqa: F401
+        from layerjam.workbench.desk import Desk
+        from layerjam.workbench.pages.start import Start
+
+        Start(Desk()).compute()
+        _READY.set()
 
 
 ICON = (

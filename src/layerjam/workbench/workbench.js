@@ -60,3 +60,8 @@ addEventListener('keydown', e => {
   e.preventDefault();
   emitEvent(e.shiftKey ? 'layerjam_redo' : 'layerjam_undo');
 });
+
+// charts and the view in space are 2 MB of script: read while the server loads what it computes with
+addEventListener('DOMContentLoaded', () => {
+  for (const part of ['nicegui-echart', 'nicegui-scene']) import(part).catch(() => {});
+});
