@@ -21,9 +21,9 @@ def test_no_filter_and_no_rope_makes_the_papers_peaks() -> None:
 
 
 def test_cutoffs_are_where_they_are_said_to_be() -> None:
-    for record, peak in zip(paper.stops(), (10.0, 2.0), strict=True):
+    both = zip(paper.stops(), (10.0, 2.0), paper.cutoffs(), strict=True)
+    for record, peak, cutoff in both:
         force = specific_force(record)
-        cutoff = paper.cutoff_for(force, peak)
         assert paper.filtered_peak(force, cutoff) == pytest.approx(peak, rel=1e-6)
         over = [paper.filtered_peak(force, f) for f in np.geomspace(0.5, 60, 12)]
         assert np.all(np.diff(over) > 0)

@@ -66,9 +66,14 @@ class Following:
 
 
 def _padded(values: Array) -> Array:
-    """The values and the last again up to a power of two: few lengths to compile the laws for."""
-    count = len(values)
-    return np.pad(values, (0, (1 << (count - 1).bit_length()) - count), mode="edge")
+    """The values and the last again up to one of few lengths: each compiles the laws once more.
+
+    The laws take 0.2 ms for 4,096 values and a hundred times as long to compile.
+    """
+    count, length = len(values), 4096
+    while length < count:
+        length *= 8
+    return np.pad(values, (0, length - count), mode="edge")
 
 
 def targets_for(

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.mechanics.hyperelastic import at_slip
-from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.law import fused, law, safe_sqrt, within
 
 
 class EnclosureLaw(NamedTuple):
@@ -62,10 +62,16 @@ def one_modulus(brake: Brake) -> None:
 
 def enclosure_of(stiffness: Any, friction: Any, reach: Any) -> EnclosureLaw:
     """An enclosure from EA [N], friction q [N/m] and half its free length l [m]."""
-    root = 2 * safe_sqrt(stiffness * friction)
+    root = _root(stiffness, friction)
     return EnclosureLaw(stiffness, friction, reach, root, friction * reach**2 / stiffness)
 
 
+@fused
+def _root(stiffness: Any, friction: Any) -> Any:
+    return 2 * safe_sqrt(stiffness * friction)
+
+
+@fused
 def backbone(slip: Any, enclosure: EnclosureLaw) -> Any:
     """f(x) [N], both faces, first loading: 2 sqrt(EA q x), then EA x/l + q l."""
     spread = enclosure.root * safe_sqrt(slip)
@@ -73,6 +79,7 @@ def backbone(slip: Any, enclosure: EnclosureLaw) -> Any:
     return jnp.where(slip < enclosure.saturation, spread, jnp.where(slip > 0, whole, 0.0))
 
 
+@fused
 def backbone_work(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Integral of `backbone` from 0 to slip [J]."""
     start = jnp.minimum(slip, enclosure.saturation)
@@ -83,6 +90,7 @@ def backbone_work(slip: Any, enclosure: EnclosureLaw) -> Any:
     return spread + whole
 
 
+@fused
 def backbone_stored(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Elastic energy in both faces after first loading to slip [J].
 
@@ -96,6 +104,7 @@ def backbone_stored(slip: Any, enclosure: EnclosureLaw) -> Any:
     return jnp.where(slip < enclosure.saturation, spread, whole)
 
 
+@fused
 def slipped_area(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Integral of the strip's slip over its length [m^2], both faces, after first loading to slip.
 
@@ -112,6 +121,7 @@ def backbone_dissipated(slip: Any, enclosure: EnclosureLaw) -> Any:
     return enclosure.friction * slipped_area(slip, enclosure)
 
 
+@fused
 def inverse_backbone(force: Any, enclosure: EnclosureLaw) -> Any:
     """The slip at which first loading carries `force` [N]."""
     at_saturation = 2 * enclosure.friction * enclosure.reach

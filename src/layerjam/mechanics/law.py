@@ -74,6 +74,15 @@ def law(function: F) -> F:
     return wrapper  # type: ignore[return-value]
 
 
+def fused(function: F) -> F:
+    """A small array function that is one program where it is called with numbers.
+
+    Called so as it stands, each of its operations would be compiled by itself, for every shape.
+    Within a trace it is as if its lines stood there.
+    """
+    return jax.jit(function, inline=True)  # type: ignore[return-value]
+
+
 def _tracing(arguments: Any) -> bool:
     """Whether JAX traces the arguments, or whatever is computed now."""
     leaves = [*jax.tree.leaves(arguments), jnp.zeros(())]
@@ -92,6 +101,7 @@ def _as_argument(given: Any) -> Any:
     return jnp.asarray(given, dtype=jnp.float64)
 
 
+@fused
 def safe_sqrt(value: Any) -> Any:
     """Square root whose derivative at zero is taken as 0 instead of infinite; NaN below zero."""
     positive = value > 0

@@ -114,7 +114,8 @@ def _greet(process: subprocess.Popen[bytes]) -> None:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of settings that are on their way out
-        settings = {name: value for name, value in rcParams.items() if name not in OWN}
+        # one by one: to read which backend there is would load one
+        settings = {name: rcParams[name] for name in rcParams if name not in OWN}
     _asked(process, pickle.dumps(settings, pickle.HIGHEST_PROTOCOL))
 
 

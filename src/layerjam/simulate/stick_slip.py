@@ -255,7 +255,8 @@ def stick_slip(
     table = np.asarray(state.table)[: min(int(state.count), EVENTS)]
     rows = np.asarray(state.trace)[: int(state.written)]
     time, crosshead, force, slips, pace, work, heat, sliding = rows.T
-    held = np.asarray(backbone_stored(slips, enclosure_at(vacuum, brake)))
+    # of the whole table, which has one length: compiled once
+    held = np.asarray(backbone_stored(state.trace[:, 3], enclosure_at(vacuum, brake)))[: len(rows)]
     spring_held = at.spring * np.maximum(crosshead - slips, 0.0) ** 2 / 2
     return StickSlipRecord(
         time=time,

@@ -11,6 +11,7 @@ The force laws stand in `slide_step`.
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -43,6 +44,8 @@ AT_END, ENOUGH_EVENTS, STEADY, SEPARATED, CLOSED, TOO_LONG = 1, 2, 3, 4, 5, 6
 """Why a run ended; 0 while it runs."""
 EVENT_COLUMNS = ("break_time", "stick_time", "force_at_break", "force_high", "force_low", "slip")
 TRACE_COLUMNS = ("time", "crosshead", "force", "slip", "speed", "work", "heat", "sliding")
+BLOCK = 32
+"""Cases that run side by side: all wait for the slowest, and any number of them is compiled once."""
 CALM = 0.02
 """A deviation from steady sliding below this share of the pulling speed counts as steady."""
 
@@ -276,6 +279,11 @@ def _run(at: Slide, exact: bool, events: int, samples: int, most: int) -> State:
     return state._replace(table=state.table[:events], trace=state.trace[:samples])
 
 
+@partial(jax.jit, static_argnames=("exact", "events", "samples", "most"))
+def _runs(at: Slide, exact: bool, events: int, samples: int, most: int) -> State:
+    return jax.vmap(lambda one: _run(one, exact, events, samples, most))(at)
+
+
 def constant(at: Slide) -> bool:
     """Whether friction depends on neither slip nor speed, so that the motion is exact."""
     plain = (at.fall, at.stribeck, at.viscous)
@@ -295,11 +303,17 @@ def slide(
     Entries of `at` may be arrays of one shape: all cases then run at once. `events` and `samples`
     size the tables, `most` bounds the actions. `exact` is by default what `constant` says.
     """
-    at = jax.tree.map(lambda v: jnp.asarray(v, jnp.float64), at)
-    shape = jnp.broadcast_shapes(*(v.shape for v in jax.tree.leaves(at)))
+    at = jax.tree.map(lambda v: np.asarray(v, np.float64), at)
+    shape = np.broadcast_shapes(*(v.shape for v in jax.tree.leaves(at)))
     closed = constant(at) if exact is None else exact
     if not shape:
         return _run(at, closed, events, samples, most)
-    flat = jax.tree.map(lambda v: jnp.broadcast_to(v, shape).ravel(), at)
-    many = jax.vmap(lambda one: _run(one, closed, events, samples, most))(flat)
+    flat = jax.tree.map(lambda v: np.broadcast_to(v, shape).ravel(), at)
+    count, parts = math.prod(shape), []
+    for first in range(0, count, BLOCK):
+        # the last block is filled up with its last case
+        chosen = np.minimum(np.arange(first, first + BLOCK), count - 1)
+        block = jax.tree.map(lambda v, chosen=chosen: v[chosen], flat)
+        parts.append(_runs(block, closed, events, samples, most))
+    many = jax.tree.map(lambda *some: np.concatenate(some)[:count], *parts)
     return jax.tree.map(lambda v: v.reshape(shape + v.shape[1:]), many)

@@ -79,17 +79,16 @@ def what_it_takes() -> style.Figure:
 def _over_cutoff(axes: style.Axes) -> None:
     full, tuned = (specific_force(run) for run in impact.stops())
     _, rope = impact.brake_and_rope()
-    cutoff = np.geomspace(1, 2000, 90)
+    cutoff, (ten, two) = np.geomspace(1, 2000, 90), impact.cutoffs()
     axes.set(xscale="log", xlim=(1, 2000), yscale="log", ylim=(1, 300))
-    for signal, color, name, peak in (
-        (impact.bare(rope), INK, "no brake, 3.7 m/s", None),
-        (full, BLUE, "full vacuum, 2.5 m/s", PAPER_FULL),
-        (tuned, GREEN, "tuned, 2.5 m/s", PAPER_TUNED),
+    for signal, color, name, peak, takes in (
+        (impact.bare(rope), INK, "no brake, 3.7 m/s", None, None),
+        (full, BLUE, "full vacuum, 2.5 m/s", PAPER_FULL, ten),
+        (tuned, GREEN, "tuned, 2.5 m/s", PAPER_TUNED, two),
     ):
         shown = [impact.filtered_peak(signal, float(f)) for f in cutoff]
         axes.plot(cutoff, shown, color=color, label=name)
         if peak is not None:
-            takes = impact.cutoff_for(signal, peak)
             words = f"paper's {peak:.0f} g: {takes:.1f} Hz"
             style.spot(axes, takes, peak, label=words, shape="o" if peak == PAPER_FULL else "s")
     style.spot(axes, 2000, PAPER_BARE, "paper: 50 g", shape="^", clip_on=False)
