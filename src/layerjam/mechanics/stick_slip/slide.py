@@ -45,7 +45,7 @@ AT_END, ENOUGH_EVENTS, STEADY, SEPARATED, CLOSED, TOO_LONG = 1, 2, 3, 4, 5, 6
 EVENT_COLUMNS = ("break_time", "stick_time", "force_at_break", "force_high", "force_low", "slip")
 TRACE_COLUMNS = ("time", "crosshead", "force", "slip", "speed", "work", "heat", "sliding")
 BLOCK = 32
-"""Cases that run side by side: all wait for the slowest, and any number of them is compiled once."""
+"""Cases that run side by side; all wait for the slowest, and any number is compiled once."""
 CALM = 0.02
 """A deviation from steady sliding below this share of the pulling speed counts as steady."""
 

@@ -81,14 +81,15 @@ def _over_cutoff(axes: style.Axes) -> None:
     _, rope = impact.brake_and_rope()
     cutoff, (ten, two) = np.geomspace(1, 2000, 90), impact.cutoffs()
     axes.set(xscale="log", xlim=(1, 2000), yscale="log", ylim=(1, 300))
-    for signal, color, name, peak, takes in (
-        (impact.bare(rope), INK, "no brake, 3.7 m/s", None, None),
-        (full, BLUE, "full vacuum, 2.5 m/s", PAPER_FULL, ten),
-        (tuned, GREEN, "tuned, 2.5 m/s", PAPER_TUNED, two),
+    for signal, color, name, shown_at in (
+        (impact.bare(rope), INK, "no brake, 3.7 m/s", None),
+        (full, BLUE, "full vacuum, 2.5 m/s", (ten, PAPER_FULL)),
+        (tuned, GREEN, "tuned, 2.5 m/s", (two, PAPER_TUNED)),
     ):
         shown = [impact.filtered_peak(signal, float(f)) for f in cutoff]
         axes.plot(cutoff, shown, color=color, label=name)
-        if peak is not None:
+        if shown_at is not None:
+            takes, peak = shown_at
             words = f"paper's {peak:.0f} g: {takes:.1f} Hz"
             style.spot(axes, takes, peak, label=words, shape="o" if peak == PAPER_FULL else "s")
     style.spot(axes, 2000, PAPER_BARE, "paper: 50 g", shape="^", clip_on=False)
