@@ -29,6 +29,11 @@ NAMED = 150
 """Pixels for those of pinned curves at most, beside charts that need their width."""
 
 
+def aside(where: float, end: float) -> dict[str, Any]:
+    """How the number above a point is set: to the right of it where the axis' numbers are near."""
+    return dict(align="left", offset=[-4, 0]) if where < end / 2 else {}
+
+
 @dataclass(frozen=True)
 class Curve:
     """A line of a chart; `x` and `y` shape (N,) in the chart's units; `name` stands at its end."""

@@ -21,7 +21,7 @@ from weakref import WeakKeyDictionary
 from nicegui import Client, json, ui
 
 from layerjam.errors import MissingExtraError
-from layerjam.workbench.spoken import on_page
+from layerjam.workbench.spoken import in_print
 
 NEEDED = (
     (ui.label, "_handle_text_change"),
@@ -71,7 +71,7 @@ class Words(ui.label):
 
     def set_text(self, text: str) -> Self:
         """Show a sentence, in the page's words."""
-        return super().set_text(on_page(text))
+        return super().set_text(in_print(text))
 
     def _handle_text_change(self, text: str) -> None:
         self._text_to_model_text(text)

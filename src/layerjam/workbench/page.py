@@ -18,8 +18,8 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
 from layerjam.workbench.rest import WORK, elsewhere, settle_later
 from layerjam.workbench.runner import Runner
-from layerjam.workbench.spoken import on_page
-from layerjam.workbench.tables import html, typeset
+from layerjam.workbench.spoken import in_print
+from layerjam.workbench.tables import html
 from layerjam.workbench.widgets import QUIET, Alert, dressed, heading, hint, named, one_line
 
 
@@ -187,7 +187,7 @@ class Figures:
                 name = names.get(key) or named(key)
                 label = ui.label(name).classes(QUIET)
                 if key in about:
-                    label.tooltip(on_page(about[key]))
+                    label.tooltip(in_print(about[key]))
                 cell = dressed(Words("–"), f"{page}-{key}", "text-base font-medium text-right")
                 self._cells[key] = cell
 
@@ -196,7 +196,7 @@ class Figures:
         for key, cell in self._cells.items():
             value = None if key in but else result.values.get(key)
             unit = result.units.get(key, "1")
-            cell.set_text("–" if value is None else typeset(in_words(value, unit)))
+            cell.set_text("–" if value is None else in_words(value, unit))
 
 
 class Box(ui.column):
@@ -234,7 +234,7 @@ class Notes:
         self._box.clear()
         with self._box:
             for sentence in warnings:
-                ui.label(on_page(f"Note: {sentence}"))
+                ui.label(in_print(f"Note: {sentence}"))
 
 
 def checks(result: Any) -> None:
@@ -247,5 +247,5 @@ def checks(result: Any) -> None:
         with ui.row().classes("no-wrap gap-2 items-baseline"):
             tone, word = ("yes", "✓ ok") if check["passed"] else ("no", "✗ look")
             ui.label(word).classes(f"{tone} font-medium whitespace-nowrap")
-            said = on_page(f"{check['name']}: {check['sentence']}")
+            said = in_print(f"{check['name']}: {check['sentence']}")
             ui.label(said).classes("text-sm")

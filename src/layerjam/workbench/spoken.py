@@ -44,17 +44,31 @@ PHRASES = (
     (r"layerjam (\w[\w-]*) --[a-z-]+", r"layerjam \1"),
 )
 """Turns of phrase that hold more than a flag."""
+_POWER = re.compile(r"(?<=[A-Za-zµΩ)])\^(-?\d+)")
+_TEN = re.compile(r"(?<=\d)e([+-]\d+)(?![\w.])")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PHRASES = tuple((re.compile(found), said) for found, said in PHRASES)
 _FLAG = re.compile(r"(?<![\w-])--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
 
 
+def typeset(text: str) -> str:
+    """A number with its unit as it is printed: m² for m^2, 1.2 × 10⁶ for 1.2e+06."""
+    text = _POWER.sub(lambda found: found[1].translate(_RAISED), text)
+    return _TEN.sub(lambda found: f" × 10{str(int(found[1])).translate(_RAISED)}", text)
+
+
 def on_page(text: str) -> str:
-    """A sentence of a command with its flags as the page's controls."""
+    """What a command says, with its flags as the page's controls."""
     if "--" not in text:
         return text
     for found, said in _PHRASES:
         text = found.sub(said, text)
     return _FLAG.sub(lambda m: f"'{control_of(m[1])}'", text)
+
+
+def in_print(text: str) -> str:
+    """A sentence of a command as it stands on the page: its controls, its units as printed."""
+    return typeset(on_page(text))
 
 
 def control_of(option: str) -> str:

@@ -2,22 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from layerjam.workbench.spoken import on_page
-
-_POWER = re.compile(r"(?<=[A-Za-zµΩ)])\^(-?\d+)")
-_TEN = re.compile(r"(?<=\d)e([+-]\d+)(?![\w.])")
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
-def typeset(text: str) -> str:
-    """A number with its unit as it is printed: m² for m^2, 1.2 × 10⁶ for 1.2e+06."""
-    text = _POWER.sub(lambda found: found[1].translate(_RAISED), text)
-    return _TEN.sub(lambda found: f" × 10{str(int(found[1])).translate(_RAISED)}", text)
-
+from layerjam.workbench.spoken import on_page, typeset
 
 Cell = str | tuple[str, str]
 """A text, or a text and the classes it has besides."""

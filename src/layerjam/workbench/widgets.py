@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from nicegui import events, ui
 
 from layerjam.workbench import live
-from layerjam.workbench.spoken import on_page, sentence_of
+from layerjam.workbench.spoken import in_print, sentence_of
 
 E = TypeVar("E", bound=ui.element)
 Act = Callable[[], Any]
@@ -28,7 +28,7 @@ def dressed(element: E, ident: str = "", classes: str = "", how: str = "", **mor
     if how:
         element.props(how)
     for name, value in more.items():
-        said = on_page(value) if name == "aria_label" and isinstance(value, str) else value
+        said = in_print(value) if name == "aria_label" and isinstance(value, str) else value
         element.props[name.replace("_", "-")] = said
     return element.classes(classes) if classes else element
 
@@ -42,7 +42,7 @@ def named(key: str) -> str:
 
 def hint(text: str) -> ui.label:
     """A quiet sentence."""
-    return ui.label(on_page(text)).classes(QUIET)
+    return ui.label(in_print(text)).classes(QUIET)
 
 
 def status(ident: str, classes: str = "", text: str = "") -> live.Words:
@@ -67,7 +67,7 @@ class Alert(ui.label):
 
     def say(self, problem: str) -> None:
         """Show a refusal; none if empty."""
-        self.set_text(on_page(problem))
+        self.set_text(in_print(problem))
         self.set_visibility(bool(problem))
 
 
@@ -76,7 +76,7 @@ def button(
 ) -> ui.button:
     """A button; `tip` says more than its text."""
     made = dressed(ui.button(text, icon=icon or None, on_click=act), ident, how=how)
-    return made.tooltip(on_page(tip)) if tip else made
+    return made.tooltip(in_print(tip)) if tip else made
 
 
 def fold(title: str, ident: str = "", is_open: bool = False) -> ui.expansion:
@@ -105,7 +105,7 @@ def select(
     """A list of words that opens; `words` maps what is set to what is shown."""
     made = ui.select(dict(words), value=value, label=label, on_change=act)
     dressed(made, ident, classes, "dense outlined options-dense", aria_label=label)
-    return made.tooltip(on_page(tip)) if tip else made
+    return made.tooltip(in_print(tip)) if tip else made
 
 
 def field(
@@ -122,7 +122,7 @@ def field(
     made = ui.input(label, value=value, placeholder=example)
     look = "dense outlined hide-bottom-space stack-label"
     dressed(made, ident, classes, look, aria_label=label, maxlength=longest)
-    return made.tooltip(on_page(tip)) if tip else made
+    return made.tooltip(in_print(tip)) if tip else made
 
 
 ZONE = """<div class="zone-head"><span>{label}</span><q-btn flat dense round icon="add_box"

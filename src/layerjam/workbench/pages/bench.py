@@ -44,6 +44,7 @@ from layerjam.workbench.widgets import (
     button,
     chart,
     columns,
+    dressed,
     field,
     fold,
     hint,
@@ -70,6 +71,13 @@ SIMULATED = (
     "measured."
 )
 NOT_YET = "Not connected. Connect the virtual board, or the address of your own."
+STEPS = (
+    "Connect. The virtual board needs no hardware; a board of your own has an address such as "
+    "serial:/dev/ttyACM0.",
+    "Choose where a fault ends, and what the vent does without power. Nothing runs before that.",
+    "Hold a target and watch the vacuum follow, or run a procedure and keep its recording.",
+)
+"""What there is to do, where nothing is drawn yet."""
 GONE = (
     f"Keep this page open and in view: {LEASE:g} s after it is gone the bench is in its safe state."
 )
@@ -135,11 +143,17 @@ class Bench(Page):
         with main:
             self.banner = status("bench-simulated", "text-sm font-medium")
             with ui.row().classes("items-baseline gap-6"):
-                self.number = status("bench-vacuum", "text-4xl font-medium tabular-nums", "–")
+                self.number = status("bench-vacuum", "text-4xl font-medium tabular-nums")
                 self.words = status("bench-state", "text-lg", NOT_YET)
-            what = "Vacuum and target over the last minute"
-            self.curve = chart("bench-chart", what, "width: 100%; height: max(380px, 50vh)")
-            takeaway.row(self.name, self.curve, lambda: self.taken)
+            self.steps = dressed(ui.element("ol"), "bench-steps", "list-decimal pl-6")
+            with self.steps:
+                for step in STEPS:
+                    with dressed(ui.element("li"), classes="py-1"):
+                        ui.label(step)
+            with ui.column().classes("w-full") as self.watched:
+                what = "Vacuum and target over the last minute"
+                self.curve = chart("bench-chart", what, "width: 100%; height: max(380px, 50vh)")
+                takeaway.row(self.name, self.curve, lambda: self.taken)
             self.facts = status("bench-facts", QUIET)
             self.outcome = status("bench-outcome", "text-base")
             with ui.row().classes("gap-2") as self.keep:
@@ -180,6 +194,9 @@ class Bench(Page):
         self.unlink.set_enabled(there)
         self.address.set_enabled(not there)
         self.breaking.set_visibility(self._virtual())
+        begun = there or self.taken is not None
+        self.steps.set_visibility(not begun)
+        self.watched.set_visibility(begun)
 
     def compute(self) -> Any:
         """What was set is sent: another target while one is held, and what breaks."""
@@ -324,7 +341,7 @@ class Bench(Page):
             if session is None and self._drawn is not None:
                 self._drawn = None
                 self.words.set_text(NOT_YET)
-                self.number.set_text("–")
+                self.number.set_text("")
             return
         if session.lost:
             self.words.set_text(f"The line is gone: {session.lost}")

@@ -136,22 +136,33 @@ def _more_sheets(line: Any, ink: str) -> dict[str, Any]:
 def _points(
     rows: Sequence[dict[str, Any]], color: str, symbol: str, ink: str, kind: str = ""
 ) -> dict[str, Any]:
-    """A kind of device; of others the middle one bears the kind's name, of ours each its own."""
-    named = sorted(rows, key=lambda r: r["mass"])[len(rows) // 2]["name"] if kind else ""
+    """A kind of device; of others the strongest bears the kind's name, of ours each its own.
+
+    Of ours only the first says its brake and vacuum in full, the others where they differ.
+    """
+    named = max(rows, key=lambda r: r["max_force"])["name"] if kind else ""
     data = []
     for place, r in enumerate(rows):
         first = not kind and place == 0
         unsure = ", friction not measured" if r["note"] else ""
         rim = " (torque at its own rim)" if r["lever"] else ""
-        text = f"{kind}{rim}" if r["name"] == named else "" if kind else r["name"] + unsure
+        own = r["name"] if first else _other(r["name"], rows[0]["name"])
+        text = f"{kind}{rim}" if r["name"] == named else "" if kind else own + unsure
         label = dict(show=bool(text), formatter=text, color=ink, fontSize=12 if first else 11)
-        label |= dict(position="bottom" if kind else "right")
+        above = dict(position="top", width=130, overflow="break", lineHeight=13)
+        label |= above if kind else dict(position="right")
         label |= dict(fontWeight="bold" if first else "normal")
         name = f"{r['name']}: {', '.join(_numbers(r))}"
         value, size = _pair(r["mass"], r["max_force"]), 16 if first else 9
         data.append(dict(name=name, value=value, symbolSize=size, label=label))
     look = dict(color=COLORS[color], symbol=symbol, labelLayout={"moveOverlap": "shiftY"})
     return scatter(kind or "ours", data, itemStyle={"opacity": 1}, **look)
+
+
+def _other(name: str, first: str) -> str:
+    """What a name says that the first, "BRAKE, VACUUM", does not."""
+    brake, _, vacuum = first.rpartition(", ")
+    return name.removesuffix(f", {vacuum}").removeprefix(f"{brake}, ")
 
 
 def _equal(x: tuple[float, float], y: tuple[float, float], color: str) -> list[dict[str, Any]]:

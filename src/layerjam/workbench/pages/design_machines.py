@@ -15,7 +15,7 @@ from layerjam.workbench.controls import Choice, menu
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.design_part import PAGE, Part, said, words
 from layerjam.workbench.tables import html
-from layerjam.workbench.widgets import dressed, fold, hint
+from layerjam.workbench.widgets import dressed, fold, hint, status
 
 
 class Shown(NamedTuple):
@@ -44,7 +44,7 @@ class Machines(Part):
         """Scenario, verdict, limits, pictures, every number."""
         with ui.column().classes("w-full").style("max-width: 640px"):
             menu(self.desk, PAGE, self.choice)
-        self.verdict = dressed(ui.label(""), f"{PAGE}-verdict", "text-base", role="status")
+        self.verdict = status(f"{PAGE}-verdict", "text-base")
         self.verdict.style("max-width: 75ch")
         self.limits = dressed(ui.html("", sanitize=False), f"{PAGE}-limits", "w-full")
         self.pictures = dressed(ui.html("", sanitize=False), f"{PAGE}-pictures", "w-full figure")

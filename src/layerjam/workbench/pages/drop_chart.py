@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from layerjam.workbench.charts import NAMED, Curve, options, room_of, stacked
+from layerjam.workbench.charts import NAMED, Curve, aside, options, room_of, stacked
 from layerjam.workbench.pages.drop_animation import series
 
 RIGHT = 56
@@ -49,8 +49,9 @@ def stopped(
         options(travel, y="distance [mm]", **common),
         options(deceleration, y="deceleration [m/s²]", y_range=(None, None), **common),
     ]
-    # the peak comes early: beside it there is room, above it there is none
-    parts[0]["series"][0]["markPoint"]["data"][0]["label"]["position"] = "right"
+    # room above the peak for its number
+    parts[0]["yAxis"]["boundaryGap"] = [0, 0.18]
+    parts[0]["series"][0]["markPoint"]["data"][0]["label"] |= aside(time[top], end)
     for series_, shift in zip(parts[1]["series"][: own[1]], (-6, 7), strict=False):
         series_["endLabel"]["offset"] = [0, shift]
     for place, part in enumerate(parts):

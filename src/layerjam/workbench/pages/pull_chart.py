@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.units import show
-from layerjam.workbench.charts import Curve, options, round_up, stacked, with_readout
+from layerjam.workbench.charts import Curve, aside, options, round_up, stacked, with_readout
 from layerjam.workbench.charts import band as ground
 from layerjam.workbench.pages.pull_band import Band
 from layerjam.workbench.pages.pull_files import Reading
@@ -26,7 +26,6 @@ SHARED = 241
 """Points of the grid that overlaid curves share."""
 SHARES, TALL = (3, 1), 290
 """Heights of the two charts, and pixels of the upper one, near enough to set names apart."""
-EARLY: Mapping[str, Any] = MappingProxyType(dict(align="left", offset=[-4, 0]))
 FILE_COLORS = ("second", "good", "other", "sky", "bad")
 
 
@@ -81,7 +80,7 @@ def pulled(
     )
     # above the handle that lies around the peak, and not over the numbers of the axis beside it
     label = made["series"][0]["markPoint"]["data"][0]["label"]
-    label |= dict(distance=13, **(EARLY if result.peak_elongation * MM < end / 2 else NONE))
+    label |= dict(distance=13, **aside(result.peak_elongation * MM, end))
     if rest or pins or kept or bands:
         _name_ends(made, curves[:edged], top, len(rest or kept) + len(pins), also)
     made["series"] += [ground(*curves[k : k + 2]) for k in range(edged, len(curves), 2)]
