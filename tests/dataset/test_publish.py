@@ -195,6 +195,34 @@ def test_a_campaign_that_does_not_say_its_brake(tmp_path: Path) -> None:
         publish(tmp_path / "empty", out=tmp_path.parent / "never")
 
 
+def test_a_refused_measurement_is_published_and_counts_nowhere(tmp_path: Path) -> None:
+    folder = tmp_path / "tests"
+    folder.mkdir()
+    made = campaign(folder)
+    broken = Path(made.pulls[0])
+    broken.write_text("\n".join(broken.read_text().splitlines()[:40]) + "\n1,")
+    found = publish(folder, out=tmp_path / "out", brake=BRAKE, holdout=["46.1kPa"])
+    root = tmp_path / "out"
+    said = json.loads((root / "recipe.json").read_text())
+    assert list(said["unused"]) == [f"data/{broken.name}"]
+    assert f"data/{broken.name}" not in (*said["calibrate"], *said["validate"])
+    assert found.calibrated_on == len(said["calibrate"])
+    assert (root / "data" / broken.name).read_bytes() == broken.read_bytes()
+    assert f"Not used: `data/{broken.name}`" in (root / "README.md").read_text()
+    assert recompute(root).equal
+
+
+def test_a_refusal_names_the_users_own_file(tmp_path: Path) -> None:
+    folder = tmp_path / "tests"
+    folder.mkdir()
+    made = campaign(folder)
+    for path in made.friction:
+        path.with_name(path.name + ".toml").unlink(missing_ok=True)
+    with pytest.raises(FileError, match="normal force|how hard") as refused:
+        publish(folder, out=tmp_path / "out", brake=BRAKE, friction=made.friction)
+    assert Path(refused.value.path).parent == folder
+
+
 def test_a_broken_dataset_is_one_sentence(published: Published, tmp_path: Path) -> None:
     copy = again(published, tmp_path)
     (copy / "report" / "results.json").write_text("{")

@@ -36,18 +36,22 @@ def listed(folder: Path, text: str) -> None:
         ("80kPa 10mm-min.csv", "{vacuum} {speed:mm/min}mm-min", 80e3, 10e-3 / 60),
         ("Kapton 600 mbar.txt", "* {vacuum}", 60e3, None),
         ("a94_v5.csv", "a{vacuum:kPa}_v{speed:mm/s}.csv", 94e3, 0.005),
+        ("pull_80kPa.csv", "friction_*|pull_{vacuum}*", 80e3, None),
+        ("friction_3.csv", "friction_*|pull_{vacuum}*", None, None),
     ],
 )
 def test_a_name_after_its_pattern(name, pattern, vacuum, speed, tmp_path: Path) -> None:
     facts = read_trace(pull(tmp_path, name), ReadingOptions(names=pattern)).facts
-    assert facts.vacuum == pytest.approx(vacuum, rel=1e-12)
+    assert facts.vacuum == (vacuum and pytest.approx(vacuum, rel=1e-12))
     assert facts.speed == (speed and pytest.approx(speed, rel=1e-12))
 
 
 @pytest.mark.parametrize(
     ("pattern", "words"),
     [
-        ("pull_{vacuum}kPa", "its name does not follow the pattern"),
+        ("pull_{vacuum}kPa", "its name does not follow the pattern.*two patterns with | between"),
+        ("a_{vacuum}|b_*", r"the pattern 'a_{vacuum}\|b_\*' \(--names\)$"),
+        ("pull_*|friction_*", "holds no quantity"),
         ("pull_{vacum}_*", "did you mean vacuum"),
         ("pull_{vacuum:mm}_*", "'mm' is no unit of vacuum"),
         ("pull_*", "holds no quantity"),

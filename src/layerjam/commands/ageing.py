@@ -89,7 +89,7 @@ def ageing(
     from layerjam.identify.friction.standards import standard_named
 
     if (brake is None) != (out is None):
-        raise QuantityError("brake and out: give both to write a brake, or neither")
+        raise QuantityError("--brake and --out: give both to write a brake, or neither")
     rule = standard_named(test.standard)
     span = test.window(rule)
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY

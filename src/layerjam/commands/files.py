@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -13,13 +14,14 @@ from layerjam.commands.quantities import vacuum_within
 from layerjam.commands.reading import Measured, several
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.device.load import catalogue, write_whole
+from layerjam.device.load import catalogue, load, write_whole
+from layerjam.device.sheets import Sheets
 from layerjam.errors import FileError, FitError, LayerjamError, Notice
 from layerjam.measure.conditions import LIST
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.sidecar import FOLDER
 from layerjam.measure.trace import Trace
-from layerjam.units import show
+from layerjam.units import show, spec_of
 
 if TYPE_CHECKING:
     from layerjam.identify.pull.features import PullFeatures
@@ -182,12 +184,23 @@ def odd_facts(
             "--vacuum",
             "vacuum-stated",
         )
-    known = catalogue()
-    if trace.facts.brake in known and file.name in known and trace.facts.brake != file.name:
-        yield Notice(
-            f"{name}: its sidecar names the brake {trace.facts.brake}, this is {file.name}",
-            "other-brake",
-        )
+    known, stated = catalogue(), trace.facts.brake
+    if stated not in known or stated == file.name:
+        return
+    differs = _other_sheets(load(stated).brake.sheets, file.brake.sheets)
+    if differs or file.name in known:
+        said = f"{name}: its sidecar names the brake {stated}, this is {file.name}"
+        yield Notice(f"{said}{differs}", "other-brake")
+
+
+def _other_sheets(stated: Sheets, here: Sheets) -> str:
+    """The first dimension in which sheets are others, as the end of a sentence."""
+    for field in fields(Sheets):
+        was, has = getattr(stated, field.name), getattr(here, field.name)
+        if abs(was - has) > 0.01 * was:
+            spec = spec_of(Sheets, field.name)
+            return f", whose {spec.text} is {show(has, spec.unit)}, not {show(was, spec.unit)}"
+    return ""
 
 
 def _odd_record(trace: Trace) -> Iterator[Notice]:

@@ -11,7 +11,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from layerjam.commands.dataset_stages import USES, computed, options_of
+from layerjam.commands.dataset_stages import STAGES, USES, computed, options_of
 from layerjam.commands.declare import Progress
 from layerjam.commands.quantities import AnyBrake, brake_file
 from layerjam.commands.report import HowTested, Measurements
@@ -57,7 +57,10 @@ def write(
         _copy(found, staging)
         texts = {BRAKE: file.text or file.rendered(file.name), LINE: other}
         _write(staging, {name: text for name, text in texts.items() if text is not None})
-        recipe, content = _computed(staging, given, how, stated, tell)
+        try:
+            recipe, content = _computed(staging, given, how, stated, tell)
+        except FileError as err:
+            raise _where_it_lies(err, staging, folder) from None
         _describe(staging, recipe, stated, content)
         _replace(staging, out)
     except OSError as err:
@@ -81,6 +84,15 @@ def write(
     )
 
 
+def _where_it_lies(error: FileError, staging: Path, folder: Path) -> FileError:
+    """The refusal of a copy, of the user's own file."""
+    try:
+        own = Path(error.path).relative_to(staging / RAW)
+    except ValueError:
+        return error
+    return FileError(folder / own, error.reason, error.line)
+
+
 def _notices(content: BrakeReport) -> Iterator[Notice]:
     """What whoever publishes should know of the numbers."""
     if content.synthetic:
@@ -102,11 +114,13 @@ def _computed(
     used = _divided(staging, given, how, tell)
     content = computed(staging, BRAKE, used, how, tell)
     brake_files.write(content, staging / REPORT, say=lambda what: tell(what, 0.8))
+    used, unused = _apart(staging, used, content)
     recipe = Recipe(
         versions=versions(),
         brake=BRAKE,
         results=RESULTS,
         options=options_of(how),
+        unused=unused,
         **{use: tuple(files) for use, files in used.items()},
     )
     texts = {RECIPE: recipe.text(), README: _readme(stated, recipe, content)}
@@ -115,6 +129,26 @@ def _computed(
     _write(staging, texts)
     _write(staging, {checksums.NAME: checksums.written(staging, checksums.inside(staging))})
     return recipe, content
+
+
+def _apart(
+    staging: Path, used: Mapping[str, list[str]], content: BrakeReport
+) -> tuple[dict[str, list[str]], dict[str, str]]:
+    """The files that served, by their use, and {path: why} of those that were refused."""
+    kept: dict[str, list[str]] = {}
+    unused: dict[str, str] = {}
+    for use, stage in zip(USES, STAGES, strict=True):
+        served = {file.sha256 for file in content.files if file.role == stage}
+        why = {name: said for name, at, said in content.refused if at == stage}
+        kept[use] = []
+        for file in used[use]:
+            digest, name = checksums.sha256(staging / file), Path(file).name
+            if digest in served or name not in why:
+                kept[use].append(file)
+                served.discard(digest)  # a second file of the same content was refused
+            else:
+                unused[file] = why[name]
+    return kept, unused
 
 
 def _write(folder: Path, texts: Mapping[str, str]) -> None:
@@ -205,6 +239,7 @@ def _readme(stated: Stated, recipe: Recipe, content: BrakeReport) -> str:
     lines += [
         f"Brake: {content.file.name}. {len(recipe.friction)} friction tests, "
         f"{len(recipe.calibrate)} pulls to calibrate on, {len(recipe.validate)} to validate on.",
+        *(f"Not used: `{name}`, {why}" for name, why in recipe.unused.items()),
         "",
         f"- `{RAW}/`: the files as they came from the machine, with their sidecars",
         f"- `{BRAKE}`: the brake before, `{FITTED}`: after friction tests and calibration",

@@ -84,7 +84,8 @@ class FileOptions(TableOptions):
     names: Annotated[
         str | None,
         Help(
-            "What the names of the files say, such as 'pull_{vacuum}_{speed:mm/s}_*'.",
+            "What the names of the files say, such as 'pull_{vacuum}_{speed:mm/s}_*'; for files of "
+            "two kinds two patterns with | between them.",
             metavar="PATTERN",
         ),
     ] = None

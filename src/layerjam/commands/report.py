@@ -30,7 +30,7 @@ from layerjam.errors import FitError, LayerjamError, Notice, QuantityError
 from layerjam.measure.trace import Trace
 from layerjam.report.folder import plain
 from layerjam.simulate.quantities import VACUUM
-from layerjam.units import QuantitySpec
+from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:
     from layerjam.report.brake_files import Written
@@ -357,6 +357,7 @@ def _held_back(
     tell(f"holding back {', '.join(holdout)}", 0.05)
     kept: list[Measured] = []
     held: list[Measured] = []
+    levels: set[float] = set()
     for source in pulls:
         try:
             trace = source if isinstance(source, Trace) else read_trace(source, reading)
@@ -364,11 +365,15 @@ def _held_back(
             kept.append(source)  # refused, with its reason, where it would be used
             continue
         facts = asdict(replace(trace.facts, speed=speed_of(trace)))
+        if facts["vacuum"] is not None:
+            levels.add(facts["vacuum"])
         away = any(_is(facts[what], value, what) for what, value in wanted)
         (held if away else kept).append(source)
     for side, word in ((kept, "to calibrate on"), (held, "held back")):
         if not side:
-            raise FitError(f"--holdout {', '.join(holdout)}: of {len(pulls)} pulls none is {word}")
+            said = f"--holdout {', '.join(holdout)}: of {len(pulls)} pulls none is {word}"
+            at = ", ".join(show(level, "Pa") for level in sorted(levels))
+            raise FitError(f"{said}; they state {f'vacuums of {at}' if at else 'no vacuum'}")
     return kept, held
 
 

@@ -198,7 +198,7 @@ def _check(
 ) -> None:
     """That what is given goes together."""
     if (brake is None) != (out is None):
-        raise QuantityError("brake and out: give both to write a brake, or neither")
+        raise QuantityError("--brake and --out: give both to write a brake, or neither")
     if hyperelastic and brake is None:
         raise QuantityError("hyperelastic: give brake and out too; it is written into a brake")
     if start >= end:

@@ -24,7 +24,8 @@ Paths = tuple[str, ...]
 class Recipe:
     """Files by their paths inside the dataset.
 
-    `options` {name in Python: value} of `report`, where they differ from what is usual.
+    `options` {name in Python: value} of `report`, where they differ from what is usual; `unused`
+    {file: why} of measurements that were refused.
     """
 
     versions: Mapping[str, str]
@@ -34,6 +35,7 @@ class Recipe:
     calibrate: Paths = ()
     validate: Paths = ()
     options: Mapping[str, Any] = field(default_factory=dict)
+    unused: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def files(self) -> Paths:
@@ -83,7 +85,7 @@ def _checked(path: Path, name: str, value: Any) -> Any:
     """A value of the kind that its field holds; FileError for another."""
     if name in ("brake", "results"):
         good = isinstance(value, str)
-    elif name in ("versions", "options"):
+    elif name in ("versions", "options", "unused"):
         good = isinstance(value, dict)
     else:
         good = isinstance(value, list) and all(isinstance(v, str) for v in value)

@@ -124,11 +124,16 @@ def _value(name: str, text: str, unit: str | None) -> Any:
 
 
 def _named(path: Path, names: str) -> dict[str, Any]:
-    """What a file's name says, after a pattern."""
-    pattern, units = _pattern(names)
-    match = pattern.fullmatch(path.name) or pattern.fullmatch(path.stem)
+    """What a file's name says, after the first of the patterns that it follows."""
+    tried = (
+        (pattern.fullmatch(path.name) or pattern.fullmatch(path.stem), units)
+        for pattern, units in _patterns(names)
+    )
+    match, units = next((one for one in tried if one[0] is not None), (None, {}))
     if match is None:
-        raise FileError(path, f"its name does not follow the pattern '{names}' (--names)")
+        more = "" if "|" in names else "; for files of two kinds, two patterns with | between them"
+        said = f"its name does not follow the pattern '{names}'"
+        raise FileError(path, said, how=f" (--names{more})")
     try:
         return {
             name: _value(name, re.sub(r"(?<=\d)[,p](?=\d)", ".", text), units[name])
@@ -139,6 +144,14 @@ def _named(path: Path, names: str) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=64)
+def _patterns(names: str) -> list[tuple[re.Pattern[str], dict[str, str | None]]]:
+    """Patterns with | between them; QuantityError where none of them holds a quantity."""
+    made = [_pattern(one) for one in names.split("|")]
+    if not any(units for _, units in made):
+        raise QuantityError(f"names: '{names[:60]}' holds no quantity; {_form()}")
+    return made
+
+
 def _pattern(names: str) -> tuple[re.Pattern[str], dict[str, str | None]]:
     """The regular expression of a pattern, and the unit it gives to each quantity in it."""
     units: dict[str, str | None] = {}
@@ -151,8 +164,6 @@ def _pattern(names: str) -> tuple[re.Pattern[str], dict[str, str | None]]:
             parts.append(_group(name, unit, units))
         else:
             parts.append(re.escape(part))
-    if not units:
-        raise QuantityError(f"names: '{names[:60]}' holds no quantity; {_form()}")
     return re.compile("".join(parts)), units
 
 
