@@ -37,5 +37,6 @@ def text_of(what: str, wanted: str | Path, texts: Mapping[str, str]) -> tuple[st
         return texts[name], name
     looks_like_path = name.endswith(".toml") or os.sep in name
     if not looks_like_path and not Path(name[:200]).is_file():
-        raise UnknownNameError(what, name, texts)
+        own = [f"{name}.toml"] if Path(f"{name[:200]}.toml").is_file() else []
+        raise UnknownNameError(what, name, own or texts)
     return read_text(Path(name)), name

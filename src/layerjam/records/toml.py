@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.errors import FileError
+from layerjam.records.nearby import nearby
 
 MAX_BYTES = 1_000_000
 
@@ -44,7 +45,8 @@ def read_text(path: Path) -> str:
         with path.open("rb") as handle:
             raw = handle.read(MAX_BYTES + 1)
     except (OSError, ValueError) as err:
-        raise FileError(path, f"cannot be read: {getattr(err, 'strerror', None) or err}") from None
+        why = f"cannot be read: {getattr(err, 'strerror', None) or err}"
+        raise FileError(path, why, how=nearby(path)) from None
     if len(raw) > MAX_BYTES:
         raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, too large for such a file")
     try:

@@ -159,8 +159,13 @@ _SENTENCES: dict[str, tuple[str, Sequence[type[Step]]]] = {
 def _read(kind: type[Step], said: Mapping[str, str | None]) -> Step:
     """A step from the texts of its quantities; what is not said is its default."""
     known = ((f.name, f.metadata["quantity"], said.get(f.name)) for f in fields(kind))
-    read = {n: spec.read(text, f"procedure, {spec.text}") for n, spec, text in known if text}
-    return kind(**read)
+    return kind(
+        **{
+            name: spec.read(text, f"procedure, {spec.text.partition(',')[0]}")
+            for name, spec, text in known
+            if text
+        }
+    )
 
 
 def parse_procedure(text: str) -> Procedure:

@@ -11,6 +11,7 @@ from layerjam.measure.readers.layouts import plain_table
 from layerjam.measure.readers.workbook import sheets
 from layerjam.measure.run_text import csv_text
 from layerjam.measure.runs import ENDING, read_run
+from layerjam.records.nearby import nearby
 
 MAX_BYTES = 1_000_000_000
 _HEAD = 65_536
@@ -69,7 +70,7 @@ def _read(name: str, path: str | Path) -> bytes:
         if place.is_dir():
             raise FileError(name, "is a folder, not a file")
         if not place.exists():
-            raise FileError(name, "does not exist")
+            raise FileError(name, "does not exist", how=nearby(place))
         if not place.is_file():
             raise FileError(name, "is no regular file")
         size = place.stat().st_size
