@@ -62,13 +62,8 @@ def one_modulus(brake: Brake) -> None:
 
 def enclosure_of(stiffness: Any, friction: Any, reach: Any) -> EnclosureLaw:
     """An enclosure from EA [N], friction q [N/m] and half its free length l [m]."""
-    root = _root(stiffness, friction)
+    root = 2 * safe_sqrt(stiffness * friction)
     return EnclosureLaw(stiffness, friction, reach, root, friction * reach**2 / stiffness)
-
-
-@fused
-def _root(stiffness: Any, friction: Any) -> Any:
-    return 2 * safe_sqrt(stiffness * friction)
 
 
 @fused
