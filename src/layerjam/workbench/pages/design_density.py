@@ -149,8 +149,8 @@ def _points(
         own = r["name"] if first else _other(r["name"], rows[0]["name"])
         text = f"{kind}{rim}" if r["name"] == named else "" if kind else own + unsure
         label = dict(show=bool(text), formatter=text, color=ink, fontSize=12 if first else 11)
-        above = dict(position="top", width=130, overflow="break", lineHeight=13)
-        label |= above if kind else dict(position="right")
+        free = dict(position="top" if len(rows) > 1 else "bottom", lineHeight=13)
+        label |= free | dict(width=130, overflow="break") if kind else dict(position="right")
         label |= dict(fontWeight="bold" if first else "normal")
         name = f"{r['name']}: {', '.join(_numbers(r))}"
         value, size = _pair(r["mass"], r["max_force"]), 16 if first else 9
