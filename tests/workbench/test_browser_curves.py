@@ -100,6 +100,15 @@ def test_the_peak_is_dragged_and_the_vacuum_follows(pull):
         "([handle, f]) => +document.querySelector(handle).ariaValueNow > f",
         arg=[at("pull-peak-handle"), before],
     )
+    # the field follows with the answer: what is typed before that would be written over
+    pull.wait_for_function(
+        "([said, peak, field, before]) => {"
+        " const f = parseFloat(document.querySelector(peak).innerText);"
+        " return f > before && document.querySelector(said).innerText.includes(`a peak of ${f} N`)"
+        " && Math.abs(parseFloat(document.querySelector(field).value) - f) < 0.1; }",
+        arg=[said, at("pull-peak_force"), at("pull-peak"), before],
+        timeout=LONG,
+    )
     field.fill("900")
     field.press("Enter")
     pull.wait_for_function(words, arg=[said, "No vacuum up to 101.3 kPa"], timeout=LONG)
