@@ -179,7 +179,7 @@ def test_a_phone_has_the_names_below_its_chart(pull):
     phone = pull.evaluate(NAMES, CHART)
     assert phone["below"] == wide["beside"] and phone["beside"] == []
     assert max(phone["room"]) < 40 and phone["clear"] and phone["plot"] > 290
-    pull.click(at("pull-unpin-0"))
+    pins.first.click()
     pull.wait_for_function(
         "place => document.querySelectorAll(place + ' .chart-names li').length === 2", arg=CHART
     )

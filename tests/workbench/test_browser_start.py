@@ -89,7 +89,11 @@ def test_the_brake_fills_its_view_whatever_is_resized(start):
     assert not [e for e in start.errors if "WebGL" not in e]
 
 
-BOXES = "places => places.map(one => document.querySelector(one).getBoundingClientRect().toJSON())"
+LIT = """places => {
+  const [light, target] = places.map(one => document.querySelector(one).getBoundingClientRect());
+  return light.x <= target.x && light.y <= target.y
+    && light.right >= target.right && light.bottom >= target.bottom;
+}"""
 
 
 def test_the_tour_by_keyboard(start):
@@ -99,10 +103,8 @@ def test_the_tour_by_keyboard(start):
         start.wait_for_selector(at(step.target), state="visible", timeout=LONG)
         assert start.inner_text("#tour-head") == step.title
         assert start.evaluate("document.activeElement.dataset.testid") == "tour-next"
-        start.wait_for_timeout(700)
-        # both at one instant: a page that is still being filled may be scrolled in between
-        light, target = start.evaluate(BOXES, [".tour-light", at(step.target)])
-        assert light["x"] <= target["x"] and light["y"] <= target["y"], step.target
+        # the light glides there, and a page that is still being filled may be scrolled meanwhile
+        start.wait_for_function(LIT, arg=[".tour-light", at(step.target)], timeout=LONG)
         # focus stays inside
         for _ in range(4):
             start.keyboard.press("Tab")
