@@ -101,20 +101,20 @@ def serve(
         )
 
 
-_ready, _READY = threading.Lock(), threading.Event()
+_preparing, _prepared = threading.Lock(), threading.Event()
 
 
 def prepare(engine: Callable[[], None]) -> None:
     """Load what the first page computes with, and compute it, once, while it is on its way."""
-    with _ready:
-        if _READY.is_set():
+    with _preparing:
+        if _prepared.is_set():
             return
         engine()
         from layerjam.workbench.desk import Desk
         from layerjam.workbench.pages.start import Start
 
         Start(Desk()).compute()
-        _READY.set()
+        _prepared.set()
 
 
 ICON = (
