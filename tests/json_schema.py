@@ -17,9 +17,9 @@ TYPES: dict[str, Any] = {
 KNOWN = {
     *("$schema", "$defs", "$ref", "anyOf", "enum", "type", "properties", "required", "items"),
     *("additionalProperties", "prefixItems", "minItems", "title", "description", "unit"),
-    *("units", "warnings"),
+    *("units", "warnings", "verdict", "failed_checks", "accepted"),
 }
-"""Keywords; the last two are no keywords, but what every command prints."""
+"""Keywords; the last five are not keywords, but keys that every command may print."""
 
 
 def problems(value: Any, schema: Any, root: Any = None, at: str = "$") -> list[str]:

@@ -15,9 +15,9 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "layerjam"
 MODULES = sorted(SOURCE.rglob("*.py"))
 FLOORS = (
-    "errors", "units", "records", "device", "fluid", "mechanics", "kernel", "simulate", "measure",
-    "identify", "lab", "control", "design", "archive", "dataset", "fabricate", "rig", "interop",
-    "report", "commands", "studies", "workbench", "laws", "cli",
+    "errors", "verdict", "units", "records", "device", "fluid", "mechanics", "kernel", "simulate",
+    "measure", "identify", "lab", "control", "design", "archive", "dataset", "fabricate", "rig",
+    "interop", "report", "commands", "studies", "workbench", "laws", "cli",
 )  # fmt: skip
 CORE = ("device", "mechanics", "kernel", "simulate")
 BUILDERS = ("ezdxf", "OCP", "manifold3d", "typst", "matplotlib")

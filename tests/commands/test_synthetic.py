@@ -135,7 +135,7 @@ def test_the_numbers_carry_the_mark_past_the_next_command(
         assert len(said) == 1
         assert all(path in said[0] for path in both)
     # what is found anew is not spoken of
-    assert not fitted.mark(without=both)
+    assert not fitted.synthetic_mark(without=both)
 
 
 def test_a_calibration_on_synthetic_pulls_marks_what_it_found(tmp_path: Path) -> None:

@@ -185,7 +185,7 @@ def _run(declared: Command, shown: list[Parameter], given: dict[str, Any]) -> in
             elif isinstance(p.help, PythonOnly) and p.help.typed:
                 arguments[p.name] = shlex.join(["layerjam", *TYPED.get()])
         result = declared(**arguments)
-    if result.record is not None:
+    if result.record is not None and not result.failed_checks:
         if record is not None:
             if not hasattr(result.record, "save"):
                 raise QuantityError("out: this result has no record to write")

@@ -153,7 +153,10 @@ def _common(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns its exit code: 0 answered, 1 cannot, 2 bad input, 3 partly."""
+    """Run one command and return its exit code.
+
+    0 answered, 1 cannot, 2 bad input, 3 some inputs refused, 4 a check failed.
+    """
     words = tuple(_typed(sys.argv[1:]) if arguments is None else arguments)
     before = TYPED.set(words)
     try:

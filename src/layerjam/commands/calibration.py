@@ -13,6 +13,7 @@ from layerjam.commands.left_out import LeftOut, excluded_lines
 from layerjam.commands.more_pulls import Within, more_lines, more_pulls
 from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
 from layerjam.commands.quantities import (
+    Accept,
     Atmosphere,
     BrakeInput,
     OutBrake,
@@ -21,11 +22,13 @@ from layerjam.commands.quantities import (
 from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, Notice
 from layerjam.measure.trace import Trace
 from layerjam.report.folder import plain
 from layerjam.simulate.quantities import SEED
 from layerjam.units import QuantitySpec, show
+from layerjam.verdict import judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -165,6 +168,7 @@ def calibrate(
     atmosphere: Atmosphere = None,
     left_out: LeftOut = LeftOut(),
     within: Within = None,
+    accept: Accept = (),
     options: FileOptions = FileOptions(),
     sampling: Sampling = Sampling(),
     progress: Progress | None = None,
@@ -179,15 +183,14 @@ def calibrate(
     that states it. With `out` the calibrated brake is written. `exclude` leaves files or specimens
     out, each with its reason in `because` (in Python also {file: reason}); both stay with result
     and brake. `within` asks how many more pulls, and where, narrow each interval to plus or minus
-    this part of its value.
+    this part of its value. If a check fails, nothing is written; `accept` accepts failed checks by
+    name, {check: reason}.
     """
     from layerjam.identify.calibration.peaks import fit_pull
     from layerjam.identify.curves import usable
     from layerjam.identify.provenance import calibrated_text, made_from
 
-    free = list(dict.fromkeys([free] if isinstance(free, str) else free))
-    if free and depth != "curves":
-        raise FitError(f"free: {', '.join(free)} can be fitted at depth 'curves' only")
+    free = _free_parameters(free, depth)
     exact = depth == "exact"
     test = fit_pull if exact else lambda pull, pressure, _brake: usable(pull, pressure)
     files, without, excluded = left_out.apart(files, options)
@@ -195,11 +198,14 @@ def calibrate(
     found = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
     traces = [t for t, _, _ in used]
     source = made_from(brake, traces)
-    text = bound(calibrated_text, brake, found, depth, excluded=excluded, files=source["files"])
-    written, said = write_brake(out, text, force, bool(refused), partial)
+    verdict = judge(found.checks, accept, list(found.sources), out)
+    kept = {"excluded": excluded, "files": source["files"], "accepted": verdict.decisions}
+    text = bound(calibrated_text, brake, found, depth, **kept)
+    written, said = write_brake(out, text, force, bool(refused), partial, verdict)
     return BrakeCalibration.of(
         found.values,
         found,
+        verdict,
         **{name: plain(getattr(found, name)) for name in TABLES},
         depth=depth,
         standard_errors={**found.standard_errors, "rests_on": found.errors_rest_on},
@@ -210,16 +216,25 @@ def calibrate(
         excluded=excluded,
         refused=refused,
         file=written,
-        warnings=[
-            *brake.warnings(without=SHEETS if exact else (*SHEETS, *ENCLOSURE)),
-            *odd,
-            *_without_slope(found),
-            *one_of_all(found.pulls),
-            *said,
-        ],
+        warnings=[*_notices(brake, found, exact), *odd, *said],
         record=(brake, found),
         traces=traces,
     )
+
+
+def _free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
+    """The parameters to fit as well, each once; raises FitError for another depth than curves."""
+    names = list(dict.fromkeys([free] if isinstance(free, str) else free))
+    if names and depth != "curves":
+        raise FitError(f"free: {', '.join(names)} can be fitted at depth 'curves' only")
+    return names
+
+
+def _notices(brake: BrakeFile, found: Calibration, exact: bool) -> Iterator[str]:
+    """Notices about the brake's other numbers and about single pulls."""
+    yield from brake.warnings(without=SHEETS if exact else (*SHEETS, *ENCLOSURE))
+    yield from _without_slope(found)
+    yield from one_of_all(found.pulls)
 
 
 def _without_slope(found: Calibration) -> Iterator[Notice]:

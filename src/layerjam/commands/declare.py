@@ -23,6 +23,7 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_or
 
 from layerjam.commands.results import Result
 from layerjam.errors import Notice, QuantityError, UnknownNameError
+from layerjam.records.changes import record_files
 from layerjam.units import QuantitySpec, show
 
 P = ParamSpec("P")
@@ -399,7 +400,8 @@ class Command:
         with precision() if self.computes else contextlib.nullcontext():
             made = self.arguments(args, named, notices)
             bound = inspect.BoundArguments(self.signature, made)  # type: ignore[arg-type]
-            return self.function(*bound.args, **bound.kwargs).noting(*notices)
+            result = self.function(*bound.args, **bound.kwargs).noting(*notices)
+        return result.judged_by(record_files(bound.arguments.values()))
 
 
 def precision() -> contextlib.AbstractContextManager[None]:

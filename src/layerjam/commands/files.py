@@ -22,6 +22,7 @@ from layerjam.measure.options import ReadingOptions
 from layerjam.measure.sidecar import FOLDER
 from layerjam.measure.trace import Trace
 from layerjam.units import show, spec_of
+from layerjam.verdict import Verdict
 
 if TYPE_CHECKING:
     from layerjam.identify.pull.features import PullFeatures
@@ -272,18 +273,29 @@ def pulls(
     return used, refused, odd
 
 
+MARKS = {"passed": "ok  ", "note": "note", "warning": "LOOK", "failed": "FAIL"}
+
+
 def check_lines(checks: Iterable[Mapping[str, Any]]) -> Iterator[str]:
     """The checks of a fit as lines for people."""
     yield from ("", "checks")
     for check in checks:
-        yield f"  {'ok  ' if check['passed'] else 'LOOK'}  {check['name']}: {check['sentence']}"
+        yield f"  {MARKS[check['level']]}  {check['name']}: {check['sentence']}"
 
 
 def write_brake(
-    out: str | Path | None, text: Callable[[str], str], force: bool, refused: bool, partial: bool
+    out: str | Path | None,
+    text: Callable[[str], str],
+    force: bool,
+    refused: bool,
+    partial: bool,
+    verdict: Verdict | None = None,
 ) -> tuple[str | None, list[Notice]]:
-    """Write a brake's file unless refused files forbid it; its path and what to say."""
-    if out is None:
+    """Write a brake's file unless a failed check or refused files forbid it.
+
+    Returns the path, None if nothing was written, and the notices.
+    """
+    if out is None or (verdict is not None and verdict.failed):
         return None, []
     if refused and not partial:
         why = f"{out} was not written because files were refused; --partial writes it"

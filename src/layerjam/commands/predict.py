@@ -35,6 +35,21 @@ SlidingSpeed = Annotated[
     float | str | None, SLIDING_SPEED, Help("Speed at which the sheets slide.")
 ]
 
+FRICTION = ("scale_factor", "film.kinetic", "film.static", "pressure_exponent")
+ENCLOSURE = ("enclosure.modulus", "film.friction_on_silicone")
+RESTS_ON = {
+    "scale_factor": ("scale_factor",),
+    "stiffness_measured": ("stiffness_measured",),
+    "stiffness_mount": ("stiffness_measured",),
+    "holding_force": FRICTION,
+    **dict.fromkeys(
+        ("max_force", "energy_capacity", "force_density", "sheet_stress", "clamp_stress"),
+        (*FRICTION, *ENCLOSURE),
+    ),
+    "peak_vacuum": (*FRICTION, *ENCLOSURE),
+}
+"""Numbers of a brake's file behind each measured key of `show`."""
+
 
 @result
 class NewBrake(Result):
@@ -95,6 +110,19 @@ class BrakeSummary(Result):
     scale_factor: float = number("1", "calibration factor on the sheets' friction")
     peak_vacuum: float = number("Pa", "vacuum above which a pull has a peak")
     sources: Mapping[str, str] = fact("where each number comes from", listed=False)
+
+    def rows(self) -> list[tuple[str, str]]:
+        """The numbers; those that rest on an accepted failed check name it."""
+        rows = []
+        for name, text in super().rows():
+            paths = RESTS_ON.get(name.replace(" ", "_"), ())
+            checks = [
+                f"{one['check']}, accepted {one['date']}"
+                for one in self.accepted
+                if not one["numbers"] or {*paths} & {*one["numbers"]}
+            ]
+            rows.append((name, f"{text} (failed check: {'; '.join(checks)})" if checks else text))
+        return rows
 
     def draw(self) -> Figure:
         """The brake with every named length and force."""

@@ -30,6 +30,7 @@ from layerjam.simulate.quantities import (
     VACUUM,
 )
 from layerjam.units import QuantitySpec, show, spec_of
+from layerjam.verdict import read_acceptances
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -85,6 +86,16 @@ Overwrite = Annotated[bool, Help("Replace files that exist.")]
 OutBrake = Annotated[
     str | Path, OutFile("Brake file to write.", metavar="FILE.toml", endings=(".toml",))
 ]
+
+Accept = Annotated[
+    Sequence[str] | Mapping[str, str],
+    Input(
+        "Accept this failed check, with the reason.",
+        metavar="CHECK=REASON",
+        convert=lambda value, _given: read_acceptances(value),
+    ),
+]
+"""`--accept CHECK="reason"`, repeatable; the function gets {check: reason}."""
 
 
 def brake_file(brake: AnyBrake, atmosphere: float | str | None = None) -> BrakeFile:

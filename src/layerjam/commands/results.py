@@ -5,28 +5,35 @@ from __future__ import annotations
 import json
 import math
 import shutil
-import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
 
+from layerjam.commands.wording import in_words, printable, superscripts, wrapped
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice
 from layerjam.report.folder import plain
 from layerjam.units import QuantitySpec, show
+from layerjam.verdict import Acceptance, Verdict, accepted_rows, remaining
 
 if TYPE_CHECKING:
     import pandas
     import xarray
     from matplotlib.figure import Figure
 
+    from layerjam.records.changes import RecordFile
+
 T = TypeVar("T")
 Shown = Callable[[Any], str]
 PICTURES = (".svg", ".png", ".pdf")
 STOPPED = 130
 """Exit code of what was stopped from the keyboard and gives what it has."""
+FAILED = 4
+"""Exit code if a check failed that nobody accepted."""
+JUDGED = ("verdict", "failed_checks", "accepted", "refitted")
+"""Fields that `Result.of` takes from a Verdict by their names."""
 
 
 def number(
@@ -81,12 +88,18 @@ class Result:
     """What every result can do.
 
     `warnings` are sentences with a key each (`Notice`); `record` holds the arrays or the fit behind
-    the numbers, where there are any.
+    the numbers, where there are any. `verdict` is `passed`, `failed`, `accepted`, or None if no
+    check judged the numbers; `failed_checks` has rows of `name` and `reason`, `accepted` rows of
+    `check`, `reason`, `date` and `file`. `refitted` are the dotted paths of newly fitted numbers.
     """
 
     command: ClassVar[str] = ""
     warnings: Sequence[str] = ()
     record: Any = None
+    verdict: str | None = None
+    failed_checks: Sequence[Mapping[str, str]] = ()
+    accepted: Sequence[Mapping[str, Any]] = ()
+    refitted: Sequence[str] = ()
 
     @classmethod
     def of(cls, *known: object, **given: Any) -> Self:
@@ -103,6 +116,10 @@ class Result:
                 given[f.name] = None if lost else value
             elif f.default is MISSING and "None" in str(f.type):
                 given[f.name] = None
+        for one in known:
+            if isinstance(one, Verdict):
+                given |= {name: getattr(one, name) for name in JUDGED}
+                given["warnings"] = [*given.get("warnings", ()), *one.notices()]
         return cls(**given)
 
     @property
@@ -128,7 +145,9 @@ class Result:
 
     @property
     def exit_code(self) -> int:
-        """What the command line ends with: 1 where the result is "cannot", 3 for refused files."""
+        """Exit code: 4 if a check failed, 1 if the answer is "cannot", 3 if files were refused."""
+        if self.failed_checks:
+            return FAILED
         if getattr(self, "feasible", None) is False:
             return 1
         return 3 if getattr(self, "refused", None) else 0
@@ -247,14 +266,39 @@ class Result:
         """The JSON of the command line's contract."""
         whole = {
             **self.values,
+            **(self.judgement if self.verdict is not None else {}),
             "units": self.units,
             "warnings": list(dict.fromkeys(map(str, self.warnings))),
         }
         return json.dumps(plain(whole), indent=2, allow_nan=False)
 
+    @property
+    def judgement(self) -> dict[str, Any]:
+        """The verdict with its failed and its accepted checks, as the JSON holds them."""
+        return {
+            "verdict": self.verdict,
+            "failed_checks": list(self.failed_checks),
+            "accepted": list(self.accepted),
+        }
+
     def noting(self, *notices: Notice) -> Self:
         """The same with more warnings."""
         return replace(self, warnings=[*self.warnings, *notices]) if notices else self
+
+    def judged_by(self, files: Iterable[RecordFile[Any]]) -> Self:
+        """Return the result with the verdicts of the files that it was computed from."""
+        verdicts: list[str | None] = []
+        decisions: list[Acceptance] = []
+        for file in files:
+            verdicts.append(file.verdict)
+            decisions += remaining(file.accepted, self.refitted)
+        known = {self.verdict, *verdicts} - {None}
+        if not known:
+            return self
+        accepted = [*self.accepted, *accepted_rows(decisions)]
+        verdict = "failed" if self.failed_checks else "accepted" if accepted else "passed"
+        noted = self.noting(*dict.fromkeys(one.notice() for one in decisions))
+        return replace(noted, verdict=verdict, accepted=accepted)
 
     def rows(self) -> list[tuple[str, str]]:
         """(name, text) of what is worth a line: what is not known has none."""
@@ -275,16 +319,22 @@ class Result:
         wide = max((len(name) for name, _ in rows), default=0)
         out: list[str] = []
         for name, text in rows:
-            out += _wrapped(text, f"{name:<{wide}}  ", width)
+            out += wrapped(text, f"{name:<{wide}}  ", width)
         for line in self.lines():
-            out += _wrapped(line, "", width) if line else [""]
+            out += wrapped(line, "", width) if line else [""]
         refused: Mapping[str, str] = getattr(self, "refused", None) or {}
         if refused:
             out += ["", "refused:"]
             for path, why in refused.items():
-                out += _wrapped(f"  {path}: {why}", "", width)
+                out += wrapped(f"  {path}: {why}", "", width)
+        for failed in self.failed_checks:
+            out += wrapped(f"{failed['name']}: {failed['reason']}", "FAILED: ", width)
+        if self.failed_checks:
+            name = self.failed_checks[0]["name"]
+            how = f'nothing was written; to use the numbers anyway: --accept "{name}=REASON"'
+            out += wrapped(how, "", width)
         for warning in dict.fromkeys(map(str, self.warnings)):
-            out += _wrapped(warning, "note: ", width)
+            out += wrapped(warning, "note: ", width)
         return "\n".join(printable(line) for line in out)
 
     def __str__(self) -> str:
@@ -296,7 +346,7 @@ class Result:
     def _repr_html_(self) -> str:
         cell = 'style="text-align:left"'
         rows = "".join(
-            f"<tr><th {cell}>{escape(name)}</th><td {cell}>{escape(_raised(text))}</td></tr>"
+            f"<tr><th {cell}>{escape(name)}</th><td {cell}>{escape(superscripts(text))}</td></tr>"
             for name, text in self.rows()
         )
         notes = "".join(f"<p>note: {escape(w)}</p>" for w in dict.fromkeys(map(str, self.warnings)))
@@ -366,44 +416,3 @@ _ENDS = ("low", "high")
 def key_of(f: Field[Any]) -> str:
     """The key in the JSON of a field of a result."""
     return f.metadata["key"] or f.name
-
-
-def in_words(value: Any, unit: str) -> str:
-    """A value as people read it: arrays as their shape and range, never their elements."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int | float):
-        return show(float(value), unit or "1")
-    if hasattr(value, "shape") and hasattr(value, "dtype"):
-        if not value.shape:
-            return in_words(value.item(), unit)
-        low, high = (show(float(edge), unit or "1") for edge in (value.min(), value.max()))
-        return f"{' × '.join(map(str, value.shape))} values, {low} to {high}"
-    if isinstance(value, list | tuple):
-        return ", ".join(in_words(v, unit) for v in value)
-    return str(value)
-
-
-def _raised(text: str) -> str:
-    """With the exponents of units as a page shows them: m/s²."""
-    return text.replace("^2", "²").replace("^3", "³")
-
-
-def printable(line: str) -> str:
-    """Without characters that a terminal would take as commands."""
-    return "".join(c if c.isprintable() else "?" for c in line)
-
-
-def _wrapped(text: str, head: str, width: int) -> list[str]:
-    body = text.lstrip(" ")
-    indent = " " * (len(text) - len(body))
-    hang = " " * len(head) if head else indent + "    "
-    lines = textwrap.wrap(
-        body,
-        width,
-        initial_indent=head + indent,
-        subsequent_indent=hang,
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
-    return lines or [head.rstrip()]

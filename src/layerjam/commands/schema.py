@@ -102,11 +102,27 @@ def schema_of(declared: Command) -> dict[str, Any]:
         },
         "warnings": {"type": "array", "items": {"type": "string"}, "description": "what to know"},
     }
+    judged = {
+        "verdict": {"type": "string", "description": "outcome of the checks"},
+        "failed_checks": {
+            "type": "array",
+            "items": {"type": "object", "additionalProperties": {"type": "string"}},
+            "description": "name and reason of each failed check",
+        },
+        "accepted": {
+            "type": "array",
+            "items": {"type": "object"},
+            "description": "failed checks that somebody accepted",
+        },
+    }
     about = (inspect.getdoc(cls) or "").split("\n\n")[0].replace("\n", " ")
+    schema = _object({**keys, **common})
+    # present if a check judged the numbers, or those of a file that was read
+    schema["properties"] = {**judged, **schema["properties"]}
     return {
         "title": f"layerjam {declared.name} --json",
         "description": about,
-        **_object({**keys, **common}),
+        **schema,
     }
 
 

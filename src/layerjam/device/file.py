@@ -8,8 +8,8 @@ catalogue.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
@@ -25,6 +25,7 @@ from layerjam.records.toml import parse_toml
 from layerjam.records.values import Entry, entries
 from layerjam.records.writer import updated
 from layerjam.units import check
+from layerjam.verdict import Acceptance
 
 _USE = {"film": "films", "enclosure": "silicones"}
 _LASER = "film.laser"
@@ -54,13 +55,11 @@ class BrakeFile(RecordFile[Brake]):
     """A brake with its name and where each of its numbers comes from.
 
     `brake` holds the numbers, `making` what is said of building it (``[build]``), `sources` a
-    Source for every dotted path that was given, `notes` further tables of the file that describe
-    but do not count (``[made_by]``), `text` the file.
+    Source for every dotted path that was given, `text` the file.
     """
 
     brake: Brake
     making: Making = Making()
-    notes: Mapping[str, Any] = field(default_factory=dict)
 
     fields: ClassVar[Mapping[str, Entry]] = _fields()
     holds: ClassVar[str] = "brake"
@@ -92,7 +91,7 @@ class BrakeFile(RecordFile[Brake]):
         with reader.located():
             making = reader.record(Making)
             check(making)
-        file = cls.taken(reader, notes=reader.notes, making=making)
+        file = cls.taken(reader, making=making)
         if any(path.startswith("build.") for path in reader.sources):
             with reader.located():
                 agree(file.brake, making.build)
@@ -114,12 +113,18 @@ class BrakeFile(RecordFile[Brake]):
         """Dotted paths of numbers that were found in files that a program wrote."""
         return paths_of(self.sources, "synthetic")
 
-    def mark(self, without: Collection[str] = ()) -> str:
-        """What every file made from it says where some of its numbers are synthetic; else empty."""
-        made = [path for path in self.synthetic if path not in without]
-        if not made:
+    def synthetic_mark(self, without: Collection[str] = ()) -> str:
+        """Return the sentence about synthetic numbers, empty if there are none."""
+        paths = [path for path in self.synthetic if path not in without]
+        if not paths:
             return ""
-        return f"{', '.join(made)} of {self.name}: synthetic, a program wrote the files behind it"
+        return f"{', '.join(paths)} of {self.name}: synthetic, a program wrote the files behind it"
+
+    def mark(self) -> str:
+        """Return what every exported file states: synthetic numbers and accepted failed checks."""
+        return ". ".join(
+            filter(None, [self.synthetic_mark(), *(a.notice() for a in self.accepted)])
+        )
 
     def warnings(self, without: Collection[str] = ()) -> list[str]:
         """What every result made with this brake has to say about its numbers.
@@ -132,8 +137,8 @@ class BrakeFile(RecordFile[Brake]):
             if paths:
                 which = ", ".join(paths)
                 out.append(f"{which} of {self.name}: {word}, not measured on this brake")
-        if said := self.mark(without):
-            out.append(Notice(said, "synthetic-brake"))
+        if mark := self.synthetic_mark(without):
+            out.append(Notice(mark, "synthetic-brake"))
         if self.brake.stiffness_measured is None and "stiffness_measured" not in without:
             out.append(
                 f"no stiffness was measured for {self.name}: the sheets' computed one stands in, "
@@ -209,11 +214,12 @@ def updated_text(
     name: str,
     changes: Mapping[str, tuple[float, Source] | None],
     made_by: Mapping[str, Any] | None = None,
+    accepted: Sequence[Acceptance] = (),
 ) -> str:
     """The file's text with a new name and some values changed, comments and the rest kept.
 
     `made_by` becomes the [made_by] table, which describes and does not count; it names the file
-    that was changed by its digest.
+    that was changed by its digest. `accepted` are the failed checks that somebody accepted.
     """
     if made_by is not None:
         made_by = {**made_by, "brake_sha256": file.sha256}
@@ -221,4 +227,6 @@ def updated_text(
     held = file.brake.amplification_held is not None and "amplification_held" in file.sources
     if held and "scale_factor" in changes and file.brake.mount.spacers is None:
         made["amplification_held"] = None  # it belonged to the old one
-    return updated(file.text, file.fields, made, name=name, tables={"made_by": made_by})
+    return updated(
+        file.text, file.fields, made, name=name, tables={"made_by": made_by}, accepted=accepted
+    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,6 +10,9 @@ from layerjam.device.brake import Brake
 from layerjam.identify.straight import straight_line
 from layerjam.measure.trace import Array
 from layerjam.units import show
+from layerjam.verdict import Check, check
+
+__all__ = ["Check", "check"]
 
 PLAUSIBLE = (0.5, 2.0)
 """Scale factors beyond this are suspect; the paper's are 0.875 and 1.24."""
@@ -24,20 +26,6 @@ DRIFTS = 0.995
 Five of a hundred false alarms are for all checks together."""
 SHARPEST = 0.005
 """Relative difference of a scale factor after the peak that is let pass however sure it is."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Check:
-    """One check: its name, whether it passed, and the sentence that says why."""
-
-    name: str
-    passed: bool
-    sentence: str
-
-
-def check(name: str, passed: bool, sentence: str, otherwise: str = "") -> Check:
-    """A check with its sentence; where it did not pass, `otherwise` follows."""
-    return Check(name=name, passed=bool(passed), sentence=sentence + otherwise * (not passed))
 
 
 def within(name: str, value: float, span: tuple[float, float], what: str, advice: str) -> Check:

@@ -19,6 +19,7 @@ from layerjam.records.source import Source
 if TYPE_CHECKING:
     from layerjam.identify.calibration.record import Calibration
     from layerjam.measure.trace import Trace
+    from layerjam.verdict import Acceptance
 
 
 def sha256(path: str) -> str:
@@ -97,6 +98,7 @@ def calibrated_text(
     name: str,
     excluded: Sequence[Mapping[str, Any]] = (),
     files: Sequence[Mapping[str, Any]] | None = None,
+    accepted: Sequence[Acceptance] = (),
 ) -> str:
     """The brake's file with what a calibration found, and a [made_by] table on it.
 
@@ -104,7 +106,8 @@ def calibrated_text(
     sentences of failed checks), the covariance of what was fitted (SI), and every file's name and
     SHA-256; of those that were left out by hand (`file`, `because`, `sha256`) the reason too.
     `files` are the entries of those that were used, where the caller has them. Where a program
-    wrote any of them, the source of every number that was fitted says so.
+    wrote any of them, the source of every number that was fitted says so. `accepted` are the failed
+    checks that somebody accepted.
     """
     used = {c.path: c.synthetic for c in found.curves}
     failed = [c.sentence for c in found.checks if not c.passed]
@@ -128,7 +131,7 @@ def calibrated_text(
             for one in excluded
         ]
     synthetic = any(curve.synthetic for curve in found.curves)
-    return updated_text(file, name, marked(found.sources, synthetic), made_by)
+    return updated_text(file, name, marked(found.sources, synthetic), made_by, accepted)
 
 
 def marked(

@@ -6,8 +6,8 @@ import hashlib
 import re
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from types import MappingProxyType
 from typing import Any, ClassVar, Generic, Self, TypeVar
@@ -17,8 +17,9 @@ from layerjam.records.reader import Reader
 from layerjam.records.source import KINDS, Source
 from layerjam.records.toml import quoted
 from layerjam.records.values import Entry, entries
-from layerjam.records.writer import commented, updated
+from layerjam.records.writer import commented, literal, updated
 from layerjam.units import build, get, quantities
+from layerjam.verdict import Acceptance
 
 R = TypeVar("R")
 Change = str | float | None
@@ -84,6 +85,10 @@ class RecordFile(ABC, Generic[R]):
     title: str = ""
     path: str = field(default="", repr=False, compare=False)
     """What the text was read from, for errors that are found later; empty where there is none."""
+    notes: Mapping[str, Any] = field(default_factory=dict)
+    """The table [made_by], which describes and does not count."""
+    accepted: tuple[Acceptance, ...] = ()
+    """Failed checks of the numbers that somebody accepted, from [[accepted]]."""
 
     fields: ClassVar[Mapping[str, Entry]]
     """All that such a file may set, by dotted path."""
@@ -118,6 +123,8 @@ class RecordFile(ABC, Generic[R]):
             raise reader.fail("name", wrong)
         held: dict[str, Any] = {cls.holds: record, "path": str(reader.path), **more}
         title = reader.words.get("title", "")
+        held["accepted"] = tuple(replace(one, file=str(reader.path)) for one in reader.accepted)
+        held["notes"] = reader.notes
         return cls(name=name, title=title, sources=reader.sources, text=reader.text, **held)
 
     @classmethod
@@ -142,6 +149,11 @@ class RecordFile(ABC, Generic[R]):
     def sha256(self) -> str:
         """Digest of its text; of the rendered one where it has none."""
         return hashlib.sha256((self.text or self.rendered(self.name)).encode()).hexdigest()
+
+    @property
+    def verdict(self) -> str | None:
+        """`accepted` or `passed`; None if no command of layerjam judged the numbers."""
+        return "accepted" if self.accepted else "passed" if "verdict" in self.notes else None
 
     def with_(self, **changes: Change) -> Self:
         """The file with other numbers by name, such as width="14 mm" or film_modulus="2.5 GPa".
@@ -191,7 +203,23 @@ class RecordFile(ABC, Generic[R]):
             lines.append(f"title = {quoted(self.title)}")
         rows = sorted(self.fields.items(), key=lambda row: "." in row[0])
         lines += commented(rows, self.given, self.sources)
+        for one in self.accepted:
+            lines += ["", "[[accepted]]"]
+            lines += [f"{key} = {literal(entry)}" for key, entry in one.written().items()]
         return "\n".join(lines) + "\n"
+
+
+def record_files(values: Iterable[Any]) -> Iterator[RecordFile[Any]]:
+    """Iterate over the record files among arguments: in lists, mappings and option records too."""
+    for value in values:
+        if isinstance(value, RecordFile):
+            yield value
+        elif isinstance(value, list | tuple):
+            yield from record_files(value)
+        elif isinstance(value, Mapping):
+            yield from record_files(value.values())
+        elif is_dataclass(value) and not isinstance(value, type):
+            yield from record_files(getattr(value, f.name) for f in fields(value))
 
 
 def paths_of(sources: Mapping[str, Source], kind: str) -> list[str]:

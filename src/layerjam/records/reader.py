@@ -11,6 +11,7 @@ from layerjam.records.source import Source
 from layerjam.records.toml import line_of, parse_toml, row_with
 from layerjam.records.values import Entry, TextSpec, entries
 from layerjam.units import build
+from layerjam.verdict import Acceptance
 
 R = TypeVar("R")
 DESCRIBING = {word: Entry(TextSpec()) for word in ("name", "title", "note")}
@@ -21,7 +22,7 @@ class Reader:
     """Collects SI values and sources under dotted paths.
 
     `values` holds what `fields` allows, `words` the texts that only describe, `notes` the table
-    [made_by].
+    [made_by], `accepted` the tables [[accepted]].
     """
 
     def __init__(
@@ -37,6 +38,7 @@ class Reader:
         self.sources: dict[str, Source] = {}
         self.words: dict[str, str] = {}
         self.notes: dict[str, Any] = {}
+        self.accepted: tuple[Acceptance, ...] = ()
 
     def fail(self, key: str, reason: object) -> FileError:
         """The error, with the line the key stands on."""
@@ -74,6 +76,9 @@ class Reader:
                 self.take(value, key)
             elif path == "made_by" and isinstance(value, dict):
                 self.notes = value
+            elif path == "accepted" and isinstance(value, list):
+                with self.located(path):
+                    self.accepted = tuple(Acceptance.read(row) for row in value)
             else:
                 raise self.fail(path, self.unknown(path))
 

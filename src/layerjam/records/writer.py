@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -11,6 +11,7 @@ from layerjam.records.source import Source
 from layerjam.records.toml import quoted
 from layerjam.records.values import Entry, ValueSpec
 from layerjam.units import QuantitySpec
+from layerjam.verdict import Acceptance, remaining
 
 _UNSTATED = Source().written()
 WIDE = 100
@@ -93,16 +94,20 @@ def updated(
     *,
     name: str | None = None,
     tables: Mapping[str, Mapping[str, Any] | None] = MappingProxyType({}),
+    accepted: Sequence[Acceptance] = (),
 ) -> str:
     """A file's text with some values changed, comments and the rest kept.
 
     A change is (value in SI, its source), or None: the key is taken out. `tables` are replaced as a
-    whole, or taken out where they are None or empty; they come first. Raises QuantityError for a
-    key to be taken out that is not there.
+    whole, or taken out where they are None or empty; they come first. `accepted` are added to the
+    acceptances of the file; an earlier one ends when all its numbers change. Raises QuantityError
+    for a key to be taken out that is not there.
     """
     import tomlkit
 
     document = tomlkit.parse(text)
+    earlier = [Acceptance.read(row) for row in document.unwrap().get("accepted", [])]
+    document.pop("accepted", None)
     if name is not None:
         document["name"] = name
     for table, entries in tables.items():
@@ -131,6 +136,12 @@ def updated(
             full = tomlkit.table()
             full.update(item)
             place.append(key, full)
+    decisions = [*remaining(earlier, changes), *accepted]
+    if decisions:
+        rows = tomlkit.aot()
+        for one in decisions:
+            rows.append(tomlkit.item(one.written()))
+        document["accepted"] = rows
     return tomlkit.dumps(document)
 
 

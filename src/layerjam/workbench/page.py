@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import Client, background_tasks, ui
 
 from layerjam.commands.pull_by_pull import HEADS, TITLE, cells
-from layerjam.commands.results import in_words
+from layerjam.commands.wording import in_words
 from layerjam.errors import LayerjamError
 from layerjam.workbench import live
 from layerjam.workbench.call import Call, Options, result_fields
@@ -237,6 +237,15 @@ class Notes:
                 ui.label(in_print(f"Note: {sentence}"))
 
 
+TONES = {
+    "passed": ("yes", "✓ ok"),
+    "note": ("yes", "note"),
+    "warning": ("no", "✗ look"),
+    "failed": ("no", "✗ failed"),
+}
+"""Style and word of each level of a check."""
+
+
 def checks(result: Any) -> None:
     """The table pull by pull, and what the checks say; nothing of what the result has not."""
     pulls = result.values.get("pulls", ())
@@ -245,7 +254,7 @@ def checks(result: Any) -> None:
         live.Table().set_content(html(heads, map(cells, pulls), range(6), TITLE, "pull-by-pull"))
     for check in result.values.get("checks", ()):
         with ui.row().classes("no-wrap gap-2 items-baseline"):
-            tone, word = ("yes", "✓ ok") if check["passed"] else ("no", "✗ look")
+            tone, word = TONES[check["level"]]
             ui.label(word).classes(f"{tone} font-medium whitespace-nowrap")
             said = in_print(f"{check['name']}: {check['sentence']}")
             ui.label(said).classes("text-sm")

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 
 from layerjam.commands.declare import Help, Input, Progress, command
 from layerjam.commands.quantities import Overwrite
-from layerjam.commands.results import Result, fact, in_words, number, result
+from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.wording import in_words
 from layerjam.errors import QuantityError
 
 
@@ -24,7 +25,7 @@ class MachineResult(Result):
     scenario: str | None = fact("name of the scenario", default=None)
     feasible: bool | None = fact("whether every limit is met", default=None)
     reason: str | None = fact("the limit that decides", default=None, listed=False)
-    verdict: str | None = fact("the verdict, with what is needed", default=None, listed=False)
+    conclusion: str | None = fact("the conclusion, with what is needed", default=None, listed=False)
     brakes_needed: int | None = fact(
         "brakes it would take; null where no number does", default=None
     )
@@ -76,7 +77,7 @@ class MachineResult(Result):
         yield from ("", "limits")
         for limit in self.record.limits:
             yield f"  {'met' if limit.met else 'MISSED'}: {limit.sentence()}"
-        yield from ("", str(self.verdict))
+        yield from ("", str(self.conclusion))
 
 
 @command(
@@ -106,7 +107,7 @@ def apply(
 
     Seat belt, neck guard, ankle clutch or rehabilitation: its loads, its limits and the honest
     verdict. With `out` a page with pictures is written there (`page`). `feasible` says whether
-    every one of `limits` is met, `reason` names the one that decides, `verdict` says it in a
+    every one of `limits` is met, `reason` names the one that decides, `conclusion` says it in a
     sentence or two, with what would be needed; `brakes_needed` is None where no number of brakes
     does. `results` holds the machine's own keys; `units` names the unit of each. Raises FileError
     for a file that is none, QuantityError for values out of bounds.
@@ -133,7 +134,7 @@ def apply(
         scenario=given.name,
         feasible=found.feasible,
         reason=found.reason,
-        verdict=found.verdict,
+        conclusion=found.verdict,
         brakes_needed=found.brakes_needed,
         mass=found.mass,
         limits=[limit.row() for limit in found.limits],

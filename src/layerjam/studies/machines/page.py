@@ -7,7 +7,7 @@ from pathlib import Path
 
 from layerjam._version import __version__
 from layerjam.commands.declare import Progress
-from layerjam.commands.results import in_words
+from layerjam.commands.wording import in_words
 from layerjam.report.folder import figures_of, write_folder
 from layerjam.report.page import NONE, Page, Part, Table, Word, drawn_all, html
 from layerjam.studies.machines.figures import pictures

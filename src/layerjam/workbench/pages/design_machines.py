@@ -71,7 +71,7 @@ class Machines(Part):
     def draw(self, found: Any) -> None:
         """Everything."""
         result = found.result
-        self.verdict.set_text(result.verdict)
+        self.verdict.set_text(result.conclusion)
         self.limits.set_content(limits_table(result))
         drawings = enumerate(found.pictures)
         self.pictures.set_content("".join(_figure(f"machine{n}", *one) for n, one in drawings))

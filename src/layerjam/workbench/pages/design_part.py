@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from layerjam.commands.results import in_words
+from layerjam.commands.wording import in_words
 from layerjam.workbench.page import Page, View
 
 PAGE = "design"

@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.commands.results import in_words
+from layerjam.commands.wording import in_words
 from layerjam.workbench.call import key_of, result_fields
 from layerjam.workbench.page import Box, Notes, checks
 from layerjam.workbench.pages.laboratory_chain import Chain, Done

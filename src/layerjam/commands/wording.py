@@ -1,0 +1,50 @@
+"""Values and sentences as the command line prints them."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Any
+
+from layerjam.units import show
+
+
+def in_words(value: Any, unit: str) -> str:
+    """Return a value as people read it; an array as its shape and range, never its elements."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return show(float(value), unit or "1")
+    if hasattr(value, "shape") and hasattr(value, "dtype"):
+        if not value.shape:
+            return in_words(value.item(), unit)
+        low, high = (show(float(edge), unit or "1") for edge in (value.min(), value.max()))
+        return f"{' × '.join(map(str, value.shape))} values, {low} to {high}"
+    if isinstance(value, list | tuple):
+        return ", ".join(in_words(v, unit) for v in value)
+    return str(value)
+
+
+def superscripts(text: str) -> str:
+    """Return the text with superscript exponents: m/s²."""
+    return text.replace("^2", "²").replace("^3", "³")
+
+
+def printable(line: str) -> str:
+    """Return the line without characters that a terminal would take as commands."""
+    return "".join(c if c.isprintable() else "?" for c in line)
+
+
+def wrapped(text: str, head: str, width: int) -> list[str]:
+    """Return the lines of a text that is wrapped to `width` after the words `head`."""
+    body = text.lstrip(" ")
+    indent = " " * (len(text) - len(body))
+    hang = " " * len(head) if head else indent + "    "
+    lines = textwrap.wrap(
+        body,
+        width,
+        initial_indent=head + indent,
+        subsequent_indent=hang,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return lines or [head.rstrip()]

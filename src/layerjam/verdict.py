@@ -1,0 +1,246 @@
+"""Checks of a result, their levels, and the verdict that follows from them.
+
+A failed check means that the numbers must not be used without a decision: the command line exits
+with code 4 and writes nothing. A person may accept one failed check by name, with a reason. The
+acceptance stays in the file that is written. Every later command that reads the file reports it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from datetime import UTC, datetime
+from pathlib import PurePath
+from typing import Any, Literal, Self
+
+from layerjam.errors import Notice, QuantityError, UnknownNameError
+
+Level = Literal["passed", "note", "warning", "failed"]
+"""`note` asks for nothing, `warning` for a look, `failed` for a decision."""
+WIDEST = 0.5
+"""Width of a 95 % interval over its value, above which the value counts as unknown."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Check:
+    """One check: its name, its level, and the sentence that gives the reason.
+
+    `value` and `limit` are in SI, in `unit`; None if the check has no number.
+    """
+
+    name: str
+    level: Level = "passed"
+    passed: bool = field(init=False)
+    sentence: str
+    value: float | None = None
+    limit: float | None = None
+    unit: str = "1"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "passed", self.level == "passed")
+
+
+def check(
+    name: str, passed: bool, sentence: str, otherwise: str = "", level: Level = "warning"
+) -> Check:
+    """Return a check; `level` and the ending `otherwise` apply if it does not pass."""
+    if passed:
+        return Check(name=name, sentence=sentence)
+    return Check(name=name, level=level, sentence=sentence + otherwise)
+
+
+def interval_check(name: str, value: float, low: float, high: float) -> Check:
+    """Return the check of a 95 % interval of a quantity that is positive by nature.
+
+    It fails if the interval reaches zero or is wider than half of the value (`WIDEST`).
+    """
+    share = (high - low) / value if value > 0 else math.inf
+    fails = not (low > 0 and share <= WIDEST)
+    sentence = f"the 95 % interval of {name} is {share:.2g} of its value wide"
+    if not low > 0:
+        sentence += " and reaches zero"
+    return Check(
+        name=f"{name} interval",
+        level="failed" if fails else "passed",
+        sentence=sentence + (": the measurements do not determine it" if fails else ""),
+        value=share if math.isfinite(share) else None,
+        limit=WIDEST,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Acceptance:
+    """Somebody's decision to use numbers although a check failed.
+
+    `finding` is the sentence of the check, `date` is ISO 8601, `numbers` are the dotted paths of
+    the numbers it concerns (all of the file if empty), `file` is the file that stores it.
+    """
+
+    check: str
+    reason: str
+    date: str
+    finding: str = ""
+    numbers: tuple[str, ...] = ()
+    file: str = ""
+
+    @classmethod
+    def read(cls, row: Any) -> Self:
+        """Return the acceptance in one [[accepted]] table; raises QuantityError for another."""
+        texts = ("check", "reason", "date")
+        numbers = row.get("numbers", []) if isinstance(row, dict) else None
+        if (
+            not isinstance(row, dict)
+            or set(row) - {*texts, "finding", "numbers"}
+            or not all(isinstance(row.get(key), str) and row[key].strip() for key in texts)
+            or not isinstance(row.get("finding", ""), str)
+            or not isinstance(numbers, list)
+            or not all(isinstance(path, str) for path in numbers)
+        ):
+            raise QuantityError.of(
+                "accepted",
+                "each [[accepted]] table holds the texts check, reason and date, and may hold "
+                "finding and a list of numbers",
+            )
+        return cls(**{**row, "numbers": tuple(numbers)})
+
+    def written(self) -> dict[str, Any]:
+        """Return the table for a file; empty entries are left out."""
+        row = {**asdict(self), "numbers": list(self.numbers)}
+        del row["file"]
+        return {key: entry for key, entry in row.items() if entry}
+
+    def notice(self) -> Notice:
+        """Return one line about it, for every command that reads its file."""
+        place = PurePath(self.file).name if self.file else "this file"
+        finding = f" ({self.finding})" if self.finding else ""
+        return Notice(
+            f"{place} has numbers whose check '{self.check}' failed{finding}; accepted on "
+            f"{self.date}: {self.reason}",
+            "accepted",
+        )
+
+
+def remaining(accepted: Iterable[Acceptance], replaced: Collection[str]) -> tuple[Acceptance, ...]:
+    """Return the acceptances that still apply after the numbers `replaced` have new values."""
+    left = []
+    for one in accepted:
+        numbers = tuple(path for path in one.numbers if path not in replaced)
+        if numbers or not one.numbers:
+            left.append(replace(one, numbers=numbers))
+    return tuple(left)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """Outcome of all checks of a result; `decisions` are the failed checks that were accepted.
+
+    `numbers` are the dotted paths of the numbers that the checks concern.
+    """
+
+    checks: tuple[Check, ...] = ()
+    decisions: tuple[Acceptance, ...] = ()
+    numbers: tuple[str, ...] = ()
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        """The failed checks that nobody accepted."""
+        accepted = {key_of(one.check) for one in self.decisions}
+        return tuple(
+            c for c in self.checks if c.level == "failed" and key_of(c.name) not in accepted
+        )
+
+    @property
+    def verdict(self) -> str:
+        """`failed`, `accepted` or `passed`."""
+        return "failed" if self.failed else "accepted" if self.decisions else "passed"
+
+    @property
+    def failed_checks(self) -> list[dict[str, str]]:
+        """Rows of `name` and `reason` of the failed checks, as the JSON holds them."""
+        return [{"name": c.name, "reason": c.sentence} for c in self.failed]
+
+    @property
+    def accepted(self) -> list[dict[str, Any]]:
+        """Rows of `check`, `reason`, `date` and `file` of the accepted checks."""
+        return accepted_rows(self.decisions)
+
+    @property
+    def refitted(self) -> tuple[str, ...]:
+        """Dotted paths of the numbers with new values: earlier acceptances of them end."""
+        return self.numbers
+
+    def notices(self) -> list[Notice]:
+        """Return one line for each accepted check."""
+        return [one.notice() for one in self.decisions]
+
+
+def judge(
+    checks: Iterable[Check | None],
+    accept: Mapping[str, str] | None = None,
+    numbers: Sequence[str] = (),
+    file: object = "",
+) -> Verdict:
+    """Return the verdict of some checks, given {name of a failed check: reason to accept it}.
+
+    `numbers` are the dotted paths of the numbers that the checks concern and `file` is the file
+    that will store the acceptances. Raises UnknownNameError for a name that is not among the
+    checks, and QuantityError for a check that has not failed.
+    """
+    known = tuple(c for c in checks if c is not None)
+    named = {key_of(c.name): c.name for c in known}
+    decisions = []
+    for name, reason in (accept or {}).items():
+        if key_of(name) not in named:
+            raise UnknownNameError("check", name, named.values(), quantity="accept")
+        found = [c for c in known if key_of(c.name) == key_of(name) and c.level == "failed"]
+        if not found:
+            failed = sorted({c.name for c in known if c.level == "failed"})
+            which = f"failed: {', '.join(failed)}" if failed else "no check failed"
+            raise QuantityError.of(
+                "accept", f"check '{named[key_of(name)]}' has not failed; {which}"
+            )
+        decisions.append(
+            Acceptance(
+                check=found[0].name,
+                reason=reason,
+                date=datetime.now(UTC).date().isoformat(),
+                finding="; ".join(dict.fromkeys(c.sentence for c in found)),
+                numbers=tuple(numbers),
+                file=str(file or ""),
+            )
+        )
+    return Verdict(checks=known, decisions=tuple(decisions), numbers=tuple(numbers))
+
+
+def read_acceptances(given: Any) -> dict[str, str]:
+    """Return {check: reason} from a mapping, or from texts such as `repeats=new operator`.
+
+    Raises QuantityError for a text without a name or a reason, and for a check named twice.
+    """
+    if isinstance(given, Mapping):
+        rows = [(str(name), str(reason)) for name, reason in given.items()]
+    else:
+        texts = [given] if isinstance(given, str) else [str(text) for text in given]
+        rows = [(name, reason) for name, _, reason in (text.partition("=") for text in texts)]
+    accepted: dict[str, str] = {}
+    for name, reason in rows:
+        if not name.strip() or not reason.strip():
+            raise QuantityError.of(
+                "accept",
+                f"'{name[:60]}' needs a check and a reason: --accept \"CHECK=REASON\"",
+            )
+        if key_of(name) in map(key_of, accepted):
+            raise QuantityError.of("accept", f"check '{name.strip()}' is named twice")
+        accepted[name.strip()] = reason.strip()
+    return accepted
+
+
+def accepted_rows(accepted: Iterable[Acceptance]) -> list[dict[str, Any]]:
+    """Return acceptances as rows of a JSON answer."""
+    return [{**asdict(one), "numbers": list(one.numbers)} for one in accepted]
+
+
+def key_of(name: str) -> str:
+    """Return a check's name as it is compared: case, hyphens and underscores do not count."""
+    return " ".join(name.lower().replace("-", " ").replace("_", " ").split())
