@@ -13,16 +13,13 @@ from collections.abc import Callable
 
 from benchmarks.sessions import Session
 from benchmarks.timing import Row, table
-from benchmarks.workbench import memory, others, started
-from layerjam.workbench.rest import REST
+from benchmarks.workbench import GONE, memory, others, started
 
 RELOADS, TABS, SESSIONS = 400, 20, 10
 SECONDS = 20.0
 """That the sessions move for."""
 LONG = 120.0
 """Seconds a page may take."""
-GONE = 14.0
-"""Seconds after which the server has let go of a tab: it waits ten for it to come back."""
 MOST = 0.5
 
 
@@ -74,8 +71,8 @@ def rows(reloads: int = RELOADS, tabs: int = TABS) -> list[Row]:
             seen(f"after {part} reloads", MOST)
         out.append(Row(f"{SESSIONS} sessions that move", moved(place, process), None, unit="GB"))
         asyncio.run(_stay(place, tabs, lambda: seen(f"{tabs} tabs at once")))
-        time.sleep(1.25 * REST + GONE)
-        seen("at rest after all that", MOST)
+        time.sleep(GONE)
+        seen("once all are closed", MOST)
     return out
 
 

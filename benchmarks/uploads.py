@@ -17,7 +17,6 @@ from playwright.sync_api import sync_playwright
 from benchmarks.timing import Row, table
 from benchmarks.workbench import at, memory, pull_ready, started
 from layerjam.commands.tensile import tensile
-from layerjam.workbench.rest import REST
 from layerjam.workbench.uploads import LARGEST
 
 ROUNDS = 3
@@ -26,9 +25,8 @@ VACUUMS = (60, 70, 80, 90, 94)
 ROWS = 2_000_000
 """Samples of a file, 27 to 28 bytes each."""
 LONG = 600_000
-MOST = 0.5
-IDLE = 1.25 * REST + 30
-"""Seconds after which the server rests, be it that it computes a while longer than is shown."""
+IDLE = 30
+"""Seconds after which the server idles, if it computes a while longer than is shown."""
 
 
 def pulls(folder: Path) -> list[Path]:
@@ -106,10 +104,10 @@ def rows(rounds: int = ROUNDS) -> list[Row]:
             used(page, files)
             seen(f"round {k}, at most", most(process))
             page.wait_for_timeout(1e3 * IDLE)
-            seen(f"round {k}, at rest, the files there", memory(process), MOST)
+            seen(f"round {k}, idle, the files there", memory(process))
             removed(page)
             page.wait_for_timeout(1e3 * IDLE)
-            seen(f"round {k}, at rest, the files gone", memory(process), MOST)
+            seen(f"round {k}, idle, the files gone", memory(process))
     return out
 
 

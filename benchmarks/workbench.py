@@ -19,12 +19,13 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.timing import Row, table
-from layerjam.workbench.rest import REST
 from layerjam.workbench.state import State, to_link
 
 MOVES = 200
 PAUSE = 0.2
 """Seconds between two moves: no move waits for the one before it."""
+GONE = 14.0
+"""Seconds after which the server has let go of a tab: it waits ten for it to come back."""
 LONG = 90_000
 """Milliseconds a first answer may take."""
 MEDIAN, WORST = 0.1, 0.2
@@ -376,8 +377,9 @@ def rows() -> list[Row]:
             page = browser.new_context().new_page()
             all_pages(page, place)
             out.append(Row("memory, every page opened once", memory(process), None, unit="GB"))
-            page.wait_for_timeout(1e3 * (1.25 * REST + 5))
-            out.append(Row("memory at rest after that", memory(process), 0.5, unit="GB"))
+            page.context.close()
+            time.sleep(GONE)
+            out.append(Row("memory once the tab is closed", memory(process), 0.5, unit="GB"))
         browser.close()
     return out
 

@@ -14,7 +14,7 @@ import sys
 SELDOM = (200_000, 20, 20)
 """How many objects are made before Python looks for circles among them (usually 700).
 
-A server that stays up goes back to the usual: `workbench.rest.settle`.
+A server that stays up goes back to the usual: `workbench.memory.settle`.
 """
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nicegui import background_tasks, events, ui
+from nicegui import background_tasks, events, run, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.measure.conditions import LIST
@@ -16,7 +16,6 @@ from layerjam.records.toml import MAX_BYTES
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import toml_kind
 from layerjam.workbench.listing import attach, is_list, over, read_list
-from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.session import ENDING, KeptFile, from_session
 from layerjam.workbench.sorting import Sorting
 from layerjam.workbench.uploads import LARGEST, MOST, Refused, clean, is_sidecar
@@ -96,7 +95,7 @@ class Dropping:
         """Put all that a saved session holds onto the desk; why not, where it is none."""
         try:
             data = await file.read()
-            opened = await elsewhere(from_session, data, name)
+            opened = await run.io_bound(from_session, data, name)
             if opened is None or self.uploads.closed:  # the program or the tab was ended meanwhile
                 return ""
             state, files = opened

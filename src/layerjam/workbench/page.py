@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from nicegui import Client, background_tasks, ui
+from nicegui import Client, background_tasks, run, ui
 
 from layerjam.commands.pull_by_pull import HEADS, TITLE, cells
 from layerjam.commands.wording import in_words
@@ -16,7 +16,7 @@ from layerjam.workbench.call import Call, Options, result_fields
 from layerjam.workbench.controls import Choice, Control, Slider, number, word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
-from layerjam.workbench.rest import WORK, elsewhere, settle_later
+from layerjam.workbench.memory import settle_later
 from layerjam.workbench.runner import Runner
 from layerjam.workbench.spoken import in_print
 from layerjam.workbench.tables import html
@@ -113,7 +113,7 @@ class Page(View):
         self.problem: Alert | None = None
         self.client: Client | None = None
         self.prepare: Callable[[], None] = lambda: None
-        self.runner = Runner(self._answer, self._show, elsewhere)
+        self.runner = Runner(self._answer, self._show, run.io_bound)
         desk.watch(self._changed)
 
     def _answer(self) -> Any:
@@ -154,8 +154,7 @@ class Page(View):
         if not problem:
             self.result = result
             self.draw(result)
-        if WORK.first(self.name):
-            background_tasks.create(settle_later(), name="layerjam settles")
+        background_tasks.create(settle_later(self.name), name="layerjam settles")
 
     def problem_line(self) -> None:
         """Where a refusal stands, in words."""

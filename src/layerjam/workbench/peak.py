@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from nicegui import background_tasks, ui
+from nicegui import background_tasks, run, ui
 
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.fluid.closed_forms import reachable
@@ -17,7 +17,6 @@ from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.controls import Choice, choice, number_field, on_typed, with_unit, word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.resized import resized, with_sheets
-from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.widgets import dressed, one_line, status
 
 FOLLOWS = Choice(
@@ -105,7 +104,7 @@ class PeakSetting:
                 force, self._asked = self._asked, None
                 by_sheets = self._follows() == "sheets"
                 try:
-                    found = await elsewhere(self.found, force, by_sheets)
+                    found = await run.io_bound(self.found, force, by_sheets)
                     if found is None:  # the program is being ended
                         return
                     self._take(found, force, by_sheets)

@@ -65,7 +65,6 @@ def serve(
     from layerjam.workbench.folders import sweep
     from layerjam.workbench.gate import LOCAL, Gate
     from layerjam.workbench.pages.all import TABS
-    from layerjam.workbench.rest import REST, WORK
     from layerjam.workbench.shell import frame
     from layerjam.workbench.uploads import close_all
 
@@ -85,7 +84,6 @@ def serve(
     app.on_startup(threading.Thread(target=prepare, args=(engine,)).start)
     app.on_startup(lambda: run.io_bound(sweep))
     app.on_shutdown(close_all)
-    app.timer(REST / 4, lambda: run.io_bound(WORK.give_back), immediate=False)
     with contextlib.suppress(KeyboardInterrupt):
         ui.run(
             host=host,

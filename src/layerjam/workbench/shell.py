@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from nicegui import ui
+from nicegui import run, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.identify.origin import origin
@@ -14,10 +14,10 @@ from layerjam.workbench.call import as_python
 from layerjam.workbench.copying import copied, offer
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import Dropping
+from layerjam.workbench.memory import forget_tab
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
 from layerjam.workbench.reload import forget, take_over
-from layerjam.workbench.rest import elsewhere, forget_routes
 from layerjam.workbench.session import ENDING, kept_files, to_session
 from layerjam.workbench.state import LONGEST_LINK, from_link, to_link
 from layerjam.workbench.widgets import button, dressed, shipped
@@ -34,7 +34,6 @@ SCRIPTS = (
     "narrow.js",
     "peak.js",
     "files.js",
-    "tour.js",
     "sheets.js",
 )
 """Loaded once, at the end of the page's body."""
@@ -75,7 +74,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         slots = {name: ui.tab_panel(name).classes("p-0") for name in kinds}
 
     client = ui.context.client
-    client.on_delete(forget_routes)
+    client.on_delete(forget_tab)
     client.on_delete(lambda: forget(desk))
 
     def turn(name: str) -> None:
@@ -93,7 +92,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         ui.run_javascript("scrollTo(0, 0)")  # how far down one reads is a page's own
         desk.open(name)
         if name not in pages:
-            kind = await elsewhere(loaded, kinds[name])
+            kind = await run.io_bound(loaded, kinds[name])
             if kind is None or client.is_deleted:  # the program or the tab was ended meanwhile
                 return
             if name not in pages:
@@ -179,7 +178,7 @@ def _session(desk: Desk) -> None:
 
     async def save() -> None:
         try:
-            text = await elsewhere(session_of, desk)
+            text = await run.io_bound(session_of, desk)
         except LayerjamError as err:
             ui.notify(str(err), type="warning")
             return

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from nicegui import ui
+from nicegui import run, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.identify.provenance import renamed
@@ -28,7 +28,6 @@ from layerjam.workbench.proposals import (
     proposal,
     together,
 )
-from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.said import (
     ROLES,
     UNITS,
@@ -103,7 +102,7 @@ class Sorting:
         """
         # files that come one after the other: each is read once, and the last look counts
         async with self._turn:
-            found = await elsewhere(self._proposed)
+            found = await run.io_bound(self._proposed)
         if found is None or self.uploads.closed:
             return
         found = [p for p in found if p.key in self.uploads.waiting]  # not what was just accepted

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from nicegui import ui
+from nicegui import run, ui
 
 from layerjam.commands.results import Result
 from layerjam.errors import LayerjamError
@@ -22,7 +22,6 @@ from layerjam.workbench import copying
 from layerjam.workbench.apart import Apart, apart
 from layerjam.workbench.call import Call, as_python
 from layerjam.workbench.notebook import notebook
-from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.widgets import button, one_line
 
 if TYPE_CHECKING:
@@ -106,7 +105,7 @@ def row(ident: str, chart: ui.echart, shown: Callable[[], Takeable | None]) -> u
             ui.notify("nothing is computed yet")
             return
         try:
-            content = await elsewhere(taken.figure, ending)
+            content = await run.io_bound(taken.figure, ending)
         except LayerjamError as err:
             ui.notify(one_line(err), type="warning")
             return

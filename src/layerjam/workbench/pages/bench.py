@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from nicegui import ui
+from nicegui import run, ui
 
 from layerjam.control.faults import PROVOKED
 from layerjam.control.settings import KINDS
@@ -38,7 +38,6 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.bench_taken import Watched
 from layerjam.workbench.pages.vacuum import safe_choice
-from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.widgets import (
     QUIET,
     button,
@@ -228,7 +227,7 @@ class Bench(Page):
         if self.problem is not None:
             self.problem.say("")
         try:
-            made = await elsewhere(what)
+            made = await run.io_bound(what)
             return await asyncio.wrap_future(made) if isinstance(made, Future) else made
         except LayerjamError as error:
             if self.problem is not None:

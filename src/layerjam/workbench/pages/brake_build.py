@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from nicegui import ui
+from nicegui import run, ui
 
 from layerjam.commands.build import Built, verdict
 from layerjam.device.workshop import CUTTERS
@@ -21,7 +21,6 @@ from layerjam.workbench.controls import Choice, choice
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Box, Figures, Notes, Page, View
 from layerjam.workbench.pages.brake_parts import Parts, PartsView, parts_of
-from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import Runner, waiting_line
 from layerjam.workbench.spoken import on_page
 from layerjam.workbench.tables import Cell, html
@@ -98,7 +97,7 @@ class BuildPart(View):
         super().__init__(page.desk)
         self.page = page
         self.more = More(page, "build", OWN)
-        self.maker = Runner(self.make, self._made, elsewhere)
+        self.maker = Runner(self.make, self._made, run.io_bound)
         self.folder: Folder | None = None
         self._trouble = ""
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from nicegui import ui
+from nicegui import run, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.report.style import BLUE, GREY
@@ -26,7 +26,6 @@ from layerjam.workbench.pages.pull_files import Measured, Reading, laid_out, rea
 from layerjam.workbench.pages.pull_sheets import SheetBySheet
 from layerjam.workbench.peak import PeakSetting
 from layerjam.workbench.pins import BAND, Pins
-from layerjam.workbench.rest import elsewhere
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.widgets import button, chart, columns, fold, one_line, status
 
@@ -252,7 +251,7 @@ class Pull(Page):
 
     async def _give(self, shown: Any, ending: str, name: str) -> None:
         try:
-            content = await elsewhere(takeaway.file_bytes, shown, ending)
+            content = await run.io_bound(takeaway.file_bytes, shown, ending)
         except LayerjamError as err:
             ui.notify(one_line(err), type="warning")
             return

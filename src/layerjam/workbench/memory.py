@@ -1,0 +1,51 @@
+"""Memory of a server that runs for weeks: closed tabs are released, open ones never paused."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import sys
+
+from nicegui import Client, run
+
+USUAL = (700, 10, 10)
+"""Python's own settings of its collector, see `cli.start.SELDOM`."""
+SOON = 2.0
+"""Seconds after a page's first result in which it is sent and drawn."""
+_settled: set[str] = set()
+
+
+def forget_tab() -> None:
+    """Release a tab that is closed, and after the last one what was compiled.
+
+    FastAPI remembers what kind of function each route's is, and with it the function: that of an
+    upload holds its element, and so the whole page, about a megabyte for every reload.
+    """
+    module = sys.modules.get("fastapi.dependencies.models")
+    for known in list(vars(module).values()) if module is not None else ():
+        if hasattr(known, "cache_clear"):
+            known.cache_clear()
+    if len(Client.instances) <= 1:  # the closed one itself
+        if "jax" in sys.modules:
+            sys.modules["jax"].clear_caches()
+        gc.unfreeze()
+        _settled.clear()
+
+
+async def settle_later(page: str) -> None:
+    """`settle` once the page's first result has reached the browser."""
+    if page not in _settled:
+        _settled.add(page)
+        await asyncio.sleep(SOON)
+        await run.io_bound(settle)
+
+
+def settle() -> None:
+    """Keep the collector from searching loaded modules: one move in a hundred waited 0.3 s for it.
+
+    It runs as often as usual from then on. The command line runs it seldom, and closed pages would
+    pile up.
+    """
+    gc.set_threshold(*USUAL)
+    gc.collect()
+    gc.freeze()
