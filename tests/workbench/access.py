@@ -40,7 +40,6 @@ UNFOLD = """() => {
 }"""
 OVER = {
     "files, none yet": ("start-files", "dropped-choose"),
-    "tour": ("start-tour", "tour-next"),
     "session menu": ("session", "session-save"),
     "copied Python": ("copy-as-python", "copied"),
 }

@@ -105,7 +105,7 @@ def test_nothing_stands_against_a_page_in_any_state(page, axe, name):
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 def test_nothing_stands_against_what_opens_over_a_page(page, axe, tmp_path, dark):
-    """The dialog of files, empty and filled; the tour; the menu of sessions; a notice."""
+    """The dialog of files, empty and filled; the menu of sessions; a notice."""
     opened(page, page.place, "start")
     if dark:
         turned(page)

@@ -1,4 +1,4 @@
-"""The first page in a browser: the vacuum goes along, the kilogram falls, the tour, the views."""
+"""The first page in a browser: the vacuum goes along, the kilogram falls, the views."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ import io
 import numpy as np
 import pytest
 from PIL import Image
-
-from layerjam.workbench.tour import STEPS
 
 pytestmark = pytest.mark.slow
 LONG = 90_000
@@ -86,38 +84,4 @@ def test_the_brake_fills_its_view_whatever_is_resized(start):
     start.wait_for_timeout(1500)
     left, right, _, _ = seen(start)
     assert left > 0 and 0.6 < right < 1
-    assert not [e for e in start.errors if "WebGL" not in e]
-
-
-LIT = """places => {
-  const [light, target] = places.map(one => document.querySelector(one).getBoundingClientRect());
-  return light.x <= target.x && light.y <= target.y
-    && light.right >= target.right && light.bottom >= target.bottom;
-}"""
-
-
-def test_the_tour_by_keyboard(start):
-    start.focus(at("start-tour"))
-    start.keyboard.press("Enter")
-    for number, step in enumerate(STEPS):
-        start.wait_for_selector(at(step.target), state="visible", timeout=LONG)
-        assert start.inner_text("#tour-head") == step.title
-        assert start.evaluate("document.activeElement.dataset.testid") == "tour-next"
-        # the light glides there, and a page that is still being filled may be scrolled meanwhile
-        start.wait_for_function(LIT, arg=[".tour-light", at(step.target)], timeout=LONG)
-        # focus stays inside
-        for _ in range(4):
-            start.keyboard.press("Tab")
-            assert start.evaluate("!!document.activeElement.closest('.tour')")
-        start.focus(at("tour-next"))
-        start.keyboard.press("ArrowRight" if number % 2 else "Enter")
-    assert start.locator(".tour").count() == 0
-    start.wait_for_function("document.activeElement?.dataset.testid === 'start-tour'", timeout=LONG)
-    start.keyboard.press("Enter")
-    start.wait_for_selector(at("tour"))
-    start.keyboard.press("ArrowRight")
-    start.keyboard.press("ArrowLeft")
-    assert start.inner_text("#tour-head") == STEPS[0].title
-    start.keyboard.press("Escape")
-    assert start.locator(".tour").count() == 0
     assert not [e for e in start.errors if "WebGL" not in e]

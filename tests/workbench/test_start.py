@@ -16,7 +16,6 @@ from layerjam.commands.tensile import tensile
 from layerjam.device.load import catalogue, load
 from layerjam.identify.origin import ORIGINS, origin
 from layerjam.records.source import Source
-from layerjam.workbench import tour
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.pages.start import Start, fell, holds, rounded_down
@@ -121,11 +120,6 @@ def test_a_brake_of_synthetic_files_is_synthetic_whatever_else_it_is():
     # what a source says in words is no fact
     assert origin(with_kinds(friction="measured")).word == "measured"
     assert origin(with_kinds({"files": "synthetic"}, friction="measured")).word == "measured"
-
-
-def test_the_tour_visits_tabs_that_there_are():
-    assert {step.tab for step in tour.STEPS} <= {tab.name for tab in TABS}
-    assert 5 <= len(tour.STEPS) <= 6 and len({step.target for step in tour.STEPS}) >= 5
 
 
 def test_the_page_stands_drops_a_kilogram_and_takes_another_brake():

@@ -12,7 +12,7 @@ from nicegui import ui
 
 from layerjam.device.load import devices, load
 from layerjam.units import show
-from layerjam.workbench import live, tour
+from layerjam.workbench import live
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, round_up, with_readout
 from layerjam.workbench.controls import Control, by_key, vacuum_asked
@@ -54,11 +54,9 @@ class Start(Page):
     def build(self) -> None:
         """What it is, the brake and its force side by side, the slider, three ways in."""
         with ui.column().classes("w-full start-page"):
-            with ui.element("div").classes("w-full start-head"):
-                with ui.column().classes("gap-1"):
-                    heading("Sheets that slide until the air is gone", 1)
-                    dressed(ui.label(WHAT), "start-what", "start-say")
-                button("Tour, one minute", tour.begin, "start-tour", "explore")
+            with ui.column().classes("gap-1"):
+                heading("Sheets that slide until the air is gone", 1)
+                dressed(ui.label(WHAT), "start-what", "start-say")
             with ui.element("div").classes("start-row"):
                 with ui.element("div").classes("start-seen"):
                     self.view = StackView("start-scene", "start-view", views=False)
