@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import check_lines, pulls, understood, write_brake
-from layerjam.commands.left_out import LeftOut, excluded_lines
+from layerjam.commands.left_out import LeftOut, excluded_lines, left_out_row
 from layerjam.commands.more_pulls import Within, more_lines, more_pulls
 from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
 from layerjam.commands.quantities import (
@@ -42,6 +42,8 @@ SHEETS = ("scale_factor", "stiffness_measured")
 ENCLOSURE = ("enclosure.modulus", "film.friction_on_silicone")
 TABLES = ("intervals", "bootstrap", "leave_one_out", "identifiability", "checks", "covariance")
 """Keys that a calibration holds as records."""
+Used = tuple["Trace", "PullFeatures", float]
+"""A pull as it is fitted: its record, its features and its vacuum [Pa]."""
 Depth = Annotated[
     Literal["exact", "curves", "bayesian"],
     Help("Fit each pull's peak and slope, whole curves, or sample them."),
@@ -195,6 +197,8 @@ def calibrate(
     test = fit_pull if exact else lambda pull, pressure, _brake: usable(pull, pressure)
     files, without, excluded = left_out.apart(files, options)
     used, refused, odd = pulls(files, brake, vacuum, options, test, progress, without)
+    used, outliers = _leave_out_outliers(used, brake.brake)
+    excluded += outliers
     found = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
     traces = [t for t, _, _ in used]
     source = made_from(brake, traces)
@@ -220,6 +224,20 @@ def calibrate(
         record=(brake, found),
         traces=traces,
     )
+
+
+def _leave_out_outliers(
+    used: Sequence[Used], brake: Brake
+) -> tuple[list[Used], list[dict[str, Any]]]:
+    """The pulls to fit, and the rows of those left out.
+
+    A pull is left out if no plausible scatter explains its scale factor or its stiffness.
+    """
+    from layerjam.identify.calibration.gross import gross_pulls
+
+    reasons = gross_pulls([(features, vacuum) for _, features, vacuum in used], brake)
+    kept = [one for index, one in enumerate(used) if index not in reasons]
+    return kept, [left_out_row(used[index][0], why) for index, why in reasons.items()]
 
 
 def _free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
@@ -254,7 +272,7 @@ def _without_slope(found: Calibration) -> Iterator[Notice]:
 
 def _fit(
     depth: str,
-    used: Sequence[tuple[Trace, PullFeatures, float]],
+    used: Sequence[Used],
     brake: Brake,
     free: Sequence[str],
     sampling: Sampling,

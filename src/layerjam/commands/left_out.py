@@ -100,6 +100,11 @@ class LeftOut:
         return _once((_meant(name, files), why) for name, why in self.reasons().items())
 
 
+def left_out_row(source: Measured, reason: str) -> dict[str, Any]:
+    """Return the row of a file that is left out: `file`, `because` and `sha256`."""
+    return {"file": _called(source), "because": reason, "sha256": _digest(source)}
+
+
 def excluded_lines(excluded: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """What was left out, and why, as lines for people."""
     if excluded:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,12 +11,14 @@ from layerjam.device.brake import Brake
 from layerjam.identify.straight import straight_line
 from layerjam.measure.trace import Array
 from layerjam.units import show
-from layerjam.verdict import Check, check
+from layerjam.verdict import Check, Level, check, interval_check
 
 __all__ = ["Check", "check"]
 
 PLAUSIBLE = (0.5, 2.0)
 """Scale factors beyond this are suspect; the paper's are 0.875 and 1.24."""
+POSSIBLE = (0.3, 3.0)
+"""Scale factors beyond this fail: friction off by more than that is another film or unit."""
 SMALL = 0.05
 """Relative change, or difference, below which a trend is let pass whatever its interval."""
 
@@ -28,12 +31,19 @@ SHARPEST = 0.005
 """Relative difference of a scale factor after the peak that is let pass however sure it is."""
 
 
-def within(name: str, value: float, span: tuple[float, float], what: str, advice: str) -> Check:
+def within(
+    name: str,
+    value: float,
+    span: tuple[float, float],
+    what: str,
+    advice: str,
+    level: Level = "warning",
+) -> Check:
     """Whether a value lies where one expects it; `what` names it."""
     low, high = span
     fine = low <= value <= high
     sentence = f"{what} {value:.4g} lies {'within' if fine else 'outside'} {low:.3g} to {high:.3g}"
-    return check(name, fine, sentence, f": {advice}")
+    return check(name, fine, sentence, f": {advice}", level)
 
 
 def identifiable(brake: Brake) -> Check:
@@ -47,9 +57,11 @@ def identifiable(brake: Brake) -> Check:
 
 
 def plausible(factor: float) -> Check:
-    """The scale factor lies where one expects it."""
-    advice = "check friction, vacuum and the number of sheets of the file"
-    return within("plausible", factor, PLAUSIBLE, "scale factor", advice)
+    """The scale factor lies in the expected range; far outside it no brake explains it."""
+    advice = "check the unit of the force, the friction, the vacuum and the number of sheets"
+    low, high = POSSIBLE
+    level: Level = "warning" if low <= factor <= high else "failed"
+    return within("plausible", factor, PLAUSIBLE, "scale factor", advice, level)
 
 
 def stiffness_possible(stiffness: float, sheets_alone: float, told_by: str = "") -> Check:
@@ -61,7 +73,17 @@ def stiffness_possible(stiffness: float, sheets_alone: float, told_by: str = "")
         f"the measured stiffness {show(stiffness, 'N/m')}{told_by} is "
         f"{'below' if fine else 'above'} the sheets' own, {show(sheets_alone, 'N/m')}",
         ": the film's modulus or the elongation's unit is wrong",
+        "failed",
     )
+
+
+def interval_checks(values: Mapping[str, float], intervals: Mapping[str, Any]) -> Iterator[Check]:
+    """Checks of the 95 % intervals of scale factor and stiffness, positive by nature."""
+    for name in ("scale_factor", "stiffness"):
+        interval = intervals.get(name)
+        if interval is not None:
+            words = name.replace("_", " ")
+            yield interval_check(words, values[name], interval.low, interval.high)
 
 
 def one_pull_only() -> Check:

@@ -17,6 +17,11 @@ FEWEST = 3
 """Values below which none can be called odd: of two nothing says which."""
 FIRST = 0.8
 """Share of the false alarms that is spent on a single value; sets of several share the rest."""
+GROSS = 1.3
+"""Ratio to the median beyond which a value may be a gross outlier: the friction of a film scatters
+by 8 % (Table I), so a third off is four standard deviations."""
+SPREADS = 6.0
+"""Standard deviations of the other values beyond which a value is a gross outlier."""
 PART = 4
 """At most one value in so many can be odd together."""
 
@@ -45,6 +50,29 @@ def odd_ones(
         ratio = chance / (alarms * (share if len(sizes) > 1 else 1.0))
         chosen = min(chosen, (ratio, which))
     return tuple(sorted({*far.tolist(), *chosen[1]}))
+
+
+def middle_of_others(values: Array, out: Sequence[int]) -> float:
+    """Return the mean of the values not in `out`; the median of all if `out` has every value."""
+    rest = np.delete(values, list(out))
+    return float(rest.mean() if len(rest) else np.median(values))
+
+
+def gross_outliers(values: Sequence[float | None]) -> dict[int, float]:
+    """Return {index: ratio to the median} of positive values that no scatter explains.
+
+    Such a value is off the median by more than `GROSS` and by more than `SPREADS` standard
+    deviations, estimated from the median deviation, so that fewer than half of the values can be
+    outliers. Fewer than `FEWEST` values have none.
+    """
+    known = {i: float(np.log(v)) for i, v in enumerate(values) if v is not None and v > 0}
+    if len(known) < FEWEST:
+        return {}
+    logs = np.array(list(known.values()))
+    off = logs - np.median(logs)
+    spread = 1.4826 * float(np.median(np.abs(off)))
+    outside = np.abs(off) > max(float(np.log(GROSS)), SPREADS * spread)
+    return {i: float(np.exp(d)) for i, d, out in zip(known, off, outside, strict=True) if bool(out)}
 
 
 def _likeliest(values: Array, size: int) -> tuple[float, tuple[int, ...]]:

@@ -21,7 +21,7 @@ import numpy as np
 from layerjam.identify.calibration.pull_fit import PullFit
 from layerjam.identify.checks import Check, check, no_trend, percent, repeats, shape
 from layerjam.identify.curves import ALIKE, Curve, levels
-from layerjam.identify.odd import FEWEST, group_apart, odd_ones
+from layerjam.identify.odd import FEWEST, group_apart, middle_of_others, odd_ones
 from layerjam.measure.trace import Array
 from layerjam.units import show
 
@@ -169,7 +169,7 @@ def _each(
     values, whose = found.known(test, of, fewest)
     out = odd_ones(values, ALARMS[test], LEAST[test], most)
     for place in out:
-        off = float(np.expm1(values[place] - np.delete(values, out).mean()))
+        off = float(np.expm1(values[place] - middle_of_others(values, out)))
         found.odd(test, whose[place], words.format(percent(off)))
 
 
@@ -184,7 +184,7 @@ def _factor(
     logs = logs - shifts[whose]
     out = odd_ones(logs, ALARMS["factor"], LEAST["factor"], MOST)
     for place in out:
-        off = float(np.expm1(logs[place] - np.delete(logs, out).mean()))
+        off = float(np.expm1(logs[place] - middle_of_others(logs, out)))
         at = show(vacuums[whose[place]] * (1 + off), "Pa", 3)
         words = f"scale factor {percent(off)} off the others', as at {at}"
         found.odd("factor", whose[place], words)

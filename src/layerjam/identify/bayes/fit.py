@@ -21,6 +21,7 @@ from layerjam.identify.calibration.intervals import Interval
 from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table, with_enclosure
 from layerjam.identify.calibration.record import Calibration, shape_sources
 from layerjam.identify.calibration.whole_curves import WINDOW
+from layerjam.identify.checks import interval_checks
 from layerjam.identify.curves import Curve
 from layerjam.identify.shape import SHAPE
 from layerjam.identify.single_pulls import pull_checks
@@ -125,7 +126,7 @@ def calibrate_bayesian(
         covariance=_covariance(fit),
         **at_peaks(alone),
         pulls=pulls,
-        checks=(*fit.checks, *pull_checks(pulls, half)),
+        checks=(*fit.checks, *interval_checks(values, intervals), *pull_checks(pulls, half)),
         curves=tuple(curves),
         sources=shape_sources(brake, values, errors, text, "standard deviation"),
         window=WINDOW,

@@ -21,6 +21,7 @@ from layerjam.identify.checks import (
     agreement,
     end_of_curve,
     identifiable,
+    interval_checks,
     no_trend,
     plausible,
     stiffness_possible,
@@ -211,7 +212,10 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
         **told,
         **at_peaks(fits),
         errors_rest_on=rest,
-        checks=calibration_checks(fits, pulls, brake, told["intervals"]["scale_factor"]),
+        checks=(
+            *calibration_checks(fits, pulls, brake, told["intervals"]["scale_factor"]),
+            *interval_checks(values, told["intervals"]),
+        ),
         curves=tuple(curves),
         pulls=pulls,
         sources={

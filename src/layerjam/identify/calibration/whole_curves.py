@@ -20,6 +20,7 @@ from layerjam.identify.calibration.verdict import (
     identifiability,
     one_file,
 )
+from layerjam.identify.checks import interval_checks
 from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import LINEAR
 from layerjam.identify.shape import SHAPE
@@ -77,7 +78,12 @@ def calibrate_curves(
         errors_rest_on=f"the scatter between {count} pulls"
         if count > 1
         else "nothing: one pull says nothing about repeatability",
-        checks=(*checks, *(() if single is None else (single,)), *pull_checks(pulls, half)),
+        checks=(
+            *checks,
+            *(() if single is None else (single,)),
+            *interval_checks(told["values"], told["intervals"]),
+            *pull_checks(pulls, half),
+        ),
         curves=tuple(curves),
         sources=_sources(fit, told["values"], told["standard_errors"], brake)
         | speed_sources(curves, fit, told["values"], told["standard_errors"], old),

@@ -1,0 +1,63 @@
+"""Pulls that no plausible scatter explains: a wrong unit, another brake's file, a wrong vacuum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from layerjam.device.brake import Brake
+from layerjam.errors import FitError
+from layerjam.identify.calibration.peaks import fit_pull
+from layerjam.identify.odd import gross_outliers
+from layerjam.identify.pull.features import PullFeatures
+
+CONVERSIONS: Mapping[str, Mapping[str, float]] = {
+    "scale factor": {
+        "its force is in kN, read as N": 1e-3,
+        "its force is in N, read as kN": 1e3,
+        "its force is in lbf, read as N": 1 / 4.4482216,
+        "its force is in N, read as lbf": 4.4482216,
+        "its force is in gram-force, read as N": 1000 / 9.80665,
+        "its force is in kgf, read as N": 1 / 9.80665,
+        "its force is in N, read as kgf": 9.80665,
+    },
+    "stiffness": {
+        "its elongation is in inches, read as mm": 25.4,
+        "its elongation is in mm, read as inches": 1 / 25.4,
+        "its elongation is in mm, read as cm": 0.1,
+        "its elongation is in cm, read as mm": 10.0,
+        "its elongation is in mm, read as m": 1e-3,
+    },
+}
+"""Likely cause: factor by which it changes the quantity."""
+NEAR = 1.25
+"""Ratio to a conversion up to which the conversion is named as the likely cause."""
+
+
+def gross_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> dict[int, str]:
+    """Return {index: reason} of pulls to leave out, each pull given with its vacuum [Pa].
+
+    The scale factor of the peak and the stiffness of the rise are compared with the median over the
+    pulls (`gross_outliers`).
+    """
+    factors: list[float | None] = []
+    for pull, vacuum in pulls:
+        try:
+            factors.append(fit_pull(pull, vacuum, brake).scale_factor)
+        except FitError:
+            factors.append(None)
+    springs = [pull.stiffness if pull.straight else None for pull, _ in pulls]
+    reasons: dict[int, list[str]] = {}
+    for quantity, values in {"scale factor": factors, "stiffness": springs}.items():
+        for index, ratio in gross_outliers(values).items():
+            reasons.setdefault(index, []).append(
+                f"its {quantity} is {ratio:.3g} times the median of the pulls"
+                + _likely_cause(quantity, ratio)
+            )
+    return {index: "; ".join(sentences) for index, sentences in sorted(reasons.items())}
+
+
+def _likely_cause(quantity: str, ratio: float) -> str:
+    for cause, factor in CONVERSIONS[quantity].items():
+        if 1 / NEAR < ratio / factor < NEAR:
+            return f", as if {cause}"
+    return ""
