@@ -14,13 +14,15 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from layerjam.commands.declare import GROUPS, REGISTRY, Command, typed
 from layerjam.errors import UnknownNameError
 
 HOME = Path(__file__).parent.parent
+DECORATOR = re.compile(r"^@(?:\w+\.)*command\(", re.MULTILINE)
 HEAD = re.compile(
-    r'^@command\(.*?^def \w+\(.*?\) -> \w+:\n    """.*?"""\n', re.DOTALL | re.MULTILINE
+    r'^@command\(.*?^def \w+\(.*?\) -> [^\n]+:\n    """.*?"""\n', re.DOTALL | re.MULTILINE
 )
 
 
@@ -45,17 +47,18 @@ class Entry:
 
 
 def _in_source(path: Path) -> Iterator[Entry]:
+    """Entries of a file; raises RuntimeError for a command whose head is not understood."""
     text = path.read_text(encoding="utf-8")
-    if "\n@command(" not in text:
-        return
+    heads, count = HEAD.findall(text), len(DECORATOR.findall(text))
+    if len(heads) != count:
+        raise RuntimeError(
+            f"{path}: {count} commands, of which {len(heads)} are found; a command is a function "
+            "of the module with @command(...), a result type and a docstring"
+        )
     module = ".".join(("layerjam", *path.relative_to(HOME).with_suffix("").parts))
-    for head in HEAD.findall(text):
-        function = ast.parse(head).body[0]
-        if not isinstance(function, ast.FunctionDef):
-            continue
+    for head in heads:
+        function: Any = ast.parse(head).body[0]
         call = function.decorator_list[0]
-        if not isinstance(call, ast.Call):
-            continue
         more = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}
         doc = (ast.get_docstring(function) or "").split("\n\n")[0].replace("\n", " ")
         yield Entry(

@@ -1,0 +1,62 @@
+"""The index of commands, found in the source without importing it."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+import pytest
+
+from layerjam.commands import index
+from layerjam.commands.declare import REGISTRY
+
+DIVE = """
+@command("predict", place=9)
+def dive() -> {result}:
+    \"\"\"Dive.\"\"\"
+"""
+
+
+def names(source: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    monkeypatch.setattr(index, "HOME", folder)
+    file = folder / "dive.py"
+    file.write_text("import layerjam\n\n" + source, encoding="utf-8")
+    return [entry.name for entry in index._in_source(file)]
+
+
+@pytest.mark.parametrize("result", ["Dive", "results.Result", "Sequence[Dive]"])
+def test_any_result_type_is_found(
+    result: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert names(DIVE.format(result=result), tmp_path, monkeypatch) == ["dive"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("@command(", "@declare.command("),
+        ("-> Dive:", ":"),
+        ('"""Dive."""', "return 0"),
+        ('"""Dive."""', "'Dive.'"),
+        ("-> Dive:", "-> (\n    Dive\n):"),
+    ],
+)
+def test_no_command_is_passed_over(
+    old: str, new: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = DIVE.format(result="Dive").replace(old, new)
+    with pytest.raises(RuntimeError, match="1 commands, of which 0 are found"):
+        names(source, tmp_path, monkeypatch)
+
+
+def test_the_index_lists_what_the_modules_declare() -> None:
+    for entry in index.commands().values():
+        importlib.import_module(entry.module)
+    assert {entry.name for entry in index._written()} == set(REGISTRY)
+
+
+def test_no_command_is_declared_in_another_folder() -> None:
+    home = Path(index.__file__).parents[1]
+    files = [path for path in home.rglob("*.py") if path.name != "index.py"]
+    declared = sum(len(index.DECORATOR.findall(p.read_text(encoding="utf-8"))) for p in files)
+    assert declared == len(index._written())
