@@ -46,6 +46,7 @@ mutants: $(STAMP)
 # The share of virtual campaigns whose 95 % intervals hold the truth, into docs/coverage.md.
 coverage: $(STAMP)
 	$(BIN)/python tests/interval_coverage.py --campaigns 1000 --seed 2018 --write
+	$(BIN)/python tests/friction_faults.py --campaigns 500 --seed 2018 --write
 
 # How often healthy hours end in a false alarm, and faults are missed, into docs/control.md.
 alarms: $(STAMP)

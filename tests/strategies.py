@@ -11,7 +11,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from layerjam.device.brake import Brake
-from layerjam.device.hyperelastic import Enclosure
+from layerjam.device.enclosure import Enclosure
 from layerjam.device.load import load
 from layerjam.device.mount import Mount, Site
 from layerjam.device.sheets import Film, Sheets

@@ -65,8 +65,8 @@ from layerjam.commands.vacuum_line import rise as rise
 from layerjam.commands.validation import validate as validate
 from layerjam.design.specification import load_spec as load_spec
 from layerjam.device.brake import Brake as Brake
+from layerjam.device.enclosure import Enclosure as Enclosure
 from layerjam.device.file import BrakeFile as BrakeFile
-from layerjam.device.hyperelastic import Enclosure as Enclosure
 from layerjam.device.load import catalogue as catalogue
 from layerjam.device.load import load as load
 from layerjam.device.mount import Mount as Mount

@@ -262,5 +262,5 @@ def test_an_unlikely_friction_is_said(tmp_path: Path) -> None:
     machine = virtual.Machine(sampling_rate=25.0, load_cell_noise=0.002, load_cell_range=10.0)
     trace = virtual.friction(0.32, 0.24, 2.45, machine=machine, string_stiffness=30.0)
     path = virtual.write_bluehill(trace, tmp_path / "sled.csv")
-    said = friction.friction([path], normal_force="245 N").warnings
-    assert any("unusual for films" in w for w in said)
+    answer = friction.friction([path], normal_force="245 N")
+    assert "usual range for films" in {r["name"]: r["reason"] for r in answer.failed_checks}["film"]

@@ -11,7 +11,7 @@ from tests.strategies import KAPTON
 
 from layerjam.commands.compare import compare
 from layerjam.commands.predict import show
-from layerjam.design.comparison import one_more_sheet, peak_force, sheet_line, with_sheets
+from layerjam.design.force_density import one_more_sheet, peak_force, sheet_line, with_sheets
 from layerjam.design.published import published_devices, read_published
 from layerjam.device.brake import mass, sheet_mass
 from layerjam.device.load import load

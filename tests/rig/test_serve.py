@@ -16,7 +16,8 @@ from pathlib import Path
 import pytest
 
 from layerjam.errors import LayerjamError
-from layerjam.rig.serve import Door, Listening, Splitter, serve, token_of
+from layerjam.rig.serve import Listening, Splitter, serve
+from layerjam.rig.token import Door, token_of
 from rig.bad_lines import BAD
 from rig.boards import law_words, regulator
 from rig.gateways import Client, gateway

@@ -6,19 +6,13 @@ A step goes from one version to the next, in one transaction with all others.
 from __future__ import annotations
 
 from collections.abc import Callable
-from datetime import UTC, datetime
 
 from sqlalchemy import Connection, func, inspect, select
 
 from layerjam._version import __version__
 from layerjam.archive.schema import METADATA, VERSION, VERSIONS
+from layerjam.archive.times import now
 from layerjam.errors import LayerjamError
-
-
-def now() -> str:
-    """The moment, UTC in RFC 3339 to the millisecond: 2026-11-23T03:27:39.123Z."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
-
 
 STEPS: dict[int, Callable[[Connection], None]] = {}
 """{version: what brings the tables of that version to the next}."""

@@ -16,7 +16,7 @@ from sqlalchemy import Connection, Table, or_, select
 from layerjam._version import __version__
 from layerjam.archive.contents import read
 from layerjam.archive.database import Database
-from layerjam.archive.move import RecordsError, now
+from layerjam.archive.move import RecordsError
 from layerjam.archive.names import named
 from layerjam.archive.pieces import Content, Piece, storable
 from layerjam.archive.schema import (
@@ -32,6 +32,7 @@ from layerjam.archive.schema import (
     TYPED,
     WITHDRAWN,
 )
+from layerjam.archive.times import now
 from layerjam.errors import FileError, LayerjamError
 from layerjam.identify.provenance import sha256
 from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING

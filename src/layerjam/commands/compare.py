@@ -20,7 +20,7 @@ from layerjam.units import show
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from layerjam.design.comparison import SheetLine
+    from layerjam.design.force_density import SheetLine
     from layerjam.device.file import BrakeFile
 
 TABLE_UNITS = {
@@ -148,7 +148,8 @@ def compare(
     with the paper's words. `none_found` maps a class without a sourced device to what was looked
     at.
     """
-    from layerjam.design.comparison import comparison, uneven
+    from layerjam.design.comparison import comparison
+    from layerjam.design.uneven import uneven
 
     files: list[Any] = list(brakes)
     for file in files:

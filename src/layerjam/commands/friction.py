@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
-from layerjam.commands.files import PICTURE, each, understood, write_brake
-from layerjam.commands.quantities import AREA, OutBrake, Overwrite, TargetBrake
+from layerjam.commands.files import PICTURE, check_lines, each, understood, write_brake
+from layerjam.commands.quantities import AREA, Accept, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import NORMAL_FORCE, FileOptions, Files, Partial
 from layerjam.commands.results import Result, fact, number, result
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import catalogue, load
 from layerjam.device.mount import Site
 from layerjam.errors import FitError, Notice, QuantityError
 from layerjam.report.folder import plain
 from layerjam.units import QuantitySpec, show
+from layerjam.verdict import judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -83,6 +86,7 @@ class Friction(Result):
     pressure: Mapping[str, Any] = number("Pa", "pressure of the test and of use", listed=False)
     repeats_table: Sequence[Mapping[str, Any]] = fact("each repeat", listed=False)
     understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
+    checks: Sequence[Mapping[str, Any]] = fact("checks of the tests", listed=False)
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
     file: str | None = fact("brake file that was written")
 
@@ -106,6 +110,7 @@ class Friction(Result):
             kinetic = "stick–slip" if row["kinetic"] is None else f"{row['kinetic']:.4f}"
             start, end = (show(w, "m") for w in row["window"])
             yield f"  {Path(row['file']).name}: {row['static']:.4f}, {kinetic}, {start} to {end}"
+        yield from check_lines(self.checks)
 
     def draw(self) -> Figure:
         """Friction coefficient over displacement of every repeat."""
@@ -127,6 +132,7 @@ def friction(
     brake: TargetBrake | None = None,
     out: OutBrake | None = None,
     partial: Partial = False,
+    accept: Accept = (),
     options: FileOptions = FileOptions(),
     progress: Progress | None = None,
     force: Overwrite = False,
@@ -138,6 +144,7 @@ def friction(
     mean, counted from the record's first sample; `area` is that under the sled, for the pressure of
     the test. Where a record sticks and slips, kinetic is None; `accept_stick_slip` takes the middle
     of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
+    If a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
     """
     from layerjam.identify.friction.reduction import GRAVITY, pooled, reduce_repeat, with_friction
     from layerjam.identify.friction.standards import standard_named
@@ -156,37 +163,59 @@ def friction(
         return trace.thinned(PICTURE), repeat, float(pressed)
 
     used, refused = each(files, use, options, progress)
-    loads = sorted({pressed for _, _, pressed in used})
-    if len(loads) > 1:
-        raise FitError(f"the files' normal forces differ: {', '.join(show(v, 'N') for v in loads)}")
+    normal = _one_load(pressed for _, _, pressed in used)
     traces = [trace for trace, _, _ in used]
     odd = [w for trace in traces for w in trace.warnings]
-    found = pooled([r for _, r, _ in used], odd, loads[0], span, rule, accepted)
-    warnings = [*found.warnings, *_odd_loads(traces, loads[0], test.normal_force is None, rule)]
+    film = _film_range(traces, brake)
+    found = pooled([r for _, r, _ in used], odd, normal, span, rule, accepted, film)
+    verdict = judge(found.checks, accept, [f"film.{name}" for name in found.means], out)
+    warnings = [*found.warnings, *_odd_loads(traces, normal, test.normal_force is None, rule)]
     warnings += _stick_slip_notices(found)
-    pressure = _pressure(loads[0], test.area, brake.brake.site if brake else Site(), rule)
-    sentence = pressure.pop("sentence")
-    warnings += [sentence] if pressure["ratio"] > ALIKE else []
+    pressure, said = _pressure(normal, test.area, brake.brake.site if brake else Site(), rule)
+    warnings += said
     written = None
     if brake is not None:
-        text, more = with_friction(brake, found, Path(str(out)).stem)
-        written, why = write_brake(out, lambda _: text, force, bool(refused), partial)
+        text, more = with_friction(brake, found, Path(str(out)).stem, verdict.decisions)
+        written, why = write_brake(out, lambda _: text, force, bool(refused), partial, verdict)
         warnings += more if written else why
     return Friction.of(
         found,
+        verdict,
         repeats=len(found.repeats),
         standard=rule.name,
         window=list(found.window),
         intervals={name: over and over.as_dict() for name, over in found.over.items()},
         stick_slip=plain(found.stick_slip),
         pressure=pressure,
-        repeats_table=[_row(r, loads[0]) for r in found.repeats],
+        repeats_table=[_row(r, normal) for r in found.repeats],
+        checks=plain(found.checks),
         understood=understood(traces),
         refused=refused,
         file=written,
         warnings=warnings,
         record=(traces, found),
     )
+
+
+def _one_load(pressed: Iterable[float]) -> float:
+    """Return the normal force [N] of all tests; FitError if they differ."""
+    loads = sorted(set(pressed))
+    if len(loads) > 1:
+        raise FitError(f"the files' normal forces differ: {', '.join(show(v, 'N') for v in loads)}")
+    return loads[0]
+
+
+def _film_range(traces: Sequence[Trace], brake: BrakeFile | None) -> tuple[float, float] | None:
+    """Return the plausible kinetic friction [-] of the film; None if the film is unknown.
+
+    The film is that of `brake`, or of the catalogue's brake that all files name.
+    """
+    from layerjam.identify.friction.agreement import film_range
+
+    stated = {trace.facts.brake for trace in traces}
+    if brake is None and len(stated) == 1 and (name := stated.pop()) in catalogue():
+        brake = load(str(name))
+    return None if brake is None else film_range(brake)
 
 
 def _odd_loads(
@@ -209,8 +238,10 @@ def _odd_loads(
             )
 
 
-def _pressure(load: float, area: float | None, site: Site, rule: Standard) -> dict[str, Any]:
-    """The pressure of the test beside that of use, the site's atmosphere."""
+def _pressure(
+    load: float, area: float | None, site: Site, rule: Standard
+) -> tuple[dict[str, Any], list[Notice]]:
+    """The pressures of the test and of use, the site's atmosphere; a notice if they differ."""
     under, use = area or rule.area, site.atmosphere
     pressed = load / under
     whose = "the area given" if area else f"the area of {rule.title}, another one: --area"
@@ -219,14 +250,10 @@ def _pressure(load: float, area: float | None, site: Site, rule: Standard) -> di
         f"up to {show(use, 'Pa')}, {use / pressed:.0f} times that; friction changes with pressure, "
         "and only pulls of the brake show by how much"
     )
-    return {
-        "test": pressed,
-        "use": use,
-        "ratio": use / pressed,
-        "area": under,
-        "area_assumed": area is None,
-        "sentence": Notice(sentence, "pressure"),
-    }
+    ratio = use / pressed
+    pressures = {"test": pressed, "use": use, "ratio": ratio, "area": under}
+    notices = [Notice(sentence, "pressure")] if ratio > ALIKE else []
+    return pressures | {"area_assumed": area is None}, notices
 
 
 def _stick_slip_notices(found: FrictionResult) -> Iterator[Notice]:

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
-from layerjam.device.hyperelastic import Enclosure
+from layerjam.device.enclosure import Enclosure
 from layerjam.device.sheets import Film, Sheets
 from layerjam.fluid.closed_forms import rise_time
 from layerjam.fluid.energy import jam_work

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from math import atan, pi
 
-from layerjam.device.hyperelastic import Enclosure, Hyperelastic, validate_hyperelastic
+from layerjam.device.enclosure import Enclosure
+from layerjam.device.hyperelastic import Hyperelastic, validate_hyperelastic
 from layerjam.device.mount import Mount, Rope, Site
 from layerjam.device.sheets import Film, Sheets
 from layerjam.device.speed_law import SpeedLaw

@@ -4,8 +4,6 @@ A quantity is text with its unit (``width = "13 mm"``) or a table that also says
 comes from (``width = { value = "13 mm", source = "caliper", kind = "measured" }``).
 ``use = "kapton-hn"`` in [film] or [enclosure] takes what is not given from the materials of the
 catalogue.
-
-The law itself is in `mechanics.fan`; here are its two numbers for one brake at rest.
 """
 
 from __future__ import annotations
@@ -16,6 +14,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from layerjam.device.brake import Brake, validate
+from layerjam.device.fan import MATTERS, fan_exponent, fan_factor
 from layerjam.device.workshop import FilmCutting, Making, agree
 from layerjam.errors import Notice, UnknownNameError
 from layerjam.records.changes import RecordFile, paths_of, values_of
@@ -27,29 +26,6 @@ from layerjam.records.values import Entry, entries
 from layerjam.records.writer import updated
 from layerjam.units import check
 from layerjam.verdict import Acceptance
-
-MATTERS = 0.1
-"""Share of the friction from which an answer says what spacers would change."""
-
-
-def fan_exponent(brake: Brake) -> float:
-    """alpha [-] of the sheets at rest, without spacers: a mu_k t (n/4)^2 (1/L1 + 1/L3)."""
-    sheets = brake.sheets
-    friction = brake.scale_factor / (brake.amplification_held or 1.0) * brake.film.kinetic
-    free = 1 / sheets.free_left + 1 / sheets.free_right
-    return friction * sheets.thickness * (sheets.count / 4) ** 2 * free
-
-
-def fan_factor(alpha: float) -> float:
-    """The factor on the friction, sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), as its series."""
-    total = term = 1.0
-    for k in range(1, 2000):
-        term *= alpha / (k + 0.5)
-        total += term
-        if term < 1e-15 * total:
-            break
-    return total
-
 
 _USE = {"film": "films", "enclosure": "silicones"}
 _LASER = "film.laser"

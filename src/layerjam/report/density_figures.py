@@ -13,7 +13,7 @@ from layerjam.report.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE,
 from layerjam.units import show
 
 if TYPE_CHECKING:
-    from layerjam.design.comparison import SheetLine
+    from layerjam.design.force_density import SheetLine
 
 save = style.save
 _GROUND = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}

@@ -19,23 +19,11 @@ from layerjam.errors import LayerjamError, QuantityError
 from layerjam.measure.shots import PIECE, Shot
 from layerjam.rig.driver import Bench
 from layerjam.rig.plant import VirtualPlant
-from layerjam.units import QuantitySpec
+from layerjam.rig.trigger import AFTER, BEFORE, FALL, LEVEL, RATE, SOURCES
 
 if TYPE_CHECKING:
     from layerjam.device.file import BrakeFile
     from layerjam.simulate.drop import TimedStop
-
-
-SOURCES = {"immediate": "IMM", "bus": "BUS", "acceleration": "ACC", "external": "EXT"}
-"""{what triggers: the instrument's word for it}."""
-RATE = QuantitySpec("Hz", "samples of the accelerometer a second", lo=500, hi=20000, whole=True)
-BEFORE = QuantitySpec("s", "time kept before the trigger", lo=0, hi=0.5)
-AFTER = QuantitySpec("s", "time kept after the trigger", lo=0.01, hi=1.5)
-FALL = QuantitySpec("s", "free fall that arms the trigger; 0: none is needed", lo=0, hi=0.5)
-LEVEL = QuantitySpec(
-    "1", "acceleration that triggers, in g beyond that of the fall", lo=0.5, hi=200, example="3"
-)
-
 
 PAUSE = 0.02
 """Seconds between two looks at the capture."""

@@ -16,9 +16,10 @@ from layerjam.errors import QuantityError
 from layerjam.measure.shots import Shot
 from layerjam.rig.crosshead import tell_person
 from layerjam.rig.driver import Bench
-from layerjam.rig.drop import AFTER, DELAY, arm, capture_of, coming, fall, piece, prepare
+from layerjam.rig.drop import DELAY, arm, capture_of, coming, fall, piece, prepare
 from layerjam.rig.recorder import Recorder
 from layerjam.rig.run_file import RunFile
+from layerjam.rig.trigger import AFTER
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS
 from layerjam.units import exact_text, show

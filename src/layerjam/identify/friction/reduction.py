@@ -19,15 +19,16 @@ from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.mount import Site
 from layerjam.errors import FileError, FitError
+from layerjam.identify.friction.agreement import friction_checks
 from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_of
 from layerjam.identify.friction.standards import PAPER, Standard
-from layerjam.identify.friction.stribeck import USUAL
 from layerjam.identify.provenance import digests, marked, sha256
 from layerjam.identify.repeats import OverRepeats, over_repeats
 from layerjam.identify.stick_slip import SawTeeth, find_saw_teeth
 from layerjam.measure.trace import Array, Trace
 from layerjam.records.source import Source
 from layerjam.units import show
+from layerjam.verdict import Acceptance, Check
 
 WINDOW = PAPER.window
 GRAVITY = Site().gravity
@@ -99,6 +100,7 @@ class FrictionResult:
     window: tuple[float, float]
     warnings: tuple[str, ...]
     standard: Standard
+    checks: tuple[Check, ...]
 
     @property
     def means(self) -> dict[str, OverRepeats]:
@@ -233,13 +235,12 @@ def _window(
             )
         if far - begin >= 0.99 * run:
             return (begin, min(begin + run, far)), []
-        # the rise is part of a machine's stated travel, so that a full test ends a little early
-        short = far < 0.99 * run
         said = (
             f"the kinetic mean runs over {show(far - begin, 'm')} of sliding, "
             f"{standard.title} asks for {show(run, 'm')}"
         )
-        return (begin, far), [said] if short else []
+        # the rise is part of a machine's stated travel, so that a full test ends a little early
+        return (begin, far), [said] if far < 0.99 * run else []
     if far < end - 0.01 * (end - start):
         raise FileError(
             trace.path,
@@ -315,30 +316,30 @@ def pooled(
     window: tuple[float, float] | None,
     standard: Standard,
     accept_stick_slip: bool,
+    expected: tuple[float, float] | None = None,
 ) -> FrictionResult:
-    """Mean, scatter and interval over repeats that `reduce_repeat` made; `said` of their files."""
-    known = [r.kinetic for r in repeats if r.kinetic is not None]
-    warnings = [*said, *_said_once(repeats)]
-    if known and not USUAL[0] <= float(np.mean(known)) <= USUAL[1]:
-        warnings.append(
-            f"a kinetic friction of {float(np.mean(known)):.3g} is unusual for films: check the "
-            f"normal force, {show(normal_force, 'N')}"
-        )
-    warnings += [w for r in repeats for w in _odd_peak(r)]
-    static = over_repeats([r.static for r in repeats])
-    kinetic = over_repeats(known) if len(known) == len(repeats) else None
+    """Mean, scatter and interval over repeats that `reduce_repeat` made; `said` of their files.
+
+    `expected` is the plausible range of the kinetic friction [-], None if the film is unknown.
+    """
+    values = {n: [getattr(r, n) for r in repeats] for n in ("static", "kinetic", "speed")}
+    warnings = [*said, *_said_once(repeats), *(w for r in repeats for w in _odd_peak(r))]
+    static = over_repeats(values["static"])
+    kinetic = None if None in values["kinetic"] else over_repeats(values["kinetic"])
+    over = {"static": static, "kinetic": kinetic}
     return FrictionResult(
         static=static.mean,
         static_sd=static.sd,
         kinetic=None if kinetic is None else kinetic.mean,
         kinetic_sd=None if kinetic is None else kinetic.sd,
-        over={"static": static, "kinetic": kinetic},
+        over=over,
         stick_slip=_stick_slip(repeats, normal_force, accept_stick_slip),
         repeats=tuple(repeats),
         normal_force=normal_force,
         window=window or _mean_span(repeats),
         warnings=tuple(dict.fromkeys(warnings)),
         standard=standard,
+        checks=friction_checks([r.path for r in repeats], values, over, expected),
     )
 
 
@@ -386,10 +387,7 @@ def _said_once(repeats: Sequence[FrictionRepeat]) -> list[str]:
 
 def _mean_span(repeats: Sequence[FrictionRepeat]) -> tuple[float, float]:
     """The travel of the kinetic mean [m], on average where the repeats' differ."""
-    spans = [r.window for r in repeats]
-    if len(set(spans)) == 1:
-        return spans[0]
-    start, end = np.mean(spans, axis=0)
+    start, end = np.mean([*dict.fromkeys(r.window for r in repeats)], axis=0)
     return float(start), float(end)
 
 
@@ -402,7 +400,9 @@ def _odd_peak(repeat: FrictionRepeat) -> list[str]:
     ]
 
 
-def with_friction(file: BrakeFile, result: FrictionResult, name: str) -> tuple[str, list[str]]:
+def with_friction(
+    file: BrakeFile, result: FrictionResult, name: str, accepted: Sequence[Acceptance] = ()
+) -> tuple[str, list[str]]:
     """(TOML text, warnings): the brake with measured friction and its scale factor back at 1.
 
     A scale factor belongs to the friction it was fitted with, so a new friction voids it. The
@@ -430,7 +430,7 @@ def with_friction(file: BrakeFile, result: FrictionResult, name: str) -> tuple[s
     if file.brake.amplification_held is not None:
         changes["amplification_held"] = (1.0, blank)
     made = _made_by(result, made_up := {r.path for r in result.repeats if r.synthetic})
-    return updated_text(file, name, marked(changes, bool(made_up)), made), warnings
+    return updated_text(file, name, marked(changes, bool(made_up)), made, accepted), warnings
 
 
 def _made_by(result: FrictionResult, synthetic: Collection[str]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.commands.edit import BRAKE_FIELDS, edit, stale
-from layerjam.design.comparison import uneven
+from layerjam.design.uneven import uneven
 from layerjam.device.load import catalogue, load
 from layerjam.workbench import live
 from layerjam.workbench.call import Call

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from layerjam.commands.edit import BRAKE_FIELDS
-from layerjam.design.comparison import WITH_FACTOR
+from layerjam.design.uneven import WITH_FACTOR
 from layerjam.device.file import BrakeFile
 from layerjam.units import get, show
 from layerjam.workbench.call import result_fields

@@ -1,0 +1,120 @@
+"""Checks of friction tests: each repeat against the others, and all against the film.
+
+A wrong unit changes static and kinetic friction alike, so that their ratio shows nothing: each is
+compared with its own repeats. Grubbs' test finds a small error in repeats that scatter little. Few
+repeats give it little power, so that a limit on the distance from the median finds the gross ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from layerjam.device.file import BrakeFile, materials
+from layerjam.device.load import devices, load
+from layerjam.identify.friction.stribeck import USUAL
+from layerjam.identify.odd import odd_ones
+from layerjam.identify.repeats import OverRepeats
+from layerjam.records.toml import parse_toml
+from layerjam.verdict import Check, check, interval_check
+
+ALARMS = 0.01
+"""Probability that one quantity of repeats without a fault has an outlier, by Grubbs' test."""
+LEAST, MOST = 1.2, 1.5
+"""Ratio to the others up to which a repeat is never an outlier, and above which it always is. Choi
+2018, table I: static friction scatters by 8 % (SD), kinetic by 3 %."""
+RATIO = (0.9, 4.0)
+"""Static over kinetic friction. Table I: 1.3 (Kapton) and 2.4 (PTFE)."""
+MARGIN = 2.0
+"""Factor below the least and above the greatest friction that the catalogue lists for a film."""
+
+
+def film_range(file: BrakeFile) -> tuple[float, float]:
+    """Return the range of kinetic friction [-] that is plausible for a brake's film.
+
+    It spans the brake's own value and all of the catalogue for that film, widened by `MARGIN`.
+    """
+    product = file.given.get("film.product")
+    known = [file.brake.film.kinetic]
+    for name, text in materials()["films"].items():
+        film = parse_toml(text, name)
+        if film["name"] == product:
+            known.append(film["kinetic"]["value"])
+    listed = [one for one in map(load, devices()) if one.given.get("film.product") == product]
+    known += [one.brake.film.kinetic for one in listed]
+    return min(known) / MARGIN, max(known) * MARGIN
+
+
+def friction_checks(
+    files: Sequence[str],
+    values: Mapping[str, Sequence[float | None]],
+    means: Mapping[str, OverRepeats | None],
+    expected: tuple[float, float] | None = None,
+) -> tuple[Check, ...]:
+    """Return the checks of friction tests, one of `files` each.
+
+    `values` has static and kinetic friction [-] and speed [m/s] of each test, None if unknown, and
+    `means` the means over them. `expected` is the range of `film_range`, None if the film is
+    unknown.
+    """
+    names = [Path(file).name or f"repeat {place}" for place, file in enumerate(files, 1)]
+    checks = [_agreement(names, values)]
+    for name, over in means.items():
+        if over is not None and over.low is not None and over.high is not None:
+            checks.append(interval_check(f"{name} friction", over.mean, over.low, over.high))
+    both = zip(values["static"], values["kinetic"], names, strict=True)
+    ratios = {name: static / kinetic for static, kinetic, name in both if static and kinetic}
+    if ratios:
+        checks.append(_ratio(ratios))
+    if (over := means["kinetic"]) is not None:
+        checks.append(_plausible(over.mean, expected))
+    return tuple(checks)
+
+
+def _agreement(names: Sequence[str], quantities: Mapping[str, Sequence[float | None]]) -> Check:
+    """Return the check that no repeat differs from the others more than films scatter."""
+    found = []
+    for quantity, values in quantities.items():
+        known = [(v, n) for v, n in zip(values, names, strict=True) if v is not None and v > 0]
+        logs = np.log([value for value, _ in known])
+        outliers = _outliers(logs)
+        rest = np.delete(logs, outliers) if len(outliers) < len(logs) else logs
+        for place in outliers:
+            ratio = float(np.exp(logs[place] - np.median(rest)))
+            what = "speed" if quantity == "speed" else f"{quantity} friction"
+            found.append(f"{what} of {known[place][1]} is {ratio:.3g} times the others'")
+    if len(names) < 2:
+        return check("repeats", False, "one repeat only: nothing shows how well it repeats")
+    advice = ": check its unit, normal force and film, or leave the file out"
+    fine = f"no repeat of {len(names)} differs from the others by more than films scatter"
+    return check("repeats", not found, "; ".join(found) or fine, advice, "failed")
+
+
+def _outliers(logs: np.ndarray) -> list[int]:
+    """Return the places of outliers; of two values that differ too much, both."""
+    if len(logs) == 2 and abs(logs[0] - logs[1]) > np.log(MOST):
+        return [0, 1]
+    return list(odd_ones(logs, ALARMS, float(np.log(LEAST)), float(np.log(MOST))))
+
+
+def _ratio(ratios: Mapping[str, float]) -> Check:
+    """Return the check that static friction exceeds kinetic friction by a plausible factor."""
+    low, high = RATIO
+    outside = [f"{name} {ratio:.3g}" for name, ratio in ratios.items() if not low <= ratio <= high]
+    least, most = min(ratios.values()), max(ratios.values())
+    sentence = f"static over kinetic friction is {least:.3g} to {most:.3g}"
+    wrong = f", outside {low:g} to {high:g} in {', '.join(outside)}: check the window and the zero"
+    return check("static over kinetic", not outside, sentence, wrong, "failed")
+
+
+def _plausible(kinetic: float, expected: tuple[float, float] | None) -> Check:
+    """Return the check that the kinetic friction lies in the range of the film."""
+    low, high = expected or USUAL
+    fine = low <= kinetic <= high
+    whose = "the catalogue's range for this film" if expected else "the usual range for films"
+    sentence = f"a kinetic friction of {kinetic:.3g} is {'in' if fine else 'outside'} {whose}, "
+    sentence += f"{low:.3g} to {high:.3g}"
+    advice = ": check the unit of force, the normal force and the film"
+    return check("film", fine, sentence, advice, "failed")
