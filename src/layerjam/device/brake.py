@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import atan, pi
 
 from layerjam.device.enclosure import Enclosure
+from layerjam.device.fan import check_exponent_of_fan
 from layerjam.device.hyperelastic import Hyperelastic, validate_hyperelastic
 from layerjam.device.mount import Mount, Rope, Site
 from layerjam.device.sheets import Film, Sheets
@@ -44,6 +45,14 @@ class Brake:
     )
     test_pressure: float | None = quantity(
         "Pa", "contact pressure of the friction test", lo=1, hi=1e7, symbol="P_test", default=None
+    )
+    lowest_pressure: float | None = quantity(
+        "Pa",
+        "lowest contact pressure at which the exponent was measured; below it friction keeps its "
+        "coefficient (sheets that fan out only)",
+        lo=1,
+        hi=1e7,
+        default=None,
     )
     speed_law: SpeedLaw | None = nested(SpeedLaw, default=None)
     hyperelastic: Hyperelastic | None = nested(Hyperelastic, default=None)
@@ -116,6 +125,7 @@ def validate(brake: Brake) -> None:
         raise QuantityError.of(
             "pressure_exponent", "give it together with test_pressure, or neither of them"
         )
+    check_exponent_of_fan(brake)
     law = brake.speed_law
     if law is not None and law.fastest is not None and law.fastest < law.test_speed:
         raise QuantityError.of(

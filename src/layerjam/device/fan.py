@@ -1,11 +1,17 @@
-"""What a brake would hold more if its sheets fanned out of their caps, for a word of warning.
+"""Two numbers of sheets that fan out of their caps at rest, for warnings and for bounds.
 
-The law itself is in `mechanics.fan`; here are its two numbers for one brake at rest.
+The law itself is in `mechanics.fan`.
 """
 
 from __future__ import annotations
 
-from layerjam.device.brake import Brake
+from typing import TYPE_CHECKING
+
+from layerjam.errors import QuantityError
+from layerjam.units import show
+
+if TYPE_CHECKING:
+    from layerjam.device.brake import Brake
 
 MATTERS = 0.1
 """Share of the friction from which an answer says what spacers would change."""
@@ -28,3 +34,40 @@ def fan_factor(alpha: float) -> float:
         if term < 1e-15 * total:
             break
     return total
+
+
+def check_exponent_of_fan(brake: Brake) -> None:
+    """Raise QuantityError for a pressure exponent that sheets without spacers cannot have.
+
+    Their friction grows exponentially with the coefficient, so that a coefficient which rises
+    without bound as the vacuum falls would hold without any vacuum. A negative exponent needs the
+    range of pressures in which it was measured, and friction must rise with the vacuum there.
+    """
+    exponent, lowest = brake.pressure_exponent, brake.lowest_pressure
+    fans_out = brake.mount.spacers is not None and not brake.mount.spacers
+    if lowest is not None and (exponent is None or not fans_out):
+        raise QuantityError.of(
+            "lowest_pressure",
+            "is for a pressure_exponent of sheets without spacers (mount.spacers = false); other "
+            "sheets lose their friction with the vacuum by themselves",
+        )
+    if exponent is None or exponent >= 0 or not fans_out:
+        return
+    if lowest is None:
+        raise QuantityError.of(
+            "lowest_pressure",
+            f"is missing: with a pressure_exponent of {exponent:g} and without spacers, friction "
+            "would grow without bound as the vacuum falls; give the lowest contact pressure at "
+            'which the exponent was measured, such as "20 kPa"',
+        )
+    alpha = fan_exponent(brake) * (lowest / (brake.test_pressure or lowest)) ** exponent
+    factor = fan_factor(alpha)
+    # d ln M/d ln alpha of M = sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha))
+    growth = (1 - factor + 2 * alpha * factor) / (2 * factor)
+    if 1 + exponent * (1 + growth) <= 0:
+        raise QuantityError.of(
+            "pressure_exponent",
+            f"{exponent:g} is too low for sheets without spacers: at {show(lowest, 'Pa')} "
+            f"(lowest_pressure) their friction would fall as the vacuum rises; at least "
+            f"{-1 / (1 + growth):.3g} is allowed there",
+        )

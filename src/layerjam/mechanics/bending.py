@@ -19,13 +19,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.fan import flat
 from layerjam.mechanics.friction import friction_per_contact
-from layerjam.mechanics.law import law, rising_zero, within
+from layerjam.mechanics.law import implicit_root, law, within
 from layerjam.mechanics.stiffness import sheet_section, sides
 
 
@@ -146,10 +145,9 @@ def cantilever_deflection(force: Any, length: Any, vacuum: Any, brake: Brake) ->
     soft = length**3 / (3 * bending_stiffness_free(brake))
     fine = (force >= 0) & (length > 0) & (vacuum >= 0)
     load = jnp.where(fine, force, 0.0) + jnp.zeros(jnp.shape(length * vacuum))
-    guess = rising_zero(beyond, load * rigid * (1 - 1e-12), load * soft * (1 + 1e-12))
-    # one Newton step within the straight piece carries the gradient
-    value, slope = jax.jvp(beyond, (guess,), (jnp.ones_like(guess),))
-    return within(fine, guess - value / jax.lax.stop_gradient(slope))
+    # the Newton step stays within the straight piece
+    root = implicit_root(beyond, load * rigid * (1 - 1e-12), load * soft * (1 + 1e-12))
+    return within(fine, root)
 
 
 # caps that turn

@@ -25,29 +25,36 @@ def pressure_on_sheets(vacuum: Any, brake: Brake) -> Any:
 def friction_per_contact(vacuum: Any, brake: Brake) -> Any:
     """c [N/m]: what one metre of overlap resists with, all interfaces together.
 
-    The calibration factor multiplies the friction; with a fitted `pressure_exponent` m the factor
-    (P/P_test)^m comes in. P is what presses the sheets. With a `speed_law` it is that at its
-    `test_speed`, to be multiplied by `growth`.
+    The calibration factor multiplies the friction, and so does `friction_over_pressure`. With a
+    `speed_law` it is that at its `test_speed`, to be multiplied by `growth`.
     """
-    vacuum = pressure_on_sheets(vacuum, brake)
     c = brake.scale_factor * brake.film.kinetic * (brake.sheets.count - 1)
-    c = c * brake.sheets.width * vacuum
+    c = c * brake.sheets.width * pressure_on_sheets(vacuum, brake)
     if brake.pressure_exponent is None:
         return c
-    jammed = vacuum > 0
-    ratio = jnp.where(jammed, vacuum, 1.0) / brake.test_pressure
-    return jnp.where(jammed, c * ratio**brake.pressure_exponent, 0.0)
+    return jnp.where(vacuum > 0, c * friction_over_pressure(vacuum, brake), 0.0)
+
+
+def friction_over_pressure(vacuum: Any, brake: Brake) -> Any:
+    """Return the friction coefficient at a vacuum [Pa] over that at the test pressure.
+
+    (P/P_test)^m with the pressure P on the sheets and a fitted `pressure_exponent` m (ours); 1 if
+    none was fitted. Below `lowest_pressure` it stays what it is there.
+    """
+    if brake.pressure_exponent is None:
+        return 1.0
+    test: Any = brake.test_pressure
+    pressure = jnp.where(vacuum > 0, pressure_on_sheets(vacuum, brake), test)
+    if brake.lowest_pressure is not None:
+        pressure = jnp.maximum(pressure, brake.lowest_pressure)
+    return (pressure / test) ** brake.pressure_exponent
 
 
 def sheets_at(vacuum: Any, brake: Brake) -> Sheets:
-    """What the sheets resist with at a vacuum [Pa]."""
+    """Return the friction law of the sheets at a vacuum [Pa]."""
     c: Any = friction_per_contact(vacuum, brake)
-    pressed: Any = 1.0
-    if brake.pressure_exponent is not None:
-        test: Any = brake.test_pressure
-        pressure = pressure_on_sheets(vacuum, brake)
-        pressed = (jnp.where(vacuum > 0, pressure, test) / test) ** brake.pressure_exponent
-    return Sheets(c, brake.sheets.overlap, fan_of(brake, pressed))
+    fan = fan_of(brake, friction_over_pressure(vacuum, brake))
+    return Sheets(c, brake.sheets.overlap, fan)
 
 
 def static_at(vacuum: Any, brake: Brake) -> Sheets:

@@ -124,3 +124,14 @@ def rising_zero(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
         return jnp.where(weak, middle, below), jnp.where(weak, above, middle)
 
     return jax.lax.stop_gradient(jax.lax.fori_loop(0, 80, halve, (low, high))[1])
+
+
+def implicit_root(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
+    """Return the root of a rising array function between two arrays, never outside them.
+
+    80 halvings find it. One Newton step carries the gradient (implicit function theorem).
+    """
+    guess = rising_zero(function, low, high)
+    value, slope = jax.jvp(function, (guess,), (jnp.ones_like(guess),))
+    slope = jax.lax.stop_gradient(jnp.where(slope > 0, slope, jnp.inf))
+    return jnp.clip(guess - value / slope, low, high)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.fan import concentration, force_of
 from layerjam.mechanics.friction import sheets_at
-from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
+from layerjam.mechanics.law import implicit_root, law, safe_sqrt, within
 from layerjam.mechanics.stiffness import sheet_section
 
 
@@ -84,10 +83,6 @@ def _closing_with_exponent(slip: Any, brake: Brake) -> Any:
         return held - backbone(slip, enclosure_at(vacuum, brake))
 
     top = jnp.log(brake.site.atmosphere) + jnp.zeros(jnp.shape(slip))
-    guess = rising_zero(lambda v: jnp.sign(holds(v)), top - 30.0, top)
-    # one Newton step carries the gradient (implicit function theorem)
-    value, slope = jax.jvp(holds, (guess,), (jnp.ones_like(guess),))
-    slope = jax.lax.stop_gradient(jnp.where(slope > 0, slope, jnp.inf))
-    vacuum = jnp.exp(guess - value / slope)
+    vacuum = jnp.exp(implicit_root(holds, top - 30.0, top))
     closing = jnp.where(holds(top) >= 0, vacuum, jnp.inf)
     return within(slip >= 0, jnp.where(slip == 0, 0.0, closing))

@@ -17,7 +17,7 @@ from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_at, f
 from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent
 from layerjam.mechanics.friction import friction_per_contact, sheets_at
 from layerjam.mechanics.hyperelastic import slip_under
-from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
+from layerjam.mechanics.law import implicit_root, law, safe_sqrt, within
 from layerjam.mechanics.stiffness import working_stiffness
 
 _PARTS = 64
@@ -186,11 +186,10 @@ def _factor_by_bisection(force: Any, vacuum: Any, brake: Brake) -> Any:
         sheets = sheets_at(vacuum, replace(brake, scale_factor=factor))
         return searched_peak(brake.sheets.overlap, sheets, enclosure)[0]
 
-    guess = rising_zero(lambda v: top(v) - force, start - 7.0, start + 5.0)
-    value, slope = jax.jvp(top, (guess,), (jnp.ones_like(guess),))
+    root = implicit_root(lambda v: top(v) - force, start - 7.0, start + 5.0)
     least = enclosure.root * jnp.sqrt(brake.sheets.overlap)
-    made = jnp.exp(guess + (force - value) / jax.lax.stop_gradient(slope))
-    return within((force >= least) & (jnp.abs(force - value) < 1e-6 * force), made)
+    is_met = jnp.abs(force - jax.lax.stop_gradient(top(root))) < 1e-6 * force
+    return within((force >= least) & is_met, jnp.exp(root))
 
 
 @law
@@ -254,19 +253,14 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
 
 
 def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
-    """With a pressure exponent there is no closed inverse: halvings, then one Newton step.
-
-    The Newton step carries the gradient (implicit function theorem).
-    """
+    """The inverse with a pressure exponent, which has no closed form."""
 
     def resist(vacuum: Any) -> Any:
         sheets = force_of(slip, sheets_at(vacuum, brake))
         return sheets + backbone(slip, enclosure_at(vacuum, brake))
 
     zero = jnp.zeros(jnp.broadcast_shapes(jnp.shape(force), jnp.shape(slip)))
-    guess = rising_zero(lambda p: resist(p) - force, zero, zero + brake.site.atmosphere)
-    value, slope = jax.jvp(resist, (guess,), (jnp.ones_like(guess),))
-    return guess + (force - value) / jax.lax.stop_gradient(slope)
+    return implicit_root(lambda p: resist(p) - force, zero, zero + brake.site.atmosphere)
 
 
 @law

@@ -130,6 +130,10 @@ def _sources(
         if brake.test_pressure is None:
             where = "where the scale factor holds: mean vacuum of the pulls, no friction test"
             made["test_pressure"] = calibrated(fit.reference_pressure, where, None, "Pa")
+        if brake.mount.spacers is False:
+            share = brake.vacuum_share or 1.0
+            lowest = share * float(np.min(fit.reduced.vacuum))
+            made["lowest_pressure"] = calibrated(lowest, "least of the pulls", None, "Pa")
     return made
 
 

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.energy import slip_work
-from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
+from layerjam.mechanics.law import implicit_root, law, safe_sqrt, within
 from layerjam.mechanics.pull import brake_force, vacuum_for_force
 from layerjam.mechanics.stop.exact import STOPPED, any_speed, stop
 from layerjam.mechanics.stop.motion import series_of
@@ -58,10 +58,7 @@ def _balanced_vacuum(
         return _excess(vacuum, mass, speed, slip, spring, gravity, brake)
 
     feasible = ~jnp.isnan(held) & (excess(low) <= 0) & (excess(top) >= 0)
-    guess = rising_zero(excess, low, top)
-    value, slope = jax.jvp(excess, (guess,), (jnp.ones_like(guess),))
-    slope = jax.lax.stop_gradient(jnp.where(slope > 0, slope, 1.0))
-    return within(feasible, jnp.clip(guess - value / slope, low, top))
+    return within(feasible, implicit_root(excess, low, top))
 
 
 @law
@@ -123,7 +120,5 @@ def vacuum_eq10(mass: Any, speed: Any, slip: Any, brake: Brake) -> Any:
     def excess(vacuum: Any) -> Any:
         return slip_work(slip, vacuum, brake) - energy
 
-    guess = rising_zero(excess, jnp.zeros_like(top), top)
-    value, slope = jax.jvp(excess, (guess,), (jnp.ones_like(guess),))
-    slope = jax.lax.stop_gradient(jnp.where(slope > 0, slope, 1.0))
-    return within((excess(top) >= 0) & (excess(0.0 * top) <= 0), guess - value / slope)
+    root = implicit_root(excess, jnp.zeros_like(top), top)
+    return within((excess(top) >= 0) & (excess(0.0 * top) <= 0), root)
