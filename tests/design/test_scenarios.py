@@ -103,7 +103,7 @@ def test_the_command_answers_cannot_with_its_json(capsys: pytest.CaptureFixture[
     assert main(["apply", "ankle-clutch", "--json"]) == 1
     answer = json.loads(capsys.readouterr().out)
     for key in (
-        "machine", "feasible", "reason", "verdict", "brakes_needed", "mass", "limits", "units",
+        "machine", "feasible", "reason", "conclusion", "brakes_needed", "mass", "limits", "units",
         "warnings", "page", "results",
     ):  # fmt: skip
         assert key in answer

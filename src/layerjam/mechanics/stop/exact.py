@@ -7,11 +7,11 @@ form, and the travel is its first root. In w = sqrt(s) it is a quartic, smooth a
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
@@ -42,16 +42,12 @@ from layerjam.mechanics.stop.algebra import (
     value,
 )
 from layerjam.mechanics.stop.paced import Course, Paced, paced_course, paced_of, paced_stop
+from layerjam.mechanics.stop.timing import Expansion, pieces_time
 
 __all__ = ["BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED"]
 __all__ += ["Stop", "kinetic_energy", "speed_at_slip", "stop", "time_at_slip"]
 SETTLED = 1e-5
 """Last step of the root's search, over its bracket, below which the next one changes nothing."""
-
-NEAREST, FARTHEST = 1e-14, 1e6
-"""Distance of a complex root of the kinetic energy, over the piece, that the nodes answer to."""
-
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 
 def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Setup:
@@ -241,38 +237,6 @@ def any_speed(brake: Brake) -> Any:
     return jnp.asarray(True if brake.speed_law is None else brake.speed_law.power == 0)
 
 
-def _sliding_time(low: Any, high: Any, part: Quartic, bend: Any, linear: Any, at: Setup) -> Any:
-    """Seconds from w = `low` to `high`, w = sqrt(slip), on one form of the kinetic energy.
-
-    dz = (bend w + linear) dw. Nodes crowd towards the end that lies nearer to the balance, where
-    the mass may all but stand or stands; w = end -+ (high - low) (sinh(a cos q)/sinh a)^2, with a
-    from the distance of the next complex root, takes out the square root at a standstill and the
-    peak where it is passed by a hair's breadth.
-    """
-    width = jnp.maximum(high - low, 0.0)
-    length = jnp.where(width > 0, width, 1.0)
-    # falling energy: the slow end is the far one
-    falls = slope_of(part, (low + high) / 2) < 0
-    end, way = jnp.where(falls, high, low), jnp.where(falls, -1.0, 1.0)
-    rest = jnp.maximum(value(part, end), 0.0)
-    first = way * slope_of(part, end)
-    second = 2 * part.a2 + end * (6 * part.a3 + end * 12 * part.a4)
-    third, fourth = way * (6 * part.a3 + 24 * part.a4 * end), part.a4
-    curve = jnp.where(second != 0, jnp.abs(second), 1.0)
-    near = jnp.maximum(jnp.sqrt(2 * rest / curve), jnp.abs(first) / curve) / length
-    near = jnp.where(second != 0, jnp.clip(near, NEAREST, FARTHEST), FARTHEST)
-    sharp = jax.lax.stop_gradient(jnp.arcsinh(1 / jnp.sqrt(near)))
-    q = ((jnp.asarray(_NODES) + 1) * (jnp.pi / 4)).reshape((-1,) + (1,) * jnp.ndim(width))
-    share = jnp.sinh(sharp * jnp.cos(q)) / jnp.sinh(sharp)
-    rate = 2 * share * sharp * jnp.sin(q) * jnp.cosh(sharp * jnp.cos(q)) / jnp.sinh(sharp)
-    far = width * share**2
-    energy = rest + far * (first + far * (second / 2 + far * (third / 6 + far * fourth)))
-    pace = safe_sqrt(2 * jnp.maximum(energy, 0.0) / at.mass)
-    steps = width * rate * (bend * (end + way * far) + linear)
-    weights = jnp.asarray(_WEIGHTS).reshape(q.shape) * (jnp.pi / 4)
-    return (weights * steps / jnp.where(pace > 0, pace, jnp.inf)).sum(axis=0)
-
-
 @law
 def time_at_slip(
     slip: Any, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
@@ -286,43 +250,51 @@ def time_at_slip(
     slip, mass, speed, vacuum, spring, gravity = arrays
     if brake.hyperelastic is not None:
         rubbery = _rubber(mass, speed, vacuum, spring, gravity, brake)
-        onset = force_of(0.0 * slip, rubbery.sheets)
-        slides = rubbery.weight + jnp.sqrt(rubbery.weight**2 + spring * mass * speed**2) > onset
-        start = _elastic_time(mass, speed, gravity, spring, onset, slides)
-        return within(any_speed(brake), start + rubber.sliding_time(slip, rubbery))
-    if brake.mount.spacers is not None:
+        onset, weight = force_of(0.0 * slip, rubbery.sheets), rubbery.weight
+        sliding = rubber.sliding_time(slip, rubbery)
+    elif brake.mount.spacers is not None:
         case = _fanned(mass, speed, vacuum, spring, gravity, brake)
-        onset = fanned.force(jnp.zeros_like(slip), case)
-        slides = case.weight + jnp.sqrt(case.weight**2 + spring * mass * speed**2) > onset
-        start = _elastic_time(mass, speed, gravity, spring, onset, slides)
-        return start + fanned.sliding_time(slip, case)
-    at = _setup(mass, speed, vacuum, spring, gravity, brake)
-    slides = at.weight + jnp.sqrt(at.weight**2 + spring * mass * speed**2) > at.onset
+        onset, weight = fanned.force(jnp.zeros_like(slip), case), case.weight
+        sliding = fanned.sliding_time(slip, case)
+    else:
+        at = _setup(mass, speed, vacuum, spring, gravity, brake)
+        onset, weight = at.onset, at.weight
+        sliding = _sliding_time(slip, at)
+    slides = weight + jnp.sqrt(weight**2 + spring * mass * speed**2) > onset
+    start = _elastic_time(mass, speed, gravity, spring, onset, slides)
+    return within(any_speed(brake), start + sliding)
+
+
+def _sliding_time(slip: Any, at: Setup) -> Any:
+    """Seconds from the first slip to a slip [m] of a kinetic energy in two quartics."""
     end, strip = safe_sqrt(slip), at.enclosure
     balance = jax.lax.stop_gradient(balance_root(at, jnp.inf))
-    whole = safe_sqrt(strip.saturation + jnp.zeros_like(slip))
+    whole = jnp.minimum(safe_sqrt(strip.saturation + jnp.zeros_like(slip)), end)
     slope = strip.stiffness / strip.reach
     forms = (
-        (quartic(at, False), 2 * (1 - at.c / spring), strip.root / spring),
-        (quartic(at, True), 2 * (1 - (at.c - slope) / spring), 0.0),
+        (quartic(at, False), 2 * (1 - at.c / at.k), strip.root / at.k, 0.0 * end, whole),
+        (quartic(at, True), 2 * (1 - (at.c - slope) / at.k), 0.0, whole, end),
     )
 
-    def pieces(form: tuple[Any, Any, Any], low: Any, high: Any) -> Any:
-        middle = jnp.clip(balance, low, high)
-        before = _sliding_time(low, middle, *form, at)
-        # most stops end before it: nothing is computed there
-        beyond = jax.lax.cond(
-            jnp.any(high > middle),
-            lambda: _sliding_time(middle, high, *form, at),
-            lambda: jnp.zeros_like(before),
+    def seconds(part: Quartic, bend: Any, linear: Any, low: Any, high: Any) -> Any:
+        return pieces_time(
+            [low, jnp.clip(balance, low, high), high],
+            partial(_quartic_expansion, part),
+            lambda w: slope_of(part, w) < 0,
+            lambda w: bend * w + linear,
+            at.mass,
         )
-        return before + beyond
 
-    first = pieces(forms[0], jnp.zeros_like(end), jnp.minimum(end, whole))
-    second = jax.lax.cond(
-        jnp.any(end > whole),
-        lambda: pieces(forms[1], jnp.minimum(end, whole), end),
-        lambda: jnp.zeros_like(first),
-    )
-    time = _elastic_time(mass, speed, gravity, spring, at.onset, slides) + first + second
-    return within(any_speed(brake), time)
+    return seconds(*forms[0]) + seconds(*forms[1])
+
+
+def _quartic_expansion(part: Quartic, end: Any, way: Any) -> Expansion:
+    """The energy around a point, from its exact derivatives: no digits are lost near zero."""
+    rest, first = jnp.maximum(value(part, end), 0.0), way * slope_of(part, end)
+    second = 2 * part.a2 + end * (6 * part.a3 + end * 12 * part.a4)
+    third, fourth = way * (6 * part.a3 + 24 * part.a4 * end), part.a4
+
+    def energy(far: Any) -> Any:
+        return rest + far * (first + far * (second / 2 + far * (third / 6 + far * fourth)))
+
+    return Expansion(rest, first, second, energy)

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from layerjam.mechanics.enclosure import (
     EnclosureLaw,
@@ -21,13 +20,21 @@ from layerjam.mechanics.enclosure import (
     backbone_stored,
     backbone_work,
 )
-from layerjam.mechanics.fan import Sheets, force_of, tangent, work_of
+from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent, work_of
 from layerjam.mechanics.law import safe_sqrt
 from layerjam.mechanics.pull import searched_peak
-from layerjam.mechanics.stop.algebra import BOTTOMED_OUT, NEVER_SLID, SNAPS, STOPPED, Stop
+from layerjam.mechanics.stop.algebra import (
+    BOTTOMED_OUT,
+    NEVER_SLID,
+    SNAPS,
+    STOPPED,
+    Stop,
+    balance_root,
+    setup,
+)
+from layerjam.mechanics.stop.timing import expand_energy, pieces_time
 
 _PARTS = 64
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 
 class Case(NamedTuple):
@@ -139,19 +146,33 @@ def stop_of(at: Case, travel: Any) -> Stop:
 
 
 def sliding_time(slip: Any, at: Case) -> Any:
-    """Seconds from the first slip to a slip [m], up to the standstill.
+    """Return the seconds [s] from the first slip to a slip [m], up to the standstill."""
+    end, strip = safe_sqrt(slip), at.enclosure
 
-    48-point Gauss quadrature of dz/v after s = slip sin^4(q), which takes out the singular start
-    and, at a standstill, the singular end.
-    """
-    q = ((jnp.asarray(_NODES) + 1) * (jnp.pi / 4)).reshape((-1,) + (1,) * jnp.ndim(slip))
-    part, strip = slip * jnp.sin(q) ** 4, at.enclosure
-    # ds/dq, and d sqrt(s)/dq for the enclosure, whose slope in s is infinite at the start
-    rate = 4 * jnp.sin(q) ** 3 * jnp.cos(q) * slip
-    spread = strip.root * 2 * jnp.sin(q) * jnp.cos(q) * safe_sqrt(slip)
-    stretch = jnp.where(part < strip.saturation, spread, strip.stiffness / strip.reach * rate)
-    pace = safe_sqrt(2 * jnp.maximum(energy(part, at), 0.0) / at.mass)
-    steps = rate + (stretch - tangent(part, at.sheets).c * rate) / at.k
-    steps = steps / jnp.where(pace > 0, pace, jnp.inf)
-    weights = jnp.asarray(_WEIGHTS).reshape(q.shape) * (jnp.pi / 4)
-    return (weights * steps).sum(axis=0)
+    def meets_weight(line: Sheets) -> Any:
+        speed, gravity = jnp.sqrt(2 * at.arriving / at.mass), at.weight / at.mass
+        case = setup(at.mass, speed, line.c, line.overlap, strip, at.k, gravity)
+        return balance_root(case, jnp.inf) ** 2
+
+    def pace(w: Any) -> Any:
+        # ds/dw, and d sqrt(s)/dw of the enclosure, whose slope in s is infinite at the start
+        stretch = jnp.where(
+            w**2 < strip.saturation, strip.root, 2 * w * strip.stiffness / strip.reach
+        )
+        return 2 * w + (stretch - 2 * w * tangent(w**2, at.sheets).c) / at.k
+
+    def kinetic(w: Any) -> Any:
+        return energy(w**2, at)
+
+    fixed = jax.lax.stop_gradient(at.sheets)
+    balance = jax.lax.stop_gradient(safe_sqrt(along_tangents(meets_weight, 0.0 * slip, fixed)))
+    whole = jnp.minimum(safe_sqrt(strip.saturation + jnp.zeros_like(end)), end)
+    cuts = [
+        jnp.zeros_like(end),
+        jnp.clip(balance, 0.0, whole),
+        whole,
+        jnp.clip(balance, whole, end),
+        end,
+    ]
+    expand = expand_energy(kinetic, lambda w: (at.weight - force(w**2, at)) * pace(w))
+    return pieces_time(cuts, expand, lambda w: w < balance, pace, at.mass)

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from layerjam.mechanics.fan import Sheets, force_of, tangent, work_of
 from layerjam.mechanics.hyperelastic import Stretched, Strip, end_strain, stretched
@@ -27,9 +26,9 @@ from layerjam.mechanics.stop.algebra import (
     Stop,
 )
 from layerjam.mechanics.stop.fanned import halved
+from layerjam.mechanics.stop.timing import expand_energy, extremum, pieces_time
 
 _PARTS = 64
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 
 class Case(NamedTuple):
@@ -171,16 +170,29 @@ def stop_of(at: Case, travel: Any) -> Stop:
 
 
 def sliding_time(slip: Any, at: Case) -> Any:
-    """Seconds from the first slip to a slip [m], up to the standstill.
-
-    48-point Gauss quadrature of dz/v after e = e(slip) sin^2(q), which takes out a singular start
-    and, at a standstill, the singular end.
-    """
+    """Return the seconds [s] from the first slip to a slip [m], up to the standstill."""
     end = jnp.where(slip > 0, strain_at(slip, at), 0.0)
-    q = ((jnp.asarray(_NODES) + 1) * (jnp.pi / 4)).reshape((-1,) + (1,) * jnp.ndim(slip))
-    made = drawn(end * jnp.sin(q) ** 2, at)
-    pace = safe_sqrt(2 * jnp.maximum(energy(made, at), 0.0) / at.mass)
-    steps = 2 * end * jnp.sin(q) * jnp.cos(q) * (made.rise[0] + _rise(made, at) / at.k)
-    steps = steps / jnp.where(pace > 0, pace, jnp.inf)
-    weights = jnp.asarray(_WEIGHTS).reshape(q.shape) * (jnp.pi / 4)
-    return (weights * steps).sum(axis=0)
+
+    def kinetic(strain: Any) -> Any:
+        return energy(drawn(strain, at), at)
+
+    def pace(strain: Any) -> Any:
+        made = drawn(strain, at)
+        return made.rise[0] + _rise(made, at) / at.k
+
+    zero, fixed = jnp.zeros_like(end), jax.lax.stop_gradient(at)
+
+    def search(low: Any, sign: float) -> Any:
+        return extremum(lambda e: energy(drawn(e, fixed), fixed), low, end, sign)
+
+    # the energy falls to the balance and rises from there, until the rubber stiffens
+    balance = search(zero, 1.0)
+    greatest = search(balance, -1.0)
+    cuts = [zero, balance, greatest, end]
+    return pieces_time(
+        cuts,
+        expand_energy(kinetic, lambda e: (at.weight - force(drawn(e, at), at)) * pace(e)),
+        lambda strain: (strain < balance) | (strain > greatest),
+        pace,
+        at.mass,
+    )

@@ -1,0 +1,80 @@
+"""The time of a stop that barely passes its slowest point, for every description of a brake."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from layerjam.device.brake import Brake
+from layerjam.device.hyperelastic import Hyperelastic
+from layerjam.device.load import load
+from layerjam.mechanics.law import double_precision
+from layerjam.mechanics.pull import brake_force
+from layerjam.mechanics.stop.exact import BOTTOMED_OUT, speed_at_slip, stop, time_at_slip
+
+KAPTON = replace(load("choi2018-kapton").brake, amplification_held=None)
+SPACED = replace(KAPTON, mount=replace(KAPTON.mount, spacers=True))
+FANNED = replace(KAPTON, mount=replace(KAPTON.mount, spacers=False))
+G = 9.80665
+SPRING = 1 / (1 / 131e3 + 1 / 16.8e3)
+
+
+def barely_passing(mass: Any, vacuum: Any, brake: Brake, share: float) -> Any:
+    """Speeds that exceed the fastest stop by a `share`, by halving on the outcome."""
+    low, high = np.full(np.shape(mass), 0.05), np.full(np.shape(mass), 6.0)
+    for _ in range(60):
+        middle = (low + high) / 2
+        passes = np.asarray(stop(mass, middle, vacuum, SPRING, G, brake).outcome) == BOTTOMED_OUT
+        low, high = np.where(passes, low, middle), np.where(passes, middle, high)
+    return high * (1 + share)
+
+
+def test_equal_brakes_take_equal_times() -> None:
+    random = np.random.default_rng(4)
+    mass, vacuum = random.uniform(0.5, 12, 400), random.uniform(2e4, 1e5, 400)
+    speed = random.uniform(0.2, 4, 400)
+    with double_precision():
+        slip = np.asarray(stop(mass, speed, vacuum, SPRING, G, KAPTON).slip)
+        plain, spaced = (
+            np.asarray(time_at_slip(slip, mass, speed, vacuum, SPRING, G, brake))
+            for brake in (KAPTON, SPACED)
+        )
+        heavy, pressed = random.uniform(6, 12, 60), random.uniform(4e4, 9e4, 60)
+        fast = barely_passing(heavy, pressed, KAPTON, 1e-6)
+        slow = [
+            np.asarray(time_at_slip(0.06, heavy, fast, pressed, SPRING, G, brake))
+            for brake in (KAPTON, SPACED)
+        ]
+    assert spaced == pytest.approx(plain, rel=1e-9)
+    assert slow[1] == pytest.approx(slow[0], rel=2e-9)
+
+
+RUBBERY = replace(KAPTON, hyperelastic=Hyperelastic(strain=12.0, c10=11e3, c20=300.0))
+
+
+@pytest.mark.parametrize(
+    "brake",
+    [
+        pytest.param(KAPTON, id="plain"),
+        pytest.param(SPACED, id="spaced"),
+        pytest.param(FANNED, id="fanned", marks=pytest.mark.slow),
+        pytest.param(RUBBERY, id="rubber", marks=pytest.mark.slow),
+    ],
+)
+def test_a_stop_that_barely_passes_takes_its_time(brake: Brake) -> None:
+    """Against the trapezium rule over dz/v with 400,000 points, dense at the start."""
+    mass, vacuum, travel = 7.0, 80e3, KAPTON.sheets.usable_travel
+    with double_precision():
+        speed = float(barely_passing(mass, vacuum, brake, 1e-3))
+        part = np.linspace(0.0, 1.0, 400_001)
+        slip = travel * part**4
+        pace = np.asarray(speed_at_slip(slip, mass, speed, vacuum, SPRING, G, brake))
+        way = slip + np.asarray(brake_force(slip, vacuum, brake)) / SPRING
+        sliding = np.sum(np.diff(way) * (1 / pace[1:] + 1 / pace[:-1]) / 2)
+        found = float(time_at_slip(travel, mass, speed, vacuum, SPRING, G, brake))
+        start = float(time_at_slip(0.0, mass, speed, vacuum, SPRING, G, brake))
+    assert pace.min() < 0.05 * pace.max()
+    assert found - start == pytest.approx(sliding, rel=1e-6)
