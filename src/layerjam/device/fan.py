@@ -1,23 +1,20 @@
 """Two numbers of sheets that fan out of their caps at rest, for warnings and for bounds.
 
-The law itself is in `mechanics.fan`.
+The law itself is in `mechanics.fan`. A `brake` is a `Brake`, whose module checks itself with this one.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 from layerjam.errors import QuantityError
 from layerjam.units import show
-
-if TYPE_CHECKING:
-    from layerjam.device.brake import Brake
 
 MATTERS = 0.1
 """Share of the friction from which an answer says what spacers would change."""
 
 
-def fan_exponent(brake: Brake) -> float:
+def fan_exponent(brake: Any) -> float:
     """alpha [-] of the sheets at rest, without spacers: a mu_k t (n/4)^2 (1/L1 + 1/L3)."""
     sheets = brake.sheets
     friction = brake.scale_factor / (brake.amplification_held or 1.0) * brake.film.kinetic
@@ -36,7 +33,7 @@ def fan_factor(alpha: float) -> float:
     return total
 
 
-def check_exponent_of_fan(brake: Brake) -> None:
+def check_exponent_of_fan(brake: Any) -> None:
     """Raise QuantityError for a pressure exponent that sheets without spacers cannot have.
 
     Their friction grows exponentially with the coefficient, so that a coefficient which rises
