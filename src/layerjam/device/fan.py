@@ -1,6 +1,6 @@
 """Two numbers of sheets that fan out of their caps at rest, for warnings and for bounds.
 
-The law itself is in `mechanics.fan`. A `brake` is a `Brake`, whose module checks itself with this one.
+The law itself is in `mechanics.fan`. A `brake` is a `Brake`, whose module imports this one.
 """
 
 from __future__ import annotations
