@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
 from numbers import Real
 from typing import Any, TypeVar, dataclass_transform
@@ -204,6 +205,22 @@ def show(value: float | None, si: str, digits: int = 4, like: float | None = Non
     scaled = value / float(unit_factor(best, si) or 1)
     text = f"{scaled:.{digits}g}" if not 10**digits <= abs(scaled) < 1e7 else f"{scaled:.0f}"
     return f"{text} {best}"
+
+
+def show_at_least(value: float, si: str, most: float = math.inf) -> str:
+    """Return `show` of a value rounded up, so that the text is enough if it is typed again.
+
+    Four digits, or as many as keep it at or below `most`.
+    """
+    unit = "" if si == "1" else show(value, si).split(" ", 1)[1]
+    factor = (unit_factor(unit, si) if unit else None) or Fraction(1)
+    exact = Fraction(value) / factor
+    for digits in range(4, 18):
+        context = Context(prec=digits, rounding=ROUND_CEILING)
+        rounded = context.divide(Decimal(exact.numerator), Decimal(exact.denominator))
+        if Fraction(rounded) * factor <= most:
+            return f"{rounded.normalize():f} {unit}".rstrip()
+    return exact_text(value, si)
 
 
 def _awkwardness(scaled: float) -> float:

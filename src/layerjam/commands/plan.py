@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
@@ -24,6 +25,7 @@ from layerjam.commands.quantities import (
 )
 from layerjam.commands.results import Result, fact, number, prefixed, result
 from layerjam.commands.tuning import apart, tune
+from layerjam.control.plan import MARGIN
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.file import LineFile
@@ -31,7 +33,7 @@ from layerjam.fluid.line import Leak, Line, water_compliance
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, VACUUM
 from layerjam.simulate.record import Outcome
 from layerjam.simulate.speed import in_a_stop
-from layerjam.units import QuantitySpec, show
+from layerjam.units import QuantitySpec, show, show_at_least
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,6 +70,10 @@ class CollisionPlan(Result):
     reached: float = number("Pa", "vacuum at the taut rope")
     reachable: float = number("Pa", "greatest vacuum that the line reaches")
     needed: float | None = number("Pa", "least vacuum that stops the estimate within the travel")
+    knife_edge: bool = fact(
+        "whether 1 ppm less than that runs out of travel", shown=lambda edge: "yes" * edge
+    )
+    safe_vacuum: float | None = number("Pa", "vacuum with the margin that a knife edge needs")
     outcome: str = fact("how the stop ends")
     slip: float | None = number("m", "slip of the brake")
     peak_force: float | None = number("N", "greatest force on the mass")
@@ -133,7 +139,23 @@ class CollisionPlan(Result):
         if self.certain:
             left_out |= _UNCERTAIN
         names = {name.replace("_", " ") for name in left_out}
-        return [(name, text) for name, text in super().rows() if name not in names]
+        return [
+            (name, self._rounded_up(name) or text)
+            for name, text in super().rows()
+            if name not in names
+        ]
+
+    def _rounded_up(self, name: str) -> str | None:
+        """The text of a quantity that must not be rounded down; None for another one."""
+        key = name.replace(" ", "_")
+        if key not in LEAST_SIZES:
+            return None
+        most = math.inf
+        if key == "standing_needed":
+            most = self.reachable
+        elif self.units[key] == "Pa":
+            most = self.record.brake.brake.site.atmosphere
+        return show_at_least(getattr(self, key), self.units[key], most)
 
     def draw(self) -> Figure:
         """The vacuum during the warning, the stops, and the chances."""
@@ -142,6 +164,11 @@ class CollisionPlan(Result):
         return plan_figures.planned(self.record)
 
 
+LEAST_SIZES = {
+    *("needed", "tuned_vacuum", "warning_needed", "reservoir_needed", "conductance_needed"),
+    *("standing_needed", "cv_needed"),
+}
+"""Least values: rounded down they would not do."""
 SPREAD = ("expected_g", "g_95", "beyond", "out")
 _UNCERTAIN = {f"{mode}_{key}" for mode in ("full", "tuned") for key in SPREAD} | {
     *("expected_g_error", "chance_error", "samples", "seed")
@@ -303,9 +330,10 @@ def _reason(made: Plan) -> str:
             f"at {show(made.reached, 'Pa')} the brake snaps on a rope so soft; the tuned vacuum, "
             f"{show(made.needed, 'Pa')}, does it"
         )
+    enough = show_at_least(made.needed, "Pa", made.brake.brake.site.atmosphere)
     return (
         f"{apart(made.reached, made.needed, 'Pa')} is there after {show(case.warning, 's')}; "
-        f"{show(made.needed, 'Pa')} is needed to stop within {show(case.travel, 'm')}"
+        f"{enough} is needed to stop within {show(case.travel, 'm')}"
     )
 
 
@@ -385,6 +413,22 @@ def _cost(made: Plan) -> dict[str, Any]:
     }
 
 
+def _knife_edge(made: Plan) -> Notice:
+    """Notice that the mass barely stands at the vacuum needed, with the safe one."""
+    atmosphere = made.brake.brake.site.atmosphere
+    sentence = (
+        f"knife edge: at {show_at_least(made.needed or 0.0, 'Pa', atmosphere)} the mass barely "
+        "comes to rest; with 1 ppm less it runs out of travel"
+    )
+    if made.safe_vacuum is None:
+        return Notice(f"{sentence}, and no vacuum of the site leaves a margin", "knife-edge")
+    return Notice(
+        f"{sentence}. With {show_at_least(made.safe_vacuum, 'Pa', atmosphere)} it stops even if "
+        f"mass, speed and vacuum are each {MARGIN:.0%} off",
+        "knife-edge",
+    )
+
+
 def _remarks(made: Plan, build: Build | None) -> Iterator[Notice]:
     """What the plan rests on, and what it leaves out."""
     from layerjam.control.plan_spread import SHIFTS
@@ -393,6 +437,8 @@ def _remarks(made: Plan, build: Build | None) -> Iterator[Notice]:
 
     case, standby = made.case, made.standby
     line, tank = standby.line, standby.line.reservoir
+    if made.knife_edge:
+        yield _knife_edge(made)
     yield from in_a_stop(made.brake)
     if case.mass_sd or case.speed_sd:
         yield Notice(

@@ -8,8 +8,9 @@ within the travel, capped by what comes in time, then shut off.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +30,8 @@ from layerjam.simulate.speed import follows_speed
 
 Array = npt.NDArray[np.float64]
 STOPS = (Outcome.STOPPED, Outcome.NEVER_SLID)
+MARGIN = 0.02
+"""Part by which mass, speed and vacuum may be off at the safe vacuum of a knife edge."""
 LEVELS, GRID = 7, 65
 """Rounds of a search for the least vacuum and vacuums tried in each: to 2e-13 of the range."""
 NUMBERS = ("slip", "peak_force", "heat", "end_speed")
@@ -87,16 +90,41 @@ def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
     The tuned vacuum where there is one; what holds the mass where that is more.
     """
     spring = spring_of(brake, case.rope_stiffness)
-    low, high = 0.0, brake.site.atmosphere
+    return _least_vacuum(
+        lambda tried: _stops_within(tried, case, spring, brake), brake.site.atmosphere
+    )
+
+
+def safe_vacuum(brake: Brake, case: Arrival) -> float | None:
+    """Least vacuum [Pa] that stops the estimate with mass, speed and vacuum off by `MARGIN`.
+
+    None if no vacuum of the site does.
+    """
+    spring = spring_of(brake, case.rope_stiffness)
+    worst = replace(case, mass=case.mass * (1 + MARGIN), speed=case.speed * (1 + MARGIN))
+    return _least_vacuum(
+        lambda tried: _stops_within(tried * (1 - MARGIN), worst, spring, brake),
+        brake.site.atmosphere,
+    )
+
+
+def _stops_within(tried: Array, case: Arrival, spring: float, brake: Brake) -> Any:
+    """Whether the estimate stops within the travel at each of several vacuums [Pa]."""
+    made = stop(case.mass, case.speed, tried, spring, case.gravity, brake)
+    outcome, slip = np.asarray(made.outcome), np.asarray(made.slip)
+    good = ((outcome == STOPPED) | (outcome == NEVER_SLID)) & (slip <= case.travel)
+    if follows_speed(brake):
+        good &= np.asarray(
+            holds(np.minimum(slip, case.travel), tried, case.mass * case.gravity, brake)
+        )
+    return good
+
+
+def _least_vacuum(stops: Callable[[Array], Any], atmosphere: float) -> float | None:
+    low, high = 0.0, atmosphere
     for _ in range(LEVELS):
         tried = np.linspace(low, high, GRID)
-        made = stop(case.mass, case.speed, tried, spring, case.gravity, brake)
-        outcome, slip = np.asarray(made.outcome), np.asarray(made.slip)
-        good = ((outcome == STOPPED) | (outcome == NEVER_SLID)) & (slip <= case.travel)
-        if follows_speed(brake):
-            good &= np.asarray(
-                holds(np.minimum(slip, case.travel), tried, case.mass * case.gravity, brake)
-            )
+        good = stops(tried)
         if not good.any():
             return None
         first = int(np.argmax(good))
@@ -104,6 +132,12 @@ def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
             return float(tried[0])
         low, high = float(tried[first - 1]), float(tried[first])
     return high
+
+
+def _is_knife_edge(file: BrakeFile, case: Arrival, needed: float) -> bool:
+    """Whether the slip jumps to the end of the overlap's travel just below the vacuum needed."""
+    at, below = (stop_at(file, case, needed * share) for share in (1.0, 1 - 1e-6))
+    return at.slip < case.travel * (1 - 1e-3) and not below.within(case.travel)
 
 
 def stop_at(
@@ -159,6 +193,10 @@ class Plan:
     tuned: Mode
     capped: bool
     """Whether the tuned vacuum is more than what comes in time (or there is none)."""
+    knife_edge: bool
+    """Whether 1 ppm less than the vacuum needed lets the mass run out of its travel."""
+    safe_vacuum: float | None
+    """With a knife edge, the vacuum [Pa] that leaves a margin; else None."""
 
 
 def plan(
@@ -179,6 +217,7 @@ def plan(
     state = rising.states[-1]
     reached = line.site.atmosphere - float(state[CHAMBER])
     needed = needed_vacuum(file.brake, case)
+    edge = needed is not None and _is_knife_edge(file, case, needed)
     opened = line.reservoir is not None and line.reservoir.delay < case.warning
     drive = Drive(store=1.0 if opened else 0.0)
     full = tuned = stop_at(file, case, reached, During(line, drive, state, leaks), water)
@@ -197,4 +236,6 @@ def plan(
         full=full,
         tuned=tuned,
         capped=capped,
+        knife_edge=edge,
+        safe_vacuum=safe_vacuum(file.brake, case) if edge else None,
     )

@@ -153,7 +153,9 @@ def _standing(standby: Standby, needed: float, warning: float) -> Size:
         return Size(None, _never(standby, needed))
     if excess(top) <= 0:
         return Size(top)
-    return Size(float(brentq(excess, 0.0, top, xtol=CLOSE * needed)))
+    # half of the tolerance more, so that the size is enough
+    root = float(brentq(excess, 0.0, top, xtol=CLOSE * needed / 4))
+    return Size(min(root + CLOSE * needed / 2, top))
 
 
 def _never(standby: Standby, needed: float) -> str:
