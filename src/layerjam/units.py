@@ -208,10 +208,7 @@ def show(value: float | None, si: str, digits: int = 4, like: float | None = Non
 
 
 def show_at_least(value: float, si: str, most: float = math.inf) -> str:
-    """Return `show` of a value rounded up, so that the text is enough if it is typed again.
-
-    Four digits, or as many as keep it at or below `most`.
-    """
+    """Return `show` of a value rounded up to four digits, or to as many as keep it at `most`."""
     unit = "" if si == "1" else show(value, si).split(" ", 1)[1]
     factor = (unit_factor(unit, si) if unit else None) or Fraction(1)
     exact = Fraction(value) / factor

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
-from layerjam.commands.lines import ONLY_COMPLIANCE, Fluid, LineInput
+from layerjam.commands.lines import Fluid, LineInput
+from layerjam.commands.plan_notices import plan_notices
 from layerjam.commands.quantities import (
     ArrivalSpeed,
     Atmosphere,
@@ -25,14 +25,12 @@ from layerjam.commands.quantities import (
 )
 from layerjam.commands.results import Result, fact, number, prefixed, result
 from layerjam.commands.tuning import apart, tune
-from layerjam.control.plan import MARGIN
 from layerjam.device.file import BrakeFile
-from layerjam.errors import Notice, QuantityError
+from layerjam.errors import QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Leak, Line, water_compliance
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, VACUUM
 from layerjam.simulate.record import Outcome
-from layerjam.simulate.speed import in_a_stop
 from layerjam.units import QuantitySpec, show, show_at_least
 
 if TYPE_CHECKING:
@@ -250,7 +248,7 @@ def plan(
         tuned_capped=made.capped,
         seed=seed,
         certain=not (mass_sd or speed_sd),
-        warnings=[*line.warnings(), *brake.warnings(), *_remarks(made, build)],
+        warnings=[*line.warnings(), *brake.warnings(), *plan_notices(made, build)],
         record=made,
     )
 
@@ -411,69 +409,3 @@ def _cost(made: Plan) -> dict[str, Any]:
         "heat_per_work": energy.per_joule(heat, work),
         "heat_per_pump_energy": energy.per_joule(heat, spent),
     }
-
-
-def _knife_edge(made: Plan) -> Notice:
-    """Notice that the mass barely stands at the vacuum needed, with the safe one."""
-    atmosphere = made.brake.brake.site.atmosphere
-    sentence = (
-        f"knife edge: at {show_at_least(made.needed or 0.0, 'Pa', atmosphere)} the mass barely "
-        "comes to rest; with 1 ppm less it runs out of travel"
-    )
-    if made.safe_vacuum is None:
-        return Notice(f"{sentence}, and no vacuum of the site leaves a margin", "knife-edge")
-    return Notice(
-        f"{sentence}. With {show_at_least(made.safe_vacuum, 'Pa', atmosphere)} it stops even if "
-        f"mass, speed and vacuum are each {MARGIN:.0%} off",
-        "knife-edge",
-    )
-
-
-def _remarks(made: Plan, build: Build | None) -> Iterator[Notice]:
-    """What the plan rests on, and what it leaves out."""
-    from layerjam.control.plan_spread import SHIFTS
-    from layerjam.fluid.closed_forms import lowest
-    from layerjam.simulate.coupled import MATTERS
-
-    case, standby = made.case, made.standby
-    line, tank = standby.line, standby.line.reservoir
-    if made.knife_edge:
-        yield _knife_edge(made)
-    yield from in_a_stop(made.brake)
-    if case.mass_sd or case.speed_sd:
-        yield Notice(
-            "mass and speed: log-normal, independent; chances and expected peak by exact stops at "
-            f"constant vacuum on a Fibonacci lattice with {SHIFTS} random shifts, whose scatter is "
-            "the error",
-            "chances",
-        )
-    if tank is not None and tank.delay >= case.warning:
-        late = f"the reservoir's valve opens after {show(tank.delay, 's')}, when the mass is there"
-        yield Notice(late, "reservoir-late")
-    if (tank is not None or build is not None) and standby.stored is None and not standby.water:
-        yield Notice(
-            f"reservoir: emptied to {show(lowest(line), 'Pa')} absolute before the warning, as low "
-            "as pump and leak come to",
-            "reservoir-emptied",
-        )
-    if build is not None:
-        yield from (Notice(assumed, "assumed-build") for assumed in build.assumed)
-    if standby.water:
-        yield ONLY_COMPLIANCE
-    modes = {"full": made.full} if made.capped else {"full": made.full, "tuned": made.tuned}
-    for name, mode in modes.items():
-        if mode.coupled is not None and mode.coupled.matters:
-            yield Notice(
-                f"{name} vacuum: the enclosure's stretching changes slip or peak by more than "
-                f"{MATTERS:.0%}; chances and sizes count at constant vacuum",
-                "coupling-matters",
-            )
-    if made.needed is not None and made.tuned.vacuum > made.needed and not made.capped:
-        yield Notice(
-            f"the idle vacuum cannot be let off in time to the tuned {show(made.needed, 'Pa')}; "
-            f"{show(made.tuned.vacuum, 'Pa')} is left",
-            "idle-vacuum-left",
-        )
-    if made.rising.vacuum[-1] < case.standing * (1 - 1e-9):
-        falls = "the vacuum falls during the warning: the leak is more than the pump takes out"
-        yield Notice(falls, "vacuum-falls")

@@ -1,0 +1,82 @@
+"""Notices of `plan`: assumptions, effects left out, and knife edges."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from layerjam.commands.lines import ONLY_COMPLIANCE
+from layerjam.control.plan import MARGIN
+from layerjam.errors import Notice
+from layerjam.simulate.speed import in_a_stop
+from layerjam.units import show, show_at_least
+
+if TYPE_CHECKING:
+    from layerjam.control.plan import Plan
+    from layerjam.control.plan_build import Build
+
+
+def _knife_edge(made: Plan) -> Notice:
+    """Notice that the mass barely stands at the vacuum needed, with the safe one."""
+    atmosphere = made.brake.brake.site.atmosphere
+    sentence = (
+        f"knife edge: at {show_at_least(made.needed or 0.0, 'Pa', atmosphere)} the mass barely "
+        "comes to rest; with 1 ppm less it runs out of travel"
+    )
+    if made.safe_vacuum is None:
+        return Notice(f"{sentence}, and no vacuum of the site leaves a margin", "knife-edge")
+    return Notice(
+        f"{sentence}. With {show_at_least(made.safe_vacuum, 'Pa', atmosphere)} it stops even if "
+        f"mass, speed and vacuum are each {MARGIN:.0%} off",
+        "knife-edge",
+    )
+
+
+def plan_notices(made: Plan, build: Build | None) -> Iterator[Notice]:
+    """Return the assumptions of a plan, and effects that it leaves out."""
+    from layerjam.control.plan_spread import SHIFTS
+    from layerjam.fluid.closed_forms import lowest
+    from layerjam.simulate.coupled import MATTERS
+
+    case, standby = made.case, made.standby
+    line, tank = standby.line, standby.line.reservoir
+    if made.knife_edge:
+        yield _knife_edge(made)
+    yield from in_a_stop(made.brake)
+    if case.mass_sd or case.speed_sd:
+        yield Notice(
+            "mass and speed: log-normal, independent; chances and expected peak by exact stops at "
+            f"constant vacuum on a Fibonacci lattice with {SHIFTS} random shifts, whose scatter is "
+            "the error",
+            "chances",
+        )
+    if tank is not None and tank.delay >= case.warning:
+        late = f"the reservoir's valve opens after {show(tank.delay, 's')}, when the mass is there"
+        yield Notice(late, "reservoir-late")
+    if (tank is not None or build is not None) and standby.stored is None and not standby.water:
+        yield Notice(
+            f"reservoir: emptied to {show(lowest(line), 'Pa')} absolute before the warning, as low "
+            "as pump and leak come to",
+            "reservoir-emptied",
+        )
+    if build is not None:
+        yield from (Notice(assumed, "assumed-build") for assumed in build.assumed)
+    if standby.water:
+        yield ONLY_COMPLIANCE
+    modes = {"full": made.full} if made.capped else {"full": made.full, "tuned": made.tuned}
+    for name, mode in modes.items():
+        if mode.coupled is not None and mode.coupled.matters:
+            yield Notice(
+                f"{name} vacuum: the enclosure's stretching changes slip or peak by more than "
+                f"{MATTERS:.0%}; chances and sizes count at constant vacuum",
+                "coupling-matters",
+            )
+    if made.needed is not None and made.tuned.vacuum > made.needed and not made.capped:
+        yield Notice(
+            f"the idle vacuum cannot be let off in time to the tuned {show(made.needed, 'Pa')}; "
+            f"{show(made.tuned.vacuum, 'Pa')} is left",
+            "idle-vacuum-left",
+        )
+    if made.rising.vacuum[-1] < case.standing * (1 - 1e-9):
+        falls = "the vacuum falls during the warning: the leak is more than the pump takes out"
+        yield Notice(falls, "vacuum-falls")
