@@ -53,6 +53,8 @@ def check_printed(case: dict[str, Any], made: Any) -> int:
     printed = dict(made.rows())
     known = {k: v for k, v in case.items() if k != "warning"}
     count = 0
+    if made.tuned_capped:
+        assert printed["tuned vacuum"] == printed["reached"]
     if made.needed:
         shown = {k: v for k, v in known.items() if k != "travel"}
         stop = lj.drop("choi2018-kapton", vacuum=printed["needed"], **shown)

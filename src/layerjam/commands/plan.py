@@ -146,8 +146,8 @@ class CollisionPlan(Result):
     def _rounded_up(self, name: str) -> str | None:
         """The text of a quantity that must not be rounded down; None for another one."""
         key = name.replace(" ", "_")
-        if key not in LEAST_SIZES:
-            return None
+        if key not in LEAST_SIZES or (key == "tuned_vacuum" and self.tuned_capped):
+            return None  # capped, it is the vacuum that is reached
         most = math.inf
         if key == "standing_needed":
             most = self.reachable
