@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import re
 import shutil
@@ -14,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from interop.importer import Refused, Unit
+from interop.importer import SIZE, Refused, U, Unit
 from kernel.histories import history
 from layerjam.cli.main import main
 from layerjam.commands.export import export_fmu
@@ -158,7 +159,7 @@ def test_snapshots_go_on_bit_for_bit_and_instances_are_apart(made, version):
     other.pull(path, vacuum)
     unit.restore(middle)
     assert unit.pull(path[60:], vacuum[60:]).tobytes() == first.tobytes()
-    with pytest.raises(Refused, match="no state of this FMU"):
+    with pytest.raises(Refused, match="not a state of this FMU"):
         unit.restore(middle[:-8])
 
 
@@ -204,13 +205,29 @@ def test_what_is_not_allowed_is_named(made, version, tmp_path):
     running.step(0, 1)
     held = running.saved()
     for values, said in (
-        ({"elongation": float("nan")}, "not a finite number"),
+        ({"elongation": float("nan")}, "elongation: nan is not a number"),
         ({"film.kinetic": 0.3}, "film.kinetic: a parameter cannot be set while"),
-        ({"force": 1.0}, "cannot be set"),
+        ({"vacuum": float("inf")}, "vacuum: inf is not a number"),
+        ({"velocity": -1e300}, r"velocity: -1e\+300 is not a number"),
+        ({"force": 1.0}, "force: neither a parameter nor an input"),
+        ({"slack": 1.0}, "slack: neither a parameter nor an input"),
         ({"nobody": 1.0}, "variable 999"),
     ):
         with pytest.raises(Refused, match=said):
             running.set_by(values)
+    kind = "Int32" if version == "3" else "Integer"
+    reference, whole = (U * 1)(running.references["sheets.count"]), (ctypes.c_int * 1)(3)
+    sizes = (SIZE(1),) if version == "3" else ()
+    for call in (f"Get{kind}", f"Set{kind}"):
+        said = rf"sheets\.count: fmi{version}{call} is not for this variable"
+        with pytest.raises(Refused, match=said):
+            running.call(call, reference, SIZE(1), whole, *sizes)
+    with pytest.raises(Refused, match="force: a function for Booleans is not for this variable"):
+        running.flag("force")
+    with pytest.raises(Refused, match="slack: a function for numbers is not for this variable"):
+        running.get("slack")
+    with pytest.raises(Refused, match="vacuum: a slope of an output is not for this variable"):
+        running.slope("vacuum", "force")
     with pytest.raises(Refused, match="step: 0 s is not allowed"):
         running.step(1, 0)
     with pytest.raises(Refused, match="variable 999"):

@@ -83,6 +83,17 @@ def test_the_twin_without_a_compiler_moves_refuses_and_remembers():
     twin.move(0.05, 0.0)
     twin.state = kept
     assert (twin.force, twin.slip, twin.heat) == before
+    with pytest.raises(QuantityError, match="expected"):
+        twin.state = kept[:-1]
+    endless = np.frombuffer(kept[:8], np.float64) * np.inf
+    with pytest.raises(QuantityError, match="out of range"):
+        twin.state = endless.tobytes() + kept[8:]
+    places = np.cumsum([0, *(np.asarray(leaf).nbytes for leaf in jax.tree.leaves(twin._state))])
+    for leaf, place in zip(jax.tree.leaves(twin._state), places, strict=False):
+        if np.asarray(leaf).dtype == np.int64:
+            with pytest.raises(QuantityError, match="out of range"):
+                twin.state = kept[:place] + np.int64(17).tobytes() + kept[place + 8 :]
+    assert twin.state == kept
 
 
 @CC

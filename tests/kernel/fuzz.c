@@ -80,6 +80,8 @@ int main(int count, char **words)
                 fail("force", &b, &s, j);
             if (!(s.slip >= 0) || !isfinite(s.slip))
                 fail("slip", &b, &s, j);
+            if (lj_state_fault(&s))
+                fail(lj_state_fault(&s), &b, &s, j);
             if (!(s.heat >= before.heat))
                 fail("heat falls", &b, &s, j);
             if (!isfinite(s.work) || !isfinite(lj_tangent(&b, &s, 0)))

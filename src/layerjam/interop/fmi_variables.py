@@ -131,6 +131,9 @@ def printed() -> str:
         if one.role not in ("parameter", "flag")
     )
     places = "".join(f"#define {one.symbol} {i}\n" for i, one in enumerate(parameter_list()))
+    names = "".join(
+        f'    [{one.reference}] = "{one.name}",\n' for one in variables() if one.role != "parameter"
+    )
     rows = "".join(
         f'    {{"{one.name}", {one.least!r}, {one.most!r}, {int(one.whole)}, '
         f"{int(one.optional)}}},\n"
@@ -152,6 +155,9 @@ def printed() -> str:
 
 /* places among the parameters */
 {places}
+static const char *const lj_names[LJ_FIRST_PARAMETER] = {{
+{names}}};
+
 typedef struct {{
     const char *name;
     double least, most;

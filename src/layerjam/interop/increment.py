@@ -18,7 +18,7 @@ from layerjam.kernel.parameters import Parameters
 from layerjam.mechanics.enclosure import enclosure_of
 from layerjam.mechanics.hysteresis import Setting, State, change_vacuum, move
 from layerjam.mechanics.law import in_double_precision
-from layerjam.mechanics.memory import at_rest
+from layerjam.mechanics.memory import DEPTH, at_rest
 
 
 class Moved(NamedTuple):
@@ -166,15 +166,24 @@ class Increment:
 
     @property
     def state(self) -> bytes:
-        """All that the brake remembers; assign it to go back there."""
+        """All that the brake remembers; assign it to go back there.
+
+        Raises QuantityError for bytes that are not the state of a brake; nothing has changed then.
+        """
         return b"".join(np.asarray(leaf).tobytes() for leaf in jax.tree.leaves(self._state))
 
     @state.setter
     def state(self, given: bytes) -> None:
         leaves, kind = jax.tree.flatten(self._state)
+        size = sum(leaf.nbytes for leaf in leaves)
+        if len(given) != size:
+            raise QuantityError.of("state", f"expected {size} bytes, got {len(given)}")
         made, at = [], 0
         for leaf in map(np.asarray, leaves):
             part = np.frombuffer(given[at : at + leaf.nbytes], leaf.dtype)
+            turns = part.dtype.kind == "i" and not 0 <= part[0] <= DEPTH
+            if turns or not np.isfinite(part).all():
+                raise QuantityError.of("state", "the bytes are damaged: a number out of range")
             made.append(part.reshape(leaf.shape))
             at += leaf.nbytes
         self._state = jax.tree.unflatten(kind, made)

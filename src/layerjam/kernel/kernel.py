@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 from pathlib import Path
 from typing import Any, Literal
 
@@ -27,31 +28,27 @@ _REALS: dict[Precision, Any] = {"double": ctypes.c_double, "single": ctypes.c_fl
 
 
 class _Structures:
-    """`lj_brake` and `lj_state` for one precision."""
+    """`lj_brake`, `lj_state` and `lj_row` for one precision, as the C headers declare them."""
 
     def __init__(self, precision: Precision) -> None:
-        real = _REALS[precision]
-        numbers = [(name, real) for name in Parameters._fields]
-        self.brake: Any = type("lj_brake", (ctypes.Structure,), {"_fields_": numbers})
-        turn: Any = type(
-            "lj_turn",
-            (ctypes.Structure,),
-            {"_fields_": [(name, real) for name in ("slip", "force", "strength")]},
-        )
-        first = ("elongation", "vacuum", "force", "slip", "work", "heat")
-        enclosure = ("enclosure_force", "enclosure_stored", "origin")
-        last = ("highs_count", "lows_count", "loading", "motion")
-        fields = [(name, real) for name in (*first, *enclosure)]
-        fields += [("base", turn), *((name, real) for name in ("join", "down", "grip"))]
-        fields += [("highs", turn * DEPTH), ("lows", turn * DEPTH), ("flags", ctypes.c_uint32)]
-        fields += [(name, ctypes.c_uint8) for name in last]
-        self.state: Any = type("lj_state", (ctypes.Structure,), {"_fields_": fields})
-        self.real = real
-        self.row = np.dtype([*((name, real) for name in _ROW), *_COUNTS], align=True)
+        self.real = _REALS[precision]
+        made = _read_headers(self.real)
+        self.brake, self.state, self.row = made["lj_brake"], made["lj_state"], made["lj_row"]
 
 
-_ROW = ("force", "slip", "enclosure_force", "work", "heat", "stored")
-_COUNTS = (("flags", np.uint32), ("turns", np.uint32))
+def _read_headers(real: Any) -> dict[str, Any]:
+    """Return {name: type} of the structures that the headers declare."""
+    known = {"lj_real": real, "uint32_t": ctypes.c_uint32, "uint8_t": ctypes.c_uint8}
+    text = "".join((SOURCES / name).read_text("utf-8") for name in ("layerjam.h", "history.h"))
+    lengths = {name: int(number) for name, number in re.findall(r"#define (\w+) (\d+)\n", text)}
+    text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    for body, name in re.findall(r"typedef struct \{(.*?)\} (\w+);", text, re.DOTALL):
+        fields = []
+        for kind, members in re.findall(r"(\w+) ([^;]+);", body):
+            for member, length in re.findall(r"(\w+)(?:\[(\w+)\])?", members):
+                fields.append((member, known[kind] * lengths[length] if length else known[kind]))
+        known[name] = type(name, (ctypes.Structure,), {"_fields_": fields})
+    return known
 
 
 def state_bytes(precision: Precision) -> int:
@@ -88,11 +85,13 @@ def bound(path: Path, precision: Precision) -> tuple[Any, _Structures]:
         getattr(library_, name).argtypes = (brake, state, real)
         getattr(library_, name).restype = real
     library_.lj_stored.argtypes, library_.lj_stored.restype = (brake, state), real
+    library_.lj_state_fault.argtypes = (state,)
+    library_.lj_state_fault.restype = ctypes.c_char_p
     at = ctypes.c_void_p
     library_.lj_history.argtypes = (brake, state, ctypes.c_int64, at, at, at)
     library_.lj_history.restype = None
     if library_.lj_state_size() != ctypes.sizeof(made.state):
-        raise RuntimeError("the structures of kernel.py are not those of layerjam.h")
+        raise RuntimeError("the compiled lj_state is not that of layerjam.h")
     return library_, made
 
 
@@ -151,16 +150,21 @@ class Kernel:
 
     @property
     def state(self) -> bytes:
-        """All that the brake remembers; assign it to go back there."""
+        """All that the brake remembers; assign it to go back there.
+
+        Raises QuantityError for bytes that are not the state of a brake; nothing has changed then.
+        """
         return bytes(self._state)
 
     @state.setter
     def state(self, given: bytes) -> None:
-        if len(given) != ctypes.sizeof(self._state):
-            raise QuantityError.of(
-                "state", f"{len(given)} bytes are no state; {ctypes.sizeof(self._state)} are due"
-            )
-        self._state = self._made.state.from_buffer_copy(given)
+        size = ctypes.sizeof(self._state)
+        if len(given) != size:
+            raise QuantityError.of("state", f"expected {size} bytes, got {len(given)}")
+        state = self._made.state.from_buffer_copy(given)
+        if fault := self._library.lj_state_fault(state):
+            raise QuantityError.of("state", f"the bytes are damaged: {fault.decode()}")
+        self._state = state
 
     @property
     def force(self) -> float:
@@ -248,7 +252,7 @@ class Kernel:
         real = np.dtype(self._made.real)
         path = np.ascontiguousarray(np.atleast_1d(np.asarray(elongation, real)))
         under = np.ascontiguousarray(np.broadcast_to(np.asarray(vacuum, real), path.shape))
-        rows, state = np.empty(path.shape, self._made.row), self._made.state()
+        rows, state = np.empty(path.shape, np.dtype(self._made.row)), self._made.state()
         self._library.lj_start(state, max(float(under[0]), 0.0) if path.size else 0.0)
         places = (array.ctypes.data for array in (path, under, rows))
         self._library.lj_history(self._brake, state, path.size, *places)

@@ -20,7 +20,8 @@
 
 #define NUMBERS 8
 #define REALS (offsetof(lj_state, flags) / sizeof(lj_real))
-#define STATE (REALS + 5) /* flags, counts, loading and motion as numbers: all of it is finite */
+#define REST (sizeof(lj_state) - offsetof(lj_state, flags))
+#define STATE (REALS + REST) /* the bytes after the numbers each as a number: all of it is finite */
 
 enum { LIMITED, EXPLICIT, IMPLICIT };
 static const char *const COUPLINGS[] = {"limited", "explicit", "implicit"};
@@ -43,22 +44,25 @@ typedef struct {
 
 static void pack(mjtNum *numbers, const lj_state *state)
 {
+    const unsigned char *rest = (const unsigned char *)state + offsetof(lj_state, flags);
+    size_t i;
     memcpy(numbers, state, REALS * sizeof(lj_real));
-    numbers[REALS] = state->flags;
-    numbers[REALS + 1] = state->highs_count;
-    numbers[REALS + 2] = state->lows_count;
-    numbers[REALS + 3] = state->loading;
-    numbers[REALS + 4] = state->motion;
+    for (i = 0; i < REST; i++)
+        numbers[REALS + i] = rest[i];
 }
 
-static void unpack(lj_state *state, const mjtNum *numbers)
+/* What is wrong with the numbers, which a program may have set; null if nothing is. */
+static const char *unpack(lj_state *state, const mjtNum *numbers)
 {
+    unsigned char *rest = (unsigned char *)state + offsetof(lj_state, flags);
+    size_t i;
     memcpy(state, numbers, REALS * sizeof(lj_real));
-    state->flags = (uint32_t)numbers[REALS];
-    state->highs_count = (uint8_t)numbers[REALS + 1];
-    state->lows_count = (uint8_t)numbers[REALS + 2];
-    state->loading = (uint8_t)numbers[REALS + 3];
-    state->motion = (uint8_t)numbers[REALS + 4];
+    for (i = 0; i < REST; i++) {
+        if (!(numbers[REALS + i] >= 0 && numbers[REALS + i] <= 255))
+            return "a byte out of range";
+        rest[i] = (unsigned char)numbers[REALS + i];
+    }
+    return lj_state_fault(state);
 }
 
 static int state_size(const mjModel *m, int instance)
@@ -254,6 +258,7 @@ static void compute(const mjModel *m, mjData *d, int instance, int capability)
 {
     instance_data *made = (instance_data *)d->plugin_data[instance];
     int actuator = made->actuator, out;
+    const char *fault;
     mjtNum elongation;
     lj_real compliance;
     (void)capability;
@@ -265,7 +270,12 @@ static void compute(const mjModel *m, mjData *d, int instance, int capability)
     if (m->actuator_group[actuator] >= 0 && m->actuator_group[actuator] < 31 &&
         m->opt.disableactuator & (1 << m->actuator_group[actuator]))
         return;
-    unpack(&made->next, d->plugin_state + m->plugin_stateadr[instance]);
+    fault = unpack(&made->next, d->plugin_state + m->plugin_stateadr[instance]);
+    if (fault) { /* no force is right: MuJoCo notices a NaN, and resets the simulation */
+        mju_warning("layerjam.brake: plugin_state is damaged: %s", fault);
+        d->actuator_force[out] = NAN;
+        return;
+    }
     elongation = d->actuator_length[out];
     elongation -= made->has_rest_length ? made->rest_length : m->actuator_length0[out];
     compliance = compliance_of(m, d, made, out);

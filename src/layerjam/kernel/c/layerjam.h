@@ -19,10 +19,13 @@
 
 #include <stdint.h>
 
+/* What is not below LJ_LIMIT is refused: the square of an input must be a number. */
 #ifdef LJ_SINGLE
 typedef float lj_real;
+#define LJ_LIMIT ((lj_real)1e9)
 #else
 typedef double lj_real;
+#define LJ_LIMIT 1e30
 #endif
 
 #ifdef __cplusplus
@@ -63,7 +66,8 @@ typedef struct {
     lj_real strength; /* change of friction that the branch from here moves against [N/m] */
 } lj_turn;
 
-/* The brake between two moves: plain data. A copy is a snapshot, its bytes are a file. */
+/* The brake between two moves: plain data. A copy is a snapshot, its bytes are a file. This is the
+ * only place that lists its members: numbers first, `flags` after the last of them. */
 typedef struct {
     lj_real elongation; /* [m] */
     lj_real vacuum;     /* [Pa] */
@@ -87,6 +91,10 @@ typedef struct {
 
 /* Which of the eight numbers is not allowed, 1 to 8 in their order; 0 if all are fine. */
 int lj_check(const lj_brake *brake);
+
+/* What is wrong with a state that was read from a file or from another program: a sentence, or null
+ * if nothing is. Every function here expects a state without such a fault. */
+const char *lj_state_fault(const lj_state *state);
 
 /* A brake at rest: no slip, no force, no elongation, under a vacuum [Pa]. */
 void lj_start(lj_state *state, lj_real vacuum);

@@ -183,21 +183,31 @@ fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference refe
     return fmi2OK;
 }
 
+static fmi2Status mismatch(fmi2Component component, const fmi2ValueReference references[],
+                           size_t count, const char *function)
+{
+    unit *one = component;
+    if (count == 0)
+        return fmi2OK;
+    lj_model_mismatch(references[0], function, one->text);
+    return failed(one);
+}
+
 /* What this brake has no variable of. */
 #define NO_GET(Kind)                                                                               \
     fmi2Status fmi2Get##Kind(fmi2Component component, const fmi2ValueReference references[],       \
                              size_t count, fmi2##Kind values[])                                    \
     {                                                                                              \
-        ANY(references), ANY(values);                                                              \
-        return count ? refuse(component, "fmi2Get" #Kind ": there is no such variable") : fmi2OK;  \
+        ANY(values);                                                                               \
+        return mismatch(component, references, count, "fmi2Get" #Kind);                            \
     }
 
 #define NO_SET(Kind)                                                                               \
     fmi2Status fmi2Set##Kind(fmi2Component component, const fmi2ValueReference references[],       \
                              size_t count, const fmi2##Kind values[])                              \
     {                                                                                              \
-        ANY(references), ANY(values);                                                              \
-        return count ? refuse(component, "fmi2Set" #Kind ": there is no such variable") : fmi2OK;  \
+        ANY(values);                                                                               \
+        return mismatch(component, references, count, "fmi2Set" #Kind);                            \
     }
 
 NO_GET(Integer)

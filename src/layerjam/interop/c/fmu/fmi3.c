@@ -184,13 +184,23 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference refere
     return fmi3OK;
 }
 
+static fmi3Status mismatch(fmi3Instance instance, const fmi3ValueReference references[],
+                           size_t count, const char *function)
+{
+    unit *one = instance;
+    if (count == 0)
+        return fmi3OK;
+    lj_model_mismatch(references[0], function, one->text);
+    return failed(one);
+}
+
 /* What this brake has no variable of. */
 #define NONE(Kind)                                                                                 \
     fmi3Status fmi3Get##Kind(fmi3Instance instance, const fmi3ValueReference references[],         \
                              size_t count, fmi3##Kind values[], size_t size)                       \
     {                                                                                              \
-        ANY(references), ANY(values), ANY(size);                                                   \
-        return count ? refuse(instance, "fmi3Get" #Kind ": there is no such variable") : fmi3OK;   \
+        ANY(values), ANY(size);                                                                    \
+        return mismatch(instance, references, count, "fmi3Get" #Kind);                             \
     }                                                                                              \
     NO_SET(Kind)
 
@@ -198,8 +208,8 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference refere
     fmi3Status fmi3Set##Kind(fmi3Instance instance, const fmi3ValueReference references[],         \
                              size_t count, const fmi3##Kind values[], size_t size)                 \
     {                                                                                              \
-        ANY(references), ANY(values), ANY(size);                                                   \
-        return count ? refuse(instance, "fmi3Set" #Kind ": there is no such variable") : fmi3OK;   \
+        ANY(values), ANY(size);                                                                    \
+        return mismatch(instance, references, count, "fmi3Set" #Kind);                             \
     }
 
 NONE(Float32)
@@ -217,29 +227,29 @@ NO_SET(Boolean)
 fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference references[],
                          size_t count, size_t sizes[], fmi3Binary values[], size_t size)
 {
-    ANY(references), ANY(sizes), ANY(values), ANY(size);
-    return count ? refuse(instance, "fmi3GetBinary: there is no such variable") : fmi3OK;
+    ANY(sizes), ANY(values), ANY(size);
+    return mismatch(instance, references, count, "fmi3GetBinary");
 }
 
 fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference references[],
                          size_t count, const size_t sizes[], const fmi3Binary values[], size_t size)
 {
-    ANY(references), ANY(sizes), ANY(values), ANY(size);
-    return count ? refuse(instance, "fmi3SetBinary: there is no such variable") : fmi3OK;
+    ANY(sizes), ANY(values), ANY(size);
+    return mismatch(instance, references, count, "fmi3SetBinary");
 }
 
 fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
                         fmi3Clock values[])
 {
-    ANY(references), ANY(values);
-    return count ? refuse(instance, "fmi3GetClock: there is no such variable") : fmi3OK;
+    ANY(values);
+    return mismatch(instance, references, count, "fmi3GetClock");
 }
 
 fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
                         const fmi3Clock values[])
 {
-    ANY(references), ANY(values);
-    return count ? refuse(instance, "fmi3SetClock: there is no such variable") : fmi3OK;
+    ANY(values);
+    return mismatch(instance, references, count, "fmi3SetClock");
 }
 
 fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference reference,

@@ -98,6 +98,13 @@ static void brake_of(lj_brake *brake, const double *p)
         brake->test_pressure = p[LJ_TEST_PRESSURE] / p[LJ_VACUUM_SHARE];
 }
 
+static int is_finite(const double *values, int count)
+{
+    while (count > 0 && values[count - 1] > -LJ_LIMIT && values[count - 1] < LJ_LIMIT)
+        count--;
+    return count == 0;
+}
+
 static int check_parameters(const lj_model *model, char *text)
 {
     int i;
@@ -122,24 +129,48 @@ static int check_parameters(const lj_model *model, char *text)
 
 /* ---- inputs and outputs ---- */
 
+/* The name of a variable; null if there is none with this reference. */
+static const char *name_of(unsigned reference)
+{
+    if (reference < LJ_FIRST_PARAMETER)
+        return lj_names[reference];
+    reference -= LJ_FIRST_PARAMETER;
+    return reference < LJ_PARAMETERS ? lj_parameters[reference].name : NULL;
+}
+
+static int unknown(unsigned reference, char *text)
+{
+    snprintf(text, LJ_MESSAGE, "variable %u: this brake has no such variable", reference);
+    return 1;
+}
+
+int lj_model_mismatch(unsigned reference, const char *function, char *text)
+{
+    const char *name = name_of(reference);
+    if (name == NULL)
+        return unknown(reference, text);
+    snprintf(text, LJ_MESSAGE, "%s: %s is not for this variable", name, function);
+    return 1;
+}
+
 int lj_model_set(lj_model *model, unsigned reference, double value, char *text)
 {
-    if (!(value >= -DBL_MAX && value <= DBL_MAX)) {
-        snprintf(text, LJ_MESSAGE, "variable %u: not a finite number", reference);
+    const char *name = name_of(reference);
+    if (name == NULL)
+        return unknown(reference, text);
+    if (!is_finite(&value, 1)) {
+        snprintf(text, LJ_MESSAGE, "%s: %g is not a number to compute with; expected one below %g",
+                 name, value, LJ_LIMIT);
         return 1;
     }
-    if (reference >= LJ_FIRST_PARAMETER && reference < LJ_FIRST_PARAMETER + LJ_PARAMETERS) {
-        const char *name = lj_parameters[reference - LJ_FIRST_PARAMETER].name;
+    if (reference >= LJ_FIRST_PARAMETER) {
         if (model->phase > LJ_INITIALIZING)
             return say(text, name, "a parameter cannot be set while the simulation runs");
         model->parameter[reference - LJ_FIRST_PARAMETER] = value;
         return 0;
     }
-    if (reference < LJ_FIRST_INPUT || reference >= LJ_FIRST_INPUT + LJ_INPUTS) {
-        snprintf(text, LJ_MESSAGE, "variable %u: neither a parameter nor an input, cannot be set",
-                 reference);
-        return 1;
-    }
+    if (reference < LJ_FIRST_INPUT || reference >= LJ_FIRST_INPUT + LJ_INPUTS)
+        return say(text, name, "neither a parameter nor an input, cannot be set");
     if (reference == LJ_VACUUM && value < 0)
         return say(text, "vacuum", "a negative vacuum is not allowed; zero or more, in Pa");
     model->input[reference - LJ_FIRST_INPUT] = value;
@@ -157,7 +188,7 @@ static int move(const lj_model *model, const lj_brake *brake, lj_state *state, d
 {
     lj_move(brake, state, elongation, input(model, LJ_VACUUM), 0);
     if (state->flags & LJ_REFUSED)
-        return say(text, "elongation or vacuum", "too large to compute with");
+        return say(text, "elongation", "too large to compute with");
     return 0;
 }
 
@@ -206,8 +237,7 @@ int lj_model_get(const lj_model *model, unsigned reference, double *value, char 
             return 1;
         *value = output_of(&brake, &state, reference);
     } else {
-        snprintf(text, LJ_MESSAGE, "variable %u: no number of this brake", reference);
-        return 1;
+        return lj_model_mismatch(reference, "a function for numbers", text);
     }
     return 0;
 }
@@ -216,10 +246,8 @@ int lj_model_flag(const lj_model *model, unsigned reference, int *value, char *t
 {
     static const uint32_t bit[LJ_FLAGS] = {LJ_SLACK, LJ_SEPARATED, LJ_CLOSED, LJ_SNAPPED,
                                            LJ_OVERFLOW};
-    if (reference < LJ_FIRST_FLAG || reference >= LJ_FIRST_FLAG + LJ_FLAGS) {
-        snprintf(text, LJ_MESSAGE, "variable %u: no Boolean of this brake", reference);
-        return 1;
-    }
+    if (reference < LJ_FIRST_FLAG || reference >= LJ_FIRST_FLAG + LJ_FLAGS)
+        return lj_model_mismatch(reference, "a function for Booleans", text);
     *value = (model->published & bit[reference - LJ_FIRST_FLAG]) != 0;
     return 0;
 }
@@ -267,8 +295,8 @@ int lj_model_step(lj_model *model, double time, double length, char *text)
         snprintf(text, LJ_MESSAGE, "step: %.9g s is not allowed; above zero and finite", length);
         return 1;
     }
-    if (!(end >= -DBL_MAX && end <= DBL_MAX))
-        return say(text, "elongation", "velocity times step is too large to compute with");
+    if (!is_finite(&end, 1))
+        return say(text, "velocity", "velocity times step is too large to compute with");
     if (model->asked && move(model, &model->brake, &state, input(model, LJ_ELONGATION), text))
         return 1;
     if (move(model, &model->brake, &state, end, text))
@@ -300,12 +328,10 @@ int lj_model_slope(const lj_model *model, unsigned output, unsigned of, double *
     lj_brake brake;
     lj_state state, near;
     double steep, step;
-    if (output < LJ_FIRST_OUTPUT || output >= LJ_FIRST_OUTPUT + LJ_OUTPUTS ||
-        of < LJ_FIRST_INPUT || of >= LJ_FIRST_INPUT + LJ_INPUTS) {
-        snprintf(text, LJ_MESSAGE, "slope of variable %u over %u: an output over an input is due",
-                 output, of);
-        return 1;
-    }
+    if (output < LJ_FIRST_OUTPUT || output >= LJ_FIRST_OUTPUT + LJ_OUTPUTS)
+        return lj_model_mismatch(output, "a slope of an output", text);
+    if (of < LJ_FIRST_INPUT || of >= LJ_FIRST_INPUT + LJ_INPUTS)
+        return lj_model_mismatch(of, "a slope over an input", text);
     if (ask(model, &brake, &state, text))
         return 1;
     *slope = 0;
@@ -355,6 +381,34 @@ int lj_model_pack(const void *kept, unsigned char *bytes, size_t length, char *t
     return 0;
 }
 
+/* Refuse what no instance can have become, and derive what follows from the parameters again. */
+static int check_snapshot(lj_model *model, char *text)
+{
+    static const char damaged[] = "the bytes of the state are damaged";
+    const char *fault = lj_state_fault(&model->state);
+    unsigned i;
+    if (fault == NULL && (model->phase < LJ_MADE || model->phase > LJ_ENDED || (unsigned)model->asked > 1))
+        fault = "an unknown phase";
+    if (fault != NULL) {
+        snprintf(text, LJ_MESSAGE, "state: the bytes are damaged: %s", fault);
+        return 1;
+    }
+    for (i = 0; i < LJ_PARAMETERS; i++)
+        if (!is_finite(&model->parameter[i], 1) || !is_finite(&model->exported[i], 1))
+            return say(text, lj_parameters[i].name, damaged);
+    for (i = 0; i < LJ_INPUTS; i++)
+        if (!is_finite(&model->input[i], 1) || model->input[LJ_VACUUM - LJ_FIRST_INPUT] < 0)
+            return say(text, lj_names[LJ_FIRST_INPUT + i], damaged);
+    if (!is_finite(&model->time, 1))
+        return say(text, "time", damaged);
+    if (model->phase < LJ_RUNNING)
+        return 0;
+    if (check_parameters(model, text))
+        return 1;
+    brake_of(&model->brake, model->parameter);
+    return 0;
+}
+
 int lj_model_unpack(void **kept, const unsigned char *bytes, size_t length, char *text)
 {
     lj_model model;
@@ -362,7 +416,9 @@ int lj_model_unpack(void **kept, const unsigned char *bytes, size_t length, char
     if (length >= 16)
         memcpy(&size, bytes + 8, sizeof size);
     if (length != LJ_MODEL_BYTES || memcmp(bytes, MAGIC, sizeof MAGIC) != 0 || size != sizeof model)
-        return say(text, "state", "these bytes are no state of this FMU");
+        return say(text, "state", "these bytes are not a state of this FMU");
     memcpy(&model, bytes + 16, sizeof model);
+    if (check_snapshot(&model, text))
+        return 1;
     return lj_model_keep(&model, kept, text);
 }

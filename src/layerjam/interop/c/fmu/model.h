@@ -31,6 +31,9 @@ typedef struct {
 
 int lj_model_make(lj_model *model, const char *folder, char *text);
 int lj_model_set(lj_model *model, unsigned reference, double value, char *text);
+/* Say that a function is not for a variable. */
+int lj_model_mismatch(unsigned reference, const char *function, char *text);
+
 int lj_model_get(const lj_model *model, unsigned reference, double *value, char *text);
 int lj_model_flag(const lj_model *model, unsigned reference, int *value, char *text);
 int lj_model_enter(lj_model *model, char *text);

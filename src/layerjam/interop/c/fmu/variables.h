@@ -42,6 +42,25 @@
 #define LJ_VACUUM_SHARE 15
 #define LJ_ROPE_STIFFNESS 16
 
+static const char *const lj_names[LJ_FIRST_PARAMETER] = {
+    [0] = "time",
+    [1] = "elongation",
+    [2] = "velocity",
+    [3] = "vacuum",
+    [10] = "force",
+    [11] = "slip",
+    [12] = "stiffness",
+    [13] = "work",
+    [14] = "heat",
+    [15] = "stored",
+    [20] = "slack",
+    [21] = "separated",
+    [22] = "closed",
+    [23] = "snapped",
+    [24] = "forgotten",
+    [30] = "turning",
+};
+
 typedef struct {
     const char *name;
     double least, most;
