@@ -58,10 +58,12 @@ def with_helper(step: float, coupling: Any = "limited") -> tuple[np.ndarray, np.
     return tuple(np.array(rows).T)
 
 
-def with_plugin(step: float, integrator: str, mass: float = 1.0) -> tuple[Any, Any]:
-    """Model and data of the drop."""
+def with_plugin(
+    step: float, integrator: str, mass: float = 1.0, rope: float | None = ROPE
+) -> tuple[Any, Any]:
+    """Model and data of the drop; `rope` [N/m], None for the brake alone."""
     spec = mj.MjSpec.from_string(scene(step, integrator=integrator, mass=mass))
-    brakes.attach(spec, "cable", KAPTON, rope_stiffness=ROPE)
+    brakes.attach(spec, "cable", KAPTON, rope_stiffness=rope)
     model = spec.compile()
     data = mj.MjData(model)
     data.qvel[0], data.ctrl[0] = 2.5, VACUUM

@@ -66,7 +66,9 @@ def test_a_garbled_state_of_the_kernel(sanitized_kernel, capfd):
             refused += 1
             continue
         for point in ((path[i], vacuum[i]), (0.0, vacuum[i]), (0.06, 9e4)):
-            assert np.isfinite([kernel.move(*point), kernel.tangent(), kernel.vacuum_tangent()]).all()
+            assert np.isfinite(
+                [kernel.move(*point), kernel.tangent(), kernel.vacuum_tangent()]
+            ).all()
         kernel.state = whole
     assert STATES / 2 < refused < STATES
     assert "runtime error" not in capfd.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 
@@ -280,6 +281,44 @@ def test_wrong_attributes_are_named(before, after, words, tmp_path):
         [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert done.returncode != 0 and words in done.stdout + done.stderr
+
+
+def test_two_brakes_on_two_tendons_pull_like_one_each():
+    """The default name is the tendon's; each actuator has its own vacuum and memory."""
+    text = falling(step=1e-3, stiffness=None)
+    cable = text[text.index("<spatial") : text.index("</tendon>")]
+    body = text[text.index("<body") : text.index("</worldbody>")]
+    both = text.replace(body, body + re.sub('name="(load|down)"', r'name="\1 2"', body))
+    second = cable.replace('"cable"', '"other"').replace('site="load"', 'site="load 2"')
+    spec = mj.MjSpec.from_string(both.replace(cable, cable + second))
+    for tendon in ("cable", "other"):
+        brakes.attach(spec, tendon, KAPTON, rope_stiffness=ROPE)
+    with pytest.raises(QuantityError, match="'other' already; give this brake another name"):
+        brakes.attach(spec, "other", KAPTON)
+    model = spec.compile()
+    assert [model.actuator(i).name for i in range(model.nu)] == ["cable", "other"]
+    data = mj.MjData(model)
+    data.qvel[:], data.ctrl[:] = 2.5, (VACUUM, 40e3)
+    mj.mj_step(model, data, nstep=40)
+    for i, vacuum in enumerate((VACUUM, 40e3)):
+        alone = model_of(text)
+        single = mj.MjData(alone)
+        single.qvel[0], single.ctrl[0] = 2.5, vacuum
+        mj.mj_step(alone, single, nstep=40)
+        assert data.qpos[i] == pytest.approx(single.qpos[0], abs=1e-12)
+    assert data.qpos[1] > 1.5 * data.qpos[0]
+
+
+@pytest.mark.parametrize("damage", [(1, np.nan), (-4, 17.0), (-3, 255.0), (-1, 1e300)])
+def test_a_damaged_memory_is_said_and_the_simulation_reset(damage, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its warnings into a file
+    model, data = sliding()
+    data.plugin_state[damage[0]] = damage[1]
+    mj.mj_step(model, data)
+    assert data.warning[mj.mjtWarning.mjWARN_BADQACC].number == 1
+    assert data.time == model.opt.timestep and np.isfinite(data.qpos).all()
+    assert data.plugin_state[SLIP] == 0
+    assert "plugin_state is damaged" in (tmp_path / "MUJOCO_LOG.TXT").read_text()
 
 
 def test_attach_refuses_what_would_act_beside_the_brake():

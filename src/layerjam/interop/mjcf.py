@@ -61,14 +61,15 @@ def mjcf(
     *,
     coupling: Coupling = "limited",
     rope_stiffness: float | None = None,
-    name: str = "brake",
+    name: str | None = None,
 ) -> str:
     """The brake as MJCF for `<include>`: the plugin's instance, and an actuator on a tendon.
 
     `rest_length` [m] is the tendon's length at zero elongation, that at qpos0 unless it is given;
-    `vacuum_lag` [s] the time constant of the vacuum line. Raises QuantityError, UnknownNameError.
+    `vacuum_lag` [s] the time constant of the vacuum line; `name` the actuator's, the tendon's
+    unless it is given. Raises QuantityError, UnknownNameError.
     """
-    given = brake_file(brake)
+    given, name = brake_file(brake), name or tendon
     numbers = config(parameters(given, rope_stiffness), coupling, rest_length)
     keys = "\n".join(
         f"        <config key={quoteattr(key)} value={quoteattr(value)}/>"
@@ -141,13 +142,13 @@ def attach(
     vacuum_lag: float | None = None,
     coupling: Coupling = "limited",
     rope_stiffness: float | None = None,
-    name: str = "brake",
+    name: str | None = None,
 ) -> Any:
     """Add the brake to a mujoco.MjSpec, as an actuator on one of its tendons; the actuator.
 
-    Its control is the vacuum [Pa]. The tendon itself carries no stiffness, or the brake would have
-    a second spring beside it. Loads the plugin. Raises UnknownNameError, QuantityError,
-    MissingExtraError, CompilerError.
+    Its control is the vacuum [Pa], its name the tendon's unless one is given. The tendon itself
+    carries no stiffness, or the brake would have a second spring beside it. Loads the plugin.
+    Raises UnknownNameError, QuantityError, MissingExtraError, CompilerError.
     """
     from layerjam.interop.plugin import installed, load
 
@@ -162,6 +163,11 @@ def attach(
             raise QuantityError.of(
                 f"tendon '{tendon}'", f"{quantity} would act beside the brake; leave it out"
             )
+    name = name or tendon
+    if any(one.name == name for one in spec.actuators):
+        raise QuantityError.of(
+            "name", f"the model has an actuator '{name}' already; give this brake another name"
+        )
     given, lag = brake_file(brake), _lag(vacuum_lag)
     numbers = config(parameters(given, rope_stiffness), coupling, rest_length)
     spec.activate_plugin(PLUGIN)

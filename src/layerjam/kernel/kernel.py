@@ -14,7 +14,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import CompilerError, QuantityError
 from layerjam.kernel.compiler import SOURCES, built, library
-from layerjam.kernel.parameters import Parameters, parameters
+from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.threads import once
 
@@ -111,7 +111,7 @@ class Kernel:
     ) -> None:
         self.parameters = parameters(brake, rope_stiffness)
         self._library, self._made = loaded(precision)
-        self._brake = self._made.brake(*self.parameters)
+        self._brake = self._made.brake(**self.parameters._asdict())
         self._state: Any = self._made.state()
         self.start()
 

@@ -159,7 +159,7 @@ class TensileRecord(PullRecord):
     model: str = "lumped"
     engine: str = "law"
     """What followed the brake: "kernel" (compiled C) or "law" (`brake_cycle`). They agree within
-    1e-9 N, and which of them ran is no part of a file."""
+    1.8e-9 N, and which of them ran is no part of a file."""
 
     def conditions(self) -> dict[str, str]:
         """Model and procedure."""
