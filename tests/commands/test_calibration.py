@@ -39,7 +39,7 @@ def test_exact_is_the_default_and_says_null_where_it_knows_nothing(files: list[P
     assert isinstance(answer, BrakeCalibration) and answer.units["stiffness"] == "N/m"
     assert set(answer.intervals) == {"scale_factor", "stiffness"} == set(answer.bootstrap)
     one = answer.intervals["scale_factor"]
-    assert one["degrees_of_freedom"] == 5 and one["low"] < answer.scale_factor < one["high"]
+    assert one["degrees_of_freedom"] > 5 and one["low"] < answer.scale_factor < one["high"]
     assert one["standard_error"] == pytest.approx(answer.standard_errors["scale_factor"])
     left = answer.leave_one_out["scale_factor"]
     assert left["most_influential"] in {f.name for f in files} == set(left["files"])
@@ -52,7 +52,8 @@ def test_a_rise_of_three_samples_is_lost_for_the_stiffness_only(
 ) -> None:
     slow = virtual.pull(KAPTON, 60e3, 0.013, 0.04, virtual.Machine(sampling_rate=40.0))
     sparse = virtual.write_own(slow, tmp_path / "sparse.csv")
-    answer = layerjam.calibrate("choi2018-kapton", [*files, sparse])
+    known = layerjam.load("choi2018-kapton").with_(force_uncertainty=0)
+    answer = layerjam.calibrate(known, [*files, sparse])
     assert not answer.refused
     assert [str(w).startswith("sparse.csv: ") for w in answer.warnings if w.key == "no-slope"]
     degrees = {n: i["degrees_of_freedom"] for n, i in answer.intervals.items()}

@@ -6,9 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from layerjam.device.load import load
-from layerjam.identify.calibration.budget import Peak, budget
+from layerjam.identify.calibration.budget import (
+    Budget,
+    Contribution,
+    Peak,
+    budget,
+    enclosure_line,
+    rounded,
+    scatter_line,
+)
+from layerjam.identify.calibration.intervals import combine, quantile
+from layerjam.identify.shape import with_shape
 from layerjam.mechanics.pull import peak, scale_factor_of_peak
 from layerjam.records.source import Source
 
@@ -22,9 +33,11 @@ def peaks(*vacuums: float) -> list[Peak]:
 def test_without_an_enclosure_every_sensitivity_is_one() -> None:
     """a = F/(mu (n-1) W P L2): plus one in the force, minus one in all else."""
     bare = replace(BRAKE, enclosure=replace(BRAKE.enclosure, modulus=1e-9))
-    found = budget([Peak(170.0, 94.5e3)], bare, 0.01, {}, {})
+    at = [Peak(170.0, 94.5e3)]
+    known = scatter_line((0.01, 4), 1.0, ""), enclosure_line(at, bare)
+    found = budget(at, bare, known, {}, {})
     assert [c.sensitivity for c in found.contributions] == pytest.approx(
-        [1.0, 1.0, -1.0, -1.0, -1.0], abs=2e-4
+        [1.0, 0.0, 1.0, -1.0, -1.0, -1.0], abs=2e-4
     )
 
 
@@ -36,24 +49,105 @@ def test_the_combined_uncertainty_is_that_of_a_monte_carlo() -> None:
     limits = {"load_cell": cell, "gauge": gauge}
     sds = {"sheets.width": width, "sheets.overlap": overlap}
     sources = {path: Source(kind="measured", sd=sd) for path, sd in sds.items()}
-    found = budget(here, BRAKE, 0.004, limits, sources)
+    brake = replace(BRAKE, enclosure=replace(BRAKE.enclosure, force_uncertainty=0.25))
+    known = scatter_line((0.004, np.inf), 1.0, ""), enclosure_line(here, brake)
+    found = budget(here, brake, known, limits, sources)
     read = 1 + random.uniform(-cell, cell, count)
     off = random.uniform(-gauge, gauge, count)
     wide, long = (1 + sd * random.standard_normal(count) for sd in (width, overlap))
     sheets = replace(
         BRAKE.sheets, width=BRAKE.sheets.width * wide, overlap=BRAKE.sheets.overlap * long
     )
-    other = replace(BRAKE, sheets=sheets)
+    sleeve = with_shape(BRAKE, 1.0, None, np.exp(0.25 * random.standard_normal(count)))
+    other = replace(sleeve, sheets=sheets)
     factors = [scale_factor_of_peak(p.force * read, p.vacuum + off, other) for p in here]
     drawn = np.mean(np.asarray(factors), axis=0)
     drawn = drawn * (1 + 0.004 * random.standard_normal(count))
     assert found.whole
     assert found.combined == pytest.approx(drawn.std() / drawn.mean(), rel=0.02)
-    assert found.expanded == 2 * found.combined
+    assert found.combined is not None and found.expanded is not None
+    assert found.expanded == pytest.approx(stats.norm.ppf(0.975) * found.combined)
+
+
+def test_the_enclosures_line_is_that_of_a_monte_carlo() -> None:
+    """A light film, where it matters; the same enclosure in every pull."""
+    light = load("choi2018-ptfe").brake
+    at = [Peak(float(peak(p, 0.04, light).force), p) for p in (22e3, 40e3)]
+    line = enclosure_line(at, light)
+    drawn = np.random.default_rng(3).normal(1, 0.05, 20_000)
+    other = with_shape(light, 1.0, None, drawn)
+    factors = np.mean([scale_factor_of_peak(p.force, p.vacuum, other) for p in at], axis=0)
+    assert line.standard == 0.3 and line.supply
+    assert abs(line.sensitivity) * 0.05 == pytest.approx(factors.std() / factors.mean(), rel=0.03)
+    stated = replace(light, enclosure=replace(light.enclosure, force_uncertainty=0.1))
+    known = enclosure_line(at, stated)
+    assert known.standard == 0.1 and not known.supply
+
+
+def test_effective_degrees_of_freedom_are_those_of_the_gums_end_gauge() -> None:
+    """GUM, H.1.6: 25, 9.7, 2.9 and 16.6 nm with 18, 25.6, 50 and 2 degrees of freedom."""
+    parts = [(25.0, 18.0), (9.7, 25.6), (2.9, 50.0), (16.6, 2.0)]
+    whole, degrees = combine(parts)
+    assert whole == pytest.approx(32, abs=0.5)
+    assert degrees == pytest.approx(16.7, abs=0.2)
+    assert stats.t.ppf(0.995, int(degrees)) * whole == pytest.approx(93, abs=1)
+
+
+def test_few_pulls_widen_the_expanded_uncertainty() -> None:
+    """Three pulls: k is Student's 4.30, not 2; a known contribution brings it towards 1.96."""
+    pulls = scatter_line((0.01, 2), 1.25, "")
+    alone = Budget(contributions=(pulls,), value=1.25)
+    assert alone.coverage_factor == pytest.approx(stats.t.ppf(0.975, 2))
+    assert alone.expanded == pytest.approx(stats.t.ppf(0.975, 2) * 0.008)
+    cell = Contribution(what="load cell", basis="", standard=0.01, sensitivity=1.0)
+    both = Budget(contributions=(pulls, cell), value=1.25)
+    degrees = (0.008**2 + 0.01**2) ** 2 / (0.008**4 / 2)
+    assert both.degrees_of_freedom == pytest.approx(degrees)
+    assert both.coverage_factor == pytest.approx(stats.t.ppf(0.975, degrees))
+
+
+def test_the_expanded_uncertainty_holds_over_campaigns_of_three_pulls() -> None:
+    """A shared error and three pulls' scatter: the mean lies within it about 95 times in 100."""
+    random = np.random.default_rng(7)
+    pulls = random.normal(1, 0.02, (20_000, 3)) + random.normal(0, 0.01, (20_000, 1))
+    errors = pulls.std(axis=1, ddof=1) / 3**0.5
+    found = [combine([(e, 2), (0.01, np.inf)]) for e in errors[:4000].tolist()]
+    reach = np.array([quantile(degrees) * whole for whole, degrees in found])
+    share = float((np.abs(pulls.mean(axis=1) - 1)[:4000] <= reach).mean())
+    assert 0.93 <= share <= 0.98
+
+
+@pytest.mark.parametrize(
+    ("value", "uncertainty", "texts"),
+    [
+        (1.24321, 0.02249, ("1.243", "0.022")),
+        (0.87499, 0.0996, ("0.87", "0.10")),
+        (1.9, 0.000447, ("1.90000", "0.00045")),
+        (123456.0, 1234.0, ("123500", "1200")),
+        (12.0, 9.96, ("12", "10")),
+    ],
+)
+def test_the_headline_has_two_significant_digits(
+    value: float, uncertainty: float, texts: tuple[str, str]
+) -> None:
+    """GUM, 7.2.6, rounded by hand."""
+    assert rounded(value, uncertainty) == texts
+
+
+def test_nothing_stated_is_not_zero() -> None:
+    at = peaks(94.5e3)
+    found = budget(at, BRAKE, (scatter_line(None, 1.0, "one"), enclosure_line(at, BRAKE)), {}, {})
+    assert found.combined is None and found.expanded is None and found.headline is None
+    assert found.coverage_factor is None and found.degrees_of_freedom is None
+    words = " ".join(found.missing)
+    for needed in ("load_cell_limit", "gauge_limit", "sheets.width", "sheets.overlap", "repeat"):
+        assert needed in words
+    assert "enclosure.force_uncertainty" in words
 
 
 def test_what_nobody_stated_is_said_and_adds_nothing() -> None:
-    found = budget(peaks(94.5e3), BRAKE, None, {"load_cell": 0.01}, {})
+    one = scatter_line(None, 1.0, "one pull")
+    found = budget(peaks(94.5e3), BRAKE, [one], {"load_cell": 0.01}, {})
     stated = {c.what: c.standard is not None for c in found.contributions}
     assert stated == {
         "repeats": False,

@@ -68,12 +68,12 @@ def test_the_means_of_pulls_have_it() -> None:
         )
         for n in range(5)
     ]
-    found = _means(values, curves)
+    found = _means(values, curves, {})
     due = np.cov(np.array(list(values.values()))) / 5
     made = [[found["covariance"][x][y] for y in values] for x in values]
     assert np.array(made) == pytest.approx(due)
     for name in values:
         own = found["covariance"][name][name]
         assert found["standard_errors"][name] ** 2 == pytest.approx(own)
-    alone = _means({name: some[:1] for name, some in values.items()}, curves[:1])
+    alone = _means({name: some[:1] for name, some in values.items()}, curves[:1], {})
     assert alone["covariance"] == {}

@@ -4,6 +4,14 @@ from __future__ import annotations
 
 from layerjam.units import quantity, record
 
+FORCE_UNCERTAINTY = 0.3
+"""Standard uncertainty of the enclosure's force, over its value, if nobody states it.
+
+The moduli published for one silicone differ 1.6 and 2.3 times (catalogue: Ecoflex 00-50, 00-30) and
+its friction is known within a factor of 1.5. The force goes with the root of their product. That is
+0.27 in all, rounded up.
+"""
+
 
 @record
 class Enclosure:
@@ -14,3 +22,14 @@ class Enclosure:
         "Pa", "modulus of the enclosure at 100 % stretch", lo=1e3, hi=1e9, symbol="E_e"
     )
     density: float = quantity("kg/m^3", "density of the enclosure", lo=100, hi=5000)
+    force_uncertainty: float | None = quantity(
+        "1",
+        "standard uncertainty of the enclosure's force, over its value; 30 % if not stated",
+        hi=2,
+        default=None,
+    )
+
+    @property
+    def force_sd(self) -> float:
+        """Standard uncertainty of its force, over its value: as stated, else the default."""
+        return FORCE_UNCERTAINTY if self.force_uncertainty is None else self.force_uncertainty

@@ -166,7 +166,6 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
 
 def _budget(report: BrakeReport, result: Calibration) -> Budget:
     """What the scale factor's uncertainty is made of; the widest limits that any file states."""
-    error = result.standard_errors.get("scale_factor")
     told = [f.facts for f in report.files if f.role == "calibration"]
 
     def widest(limits: Sequence[float | None]) -> float | None:
@@ -176,12 +175,13 @@ def _budget(report: BrakeReport, result: Calibration) -> Budget:
     return budget(
         [Peak(c.pull.peak_force, c.vacuum) for c in result.curves],
         report.brake,
-        None if error is None or len(result.curves) < 2 else error / result.scale_factor,
+        result.contributions,
         {
             "load_cell": widest([facts.load_cell_limit for facts in told]),
             "gauge": widest([facts.gauge_limit for facts in told]),
         },
         report.file.sources,
+        result.scale_factor,
     )
 
 
@@ -251,9 +251,15 @@ def headline(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]
     """(value, words): the results one looks for first."""
     numbers = {n.quantity: n for n in all_numbers(parts)}
     out = []
+    whole = None if report.calibration is None else _budget(report, report.calibration)
     for name, words in HEADLINE.items():
         number = numbers.get(name)
         if number is not None and number.value is not None:
+            if words == "scale factor a" and whole is not None and whole.headline is not None:
+                value, uncertainty = whole.headline
+                text = f"expanded uncertainty (95 %, k = {whole.coverage_factor:.2f})"
+                out.append((f"{value} ± {uncertainty}", f"{words}, {text}"))
+                continue
             fit = " (fit)" if report.seen and words == "MAPE" else ""
             known = number.low is not None
             between = f", 95 % interval {number.interval_text()}" if known else ""

@@ -5,6 +5,7 @@ After ASTM D1894, section 12, and ISO/IEC 17025, section 7.8; what nobody stated
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import fields
 
@@ -103,15 +104,22 @@ def budget_table(found: Budget) -> Table:
             ]
         )
     stem = "uncertainty of the scale factor"
-    combined = _percent(f"{stem}, combined", found.combined)
-    expanded = _percent(f"{stem}, expanded (k = 2)", found.expanded)
+    degrees, factor = found.degrees_of_freedom, found.coverage_factor
+    known = "" if degrees is None else f"{_degrees(degrees)} degrees of freedom"
+    basis = "root of the sum of squares" + (known and f", {known}")
+    student = NOT_STATED if factor is None else f"k = {factor:.2f} for 95 %"
     rows += [
-        ["combined", "root of the sum of squares", NONE, NONE, combined],
-        ["expanded", "k = 2, about 95 %", NONE, NONE, expanded],
+        ["combined", basis, NONE, NONE, _percent(f"{stem}, combined", found.combined)],
+        ["expanded", student, NONE, NONE, _percent(f"{stem}, expanded", found.expanded)],
     ]
-    note = "Each over the value. Limits of error count as rectangular, over the root of three."
+    note = (
+        "Each over the value. Limits of error count as rectangular, over the root of three. k is "
+        "Student's quantile for the effective degrees of freedom (GUM, annex G.4)."
+    )
     if not found.whole:
-        note += " What is not stated adds nothing: the sum is a lower bound."
+        if found.combined is not None:
+            note += " What is not stated adds nothing: the sum is a lower bound."
+        note += f" State for a whole budget: {'; '.join(found.missing)}."
     return Table(
         id="budget",
         caption="Uncertainty budget of the scale factor",
@@ -119,7 +127,16 @@ def budget_table(found: Budget) -> Table:
         rows=rows,
         total=2,
         note=note,
+        extra=[
+            Number(quantity=f"{stem}, {words}", value=value, unit="1")
+            for words, value in (("coverage factor k", factor), ("degrees of freedom", degrees))
+            if value is not None and value < math.inf
+        ],
     )
+
+
+def _degrees(degrees: float) -> str:
+    return "infinitely many" if degrees > 1e4 else f"{degrees:.3g}"
 
 
 def _percent(quantity: str, value: float | None) -> Cell:

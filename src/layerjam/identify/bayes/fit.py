@@ -17,6 +17,7 @@ from layerjam.errors import FitError, MissingExtraError
 from layerjam.identify.bayes.checks import bayes_checks
 from layerjam.identify.bayes.model import Sites, known_of, priors, reduced, start
 from layerjam.identify.bayes.posterior import BayesFit, Population
+from layerjam.identify.calibration.budget import fitted_enclosure, scatter_line
 from layerjam.identify.calibration.intervals import Interval
 from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table, with_enclosure
 from layerjam.identify.calibration.record import Calibration, shape_sources
@@ -117,12 +118,16 @@ def calibrate_bayesian(
         )
         for name, row in rows.items()
     }
-    half = intervals["scale_factor"].half_width / values["scale_factor"]
+    a = "scale_factor"
+    half = intervals[a].half_width / values[a]
+    spread = (errors[a], float("inf"))
+    repeats = scatter_line(spread, values[a], "standard deviation of the posterior")
     return Calibration(
         values=values,
         standard_errors=errors,
         errors_rest_on=f"the posterior over {count} pull{'s' * (count > 1)}",
         intervals=intervals,
+        contributions=(repeats, fitted_enclosure()),
         covariance=_covariance(fit),
         **at_peaks(alone),
         pulls=pulls,

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 from typing import NamedTuple
 
 from layerjam.device.brake import Brake
+from layerjam.identify.calibration.intervals import combine, quantile
+from layerjam.identify.shape import with_shape
 from layerjam.mechanics.pull import scale_factor_of_peak
 from layerjam.records.source import Source
 from layerjam.units import get, show
 
 STEP = 1e-4
-COVERAGE = 2.0
-"""Expanded over standard uncertainty (GUM, 6.3.3: about 95 %)."""
+DIGITS = 2
+"""Significant digits of an expanded uncertainty (GUM, 7.2.6)."""
 GEOMETRY = {"sheets.width": "width of the sheets", "sheets.overlap": "overlap at rest"}
+ENCLOSURE = "enclosure.force_uncertainty"
 
 
 class Peak(NamedTuple):
@@ -29,15 +33,18 @@ class Peak(NamedTuple):
 class Contribution:
     """One line of a budget.
 
-    `standard` is the standard uncertainty of the input, over its value; `sensitivity` by how many
-    times as much the scale factor changes; None where nobody stated it. `basis` says what was
-    stated.
+    `standard` is the standard uncertainty of the input, over its value, known with `degrees` of
+    freedom; `sensitivity` by how many times as much the scale factor changes. `standard` is None if
+    nobody stated it and there is no default. `basis` describes what was stated; `supply` is what
+    the user must state, empty if it is stated.
     """
 
     what: str
     basis: str
     standard: float | None
     sensitivity: float
+    degrees: float = math.inf
+    supply: str = ""
 
     @property
     def relative(self) -> float | None:
@@ -47,67 +54,152 @@ class Contribution:
 
 @dataclass(frozen=True, kw_only=True)
 class Budget:
-    """The contributions, and what those that were stated make together, over the scale factor."""
+    """The contributions to the uncertainty of a scale factor `value`, and their combination.
+
+    Uncertainties are over the value. They are None if no contribution was stated.
+    """
 
     contributions: tuple[Contribution, ...]
+    value: float = 1.0
 
     @property
-    def combined(self) -> float:
+    def _combination(self) -> tuple[float, float] | None:
+        """Combined standard uncertainty and degrees of freedom, of what was stated or assumed."""
+        if all(c.supply for c in self.contributions):
+            return None
+        known = [(c.relative, c.degrees) for c in self.contributions]
+        return combine((u, degrees) for u, degrees in known if u is not None)
+
+    @property
+    def combined(self) -> float | None:
         """Standard uncertainty: the root of the sum of squares (GUM, 5.1.2)."""
-        return sqrt(sum((c.relative or 0.0) ** 2 for c in self.contributions))
+        return self._combination and self._combination[0]
 
     @property
-    def expanded(self) -> float:
-        """Twice the standard uncertainty."""
-        return COVERAGE * self.combined
+    def degrees_of_freedom(self) -> float | None:
+        """Effective degrees of freedom (GUM, annex G.4.1)."""
+        return self._combination and self._combination[1]
+
+    @property
+    def coverage_factor(self) -> float | None:
+        """Expanded over standard uncertainty: Student's quantile of 95 % (GUM, annex G.3.2)."""
+        return self._combination and quantile(self._combination[1])
+
+    @property
+    def expanded(self) -> float | None:
+        """Expanded uncertainty of 95 %."""
+        known = self._combination
+        return known and quantile(known[1]) * known[0]
 
     @property
     def whole(self) -> bool:
         """Whether every contribution was stated."""
-        return all(c.standard is not None for c in self.contributions)
+        return not self.missing
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """What the user must state so that the budget is whole."""
+        return tuple(c.supply for c in self.contributions if c.supply)
+
+    @property
+    def headline(self) -> tuple[str, str] | None:
+        """The value and its expanded uncertainty as text, such as ("1.243", "0.022").
+
+        The uncertainty has two significant digits, the value as many decimals (GUM, 7.2.6). None if
+        no contribution was stated.
+        """
+        if not self.expanded:
+            return None
+        return rounded(self.value, self.value * self.expanded)
+
+
+def rounded(value: float, uncertainty: float) -> tuple[str, str]:
+    """Return a value and its uncertainty (> 0), which has two significant digits (GUM, 7.2.6)."""
+    places = DIGITS - 1 - math.floor(math.log10(uncertainty))
+    places = DIGITS - 1 - math.floor(math.log10(round(uncertainty, places)))  # 0.0996 is 0.10
+    text, reach = (f"{round(x, places):.{max(places, 0)}f}" for x in (value, uncertainty))
+    return text, reach
+
+
+def scatter_line(found: tuple[float, float] | None, value: float, basis: str) -> Contribution:
+    """Return the line of the scatter between pulls.
+
+    `found` is the standard error of the scale factor `value`, and its degrees of freedom; None if
+    the pulls at hand tell no scatter.
+    """
+    error, degrees = found or (None, math.inf)
+    return Contribution(
+        what="repeats",
+        basis=basis,
+        standard=None if error is None else error / value,
+        sensitivity=1.0,
+        degrees=degrees,
+        supply="pulls that repeat each other (repeats)" if error is None else "",
+    )
+
+
+def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
+    """Return the line of the enclosure's force, which `peaks` take as the brake's file has it."""
+    stronger = with_shape(brake, brake.scale_factor, brake.stiffness_measured, 1 + STEP)
+    stated = brake.enclosure.force_uncertainty is not None
+    words = "as the brake's file states it" if stated else "default, the brake's file states none"
+    return Contribution(
+        what="enclosure's force",
+        basis=f"SD {brake.enclosure.force_sd:.2g} of it, {words}",
+        standard=brake.enclosure.force_sd,
+        sensitivity=_mean(_change(p, stronger, p, brake) for p in peaks),
+        supply="" if stated else f"{ENCLOSURE} in the brake's file, with its source (enclosure)",
+    )
+
+
+def fitted_enclosure() -> Contribution:
+    """Return the line of an enclosure whose force was fitted together with the scale factor."""
+    basis = "fitted to the pulls: part of the line above"
+    return Contribution(what="enclosure's force", basis=basis, standard=0.0, sensitivity=0.0)
 
 
 def budget(
     peaks: Sequence[Peak],
     brake: Brake,
-    repeats: float | None,
+    known: Sequence[Contribution],
     limits: Mapping[str, float | None],
     sources: Mapping[str, Source],
+    value: float = 1.0,
 ) -> Budget:
-    """The budget of the scale factor that `peaks` of `brake` gave.
+    """Return the budget of the scale factor `value` that `peaks` of `brake` gave.
 
-    `repeats` is its standard error over the pulls, over its value; None for one pull. `limits`
+    `known` are the lines of the calibration itself: scatter between pulls, and enclosure. `limits`
     holds the limits of error of "load_cell" (over the reading) and "gauge" [Pa], taken as
     rectangular (GUM, 4.3.7); both act on all pulls alike. `sources` are those of the brake's
     geometry, whose `sd` counts. The friction that the brake states has no line: only its product
-    with the factor is measured, and it stands in every force as that product.
+    with the factor is measured, and every force contains that product.
     """
     of_force = _mean(_change(p, brake, Peak(p.force * (1 + STEP), p.vacuum)) for p in peaks)
     of_vacuum = _mean(_change(p, brake, Peak(p.force, p.vacuum * (1 + STEP))) for p in peaks)
-    cell, gauge = limits.get("load_cell"), limits.get("gauge")
     over = _mean(1 / p.vacuum for p in peaks)
-    lines = [
-        Contribution(
-            what="repeats",
-            basis="standard error over the pulls" if repeats is not None else "one pull",
-            standard=repeats,
-            sensitivity=1.0,
+    cell, gauge = limits.get("load_cell"), limits.get("gauge")
+    lines = (
+        _limit("load cell", cell, "" if cell is None else f"{cell:.2g} of the reading", of_force),
+        _limit(
+            "vacuum gauge",
+            None if gauge is None else gauge * over,
+            "" if gauge is None else show(gauge, "Pa"),
+            of_vacuum,
         ),
-        Contribution(
-            what="load cell",
-            basis="not stated" if cell is None else f"limit of error {cell:.2g} of the reading",
-            standard=None if cell is None else cell / sqrt(3),
-            sensitivity=of_force,
-        ),
-        Contribution(
-            what="vacuum gauge",
-            basis="not stated" if gauge is None else f"limit of error {show(gauge, 'Pa')}",
-            standard=None if gauge is None else gauge * over / sqrt(3),
-            sensitivity=of_vacuum,
-        ),
-        *_geometry(peaks, brake, sources),
-    ]
-    return Budget(contributions=tuple(lines))
+    )
+    return Budget(contributions=(*known, *lines, *_geometry(peaks, brake, sources)), value=value)
+
+
+def _limit(what: str, limit: float | None, words: str, sensitivity: float) -> Contribution:
+    """The line of an instrument with a `limit` of error over its reading, None if not stated."""
+    key = what.removeprefix("vacuum ").replace(" ", "_") + "_limit"
+    return Contribution(
+        what=what,
+        basis="not stated" if limit is None else f"limit of error {words}",
+        standard=None if limit is None else limit / sqrt(3),
+        sensitivity=sensitivity,
+        supply=f"{key} in each pull's sidecar or in conditions.toml" if limit is None else "",
+    )
 
 
 def _geometry(
@@ -125,6 +217,7 @@ def _geometry(
             basis="not stated" if sd is None else f"SD {sd:.2g} of it, from the brake's file",
             standard=sd,
             sensitivity=_mean(_change(p, longer, p, brake) for p in peaks),
+            supply=f"sd of {path} in the brake's file" if sd is None else "",
         )
 
 

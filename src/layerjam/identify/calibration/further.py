@@ -46,6 +46,8 @@ class Further:
     scatter: float
     """Standard deviation over the one that the weights assume, of the value over its size."""
     degrees: float
+    shared: float = 0.0
+    """Standard uncertainty over the value that no further pull makes smaller."""
 
     def half_width(
         self, condition: str = "", more: int | np.ndarray = 0, chance: float | None = None
@@ -64,9 +66,10 @@ class Further:
             # the variance of pulls to come over that of those at hand follows F
             ratio = special.fdtri(np.maximum(count, 1.0), self.degrees, chance)
             grown = (self.degrees + count * ratio) / total
-        return np.asarray(
-            special.stdtrit(total, (1 + LEVEL) / 2) * self.scatter * np.sqrt(grown * unit)
-        )
+        square = self.scatter**2 * grown * unit
+        whole_square = square + self.shared**2
+        effective = total * (whole_square / square) ** 2  # Welch and Satterthwaite (GUM, G.4.1)
+        return np.asarray(special.stdtrit(effective, (1 + LEVEL) / 2) * np.sqrt(whole_square))
 
     def after_one(self) -> dict[str, float]:
         """{condition: half the width with one more pull there}, the narrowest first."""
@@ -89,11 +92,13 @@ def further(
     contrasts: Mapping[str, np.ndarray],
     groups: Mapping[str, Sequence[int]],
     sizes: Mapping[str, float],
+    shared: Mapping[str, float] | None = None,
 ) -> dict[str, Further | None]:
     """What further pulls would add to each value; None where those at hand give no interval.
 
     `groups` are the places of the curves of each condition, `sizes` {name: what the interval's
-    width is divided by}, one for a value whose logarithm is estimated.
+    width is divided by}, one for a value whose logarithm is estimated. `shared` {name: standard
+    uncertainty over the value} is what further pulls do not change.
     """
     information = population.information
     whole = information.sum(axis=0)
@@ -111,5 +116,6 @@ def further(
             each=each,
             scatter=found[0] / unit / abs(sizes[name]),
             degrees=found[1],
+            shared=(shared or {}).get(name, 0.0),
         )
     return made

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from layerjam.identify.calibration.further import further
-from layerjam.identify.calibration.intervals import Interval, Population
+from layerjam.identify.calibration.intervals import Interval, Population, combine
 from layerjam.identify.curves import Curve, condition_words
+from layerjam.identify.shape import SHAPE
 
 SEED = 1
 """Of the bootstrap, so that the same files give the same numbers."""
+BOOTSTRAP = "bootstrap over repeats, with t"
 FEWEST_DEGREES = 0.5
 """Degrees of freedom below which no interval is stated."""
 Contrasts = Mapping[str, np.ndarray]
@@ -41,38 +44,55 @@ def estimates(
     groups: Sequence[Sequence[int]],
     method: str,
     logarithmic: Collection[str] = (),
+    shared: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """The fields of a Calibration that a population of curves tells, by name of the contrast.
 
+    And `scatter`: the standard error from the scatter between curves alone, and its degrees of
+    freedom.
+
     `groups` are the places of the curves of each condition; of `logarithmic` values the logarithm
-    is estimated.
+    is estimated. `shared` {name: standard uncertainty over the value} is what all curves have in
+    common, so that their scatter does not contain it.
     """
-    values, intervals = {}, {}
-    bootstrap = bootstrap_intervals(population, groups, contrasts)
+    shared = shared or {}
+    values: dict[str, float] = {}
+    intervals: dict[str, Interval | None] = {}
+    scatter: dict[str, tuple[float, float] | None] = {}
+    resampled = bootstrap_errors(population, groups, contrasts)
+    bootstrap: dict[str, Interval | None] = {}
     for name, contrast in contrasts.items():
         at, found = float(contrast @ population.estimate), population.standard_error(contrast)
-        sure = found is not None and found[1] >= FEWEST_DEGREES
-        values[name] = float(np.exp(at)) if name in logarithmic else at
-        intervals[name] = Interval.around(at, *found, method) if found and sure else None
-        for of in (intervals, bootstrap):
-            of[name] = _natural(name, values[name], of[name], logarithmic)
+        if found is not None and found[1] < FEWEST_DEGREES:
+            found = None
+        value = values[name] = float(np.exp(at)) if name in logarithmic else at
+        size, common = value if name in logarithmic else 1.0, shared.get(name, 0.0)
+        scatter[name] = found and (size * found[0], found[1])
+        again = resampled[name]
+        again = again and (size * again[0], again[1])
+        intervals[name] = _interval(name, value, scatter[name], common, method)
+        bootstrap[name] = _interval(name, value, again, common, BOOTSTRAP)
     names = [c.name for c in curves]
     alike = {condition_words(curves[group[0]]): group for group in groups}
     logs = {name: values[name] for name in logarithmic}
     sizes = {name: 1.0 if name in logarithmic else value for name, value in values.items()}
     told = {n: logs.get(n, 1.0) * contrast for n, contrast in contrasts.items() if intervals[n]}
+    covariance = covariance_of(population, told)
+    for name in covariance:
+        covariance[name][name] += (values[name] * shared.get(name, 0.0)) ** 2
     return {
         "values": values,
-        "covariance": covariance_of(population, told),
+        "scatter": scatter,
+        "covariance": covariance,
         "standard_errors": {n: i and i.standard_error for n, i in intervals.items()},
         "intervals": intervals,
         "bootstrap": bootstrap,
         "leave_one_out": moves(population, contrasts, names, alike, logs),
-        "further": further(population, contrasts, alike, sizes),
+        "further": further(population, contrasts, alike, sizes, shared),
     }
 
 
-def covariance_of(population: Population, contrasts: Contrasts) -> Covariance:
+def covariance_of(population: Population, contrasts: Contrasts) -> dict[str, dict[str, float]]:
     """The sandwich covariance of linear combinations of the estimate; none where it is unknown."""
     whole = population.covariance()
     whole = (whole + whole.T) / 2
@@ -84,15 +104,23 @@ def covariance_of(population: Population, contrasts: Contrasts) -> Covariance:
     }
 
 
-def _natural(
-    name: str, value: float, found: Interval | None, logarithmic: Collection[str]
+def _interval(
+    name: str,
+    value: float,
+    found: tuple[float, float] | None,
+    shared: float,
+    method: str,
 ) -> Interval | None:
-    """An interval of the estimate as one of the value."""
+    """The interval of a value from its standard error and degrees of freedom.
+
+    `shared` is its standard uncertainty, over the value, that the scatter does not contain. That
+    one is taken as known exactly.
+    """
     if found is None:
         return None
-    if name in logarithmic:
-        return found.of_logarithm(value)
-    return replace(found, low=max(found.low, 0.0)) if name == "enclosure_factor" else found
+    error, degrees = combine([found, (value * shared, math.inf)])
+    kind = Interval.about_positive if name in SHAPE and value > 0 else Interval.around
+    return kind(value, error, degrees, method)
 
 
 def moves(
@@ -146,21 +174,19 @@ def distinct(names: Sequence[str]) -> list[str]:
     return out
 
 
-def bootstrap_intervals(
+def bootstrap_errors(
     population: Population, groups: Sequence[Sequence[int]], contrasts: Contrasts
-) -> dict[str, Interval | None]:
-    """95 % intervals on the scale of the estimate: standard deviation of resampled repeats, with t.
+) -> dict[str, tuple[float, float] | None]:
+    """Standard deviation of the estimate over resampled repeats, and degrees of freedom.
 
-    None where too few repeats can be resampled, or one of them alone tells the value.
+    None if too few repeats can be resampled, or one of them alone tells the value.
     """
     if population.count < 2:
         return dict.fromkeys(contrasts)
     draws, degrees = population.bootstrap(groups, SEED)
-    out: dict[str, Interval | None] = {}
-    for name, contrast in contrasts.items():
-        if degrees < 1 or population.standard_error(contrast) is None:
-            out[name] = None
-            continue
-        at, error = float(contrast @ population.estimate), float((draws @ contrast).std())
-        out[name] = Interval.around(at, error, degrees, "bootstrap over repeats, with t")
-    return out
+    return {
+        name: (float((draws @ contrast).std()), float(degrees))
+        if degrees >= 1 and population.standard_error(contrast) is not None
+        else None
+        for name, contrast in contrasts.items()
+    }

@@ -7,7 +7,8 @@ percentile bootstrap of three repeats covers 74 % where it says 95 %; it is not 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +23,21 @@ def quantile(degrees: float, level: float = LEVEL) -> float:
     return float(special.stdtrit(degrees, (1 + level) / 2))
 
 
+def combine(parts: Iterable[tuple[float, float]]) -> tuple[float, float]:
+    """Return the combined standard uncertainty and its effective degrees of freedom.
+
+    `parts` are (standard uncertainty, degrees of freedom) of independent contributions in one unit:
+    the root of the sum of squares (GUM, 5.1.2) and Welch and Satterthwaite's formula (GUM, annex
+    G.4.1), not truncated. The degrees are infinite if every contribution is known exactly.
+    """
+    known = list(parts)
+    whole = math.fsum(u**2 for u, _ in known)
+    if whole == 0:
+        return 0.0, min((degrees for _, degrees in known), default=math.inf)
+    shared = math.fsum((u**2 / whole) ** 2 / degrees for u, degrees in known)
+    return math.sqrt(whole), 1 / shared if shared > 0 else math.inf
+
+
 @dataclass(frozen=True, kw_only=True)
 class Interval:
     """A 95 % interval with its standard error, degrees of freedom and how it was found."""
@@ -34,7 +50,7 @@ class Interval:
 
     @classmethod
     def around(cls, at: float, error: float, degrees: float, method: str) -> Interval:
-        """Student's t about a value with its standard error."""
+        """Return Student's t about a value that may have either sign, with its standard error."""
         wide = quantile(degrees) * error
         return cls(
             low=at - wide,
@@ -49,10 +65,15 @@ class Interval:
         """Half of it, in the value's unit."""
         return (self.high - self.low) / 2
 
-    def of_logarithm(self, value: float) -> Interval:
-        """That of a `value` whose logarithm this is about."""
-        low, high = (float(np.exp(end)) for end in (self.low, self.high))
-        return replace(self, low=low, high=high, standard_error=value * self.standard_error)
+    @classmethod
+    def about_positive(cls, value: float, error: float, degrees: float, method: str) -> Interval:
+        """Return Student's t about the logarithm of a positive `value`, with its standard error.
+
+        It never reaches zero, and agrees with `around` if the error is small.
+        """
+        found = cls.around(math.log(value), error / value, degrees, method)
+        low, high = math.exp(found.low), min(math.exp(min(found.high, 700.0)), 1e300)
+        return replace(found, low=low, high=high, standard_error=error)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -12,6 +12,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.calibration.after_peak import after_peaks
+from layerjam.identify.calibration.budget import Peak, enclosure_line, scatter_line
 from layerjam.identify.calibration.influence import Covariance, estimates
 from layerjam.identify.calibration.intervals import Interval, Population
 from layerjam.identify.calibration.pull_fit import PullFit
@@ -191,9 +192,10 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
         a: [f.scale_factor for f in fits],
         k: [f.stiffness for f in fits],
     }
+    enclosure = enclosure_line([Peak(f.pull.peak_force, f.vacuum) for f in fits], brake)
     # a scale factor from a peak knows no speed: pulls at one vacuum are one condition
-    told = _means(each, [replace(c, speed=None) for c in curves])
-    rest = f"the scatter between {count} pulls"
+    told = _means(each, [replace(c, speed=None) for c in curves], {a: enclosure.relative or 0.0})
+    rest = f"the scatter between {count} pulls, and the enclosure's force ({enclosure.basis})"
     if count == 1:
         rest = "nothing: the record is free of noise"
         noise, error = one.pull.noise / one.pull.peak_force, one.pull.stiffness_se
@@ -202,6 +204,8 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
             rest = "the noise within one pull; says nothing about repeatability"
     files = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in fits)
     values, errors = told["values"], told["standard_errors"]
+    scatter = told.pop("scatter")[a]
+    repeats = scatter_line(scatter, values[a], "standard error over the pulls")
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
     if follows_speed(brake) and brake.speed_law is not None:
         peak += f", at {show(brake.speed_law.test_speed, 'm/s')} by the file's [speed_law]"
@@ -212,6 +216,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
         **told,
         **at_peaks(fits),
         errors_rest_on=rest,
+        contributions=(repeats, enclosure),
         checks=(
             *calibration_checks(fits, pulls, brake, told["intervals"]["scale_factor"]),
             *interval_checks(values, told["intervals"]),
@@ -226,8 +231,15 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     )
 
 
-def _means(each: Mapping[str, Sequence[float | None]], curves: Sequence[Curve]) -> dict[str, Any]:
-    """What `estimates` gives, of each quantity over the pulls that tell it."""
+def _means(
+    each: Mapping[str, Sequence[float | None]],
+    curves: Sequence[Curve],
+    common: Mapping[str, float],
+) -> dict[str, Any]:
+    """What `estimates` gives, of each quantity over the pulls that tell it.
+
+    `common` {name: standard uncertainty over the value} is what all pulls have in common.
+    """
     told: dict[str, Any] = {}
     for name, values in each.items():
         used = [c for c, v in zip(curves, values, strict=True) if v is not None]
@@ -245,7 +257,7 @@ def _means(each: Mapping[str, Sequence[float | None]], curves: Sequence[Curve]) 
             residual=known - known.mean(axis=0),
         )
         groups = sorted(conditions(used), key=lambda group: used[group[0]].vacuum)
-        of = estimates(shared, {name: np.ones(1)}, used, groups, "t over pulls")
+        of = estimates(shared, {name: np.ones(1)}, used, groups, "t over pulls", shared=common)
         for key, found in of.items():
             told.setdefault(key, {}).update(found)
     told["covariance"] = _covariance(each, told["covariance"])

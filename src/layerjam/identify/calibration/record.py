@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from layerjam.device.brake import Brake
+from layerjam.identify.calibration.budget import ENCLOSURE, Contribution
 from layerjam.identify.calibration.influence import Covariance, Influence
 from layerjam.identify.calibration.intervals import Interval
 from layerjam.identify.calibration.pull_fit import PullFit
@@ -33,8 +34,9 @@ class Calibration:
     (change of ln(friction) per decade of speed) that at `reference_speed` [m/s].
 
     `intervals` and `bootstrap` are 95 % and rest on the scatter between pulls, `standard_errors` on
-    what `errors_rest_on` says; `leave_one_out` tells how far each value moves without one file,
-    `further` what more pulls would do to its interval. `covariance` {value: {value: number}} rests
+    what `errors_rest_on` says. `contributions` are the lines of scatter and enclosure in the budget
+    of the scale factor. `leave_one_out` tells how far each value moves without one file, `further`
+    what more pulls would do to its interval. `covariance` {value: {value: number}} rests
     on the same scatter and has the squares of the intervals' standard errors on its diagonal; it is
     empty where one pull tells nothing of the scatter.
     `pulls` is the table pull by pull, `fits` are what pulls with a peak say alone; the paper's
@@ -47,6 +49,7 @@ class Calibration:
     standard_errors: Mapping[str, float | None]
     errors_rest_on: str
     intervals: Mapping[str, Interval | None]
+    contributions: tuple[Contribution, ...]
     checks: tuple[Check, ...]
     curves: tuple[Curve, ...]
     pulls: tuple[SinglePull, ...]
@@ -113,4 +116,5 @@ def shape_sources(
         "stiffness_measured": calibrated(values[k], text, errors[k], "N/m", word),
         "enclosure.modulus": (float(brake.enclosure.modulus * factor), both),
         "film.friction_on_silicone": (float(brake.film.friction_on_silicone * factor), both),
+        **({} if error is None else {ENCLOSURE: calibrated(error / factor, text, None, "1")}),
     }

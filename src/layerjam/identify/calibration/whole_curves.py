@@ -9,6 +9,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
+from layerjam.identify.calibration.budget import fitted_enclosure, scatter_line
 from layerjam.identify.calibration.influence import estimates
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
 from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table, with_enclosure
@@ -61,6 +62,9 @@ def calibrate_curves(
     contrasts, method = _contrasts(fit, brake), "t, sandwich over curves (CR2)"
     method += ", degrees of freedom by Satterthwaite"
     told = estimates(fit.population, contrasts, curves, fit.groups, method, LOGARITHMIC)
+    scatter = told.pop("scatter")["scale_factor"]
+    basis = "standard error over the curves"
+    repeats = scatter_line(scatter, told["values"]["scale_factor"], basis)
     checks = curve_checks(fit, brake, told["values"], curves)
     single = one_file(told["leave_one_out"], told["intervals"])
     reference = None
@@ -75,6 +79,7 @@ def calibrate_curves(
         **told,
         **at_peaks(alone),
         pulls=pulls,
+        contributions=(repeats, fitted_enclosure()),
         errors_rest_on=f"the scatter between {count} pulls"
         if count > 1
         else "nothing: one pull says nothing about repeatability",
