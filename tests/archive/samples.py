@@ -57,9 +57,10 @@ def pull_file(path: Path, force: float = 40.0, synthetic: bool = False) -> Path:
 
 
 def tables(db: Path) -> dict[str, list[tuple[Any, ...]]]:
-    """Every row of every table, as a stranger reads it."""
+    """Every row of every table and view, as a stranger reads it."""
     with contextlib.closing(sqlite3.connect(db)) as base:
-        names = [n for (n,) in base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
+        listed = "SELECT name FROM sqlite_master WHERE type IN ('table', 'view')"
+        names = [name for (name,) in base.execute(listed)]
         assert base.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
         assert base.execute("PRAGMA foreign_key_check").fetchall() == []
         return {name: sorted(base.execute(f"SELECT * FROM {name}"), key=repr) for name in names}

@@ -9,14 +9,15 @@ import sqlite3
 import sys
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import layerjam as lj
 from archive.samples import BRAKE, pull_file, run_file, said, tables
-from layerjam.archive import move, schema
+from layerjam.archive import database, schema
 from layerjam.archive.contents import CALIBRATED
-from layerjam.archive.move import RecordsError
+from layerjam.archive.database import Database, RecordsError
 from layerjam.errors import MissingExtraError
 from layerjam.identify.provenance import sha256
 
@@ -63,7 +64,8 @@ def test_what_the_records_do_not_take(name: str, tmp_path: Path) -> None:
     code, made = said("add", tmp_path / name, good, "--db", tmp_path / "lab.db")
     assert code == 3 and list(made["refused"]) == [str(tmp_path / name)]
     assert list(made["ids"]) == [str(good)] and "Traceback" not in str(made)
-    assert sum(map(len, tables(tmp_path / "lab.db").values())) == 3  # version, entry, file
+    found = {name: len(rows) for name, rows in tables(tmp_path / "lab.db").items() if rows}
+    assert found == {"schema_version": 1, "entries": 1, "files": 1, "keys": 2}
 
 
 def test_verify_tells_changed_from_missing(tmp_path: Path) -> None:
@@ -123,17 +125,20 @@ def test_the_database_itself_refuses_to_change_a_row(change: str, tmp_path: Path
 def test_foreign_keys_and_digests_are_held_by_the_tables(tmp_path: Path) -> None:
     from sqlalchemy.exc import IntegrityError
 
-    from layerjam.archive.database import Database
-
     lj.records_add(pull_file(tmp_path / "p.csv"), db=tmp_path / "lab.db")
-    database = Database(tmp_path / "lab.db")
+    base = Database(tmp_path / "lab.db")
     orphan = schema.WITHDRAWN.insert().values(id="none", when="", why="x", by="")
-    with pytest.raises(RecordsError, match="FOREIGN KEY"), database.writing() as db:
+    with pytest.raises(RecordsError, match="FOREIGN KEY"), base.writing() as db:
         db.execute(orphan)
-    with pytest.raises((RecordsError, IntegrityError), match="UNIQUE"), database.writing() as db:
-        row = dict(db.execute(schema.FILES.select()).mappings().one())
-        db.execute(schema.ENTRIES.insert().values(id="other", kind="data"))
-        db.execute(schema.FILES.insert().values(**{**row, "id": "other"}))
+    with base.reading() as db:
+        assert db is not None
+        entry = dict(db.execute(schema.ENTRIES.select()).mappings().one()) | {"id": "other"}
+        file = dict(db.execute(schema.FILES.select()).mappings().one()) | {"id": "other"}
+    with pytest.raises((RecordsError, IntegrityError), match="UNIQUE"), base.writing() as db:
+        db.execute(schema.ENTRIES.insert().values(**entry))
+    with pytest.raises((RecordsError, IntegrityError), match="UNIQUE"), base.writing() as db:
+        db.execute(schema.ENTRIES.insert().values(**entry | {"identity": "data other"}))
+        db.execute(schema.FILES.insert().values(**file))
     assert len(lj.records_list(db=tmp_path / "lab.db").rows_) == 1
 
 
@@ -157,16 +162,16 @@ def test_nothing_is_half_added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert tables(db) == before
 
 
-@pytest.mark.parametrize(("found", "known", "why"), [(2, 1, "update layerjam"),
-                                                     (1, 3, "no step leads")])  # fmt: skip
+@pytest.mark.parametrize(("found", "known", "why"), [(3, 2, "update layerjam"),
+                                                     (2, 4, "no step leads")])  # fmt: skip
 def test_other_versions_are_refused(
     found: int, known: int, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     db, pull = tmp_path / "lab.db", pull_file(tmp_path / "p.csv")
-    monkeypatch.setattr(move, "VERSION", found)
+    monkeypatch.setattr(database, "VERSION", found)
     lj.records_add(pull, db=db)
     before = tables(db)
-    monkeypatch.setattr(move, "VERSION", known)
+    monkeypatch.setattr(database, "VERSION", known)
     for call in (lj.records_list, partial(lj.records_add, pull)):
         with pytest.raises(RecordsError, match=why):
             call(db=db)
@@ -178,18 +183,53 @@ def test_an_older_version_is_brought_up_once(
 ) -> None:
     from sqlalchemy import text
 
-    from layerjam.archive import database
-
     db = tmp_path / "lab.db"
     lj.records_add(pull_file(tmp_path / "p.csv"), db=db)
-    steps = {1: lambda base: base.execute(text("CREATE TABLE new (x TEXT)"))}
-    monkeypatch.setattr(move, "STEPS", steps)
-    for module in (move, database):
-        monkeypatch.setattr(module, "VERSION", 2)
+    steps = {2: lambda base: base.execute(text("CREATE TABLE new (x TEXT)"))}
+    monkeypatch.setattr(database, "STEPS", steps)
+    monkeypatch.setattr(database, "VERSION", 3)
     for _ in range(2):
         assert len(lj.records_list(db=db).rows_) == 1
     found = tables(db)
-    assert found["new"] == [] and [row[0] for row in found["schema_version"]] == [1, 2]
+    assert found["new"] == [] and [row[0] for row in found["schema_version"]] == [2, 3]
+
+
+def test_the_tables_of_version_1_become_views(tmp_path: Path) -> None:
+    """A database that the program of version 1 wrote: each of its rows is found as it was."""
+    db = tmp_path / "lab.db"
+    text = Path(__file__).with_name("version-1.sql").read_text(encoding="utf-8")
+    with contextlib.closing(sqlite3.connect(db)) as base:
+        base.executescript(text)
+        listed = "SELECT name FROM sqlite_master WHERE type = 'table'"
+        names = [name for (name,) in base.execute(listed)]
+        before = {name: _by_column(base, name) for name in names}
+    assert {name: len(rows) for name, rows in before.items()} == {
+        "schema_version": 1, "entries": 14, "brakes": 3, "lines": 1, "boards": 1, "files": 9,
+        "sensor_calibrations": 1, "runs": 1, "calibrations": 2, "cited": 13, "withdrawn": 1,
+        "derived_from": 16,
+    }  # fmt: skip
+    rows = {row["name"]: row for row in lj.records_list(db=db).rows_}
+    assert len(rows) == 12 and rows["odd.csv"]["withdrawn"] == "the grip slipped"
+    assert {name for name, row in rows.items() if row["simulated"]} == {
+        "calibrate exact", "fitted", "pull-1.csv", "pull-1.csv.toml", "pull-2.csv"
+    }  # fmt: skip
+    shown = lj.records_show("r.csv", db=db)
+    assert shown.derived_from[0]["name"] == "r.ljrun" and not shown.unlinked
+    assert lj.records_verify(db=db).changed == []
+    (tmp_path / "same.csv").write_bytes(pull_file(tmp_path / "x.csv", 7).read_bytes())
+    assert "withdrawn" in lj.records_add(tmp_path / "same.csv", db=db).refused.popitem()[1]
+    with contextlib.closing(sqlite3.connect(db)) as base:
+        assert base.execute("PRAGMA foreign_key_check").fetchall() == []
+        for name, old in before.items():
+            new = _by_column(base, name)
+            assert [row for row in old if not any(row.items() <= one.items() for one in new)] == []
+            assert len(new) == len(old) + (name == "schema_version") or name == "cited"
+
+
+def _by_column(base: sqlite3.Connection, table: str) -> list[dict[str, Any]]:
+    """The rows of a table or view as {column: value}."""
+    cursor = base.execute(f"SELECT * FROM {table}")
+    return [dict(zip((c[0] for c in cursor.description), row, strict=True)) for row in cursor]
 
 
 def test_other_databases_are_left_alone(tmp_path: Path) -> None:
@@ -261,8 +301,8 @@ def test_a_text_that_was_changed_in_the_database_is_found(tmp_path: Path) -> Non
     path.write_text(BRAKE.text, encoding="utf-8")
     lj.records_add(path, db=db)
     with contextlib.closing(sqlite3.connect(db)) as base, base:
-        base.execute("DROP TRIGGER brakes_no_update")
-        base.execute("UPDATE brakes SET toml = toml || ' '")
+        base.execute("DROP TRIGGER entries_no_update")
+        base.execute("UPDATE entries SET content = json_set(content, '$.toml', 'x = 1')")
     made = lj.records_verify(db=db)
     assert [(row["name"], row["folder"]) for row in made.changed] == [(BRAKE.name, None)]
     assert not made.missing

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 
 from archive.samples import pull_file
 from layerjam.archive.contents import CALIBRATED
-from layerjam.archive.database import Database
-from layerjam.archive.move import RecordsError
+from layerjam.archive.database import Database, RecordsError
 from layerjam.archive.store import add, withdraw
 from layerjam.identify.provenance import sha256
 
@@ -48,10 +47,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def every_row(db: Path) -> dict[str, Counter[Any]]:
-    """All rows of all tables, by SQLite's own module."""
+    """All rows of all tables and views, by SQLite's own module."""
     with contextlib.closing(sqlite3.connect(db)) as base:
         assert base.execute("PRAGMA foreign_key_check").fetchall() == []
-        names = [n for (n,) in base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
+        listed = "SELECT name FROM sqlite_master WHERE type IN ('table', 'view')"
+        names = [name for (name,) in base.execute(listed)]
         return {name: Counter(base.execute(f"SELECT * FROM {name}")) for name in names}
 
 

@@ -18,7 +18,7 @@ import pytest
 
 import layerjam as lj
 from archive.samples import BRAKE, pull_file, run_file, said
-from layerjam.archive.move import RecordsError
+from layerjam.archive.database import RecordsError
 
 pytestmark = pytest.mark.slow
 WRITERS, EACH, SHARED = 4, 50, 10
@@ -149,10 +149,10 @@ def test_rows_cannot_be_changed(change: str, db: str, tmp_path: Path) -> None:
 def _orphan(db: str) -> None:
     """A link to a record that is not there, through our own connection."""
     from layerjam.archive.database import Database
-    from layerjam.archive.schema import DERIVED_FROM
+    from layerjam.archive.schema import CITED
 
     with Database(db).writing() as base:
-        base.execute(DERIVED_FROM.insert().values(child="none", parent="none", role="x"))
+        base.execute(CITED.insert().values(child="none", key="none", role="x", name="none"))
 
 
 def test_a_server_that_is_not_there_is_one_sentence() -> None:

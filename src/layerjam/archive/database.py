@@ -4,18 +4,30 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import platformdirs
-from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url, text
+from sqlalchemy import (
+    URL,
+    Connection,
+    Engine,
+    create_engine,
+    event,
+    func,
+    inspect,
+    make_url,
+    select,
+    text,
+)
 from sqlalchemy.exc import ArgumentError, DBAPIError
 from sqlalchemy.pool import NullPool
 
-from layerjam.archive.move import RecordsError, brought_up, check_version, version_of
-from layerjam.archive.schema import VERSION
-from layerjam.errors import MissingExtraError
+from layerjam._version import __version__
+from layerjam.archive.schema import METADATA, VERSION, VERSIONS, utc_timestamp
+from layerjam.archive.version_1 import move_typed_tables
+from layerjam.errors import LayerjamError, MissingExtraError
 
 PATIENCE = 60
 """Seconds to wait for another writer."""
@@ -24,6 +36,14 @@ REACHED = 10
 LOCK = 0x4C4A5243
 """PostgreSQL's advisory lock of the writers: one after the other, as with SQLite."""
 POSTGRES = ("postgresql", "postgres", "postgresql+psycopg")
+STEPS: dict[int, Callable[[Connection], None]] = {1: move_typed_tables}
+"""{version: function that brings the tables of that version to the next}."""
+
+
+class RecordsError(LayerjamError):
+    """A database of records that cannot be had, or is none."""
+
+    key = "records"
 
 
 def default_file() -> Path:
@@ -69,14 +89,14 @@ class Database:
 
         Makes the database where there is none. Raises RecordsError.
         """
-        with self._said():
+        with self._errors_named():
             if self.file is not None:
                 self.file.parent.mkdir(parents=True, exist_ok=True)
             with self._engine.connect().execution_options(writes=True) as db, db.begin():
                 if self.file is None:
                     db.execute(text(f"SET LOCAL lock_timeout = '{PATIENCE}s'"))
                     db.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": LOCK})
-                brought_up(db, self.where)
+                _bring_up(db, self.where)
                 yield db
 
     @contextlib.contextmanager
@@ -85,23 +105,17 @@ class Database:
         if self.file is not None and not self.file.exists():
             yield None
             return
-        if self._is_older():
+        with self._errors_named(), self._engine.connect() as db, db.begin():
+            older = (_version_of(db, self.where) or VERSION) < VERSION
+        if older:
             with self.writing():
                 pass
-        with self._said(), self._engine.connect() as db, db.begin():
-            yield None if version_of(db, self.where) is None else db
-
-    def _is_older(self) -> bool:
-        """Whether the tables are of an older version; RecordsError for those that do not do."""
-        with self._said(), self._engine.connect() as db, db.begin():
-            found = version_of(db, self.where)
-            if found is not None:
-                check_version(found, self.where)
-            return found is not None and found < VERSION
+        with self._errors_named(), self._engine.connect() as db, db.begin():
+            yield None if _version_of(db, self.where) is None else db
 
     @contextlib.contextmanager
-    def _said(self) -> Iterator[None]:
-        """What a database says that does not do as it should, as one sentence."""
+    def _errors_named(self) -> Iterator[None]:
+        """Raise what the database or the disk reports as a RecordsError of one sentence."""
         try:
             yield
         except DBAPIError as error:
@@ -109,6 +123,48 @@ class Database:
             raise RecordsError(f"{self.where}: the database says: {reason}") from None
         except OSError as error:
             raise RecordsError(f"{self.where}: cannot be written: {error.strerror}") from None
+
+
+def _version_of(db: Connection, where: str) -> int | None:
+    """Return the version of the tables, None for an empty database.
+
+    Raises RecordsError for tables of another program, or of a version that cannot be brought up.
+    """
+    tables = set(inspect(db).get_table_names())
+    if not tables:
+        return None
+    found = None
+    if {VERSIONS.name, "entries"} <= tables:
+        found = db.execute(select(func.max(VERSIONS.c.version))).scalar()
+    if found is None:
+        some = ", ".join(sorted(tables)[:3])
+        raise RecordsError(
+            f"{where}: holds other tables ({some}), no records of layerjam; name another database"
+        )
+    if found > VERSION:
+        raise RecordsError(
+            f"{where}: its tables have version {found}, and this layerjam ({__version__}) knows "
+            f"versions up to {VERSION}; update layerjam"
+        )
+    missing = [version for version in range(found, VERSION) if version not in STEPS]
+    if missing:
+        raise RecordsError(
+            f"{where}: its tables have version {found}, and no step leads from version "
+            f"{missing[0]} to {VERSION}; use the layerjam that made them"
+        )
+    return int(found)
+
+
+def _bring_up(db: Connection, where: str) -> None:
+    """Make the tables, or bring older ones up; inside a transaction of the caller."""
+    found = _version_of(db, where)
+    if found is None:
+        METADATA.create_all(db, checkfirst=False)
+    for version in range(found or VERSION, VERSION):
+        STEPS[version](db)
+    if found != VERSION:
+        made = {"made_at": utc_timestamp(), "software": f"layerjam {__version__}"}
+        db.execute(VERSIONS.insert().values(version=VERSION, **made))
 
 
 def _engine(url: URL) -> Engine:

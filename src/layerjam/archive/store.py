@@ -4,35 +4,32 @@ from __future__ import annotations
 
 import getpass
 import uuid
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from platform import node
-from typing import Any
 
-from sqlalchemy import Connection, Table, or_, select
+from sqlalchemy import Connection, or_, select
 
 from layerjam._version import __version__
 from layerjam.archive.contents import read
-from layerjam.archive.database import Database
-from layerjam.archive.move import RecordsError
-from layerjam.archive.names import named
-from layerjam.archive.pieces import Content, Piece, storable
+from layerjam.archive.database import Database, RecordsError
+from layerjam.archive.names import holder, resolve_record_id, unlinked
+from layerjam.archive.pieces import Cited, Content, Piece, storable
 from layerjam.archive.schema import (
-    BRAKES,
-    CALIBRATIONS,
     CITED,
     DERIVED_FROM,
     ENTRIES,
     FILES,
-    LINES,
-    RUNS,
-    SENSOR_CALIBRATIONS,
-    TYPED,
+    KEYS,
     WITHDRAWN,
+    add_keys,
+    cite,
+    enter,
+    identity,
+    utc_timestamp,
 )
-from layerjam.archive.times import now
 from layerjam.errors import FileError, LayerjamError
 from layerjam.identify.provenance import sha256
 from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING
@@ -91,30 +88,25 @@ def _with_serial(content: Content, serial: str | None) -> Content:
 
 
 def _add(db: Connection, contents: Iterable[Content], made: Added) -> None:
-    """Enter files one after the other, then link what is there now."""
+    """Enter files one after the other, then look which of their sources are missing."""
     fresh: dict[str, str] = {}
-    keys: set[str] = set()
     for content in contents:
         why = refusal(db, content)
         if why is not None:
             made.refused[content.path] = why
             continue
-        entered = _Entering(db, content)
-        made.ids[content.path] = entered.id
-        made.others |= entered.others
+        inside: dict[str, str] = {}
+        ident = _enter_file(db, content, inside)
+        made.ids[content.path] = ident
+        made.others |= {one: f"{kind} in {content.path}" for one, kind in inside.items()}
         made.notes += [(content.path, note) for note in content.notes]
-        fresh |= dict.fromkeys((entered.id, *entered.fresh), content.path)
-        keys |= entered.keys
-        _measured_under(db, content)
-    for child, key, role, name in _cited(db, fresh, keys):
-        parents = holders(db, key)
-        for parent in parents:
-            link(db, child, parent, role)
-        if not parents and child in fresh:
-            made.unlinked.append((fresh[child], role, name, key))
+        fresh |= dict.fromkeys((ident, *inside), content.path)
+        _cite_later_facts(db, content)
+    for child, path in fresh.items():
+        made.unlinked += [(path, one.role, one.name, one.key) for one in unlinked(db, child)]
 
 
-def _measured_under(db: Connection, content: Content) -> None:
+def _cite_later_facts(db: Connection, content: Content) -> None:
     """Note that measurements which were added before the facts beside them come from these.
 
     The digest of the file beside them must be that of the measurement in the records.
@@ -126,15 +118,13 @@ def _measured_under(db: Connection, content: Content) -> None:
     wanted.append(FILES.c.kind.in_(["data", "export"]))
     if file["name"] != FOLDER:
         wanted.append(FILES.c.name == file["name"].removesuffix(SIDECAR_ENDING))
-    role = "conditions"
+    facts = Cited(file["sha256"], "conditions", file["name"])
     for row in db.execute(select(FILES.c.id, FILES.c.name, FILES.c.sha256).where(*wanted)).all():
-        there = Path(file["folder"]) / row.name
-        said = select(CITED.c.child).where(
-            CITED.c.child == row.id, CITED.c.key == file["sha256"], CITED.c.role == role
+        there = select(CITED.c.child).where(
+            CITED.c.child == row.id, CITED.c.key == facts.key, CITED.c.role == facts.role
         )
-        if db.execute(said).first() is None and _same(there, row.sha256):
-            new = {"child": row.id, "key": file["sha256"], "role": role, "name": file["name"]}
-            db.execute(CITED.insert().values(**new))
+        if db.execute(there).first() is None and _same(Path(file["folder"]) / row.name, row.sha256):
+            cite(db, row.id, [facts])
 
 
 def _same(path: Path, digest: str) -> bool:
@@ -145,25 +135,12 @@ def _same(path: Path, digest: str) -> bool:
 
 
 def refusal(db: Connection, content: Content) -> str | None:
-    """Why a file cannot be added, None where it can."""
-    same = select(FILES.c.id, FILES.c.name, FILES.c.made_at).where(
-        FILES.c.sha256 == content.file["sha256"]
-    )
+    """Return why a file cannot be added, or None if it can."""
     what = content.what
-    if what is not None and what.kind in ("brake", "line"):
-        # a byte order mark makes other bytes of the same text
-        table = TYPED[what.kind]
-        same = (
-            select(FILES.c.id, FILES.c.name, FILES.c.made_at)
-            .select_from(FILES.outerjoin(table, FILES.c.id == table.c.id))
-            .where(
-                or_(
-                    FILES.c.sha256 == content.file["sha256"],
-                    table.c.sha256 == what.columns["sha256"],
-                )
-            )
-        )
-    found = db.execute(same).first()
+    same = [FILES.c.sha256 == content.file["sha256"]]
+    if what is not None:  # a byte order mark makes other bytes of the same text
+        same.append(FILES.c.id == _known(db, what))
+    found = db.execute(select(FILES.c.id, FILES.c.name, FILES.c.made_at).where(or_(*same))).first()
     if found is not None:
         ident, name, made_at = found
         gone = _why_withdrawn(db, ident)
@@ -171,13 +148,15 @@ def refusal(db: Connection, content: Content) -> str | None:
         return f"is in the records already: {name}, added {made_at} as {ident}{more}"
     if what is not None and what.kind == "run" and what.columns["run_id"]:
         there = db.execute(
-            select(RUNS.c.id, RUNS.c.file)
-            .outerjoin(WITHDRAWN, WITHDRAWN.c.id == RUNS.c.id)
-            .where(RUNS.c.run_id == what.columns["run_id"], WITHDRAWN.c.id.is_(None))
+            select(ENTRIES.c.id, ENTRIES.c.name)
+            .join(KEYS)
+            .outerjoin(WITHDRAWN)
+            .where(ENTRIES.c.kind == "run", KEYS.c.key == what.columns["run_id"])
+            .where(WITHDRAWN.c.id.is_(None))
         ).first()
         if there is not None:
             return (
-                f"is another state of a run that is in the records already: {there.file} as "
+                f"is another state of a run that is in the records already: {there.name} as "
                 f"{there.id}; withdraw that one first"
             )
     return None
@@ -189,122 +168,55 @@ def _why_withdrawn(db: Connection, ident: str) -> str | None:
     return None if found is None else str(found)
 
 
-class _Entering:
-    """One file as it goes into the tables; `others` are records inside it that are new.
-
-    `fresh` are the ids of new records beside its own, `keys` what others may cite it by.
-    """
-
-    def __init__(self, db: Connection, content: Content) -> None:
-        self.db, self.content = db, content
-        self.others: dict[str, str] = {}
-        self.fresh: list[str] = []
-        self.keys: set[str] = {str(content.file["sha256"])}
-        parents = {role: self._other(role) for role in content.others}
-        self.id = self._own(parents)
-        for role, parent in parents.items():
-            if parent is not None:
-                link(db, self.id, parent, role)
-        self._cite(self.id, content.cited)
-
-    def _own(self, parents: Mapping[str, str | None]) -> str:
-        """Enter the file and the record that it is; its id."""
-        content, what = self.content, self.content.what
-        ident = None
-        if what is None:
-            ident = self._entry(str(content.file["kind"]))
-        else:
-            more: dict[str, Any] = {}
-            if what.kind == "run":
-                more = {role.replace(" ", "_"): parent for role, parent in parents.items()}
-            ident = self._found(what) or self._record(what, more)
-        there = {"host": node(), "simulated": None, **content.file}
-        self.db.execute(FILES.insert().values(id=ident, **stamp(), **there))
-        return ident
-
-    def _other(self, role: str) -> str | None:
-        """A record inside the file: the one that is there already, or a new one."""
-        piece = self.content.others[role]
-        more: dict[str, Any] = {}
+def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str:
+    """Enter a file and the record that it is; its id. `inside` gets {id: kind} of new others."""
+    made = stamp()
+    parents: dict[str, str] = {}
+    for role, other in content.others.items():
+        piece = other
         if piece.kind == "sensor calibration":
-            board = self._found(self.content.others["board"])
-            more = {"board": board}
-            piece = replace(piece, columns={**piece.columns, **more})
-        ident = self._found(piece)
+            piece = replace(piece, columns={**piece.columns, "board": parents["board"]})
+        ident = _known(db, piece)
+        if ident is None and piece.kind in ("brake", "line"):
+            digests = (piece.columns[name] for name in ("sha256", "rendered_sha256"))
+            ident = holder(db, piece.kind, *digests)
         if ident is None:
-            ident = self._record(piece, more)
-            self.fresh.append(ident)
-            self.others[ident] = f"{piece.kind} in {self.content.path}"
-        return ident
-
-    def _found(self, piece: Piece) -> str | None:
-        """The id of a record that is there already, by what makes it this one."""
-        columns = piece.columns
-        table = TYPED[piece.kind]
-        wanted: list[Any]
-        if piece.kind in ("brake", "line"):
-            ident = _first(self.db, table, table.c.sha256 == columns["sha256"])
-            inside = self.content.what is not piece
-            if ident is None and inside:
-                same = table.c.rendered_sha256.in_([columns["sha256"], columns["rendered_sha256"]])
-                ident = _first(self.db, table, same)
-            return ident
-        if piece.kind == "board":
-            wanted = [table.c.serial == columns["serial"]]
-        elif piece.kind == "sensor calibration":
-            wanted = [
-                SENSOR_CALIBRATIONS.c.board == columns["board"],
-                SENSOR_CALIBRATIONS.c.said == columns["said"],
-            ]
-        elif piece.kind == "calibration":
-            wanted = [CALIBRATIONS.c.sha256 == columns["sha256"]]
-        else:
-            return None
-        return _first(self.db, table, *wanted)
-
-    def _record(self, piece: Piece, more: Mapping[str, Any]) -> str:
-        """Enter one record with a new id."""
-        columns = {**piece.columns, **more}
-        if piece.kind == "calibration":
-            columns["brake"] = self._calibrated(piece)
-        ident = self._entry(piece.kind)
-        self.db.execute(TYPED[piece.kind].insert().values(id=ident, **stamp(), **columns))
-        for name in ("sha256", "rendered_sha256", "run_id"):
-            if columns.get(name):
-                self.keys.add(columns[name])
-        self._cite(ident, piece.cited)
-        return ident
-
-    def _calibrated(self, piece: Piece) -> str | None:
-        """The brake that a calibration started from, where it is in the records."""
-        key = next((c.key for c in piece.cited if c.role == "start"), None)
-        found = [] if key is None else holders(self.db, key)
-        return next((one for one in found if _first(self.db, BRAKES, BRAKES.c.id == one)), None)
-
-    def _entry(self, kind: str) -> str:
-        """A new id."""
-        ident = str(uuid.uuid4())
-        self.db.execute(ENTRIES.insert().values(id=ident, kind=kind))
-        return ident
-
-    def _cite(self, child: str, cited: Iterable[Any]) -> None:
-        """Note what a record says it comes from."""
-        unique = {(c.key, c.role): c.name for c in cited}
-        for (key, role), name in unique.items():
-            self.db.execute(CITED.insert().values(child=child, key=key, role=role, name=name))
+            ident = _enter(db, piece, made)
+            inside[ident] = piece.kind
+        parents[role] = ident
+    file = {"host": node(), "simulated": None, **content.file}
+    what = content.what or Piece(kind=str(file["kind"]), columns=file)
+    if what.kind == "run":
+        own = {role.replace(" ", "_"): parent for role, parent in parents.items()}
+        what = replace(what, columns={**what.columns, **own})
+    ident = _known(db, what) or _enter(db, what, made)
+    db.execute(FILES.insert().values(id=ident, **made, **file))
+    add_keys(db, ident, [file["sha256"]])
+    cite(db, ident, [*content.cited, *(Cited(key, role, "") for role, key in parents.items())])
+    return ident
 
 
-def _first(db: Connection, table: Table, *wanted: Any) -> str | None:
-    """The id of the first row that is as wanted."""
-    found = db.execute(
-        select(table.c.id).where(*wanted).order_by(table.c.made_at, table.c.id)
-    ).scalar()
-    return None if found is None else str(found)
+def _known(db: Connection, piece: Piece) -> str | None:
+    """The id of a record that is there already."""
+    same = ENTRIES.c.identity == identity(piece.kind, piece.columns)
+    return db.execute(select(ENTRIES.c.id).where(same)).scalar()
+
+
+def _enter(db: Connection, piece: Piece, made: Mapping[str, str]) -> str:
+    """Enter one record with a new id."""
+    columns, ident = dict(piece.columns), str(uuid.uuid4())
+    if piece.kind == "calibration":
+        columns["brake"] = holder(
+            db, "brake", *(one.key for one in piece.cited if one.role == "start")
+        )
+    enter(db, ident, piece.kind, made, columns)
+    cite(db, ident, piece.cited)
+    return ident
 
 
 def stamp() -> dict[str, str]:
     """What every row says of its making."""
-    return {"made_at": now(), "software": f"layerjam {__version__}", "by": user()}
+    return {"made_at": utc_timestamp(), "software": f"layerjam {__version__}", "by": user()}
 
 
 def user() -> str:
@@ -312,55 +224,6 @@ def user() -> str:
     with suppress(OSError, KeyError, ImportError):
         return getpass.getuser()
     return ""
-
-
-def _cited(
-    db: Connection, fresh: Mapping[str, str], keys: Iterable[str]
-) -> Iterator[tuple[str, str, str, str]]:
-    """What new records cite, and what older ones cite of them: child, key, role, name."""
-    columns = (CITED.c.child, CITED.c.key, CITED.c.role, CITED.c.name)
-    found: dict[tuple[str, str, str], str] = {}
-    for child in fresh:
-        for row in db.execute(select(*columns).where(CITED.c.child == child)):
-            found[row[0], row[1], row[2]] = row[3]
-    for key in keys:
-        for row in db.execute(select(*columns).where(CITED.c.key == key)):
-            found[row[0], row[1], row[2]] = row[3]
-    for (child, key, role), name in found.items():
-        yield child, key, role, name
-
-
-def holders(db: Connection, key: str) -> list[str]:
-    """The records that a digest or the number of a run names.
-
-    Several, where a brake came inside a run and as a file too, or a run in two states.
-    """
-    columns = (
-        (FILES, FILES.c.sha256),
-        (BRAKES, BRAKES.c.sha256),
-        (LINES, LINES.c.sha256),
-        (BRAKES, BRAKES.c.rendered_sha256),
-        (LINES, LINES.c.rendered_sha256),
-        (RUNS, RUNS.c.run_id),
-    )
-    found = [
-        str(row.id)
-        for table, column in columns
-        for row in db.execute(
-            select(table.c.id).where(column == key).order_by(table.c.made_at, table.c.id)
-        )
-    ]
-    return list(dict.fromkeys(found))
-
-
-def link(db: Connection, child: str, parent: str, role: str) -> None:
-    """Note that one record was derived from another, once."""
-    if child == parent:
-        return
-    row = {"child": child, "parent": parent, "role": role}
-    there = select(DERIVED_FROM.c.child).where(*(DERIVED_FROM.c[k] == v for k, v in row.items()))
-    if db.execute(there).first() is None:
-        db.execute(DERIVED_FROM.insert().values(**row))
 
 
 def withdraw(database: Database, ident: str, why: str) -> tuple[str, list[str]]:
@@ -371,13 +234,13 @@ def withdraw(database: Database, ident: str, why: str) -> tuple[str, list[str]]:
     if not why.strip():
         raise RecordsError("why: is empty; say in a few words what is wrong with the record")
     with database.reading() as db:
-        named(db, ident, database.where)
+        resolve_record_id(db, ident, database.where)
     with database.writing() as db:
-        whole = named(db, ident, database.where)
+        whole = resolve_record_id(db, ident, database.where)
         before = _why_withdrawn(db, whole)
         if before is not None:
             raise RecordsError(f"{whole}: was withdrawn before, because: {before}")
-        made = {"id": whole, "when": now(), "why": storable(why.strip()), "by": user()}
+        made = {"id": whole, "when": utc_timestamp(), "why": storable(why.strip()), "by": user()}
         db.execute(WITHDRAWN.insert().values(**made))
         children = select(DERIVED_FROM.c.child).where(DERIVED_FROM.c.parent == whole).distinct()
         return whole, sorted(str(row[0]) for row in db.execute(children))

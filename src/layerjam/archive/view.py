@@ -10,24 +10,12 @@ from pathlib import Path
 from platform import node
 from typing import Any
 
-from sqlalchemy import Connection, literal, select
+from sqlalchemy import Connection, select
 
-from layerjam.archive.database import Database
-from layerjam.archive.move import RecordsError
-from layerjam.archive.names import NAMES, named
+from layerjam.archive.database import Database, RecordsError
+from layerjam.archive.names import resolve_record_id, unlinked
 from layerjam.archive.pieces import text_digest
-from layerjam.archive.schema import (
-    BRAKES,
-    CALIBRATIONS,
-    CITED,
-    DERIVED_FROM,
-    ENTRIES,
-    FILES,
-    LINES,
-    TYPED,
-    WITHDRAWN,
-)
-from layerjam.archive.store import holders
+from layerjam.archive.schema import DERIVED_FROM, ENTRIES, FILES, KINDS, WITHDRAWN
 from layerjam.identify.provenance import sha256
 
 SAME_NATURE = {"measured", "start", "run", "calibration"}
@@ -59,29 +47,12 @@ class Verified:
 
 def rows(db: Connection) -> list[dict[str, Any]]:
     """A row of every record, oldest first: id, kind, name, made_at, by, simulated, withdrawn."""
-    kinds: dict[str, str] = {row.id: row.kind for row in db.execute(select(ENTRIES))}
-    gone: dict[str, str] = {row.id: row.why for row in db.execute(select(WITHDRAWN))}
-    found = {}
-    for table, name in NAMES.items():
-        marked = table.c.simulated if "simulated" in table.c else literal(None).label("simulated")
-        columns = (table.c.id, table.c.made_at, table.c.by, name.label("called"), marked)
-        for row in db.execute(select(*columns)):
-            if TYPED[kinds[row.id]] is table:
-                found[row.id] = row
-    synthetic = _synthetic(db, (i for i, row in found.items() if row.simulated))
-    ordered = sorted(found.values(), key=lambda row: (row.made_at, row.id))
-    return [
-        {
-            "id": row.id,
-            "kind": kinds[row.id],
-            "name": row.called,
-            "made_at": row.made_at,
-            "by": row.by,
-            "simulated": row.id in synthetic,
-            "withdrawn": gone.get(row.id),
-        }
-        for row in ordered
-    ]
+    names = ("id", "kind", "name", "made_at", "by", "simulated")
+    columns = (*(ENTRIES.c[name] for name in names), WITHDRAWN.c.why.label("withdrawn"))
+    ordered = select(*columns).outerjoin(WITHDRAWN).order_by(ENTRIES.c.made_at, ENTRIES.c.id)
+    found = [dict(row) for row in db.execute(ordered).mappings()]
+    synthetic = _synthetic(db, (row["id"] for row in found if row["simulated"]))
+    return [{**row, "simulated": row["id"] in synthetic} for row in found]
 
 
 def _synthetic(db: Connection, marked: Iterable[str]) -> set[str]:
@@ -103,27 +74,26 @@ def _synthetic(db: Connection, marked: Iterable[str]) -> set[str]:
 def show(database: Database, ident: str) -> Shown:
     """One record by its id, or the first characters of it; RecordsError where there is none."""
     with database.reading() as db:
-        whole = named(db, ident, database.where)
-        if db is None:  # which `named` has refused
+        whole = resolve_record_id(db, ident, database.where)
+        if db is None:  # which `resolve_record_id` has refused
             raise RecordsError(f"{database.where}: there are no records yet")
         every = {row["id"]: row for row in rows(db)}
         parents: dict[str, list[Any]] = defaultdict(list)
         children = []
-        for row in db.execute(select(DERIVED_FROM).order_by(DERIVED_FROM.c.role)):
+        links = db.execute(select(DERIVED_FROM)).all()
+        for row in sorted(
+            links, key=lambda row: (row.role, every[row.parent]["name"], every[row.child]["name"])
+        ):
             parents[row.child].append(row)
             if row.parent == whole:
                 children.append({**_short(every[row.child]), "role": row.role})
-        cited = db.execute(select(CITED).where(CITED.c.child == whole).order_by(CITED.c.name))
-        unlinked = [
-            {"name": row.name, "role": row.role, "key": row.key}
-            for row in cited.all()
-            if not holders(db, row.key)
-        ]
         return Shown(
             record=_record(db, every[whole]),
             derived_from=list(_ancestors(whole, parents, every)),
             used_by=children,
-            unlinked=unlinked,
+            unlinked=[
+                {"name": one.name, "role": one.role, "key": one.key} for one in unlinked(db, whole)
+            ],
         )
 
 
@@ -147,22 +117,22 @@ def _ancestors(
 
 
 def _record(db: Connection, row: Mapping[str, Any]) -> dict[str, Any]:
-    """Everything that the tables say of one record."""
-    ident = row["id"]
-    table = TYPED[str(row["kind"])]
-    said: dict[str, Any] = dict(
-        db.execute(select(table).where(table.c.id == ident)).mappings().one()
-    )
-    made = {**row, **{key: value for key, value in said.items() if key not in row}}
+    """Everything that the tables hold about one record."""
+    own = ENTRIES.c.id == row["id"]
+    software, content = db.execute(select(ENTRIES.c.software, ENTRIES.c.content).where(own)).one()
+    file = db.execute(select(FILES).where(FILES.c.id == row["id"])).mappings().first()
+    if not KINDS[row["kind"]].columns:
+        content = {} if file is None else file
+    made = {**row, "software": software}
+    made |= {key: value for key, value in content.items() if key not in made}
     for key in ("result", "checks", "covariance"):
         if made.get(key):
             made[key] = _parsed(str(made[key]))
-    if table is CALIBRATIONS:
-        made["method"] = said["kind"]
-    file = db.execute(select(FILES).where(FILES.c.id == ident)).mappings().first()
+    if row["kind"] == "calibration":
+        made["method"] = row["name"]
     keys = ("name", "folder", "host", "bytes", "sha256")
     made["added_from"] = None if file is None else {key: file[key] for key in keys}
-    gone = db.execute(select(WITHDRAWN).where(WITHDRAWN.c.id == ident)).mappings().first()
+    gone = db.execute(select(WITHDRAWN).where(WITHDRAWN.c.id == row["id"])).mappings().first()
     made["withdrawn"] = None if gone is None else {key: gone[key] for key in ("when", "why", "by")}
     return made
 
@@ -186,11 +156,7 @@ def verify(database: Database, folders: Sequence[str | Path] = ()) -> Verified:
             return made
         gone = {row.id for row in db.execute(select(WITHDRAWN.c.id))}
         files = [dict(row) for row in db.execute(select(FILES)).mappings()]
-        texts = [
-            (kind, row)
-            for kind, table in (("brake", BRAKES), ("line", LINES))
-            for row in db.execute(select(table.c.id, table.c.name, table.c.toml, table.c.sha256))
-        ]
+        texts = db.execute(select(ENTRIES).where(ENTRIES.c.kind.in_(["brake", "line"]))).all()
     for file in files:
         if file["id"] in gone:
             continue
@@ -200,11 +166,12 @@ def verify(database: Database, folders: Sequence[str | Path] = ()) -> Verified:
             keys = ("id", "kind", "name", "folder", "host", "sha256")
             row = {key: file[key] for key in keys}
             (made.changed if state == "changed" else made.missing).append(row)
-    for kind, text in texts:
+    for text in texts:
         made.checked += 1
-        if text_digest(text.toml) != text.sha256:
-            about = {"id": text.id, "kind": kind, "name": text.name, "folder": None, "host": None}
-            made.changed.append({**about, "sha256": text.sha256})
+        digest = text.content["sha256"]
+        if text_digest(text.content["toml"]) != digest:
+            about = {"id": text.id, "kind": text.kind, "name": text.name}
+            made.changed.append({**about, "folder": None, "host": None, "sha256": digest})
     return made
 
 
