@@ -85,8 +85,8 @@ def bound(path: Path, precision: Precision) -> tuple[Any, _Structures]:
         getattr(library_, name).argtypes = (brake, state, real)
         getattr(library_, name).restype = real
     library_.lj_stored.argtypes, library_.lj_stored.restype = (brake, state), real
-    library_.lj_state_fault.argtypes = (state,)
-    library_.lj_state_fault.restype = ctypes.c_char_p
+    library_.lj_fault.argtypes = (state,)
+    library_.lj_fault.restype = ctypes.c_char_p
     at = ctypes.c_void_p
     library_.lj_history.argtypes = (brake, state, ctypes.c_int64, at, at, at)
     library_.lj_history.restype = None
@@ -162,7 +162,7 @@ class Kernel:
         if len(given) != size:
             raise QuantityError.of("state", f"expected {size} bytes, got {len(given)}")
         state = self._made.state.from_buffer_copy(given)
-        if fault := self._library.lj_state_fault(state):
+        if fault := self._library.lj_fault(state):
             raise QuantityError.of("state", f"the bytes are damaged: {fault.decode()}")
         self._state = state
 

@@ -4,6 +4,8 @@
 
 int lj_state_size(void) { return (int)sizeof(lj_state); }
 
+const char *lj_fault(const lj_state *state) { return lj_state_fault(state); }
+
 void lj_history(const lj_brake *brake, lj_state *state, int64_t count, const lj_real *elongation,
                 const lj_real *vacuum, lj_row *rows)
 {

@@ -12,6 +12,9 @@ typedef struct {
 /* Bytes of a state, by which Python's picture of it is checked. */
 int lj_state_size(void);
 
+/* lj_state_fault, to be called from Python. */
+const char *lj_fault(const lj_state *state);
+
 /* Move through `count` elongations [m] under as many vacuums [Pa]. */
 void lj_history(const lj_brake *brake, lj_state *state, int64_t count, const lj_real *elongation,
                 const lj_real *vacuum, lj_row *rows);

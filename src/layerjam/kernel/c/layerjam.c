@@ -2,8 +2,6 @@
 
 #include "layerjam.h"
 
-#include <stddef.h>
-
 #define LJ(number) ((lj_real)(number))
 
 /* For speed, what every move needs stands in one piece and the rest out of its way; for size (-Os)
@@ -594,22 +592,6 @@ int lj_check(const lj_brake *brake)
         if (!(numbers[i] > least && numbers[i] < LJ_LIMIT))
             return i + 1;
     }
-    return 0;
-}
-
-const char *lj_state_fault(const lj_state *s)
-{
-    const lj_real *numbers = (const lj_real *)(const void *)s;
-    size_t i;
-    if (s->highs_count > LJ_DEPTH || s->lows_count > LJ_DEPTH)
-        return "more turning points than are remembered";
-    if (s->loading > 1 || s->motion > LJ_INWARD || s->flags > (LJ_OVERFLOW << 1) - 1)
-        return "an unknown direction, motion or flag";
-    for (i = 0; i < offsetof(lj_state, flags) / sizeof *numbers; i++)
-        if (!(numbers[i] > -LJ_LIMIT && numbers[i] < LJ_LIMIT))
-            return "a number that is not finite";
-    if (!(s->vacuum >= 0 && s->force >= 0 && s->slip >= 0))
-        return "a vacuum, force or slip below zero";
     return 0;
 }
 

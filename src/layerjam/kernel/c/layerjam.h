@@ -17,6 +17,7 @@
 #ifndef LAYERJAM_H
 #define LAYERJAM_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 /* What is not below LJ_LIMIT is refused: the square of an input must be a number. */
@@ -93,8 +94,23 @@ typedef struct {
 int lj_check(const lj_brake *brake);
 
 /* What is wrong with a state that was read from a file or from another program: a sentence, or null
- * if nothing is. Every function here expects a state without such a fault. */
-const char *lj_state_fault(const lj_state *state);
+ * if nothing is. Every function here expects a state without such a fault. A chip that reads no
+ * states spends nothing on it. */
+static inline const char *lj_state_fault(const lj_state *s)
+{
+    const lj_real *numbers = (const lj_real *)(const void *)s;
+    size_t i;
+    if (s->highs_count > LJ_DEPTH || s->lows_count > LJ_DEPTH)
+        return "more turning points than are remembered";
+    if (s->loading > 1 || s->motion > LJ_INWARD || s->flags > (LJ_OVERFLOW << 1) - 1)
+        return "an unknown direction, motion or flag";
+    for (i = 0; i < offsetof(lj_state, flags) / sizeof *numbers; i++)
+        if (!(numbers[i] > -LJ_LIMIT && numbers[i] < LJ_LIMIT))
+            return "a number that is not finite";
+    if (!(s->vacuum >= 0 && s->force >= 0 && s->slip >= 0))
+        return "a vacuum, force or slip below zero";
+    return 0;
+}
 
 /* A brake at rest: no slip, no force, no elongation, under a vacuum [Pa]. */
 void lj_start(lj_state *state, lj_real vacuum);
