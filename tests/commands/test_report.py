@@ -12,6 +12,7 @@ from layerjam.cli.generate import spread
 from layerjam.commands.index import load
 from layerjam.commands.report import Report, report
 from layerjam.errors import FileError, FitError, LayerjamError, QuantityError
+from layerjam.measure.sidecar import sidecar_path
 from layerjam.report import brake_files as writer
 from layerjam.report import typeset
 from report.brake_files import BRAKE, Campaign, campaign
@@ -119,6 +120,52 @@ def test_friction_goes_into_the_calibration(files: Campaign, tmp_path: Path) -> 
     assert brake.film.kinetic == pytest.approx(answer.friction["kinetic"])
     assert brake.scale_factor == pytest.approx(answer.calibration["scale_factor"])
     assert answer.record.file.name == BRAKE
+
+
+@pytest.fixture(scope="module")
+def gross(files: Campaign, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """The friction tests, one with its forces divided by 1,000."""
+    folder = tmp_path_factory.mktemp("gross")
+    out = []
+    for path in files.friction:
+        for one in (path, sidecar_path(path)):
+            (folder / one.name).write_bytes(one.read_bytes())
+        out.append(folder / path.name)
+    lines = out[0].read_text(encoding="utf-8").split("\n")
+    head = next(i for i, line in enumerate(lines) if "(N)" in line)
+    for i in range(head + 1, len(lines)):
+        cells = lines[i].split(",")
+        if len(cells) == 3:
+            cells[2] = f'"{float(cells[2].strip(chr(34))) / 1000:.9f}"'
+            lines[i] = ",".join(cells)
+    out[0].write_text("\n".join(lines), encoding="utf-8")
+    return out
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_failed_check_writes_nothing(files: Campaign, gross: list[Path], tmp_path: Path) -> None:
+    answer = run(tmp_path, friction=gross, pulls=files.pulls, normal_force="2.45 N")
+    failed = {row["name"] for row in answer.failed_checks}
+    assert answer.verdict == "failed" and "repeats" in failed and answer.report is None
+    assert list(tmp_path.iterdir()) == []
+    reasons = dict.fromkeys(failed, "demonstration")
+    answer = run(tmp_path, friction=gross, pulls=files.pulls, normal_force="2.45 N", accept=reasons)
+    assert answer.verdict == "accepted" and {a["check"] for a in answer.accepted} == failed
+    page = json.loads((tmp_path / "out" / "report.html").read_text())
+    assert page["verdicts"][0]["text"].startswith("Verdict: accepted")
+    assert sum("demonstration" in line for line in page["banner"]) == len(failed)
+    written = json.loads((tmp_path / "out" / "results.json").read_text())
+    assert written["verdict"] == "accepted" and len(written["accepted"]) == len(failed)
+    assert {a.check for a in answer.record.file.accepted} <= failed
+
+
+@pytest.mark.usefixtures("quick")
+def test_only_a_failed_check_is_accepted(files: Campaign, tmp_path: Path) -> None:
+    with pytest.raises(QuantityError, match="has not failed"):
+        run(tmp_path, pulls=files.pulls, accept={"plausible": "because"})
+    with pytest.raises(LayerjamError, match="unknown check"):
+        run(tmp_path, pulls=files.pulls, accept={"plausibel": "because"})
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from layerjam.errors import FileError
+from layerjam.measure.certificate import Certificate
 from layerjam.measure.options import options_beside
 from layerjam.measure.sidecar import Facts, read_facts, sidecar_path, write_facts
 
@@ -37,6 +38,20 @@ def test_read(tmp_path: Path) -> None:
         ("brake = 7", 1, "text in quotes"),
         ("vacuum = ", 1, "is not TOML"),
         ("[vacuum]\nx = 1", 1, "does not know x"),
+        ('load_cell_certificate = "K1"', 1, "must be a table with number, date, laboratory"),
+        ('[gauge_certificate]\nnumber = "P"', 1, "date, laboratory missing"),
+        ('[gauge_certificate]\nnumbr = "P"', 1, "does not know numbr"),
+        (
+            '[gauge_certificate]\nnumber = "P"\nlaboratory = "L"\ndate = "1 March"',
+            4,
+            "'1 March' is not a day such as 2026-03-01",
+        ),
+        (
+            '[gauge_certificate]\nnumber = "P"\nlaboratory = "L"\ndate = 2026-03-01\n'
+            'due = "2025-03-01"',
+            5,
+            "2025-03-01 is before the calibration of 2026-03-01",
+        ),
     ],
 )
 def test_refused_with_the_line(text: str, line: int, sentence: str, tmp_path: Path) -> None:
@@ -66,6 +81,31 @@ def test_written_and_read_back(tmp_path: Path) -> None:
         write_facts(tmp_path / "pull.csv", facts)
     write_facts(tmp_path / "pull.csv", Facts(), force=True)
     assert read_facts(tmp_path / "pull.csv") == Facts()
+
+
+CERTIFICATE = """
+number = "K-17"
+date = 2026-03-01
+due = "2027-03-01"
+laboratory = "DKD 123"
+"""
+
+
+def test_a_certificate_is_a_record(tmp_path: Path) -> None:
+    """Days with and without quotes; a file's own certificate replaces the folder's as a whole."""
+    known = Certificate(number="K-17", date="2026-03-01", due="2027-03-01", laboratory="DKD 123")
+    (tmp_path / "conditions.toml").write_text(
+        f'customer = "Ankle Works"\n[load_cell_certificate]{CERTIFICATE}', encoding="utf-8"
+    )
+    facts = read_facts(tmp_path / "pull.csv")
+    assert facts == Facts(customer="Ankle Works", load_cell_certificate=known)
+    write_facts(tmp_path / "pull.csv", facts)
+    assert read_facts(tmp_path / "pull.csv") == facts
+    own = 'number = "K-18"\ndate = "2026-04-01"\nlaboratory = "other"\n'
+    facts = facts_of(tmp_path, f"[load_cell_certificate]\n{own}")
+    assert facts.load_cell_certificate == Certificate(
+        number="K-18", date="2026-04-01", laboratory="other"
+    )
 
 
 def test_what_holds_for_a_folder_stands_once(tmp_path: Path) -> None:

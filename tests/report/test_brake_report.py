@@ -25,6 +25,7 @@ DRAWN = {
     for name in ("friction", "calibration", "scale-factors", "validation", "residuals")
 }
 DAY = "2026-02-03"
+NUMBER = "L/2026<14>"
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +37,7 @@ def made(files: Campaign, out: Path, **more: Any) -> Result:
     given: dict[str, Any] = {
         "friction": files.friction, "pulls": files.pulls, "validate": files.validate,
         "normal_force": NORMAL_FORCE, "date": DAY, "command": "layerjam report x",
+        "report_number": NUMBER, "customer": "Ankle Works",
     }  # fmt: skip
     return report(BRAKE, out=out, **(given | more))
 
@@ -122,6 +124,56 @@ def test_figures_are_vector_and_labelled(told: tuple[Result, Path]) -> None:
 def test_the_pdf_is_as_long_as_it_is(told: tuple[Result, Path]) -> None:
     data = (told[1] / "report.pdf").read_bytes()
     assert data.startswith(b"%PDF") and 2 <= len(re.findall(rb"/Type\s*/Page\b", data)) <= 6
+
+
+def test_the_number_of_the_report_is_on_every_page(told: tuple[Result, Path], page: Page) -> None:
+    """ISO/IEC 17025, 7.8.2.1 d: each page belongs to the report, and its end is clear."""
+    import pypdfium2
+
+    with pypdfium2.PdfDocument(told[1] / "report.pdf") as document:
+        texts = [document[i].get_textpage().get_text_range() for i in range(len(document))]
+    for number, text in enumerate(texts, 1):
+        assert f"Report {NUMBER}" in text and f"page {number} of {len(texts)}" in text
+    assert f"End of report {NUMBER}" in texts[-1] and "Ankle Works" in texts[0]
+    assert "Signed" in texts[-1] and "Verdict: passed" in texts[0]
+    html = (told[1] / "report.html").read_text(encoding="utf-8")
+    rule = re.search(r'@bottom-left { content:"([^"]*)"', html)
+    assert rule is not None and "<" not in rule.group(1)
+    shown = re.sub(r"\\([0-9a-f]{6})", lambda m: chr(int(m.group(1), 16)), rule.group(1))
+    assert shown == f"Report {NUMBER}" and f"End of report {NUMBER}" in "".join(page.words)
+
+
+def test_a_table_that_continues_repeats_its_header() -> None:
+    """A hundred pulls on several pages: each of these pages names the columns."""
+    import io
+
+    import pypdfium2
+
+    from layerjam.report.page import Page as Content
+    from layerjam.report.page import Part, Table
+    from layerjam.report.typeset import pdf
+
+    rows = [[str(n), f"pull-{n}.csv", "ok"] for n in range(1, 101)]
+    table = Table(id="pulls", caption="Each pull", head=["no.", "file", "verdict"], rows=rows)
+    content = Content(
+        title="t", lead="", parts=[Part(id="p", title="P", tables=[table])], footer="f",
+        mark="Report 1", more={"date": DAY},
+    )  # fmt: skip
+    with pypdfium2.PdfDocument(io.BytesIO(pdf(content.shown(), {}))) as document:
+        texts = [document[i].get_textpage().get_text_range() for i in range(len(document))]
+    with_rows = [text for text in texts if "pull-" in text.replace("\u200b", "")]
+    assert len(with_rows) > 1
+    assert all("no." in text and "verdict" in text for text in with_rows)
+
+
+def test_each_pull_has_one_row(told: tuple[Result, Path], results: dict[str, Any]) -> None:
+    """Peak, scale factor and comparison of a pull stand in one table, each number once."""
+    text = (told[1] / "report.html").read_text(encoding="utf-8")
+    assert text.count("<caption>Each pull</caption>") == 2 and "Pull by pull" not in text
+    names = {n["quantity"] for n in results["numbers"] if n["source"] == "pull-1.csv"}
+    own = ("vacuum", "speed", "peak force", "scale factor a", "stiffness k", "shape", "seating")
+    assert names >= {f"calibration pull: {name}" for name in own}
+    assert not any("pull by pull" in name for name in names)
 
 
 def test_the_csv_holds_what_the_json_holds(

@@ -6,9 +6,18 @@ import pytest
 from scipy import stats
 
 from layerjam.identify.calibration.budget import Budget, Contribution
+from layerjam.measure.certificate import Certificate
 from layerjam.measure.sidecar import Facts
 from layerjam.report.brake_numbers import Number, numbers_of
-from layerjam.report.signed import STATED, budget_table, circumstances
+from layerjam.report.signed import (
+    NOT_STATED,
+    STATED,
+    budget_table,
+    certificate_problems,
+    circumstances,
+    identity,
+    place_to_sign,
+)
 
 
 def rows(*facts: Facts) -> dict[str, str]:
@@ -27,10 +36,10 @@ def test_what_all_state_stands_once_and_what_differs_names_the_files() -> None:
     found = rows(one, one, two, Facts(operator="A. Nurse"))
     assert found["operator"] == "A. Nurse"
     assert found["film lot"] == (
-        "K17 (pull-1.csv and 1 more); K18 (pull-3.csv); not stated of 1 file"
+        "K17 (pull-1.csv and 1 more); K18 (pull-3.csv); not stated for 1 file"
     )
     assert found["gauge, limit of error"].startswith("0.5 kPa (pull-1.csv and 2 more)")
-    assert found["load cell, limit of error"].startswith("0.005 of the reading")
+    assert found["load cell, limit of error"].startswith("0.5 % (pull-1.csv and 1 more)")
 
 
 def test_the_budgets_numbers_are_those_of_the_budget() -> None:
@@ -70,3 +79,48 @@ def test_a_budget_in_which_nothing_is_stated_says_so() -> None:
     assert [row[4] for row in table.rows[-2:]] == ["not stated", "not stated"]
     assert "0.000 %" not in str(table.rows)
     assert table.note.endswith("State for a whole budget: a second pull; its SD.")
+
+
+def test_the_signature_names_what_nobody_stated() -> None:
+    """ISO/IEC 17025, 7.8.2.1: number, customer, laboratory, and the day of the tests."""
+    bare = identity([("a.csv", Facts())], "", "", "2026-11-25")
+    assert [k for k, text in bare.items() if text == NOT_STATED] == [
+        "report number", "customer", "laboratory", "tests done on"
+    ]  # fmt: skip
+    said = " ".join(place_to_sign(bare).text)
+    assert "Tests done on: not stated" in said and "date in conditions.toml" in said
+    assert said.count("ISO/IEC 17025, section 7.8.2.1") == 4 and "--report-number" in said
+    facts = Facts(date="2026-11-20", laboratory="Lab, Road 1", number="T-1", customer="C")
+    full = identity([("a.csv", facts), ("b.csv", facts)], "L-7", "", "2026-11-25")
+    assert full == {
+        "report number": "L-7",
+        "customer": "C",
+        "laboratory": "Lab, Road 1",
+        "tests done on": "2026-11-20",
+        "issued on": "2026-11-25",
+    }
+    assert "not stated" not in " ".join(place_to_sign(full).text)
+    one_day = identity([("a.csv", facts), ("b.csv", Facts())], "L-7", "C", "2026-11-25")
+    assert "Tests done on: not stated" in " ".join(place_to_sign(one_day).text)
+
+
+def test_certificates_are_judged_on_the_days_of_the_tests() -> None:
+    cell = Certificate(number="K", date="2026-03-01", due="2027-03-01", laboratory="L")
+    gauge = Certificate(number="P", date="2025-03-01", due="2026-03-01", laboratory="L")
+    facts = Facts(
+        date="2026-11-20 to 2026-11-22", load_cell_certificate=cell, gauge_certificate=gauge
+    )
+    stated = [("a.csv", facts), ("b.csv", facts)]
+    table = circumstances(stated).tables[1]
+    assert [row[:6] for row in table.rows] == [
+        ["load cell", "K", "2026-03-01", "2027-03-01", "L", "valid"],
+        ["vacuum gauge", "P", "2025-03-01", "2026-03-01", "L", "overdue since 2026-03-01"],
+        ["normal force", *[NOT_STATED] * 4, ""],
+    ]
+    assert certificate_problems(stated) == [
+        "Calibration certificate P of the vacuum gauge: "
+        "overdue since 2026-03-01 (a.csv and 1 more)."
+    ]
+    early = [("a.csv", Facts(date="2026-02-28", load_cell_certificate=cell))]
+    assert "calibrated after the tests" in certificate_problems(early)[0]
+    assert certificate_problems([("a.csv", Facts(load_cell_certificate=cell))]) == []

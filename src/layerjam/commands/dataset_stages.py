@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 from layerjam.commands.declare import Progress, taken
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.left_out import LeftOut
+from layerjam.commands.measurements import Measurements
 from layerjam.commands.reading import FileOptions
-from layerjam.commands.report import HowTested, Measurements, stages
+from layerjam.commands.report import HowTested, stages
 from layerjam.dataset.recipe import RECIPE, Recipe
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError

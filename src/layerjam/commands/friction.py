@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import PICTURE, check_lines, each, understood, write_brake
-from layerjam.commands.quantities import AREA, Accept, OutBrake, Overwrite, TargetBrake
+from layerjam.commands.quantities import Accept, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import NORMAL_FORCE, FileOptions, Files, Partial
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
@@ -16,6 +16,7 @@ from layerjam.device.load import catalogue, load
 from layerjam.device.mount import Site
 from layerjam.errors import FitError, Notice, QuantityError
 from layerjam.report.folder import plain
+from layerjam.simulate.quantities import AREA
 from layerjam.units import QuantitySpec, show
 from layerjam.verdict import judge
 
@@ -171,7 +172,9 @@ def friction(
     verdict = judge(found.checks, accept, [f"film.{name}" for name in found.means], out)
     warnings = [*found.warnings, *_odd_loads(traces, normal, test.normal_force is None, rule)]
     warnings += _stick_slip_notices(found)
-    pressure, said = _pressure(normal, test.area, brake.brake.site if brake else Site(), rule)
+    pressure, said = _pressure(
+        normal, _area(test, traces), brake.brake.site if brake else Site(), rule
+    )
     warnings += said
     written = None
     if brake is not None:
@@ -236,6 +239,11 @@ def _odd_loads(
                 f"{rule.title}, {show(load, 'N')}; give --normal-force if yours differs",
                 "normal-force-assumed",
             )
+
+
+def _area(test: FrictionTest, traces: Sequence[Trace]) -> Any:
+    """Return the area under the sled [m^2] as given, or else as a sidecar states it."""
+    return test.area or next((t.facts.area for t in traces if t.facts.area is not None), None)
 
 
 def _pressure(

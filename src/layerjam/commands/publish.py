@@ -10,9 +10,10 @@ from typing import Annotated, Any, Literal
 from layerjam.commands.declare import Help, Input, Progress, command
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.left_out import LeftOut
+from layerjam.commands.measurements import Measurements
 from layerjam.commands.quantities import AnyBrake, Atmosphere, Overwrite
 from layerjam.commands.reading import FileOptions, FileVacuum
-from layerjam.commands.report import HowTested, Measurements
+from layerjam.commands.report import HowTested
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import Notice
 from layerjam.units import show

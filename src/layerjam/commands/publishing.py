@@ -13,14 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 from layerjam.commands.dataset_stages import STAGES, USES, computed, options_of
 from layerjam.commands.declare import Progress
+from layerjam.commands.measurements import Measurements
 from layerjam.commands.quantities import AnyBrake, brake_file
-from layerjam.commands.report import HowTested, Measurements
+from layerjam.commands.report import HowTested
 from layerjam.dataset import campaign as campaigns
 from layerjam.dataset import checksums, crate
 from layerjam.dataset.people import Stated
 from layerjam.dataset.recipe import RECIPE, Recipe, versions
 from layerjam.device.file import BrakeFile
-from layerjam.errors import FileError, Notice
+from layerjam.errors import FileError, FitError, Notice
 from layerjam.fluid.file import load_line
 
 if TYPE_CHECKING:
@@ -113,6 +114,8 @@ def _computed(
 
     used = _divided(staging, given, how, tell)
     content = computed(staging, BRAKE, used, how, tell)
+    for one in content.verdict.failed:
+        raise FitError(f"check '{one.name}' failed: {one.sentence}; nothing was written")
     brake_files.write(content, staging / REPORT, say=lambda what: tell(what, 0.8))
     used, unused = _apart(staging, used, content)
     recipe = Recipe(

@@ -50,7 +50,6 @@ ROPE_STIFFNESS = replace(
 )
 ROPE_DAMPING = replace(spec_of(Rope, "damping"), example="'20 N s/m'")
 SHARE = replace(spec_of(Brake, "vacuum_share"), example="80%")
-AREA = QuantitySpec("m^2", "area", lo=1e-9, hi=1.0, example="625mm^2")
 LOG_TIME = QuantitySpec("s", "time in the log", lo=-1e9, hi=1e9, example="2s")
 
 Atmosphere = Annotated[float | str | None, ATMOSPHERE, Help("Atmosphere of the site.")]

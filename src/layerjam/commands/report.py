@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -15,7 +13,9 @@ from layerjam.commands.declare import Help, Progress, PythonOnly, command, optio
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.friction import friction as run_friction
 from layerjam.commands.left_out import LeftOut, excluded_lines
+from layerjam.commands.measurements import Measurements
 from layerjam.commands.quantities import (
+    Accept,
     Atmosphere,
     BrakeInput,
     Overwrite,
@@ -25,80 +25,39 @@ from layerjam.commands.reading import FileOptions, FileVacuum, Measured, several
 from layerjam.commands.results import Result, fact, result
 from layerjam.commands.validation import validate as run_validation
 from layerjam.device.file import BrakeFile
-from layerjam.device.load import load
-from layerjam.errors import FitError, LayerjamError, Notice, QuantityError
+from layerjam.errors import FitError, Notice
 from layerjam.measure.trace import Trace
 from layerjam.report.folder import plain
-from layerjam.simulate.quantities import VACUUM
-from layerjam.units import QuantitySpec, show
+from layerjam.verdict import Check, Verdict, judge, key_of, read_acceptances, remaining
 
 if TYPE_CHECKING:
     from layerjam.report.brake_files import Written
     from layerjam.report.brake_report import BrakeReport
 
-SPEED = QuantitySpec("m/s", "speed of the crosshead", open_lo=True)
-NEAR = 0.03
-"""Part by which a held back vacuum or speed may differ from the one given."""
-Paths = Sequence[Measured] | Measured
-
 
 @options
-class Measurements:
-    """The files of a report, and which of them serve what."""
+class Issued:
+    """What identifies a report besides its brake and date."""
 
-    friction: Annotated[Paths, Help("Friction tests.", metavar="FILE...", greedy=True)] = ()
-    pulls: Annotated[Paths, Help("Pulls to calibrate on.", metavar="FILE...", greedy=True)] = ()
-    validate: Annotated[Paths, Help("Pulls to validate on.", metavar="FILE...", greedy=True)] = ()
-    calibrate_on: Annotated[
-        Paths,
-        Help(
-            "Calibrate on these alone; the other pulls serve the validation.",
-            metavar="FILE...",
-            greedy=True,
-        ),
-    ] = ()
-    holdout: Annotated[
-        Sequence[str],
-        Help(
-            "Keep the pulls at this vacuum, speed or 'repeat N' for the validation.",
-            metavar="Q...",
-            greedy=True,
-        ),
-    ] = ()
-
-    def divided(
-        self, reading: FileOptions, tell: Progress
-    ) -> tuple[Sequence[Measured], Sequence[Measured]]:
-        """Which pulls to calibrate on, and which to validate on."""
-        pulls, others = several(self.pulls), several(self.validate)
-        chosen = several(self.calibrate_on)
-        holdout = [self.holdout] if isinstance(self.holdout, str) else list(self.holdout)
-        if chosen and holdout:
-            raise QuantityError("--calibrate-on and --holdout: give one of them")
-        if holdout and not pulls:
-            raise QuantityError("--holdout: there are no --pulls to hold back from")
-        if holdout:
-            kept, held = _held_back(pulls, holdout, reading, tell)
-            return kept, [*held, *others]
-        if chosen:
-            known = {_identity(p) for p in chosen}
-            rest = [p for p in pulls if _identity(p) not in known]
-            if not (rest or others):
-                raise QuantityError("--calibrate-on: names every pull, none is left to validate on")
-            return chosen, [*rest, *others]
-        return pulls, others or pulls
+    report_number: Annotated[str, Help("Number of the report, on every page.", metavar="TEXT")] = ""
+    customer: Annotated[str, Help("Customer, with the address.", metavar="TEXT")] = ""
 
 
 @result
 class Report(Result):
-    """Where the report's files are, and each stage's keys; `record` is the BrakeReport."""
+    """Where the report's files are, and each stage's keys; `record` is the BrakeReport.
 
-    report: str = fact("the page")
+    The files are None if a check failed.
+    """
+
+    report: str | None = fact("the page; null if a check failed")
     pdf: str | None = fact("the page as PDF; null without the extra 'pdf'")
-    numbers: str = fact("every number, as CSV")
-    results: str = fact("everything, as JSON")
+    numbers: str | None = fact("every number, as CSV")
+    results: str | None = fact("everything, as JSON")
     figures: Sequence[str] = fact(
-        "the figures", shown=lambda found: found and f"{len(found)} in {Path(found[0]).parent}"
+        "the figures",
+        default=(),
+        shown=lambda found: found and f"{len(found)} in {Path(found[0]).parent}",
     )
     friction: Mapping[str, Any] | None = fact("keys of friction", listed=False)
     calibration: Mapping[str, Any] | None = fact("keys of calibrate", listed=False)
@@ -121,6 +80,19 @@ class _Work:
     report: BrakeReport
     how: HowTested
     tell: Progress
+
+    def judged(self, stage: str, checks: Sequence[Check], numbers: Sequence[str] = ()) -> Verdict:
+        """Return the verdict of a stage, whose checks concern `numbers`; the report adds it."""
+        failed = {key_of(c.name) for c in checks if c.level == "failed"}
+        own = {name: why for name, why in self.how.accept.items() if key_of(name) in failed}
+        found, before = judge(checks, own, numbers), self.report.verdict
+        self.report.checks[stage] = checks
+        self.report.verdict = Verdict(
+            checks=(*before.checks, *found.checks),
+            decisions=(*before.decisions, *found.decisions),
+            numbers=(*before.numbers, *found.numbers),
+        )
+        return found
 
     def keep(self, stage: str, found: Result, traces: Sequence[Trace], *left_out: str) -> None:
         """Take a command's result into the report, without warnings of the keys left out."""
@@ -162,7 +134,9 @@ def report(
     vacuum: FileVacuum = None,
     atmosphere: Atmosphere = None,
     left_out: LeftOut = LeftOut(),
+    accept: Accept = (),
     options: FileOptions = FileOptions(),
+    issued: Issued = Issued(),
     force: Overwrite = False,
     command: Annotated[
         str, PythonOnly("What the page says it was made with.", typed=True)
@@ -183,7 +157,9 @@ def report(
     pulls it was calibrated on, and the page says so. `vacuum` serves files without a sidecar; the
     options of friction tests, `depth` and `exclude` are as in `friction` and `calibrate`. `command`
     is what the page says it was made with, `date` (ISO) is today unless given; `names` {file name:
-    what the report calls it} serves files that lie under other names than their own. Raises
+    what the report calls it} serves files that lie under other names than their own.
+    `report_number` and `customer` appear on the pages; sidecars may state them instead. If a check
+    fails, nothing is written; `accept` accepts failed checks by name, {check: reason}. Raises
     FileError where a report exists and `force` is not set.
     """
     from layerjam.report.brake_files import check_folder, write
@@ -202,13 +178,17 @@ def report(
             atmosphere=atmosphere,
             left_out=left_out,
             options=options,
+            accept=read_acceptances(accept),
         ),
         tell,
         command=command,
         date=date,
         names=names,
     )
-    return _written(content, write(content, out, force, lambda what: tell(what, 0.9)))
+    content.number, content.customer = issued.report_number, issued.customer
+    failed = content.verdict.failed
+    written = None if failed else write(content, out, force, lambda what: tell(what, 0.9))
+    return _result(content, written)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -221,6 +201,7 @@ class HowTested:
     atmosphere: float | None = None
     left_out: LeftOut = LeftOut()
     options: FileOptions = FileOptions()
+    accept: Mapping[str, str] = field(default_factory=dict)
 
 
 def stages(
@@ -235,7 +216,8 @@ def stages(
 ) -> BrakeReport:
     """The stages of a report, computed and not written; `publish` and `recompute` take them too.
 
-    `command`, `date` and `names` as in `report`. Raises FitError where no file is given.
+    `command`, `date` and `names` as in `report`. Raises FitError where no file is given, and
+    QuantityError or UnknownNameError for an accepted check that did not fail.
     """
     from layerjam.report.brake_report import BrakeReport
 
@@ -258,10 +240,12 @@ def stages(
         _calibration(work, fitted_on, without[0])
     if tested_on:
         _validation(work, tested_on, without[1])
+    judge(content.verdict.checks, how.accept)
+    content.earlier = remaining(brake.accepted, content.verdict.numbers)
     return content
 
 
-def _written(content: BrakeReport, written: Written) -> Report:
+def _result(content: BrakeReport, written: Written | None) -> Report:
     """Where the files are, and each stage's keys (None where there is no stage)."""
     warnings: list[str] = [w for some in content.warnings.values() for w in some]
     if content.synthetic:
@@ -276,11 +260,12 @@ def _written(content: BrakeReport, written: Written) -> Report:
     stages = {s: content.stages.get(s) for s in ("friction", "calibration", "validation")}
     return Report.of(
         written,
+        content.verdict,
         **stages,
         calibrated_on_the_same=list(content.seen),
         excluded=[{"file": f, "stage": s, "because": why} for f, s, why in content.excluded],
         refused={name: why for name, _, why in content.refused},
-        warnings=[*warnings, *written.warnings],
+        warnings=[*warnings, *(written.warnings if written else ())],
         record=content,
     )
 
@@ -293,38 +278,50 @@ def _friction(work: _Work, files: Sequence[Measured]) -> None:
     found = run_friction(files, test=work.how.test, options=work.how.options, progress=work.tell)
     traces, fit = work.report.friction = found.record
     work.keep("friction", found, traces)
+    verdict = work.judged("friction", fit.checks, [f"film.{kind}" for kind in fit.means])
     name = work.report.file.name
     if fit.kinetic is None:
         stands = f"the kinetic friction of {name}'s file stands: these tests give none"
         work.report.warnings["friction"].append(Notice(stands, "kinetic-stands"))
     else:
-        text, _ = with_friction(work.report.file, fit, name)
+        text, _ = with_friction(work.report.file, fit, name, verdict.decisions)
         work.take_over(BrakeFile.read(text, name))
 
 
 def _calibration(work: _Work, files: Sequence[Measured], without: LeftOut) -> None:
     """The fit into the report; the brake takes it over."""
+    from layerjam.identify.provenance import calibrated_text
+
     work.tell(f"calibration: {len(files)} pulls", 0.3)
-    with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder) / f"{work.report.file.name}.toml"
-        found = run_calibration(
-            work.report.file,
-            files,
-            depth=work.how.depth,
-            vacuum=work.how.vacuum,
-            out=place,
-            partial=True,
-            left_out=without,
-            options=work.how.options,
-            progress=work.tell,
-        )
-        work.take_over(load(place))
+    found = run_calibration(
+        work.report.file,
+        files,
+        depth=work.how.depth,
+        vacuum=work.how.vacuum,
+        left_out=without,
+        options=work.how.options,
+        progress=work.tell,
+    )
+    file, fit = found.record
+    verdict = work.judged("calibration", fit.checks, [*fit.sources])
+    text = calibrated_text(
+        file,
+        fit,
+        work.how.depth,
+        file.name,
+        excluded=found.excluded,
+        files=found.made_from["files"],
+        accepted=verdict.decisions,
+    )
+    work.take_over(BrakeFile.read(text, file.name))
     work.keep("calibration", found, found.traces)
-    work.report.calibration = found.record[1]
+    work.report.calibration = fit
 
 
 def _validation(work: _Work, files: Sequence[Measured], without: LeftOut) -> None:
     """The validation into the report, also before calibration, and what was calibrated on."""
+    from layerjam.identify.validation.table import validation_checks
+
     work.tell(f"validation: {len(files)} pulls", 0.6)
     report = work.report
     found = run_validation(
@@ -340,59 +337,4 @@ def _validation(work: _Work, files: Sequence[Measured], without: LeftOut) -> Non
     if report.calibration is not None or report.brake.scale_factor != 1.0:
         report.before = found.before
     report.seen = [Path(p).name for p in found.calibrated_on]
-
-
-def _identity(source: Measured) -> str:
-    return str(Path(source.path if isinstance(source, Trace) else source).resolve())
-
-
-def _held_back(
-    pulls: Sequence[Measured], holdout: Sequence[str], reading: FileOptions, tell: Progress
-) -> tuple[list[Measured], list[Measured]]:
-    """The pulls apart: to calibrate on, and those at a vacuum, speed or repeat of `holdout`."""
-    from layerjam.identify.curves import speed_of
-    from layerjam.measure.readers.read import read_trace
-
-    wanted = [_condition(text) for text in holdout]
-    tell(f"holding back {', '.join(holdout)}", 0.05)
-    kept: list[Measured] = []
-    held: list[Measured] = []
-    levels: set[float] = set()
-    for source in pulls:
-        try:
-            trace = source if isinstance(source, Trace) else read_trace(source, reading)
-        except LayerjamError:
-            kept.append(source)  # refused, with its reason, where it would be used
-            continue
-        facts = asdict(replace(trace.facts, speed=speed_of(trace)))
-        if facts["vacuum"] is not None:
-            levels.add(facts["vacuum"])
-        away = any(_is(facts[what], value, what) for what, value in wanted)
-        (held if away else kept).append(source)
-    for side, word in ((kept, "to calibrate on"), (held, "held back")):
-        if not side:
-            said = f"--holdout {', '.join(holdout)}: of {len(pulls)} pulls none is {word}"
-            at = ", ".join(show(level, "Pa") for level in sorted(levels))
-            raise FitError(f"{said}; they state {f'vacuums of {at}' if at else 'no vacuum'}")
-    return kept, held
-
-
-def _is(value: float | None, wanted: float, what: str) -> bool:
-    near = 0.0 if what == "repeat" else NEAR * wanted
-    return value is not None and abs(value - wanted) <= near
-
-
-def _condition(text: str) -> tuple[str, float]:
-    """("vacuum", Pa), ("speed", m/s) or ("repeat", number) of what is to be held back."""
-    match = re.fullmatch(r"\s*repeat\s*(\d{1,6})\s*", text)
-    if match:
-        return "repeat", float(match.group(1))
-    for what, spec in (("vacuum", VACUUM), ("speed", SPEED)):
-        try:
-            return what, float(spec.read(text, "holdout"))
-        except QuantityError:
-            continue
-    raise QuantityError(
-        f"holdout: '{text[:60]}' is no vacuum, speed or repeat; write such as 46.1kPa, 19mm/s or "
-        "'repeat 3'"
-    )
+    work.judged("validation", validation_checks(report.validation, len(report.seen)))

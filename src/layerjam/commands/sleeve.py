@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.files import taken, write_brake
-from layerjam.commands.quantities import AREA, OutBrake, Overwrite, TargetBrake
+from layerjam.commands.quantities import OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import Partial, TableOptions, several
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.errors import FitError, Notice, QuantityError, UnknownNameError
 from layerjam.records.source import Source
+from layerjam.simulate.quantities import AREA
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:

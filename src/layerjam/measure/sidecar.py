@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.device.load import write_whole
+from layerjam.measure.certificate import Certificate, CertificateSpec
 from layerjam.records.reader import Reader
 from layerjam.records.toml import parse_toml, read_text
 from layerjam.records.values import TextSpec, entries, value
 from layerjam.records.writer import plain
-from layerjam.simulate.quantities import CROSSHEAD_SPEED, NORMAL_FORCE, SEED, VACUUM
+from layerjam.simulate.quantities import AREA, CROSSHEAD_SPEED, NORMAL_FORCE, SEED, VACUUM
 from layerjam.units import FlagSpec, build, like, quantity
 
 SIDECAR_ENDING = ".toml"
@@ -25,6 +26,15 @@ def _said(text: str) -> str:
     """A text that a report shows, or "not stated"."""
     described: str = value(TextSpec(text=text), default="")
     return described
+
+
+def _certificate(instrument: str) -> Any:
+    spec = CertificateSpec(text=f"calibration certificate of the {instrument}")
+    return value(spec, default=None, table=True)
+
+
+def _limit(of: str) -> Any:
+    return quantity("1", f"limit of error of the {of}, over its value", hi=0.2, default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,19 +60,24 @@ class Facts:
     seed: int | None = like(SEED, "seed of a synthetic file", default=None)
     note: str = value(TextSpec(text="anything else"), default="")
     number: str = _said("number of the test or of its report")
+    customer: str = _said("who ordered the test, with the address")
     date: str = _said("day of the test")
     operator: str = _said("who did it")
     laboratory: str = _said("where, with its address")
     machine: str = _said("test machine, with its serial number")
     apparatus: str = _said("sled and table, or grips and fixture")
-    load_cell: str = _said("load cell, with its serial number and the day of its calibration")
-    load_cell_limit: float | None = quantity(
-        "1", "limit of error of the load cell, over its reading", hi=0.2, default=None
-    )
-    gauge: str = _said("vacuum gauge, with its serial number and the day of its calibration")
+    load_cell: str = _said("load cell, with its serial number")
+    load_cell_limit: float | None = _limit("load cell")
+    load_cell_certificate: Certificate | None = _certificate("load cell")
+    gauge: str = _said("vacuum gauge, with its serial number")
     gauge_limit: float | None = quantity(
         "Pa", "limit of error of the vacuum gauge", hi=5e4, default=None
     )
+    gauge_certificate: Certificate | None = _certificate("vacuum gauge")
+    normal_force_limit: float | None = _limit("normal force of a friction test")
+    normal_force_certificate: Certificate | None = _certificate("normal force of a friction test")
+    area: float | None = like(AREA, "area under the sled of a friction test", default=None)
+    area_limit: float | None = _limit("area under the sled")
     film_maker: str = _said("maker and product of the film")
     film_lot: str = _said("lot of the film")
     film_direction: str = _said("direction of the film's roll in the test")

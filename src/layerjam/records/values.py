@@ -120,9 +120,12 @@ class ListSpec(AsItIs):
         return [self.each.written(entry) for entry in value]
 
 
-def value(spec: ValueSpec, default: Any = MISSING) -> Any:
-    """A dataclass field that a file may set and that is not a plain quantity."""
-    return field(default=default, metadata={"value": spec})
+def value(spec: ValueSpec, default: Any = MISSING, table: bool = False) -> Any:
+    """A dataclass field that a file may set and that is not a plain quantity.
+
+    `table` is as in an Entry.
+    """
+    return field(default=default, metadata={"value": spec, "table": table})
 
 
 class Entry(NamedTuple):
@@ -144,7 +147,8 @@ def entries(cls: type, prefix: str = "", in_optional: bool = False) -> Iterator[
         required = f.default is MISSING
         if spec is not None:
             default = None if required else f.default
-            yield prefix + f.name, Entry(spec, required, in_optional, default)
+            table = bool(f.metadata.get("table"))
+            yield prefix + f.name, Entry(spec, required, in_optional, default, table)
         elif "record" in f.metadata:
             inner = f.metadata["record"]
             yield from entries(inner, f"{prefix}{f.name}.", in_optional or f.default is None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.validation.metrics import ConditionError, Validation, sampled, uncalibrated
 from layerjam.mechanics.pull import force_at_elongation
 from layerjam.report import style
-from layerjam.report.style import BLUE, GREY, INK, MM
+from layerjam.report.style import GREY, INK, MM
 from layerjam.units import show
 
 PAGE = 7.0
@@ -95,9 +96,13 @@ def overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.
         return float(mean[-1])
 
     figure = _over_speeds(result, 3.2, draw, "force [N]", low=0.0)
-    names = [("mean of the repeats, band ± 1 SD", BLUE), ("model", INK)]
-    names += [("model before calibration", GREY)] * with_uncalibrated
-    style.key(figure, *names, at="outside upper center", ncols=3)
+    names: list[tuple[Any, ...]] = [
+        (f"{vacuum}, mean of the repeats ± 1 SD", color)
+        for vacuum, color in vacuum_colors([c.vacuum for c in result.conditions]).items()
+    ]
+    names += [("model", INK, style.DASHED)]
+    names += [("model before calibration", GREY, style.DOTTED)] * with_uncalibrated
+    style.key(figure, *names, at="outside upper center", ncols=2, handlelength=2.2)
     return figure
 
 

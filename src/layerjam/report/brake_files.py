@@ -17,6 +17,7 @@ from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.report.brake_report import STAGES, BrakeReport, all_numbers, page
 from layerjam.report.folder import figures_of, json_text, plain, write_folder
 from layerjam.report.page import drawn_all, html
+from layerjam.verdict import accepted_rows
 
 FIGURES = ("friction", "calibration", "scale-factors", "validation", "residuals")
 NAMES = ("results.json", "numbers.csv", "report.pdf", "report.html")
@@ -33,6 +34,9 @@ def results(report: BrakeReport, numbers: Sequence[Number]) -> dict[str, Any]:
     return {
         "brake": report.file.name,
         "date": report.date,
+        "identity": report.identity,
+        "verdict": "accepted" if report.accepted else report.verdict.verdict,
+        "accepted": accepted_rows(report.accepted),
         "program": f"layerjam {__version__}",
         "command": report.command,
         "synthetic": report.synthetic,

@@ -14,13 +14,14 @@ from layerjam.identify.calibration.budget import Budget, Peak, budget
 from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.validation.metrics import WINDOW, Validation
-from layerjam.identify.validation.table import validation_checks
+from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
 from layerjam.report import brake_figures, brake_tables, figures, signed
 from layerjam.report.brake_numbers import Number, numbers_of
 from layerjam.report.brake_tables import FileUsed
-from layerjam.report.page import Page, Part, Picture
+from layerjam.report.page import Page, Part, Picture, Word
 from layerjam.units import show
+from layerjam.verdict import Acceptance, Check, Verdict
 
 STAGES = ("friction", "calibration", "validation")
 SYNTHETIC = (
@@ -44,6 +45,9 @@ class BrakeReport:
     `stages` maps friction, calibration and validation to the keys of the commands' results, for the
     stages there are; `refused` and `excluded` (by hand) are (file, stage, why); `seen` names
     validation files that the brake was calibrated on; `command` made the report, on `date` (ISO).
+    `checks` are those of each stage, `verdict` judges them all; `earlier` are accepted failures of
+    the brake's file that still apply. `number` and `customer` are empty if only sidecars may state
+    them.
     """
 
     file: BrakeFile
@@ -61,6 +65,11 @@ class BrakeReport:
     validation: Validation | None = None
     before: Validation | None = None
     seen: Sequence[str] = ()
+    checks: dict[str, Sequence[Check]] = field(default_factory=dict)
+    verdict: Verdict = field(default_factory=Verdict)
+    earlier: Sequence[Acceptance] = ()
+    number: str = ""
+    customer: str = ""
 
     @property
     def brake(self) -> Brake:
@@ -71,6 +80,21 @@ class BrakeReport:
     def synthetic(self) -> bool:
         """Whether a program wrote any file, or any that the brake's numbers were found in."""
         return any(f.synthetic for f in self.files) or bool(self.file.synthetic)
+
+    @property
+    def accepted(self) -> list[Acceptance]:
+        """All accepted failures of the numbers."""
+        return [*self.verdict.decisions, *self.earlier]
+
+    @property
+    def stated(self) -> list[tuple[str, Facts]]:
+        """(file, its facts) of every file."""
+        return [*{f.name: f.facts for f in self.files}.items()]
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """What identifies the report."""
+        return signed.identity(self.stated, self.number, self.customer, self.date)
 
 
 def page(report: BrakeReport) -> Page:
@@ -90,20 +114,48 @@ def page(report: BrakeReport) -> Page:
         tables=[brake_tables.files_table(report.files)],
         notes=[
             f"Brake: {report.file.name}, SHA-256 {report.brake_sha256}",
-            "Every number of this page is in numbers.csv (SI units), all else in results.json.",
+            f"Command: {report.command}",
+            "Every number of this report is in numbers.csv (SI units), all else in results.json.",
         ],
     )
-    told = {f.name: f.facts for f in report.files}
-    parts += [signed.circumstances([*told.items()]), files, signed.place_to_sign()]
+    stated, identity = report.stated, report.identity
+    parts += [signed.circumstances(stated), files, signed.place_to_sign(identity)]
+    accepted = [one.notice() for one in report.accepted]
+    number = identity["report number"]
     return Page(
         title=f"Test report: {report.file.name}",
         lead=_lead(report),
-        banner=[SYNTHETIC] if report.synthetic else [],
+        identity=identity,
+        mark="Report without a number" if number == signed.NOT_STATED else f"Report {number}",
+        verdicts=[_verdict_word(report)],
+        banner=[
+            *([SYNTHETIC] if report.synthetic else []),
+            *map(_sentence, accepted),
+            *signed.certificate_problems(stated),
+        ],
         numbers=headline(report, parts),
         parts=parts,
         footer=f"layerjam {__version__}, {report.date}",
-        more={"date": report.date, "command": report.command},
+        more={"date": report.date},
     )
+
+
+def _verdict_word(report: BrakeReport) -> Word:
+    """Return the verdict of all checks, and how many did not pass."""
+    count = len(report.accepted)
+    looks = sum(c.level == "warning" for checks in report.checks.values() for c in checks)
+    text = f"Verdict: accepted, {_count(count, 'failed check')}" if count else "Verdict: passed"
+    if looks:
+        text += f", {_count(looks, 'warning')}"
+    return Word(text, "differs" if count else "reproduced")
+
+
+def _count(number: int, word: str) -> str:
+    return f"{number} {word}{'s' * (number != 1)}"
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def _stages(report: BrakeReport) -> list[Part]:
@@ -123,13 +175,14 @@ def _friction(report: BrakeReport, traces: Sequence[Trace], result: FrictionResu
         name="friction",
         figure=functools.partial(figures.friction, traces, result),
         caption="Friction tests: force over normal force against slip. Circles: greatest value of "
-        "each repeat; red: mean over the shaded window.",
+        "each repeat. Thick line: mean over the shaded window.",
     )
     return Part(
         id="friction",
         title="Friction",
         tables=[brake_tables.friction_table(result)],
         pictures=[drawing],
+        checks=report.checks.get("friction", ()),
         notes=_notes(report, "friction"),
     )
 
@@ -143,13 +196,11 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
     curves = functools.partial(figures.calibration, report.file, result, report.synthetic)
     caption = "The pulls and the calibrated law, whole and near the peaks; below, what is left."
     pictures = [Picture(name="calibration", figure=curves, caption=caption)]
+    tables.append(brake_tables.calibration_pulls(result))
     if result.fits:
-        tables.append(brake_tables.pulls_table(result))
         each = functools.partial(brake_figures.factors, result)
         caption = "The scale factor that each pull gives alone."
         pictures.append(Picture(name="scale-factors", figure=each, caption=caption))
-    if len(result.pulls) > 1:
-        tables.append(brake_tables.single_pulls_table(result.pulls, "calibration"))
     return Part(
         id="calibration",
         title="Calibration",
@@ -159,7 +210,7 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
         ],
         tables=tables,
         pictures=pictures,
-        checks=result.checks,
+        checks=report.checks.get("calibration", ()),
         notes=_notes(report, "calibration"),
     )
 
@@ -192,10 +243,8 @@ def _validation(report: BrakeReport, result: Validation) -> Part:
     own = len(report.seen) == len(result.curves)
     tables = [
         brake_tables.validation_table(result, before),
-        brake_tables.curves_table(result, before),
+        brake_tables.validation_pulls(result, before),
     ]
-    if len(result.pulls) > 1:
-        tables.append(brake_tables.single_pulls_table(result.pulls, "validation"))
     return Part(
         id="validation",
         title="Fit to the calibration's own pulls" if own else "Validation",
@@ -215,7 +264,7 @@ def _validation(report: BrakeReport, result: Validation) -> Part:
                 "a band of ± 1 SD. A model without fault leaves bands that hold the zero line.",
             ),
         ],
-        checks=validation_checks(result, len(report.seen)),
+        checks=report.checks.get("validation", ()),
         notes=_notes(report, "validation"),
     )
 
@@ -278,12 +327,12 @@ def _lead(report: BrakeReport) -> str:
     sheets = report.brake.sheets
     counts = []
     if report.friction is not None:
-        counts.append(f"{len(report.friction[0])} friction tests")
+        counts.append(_count(len(report.friction[0]), "friction test"))
     if report.calibration is not None:
-        counts.append(f"{len(report.calibration.curves)} calibration pulls")
+        counts.append(_count(len(report.calibration.curves), "calibration pull"))
     if report.validation is not None:
-        count = len(report.validation.conditions)
-        counts.append(f"{len(report.validation.curves)} validation pulls at {count} conditions")
+        pulls = _count(len(report.validation.curves), "validation pull")
+        counts.append(f"{pulls} at {_count(len(report.validation.conditions), 'condition')}")
     what = f"{report.file.title.rstrip('.')}. " if report.file.title else ""
     size = f"{show(sheets.width, 'm')} wide, {show(sheets.thickness, 'm')} thick"
     return (

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.curves import speed_of
@@ -24,22 +25,15 @@ from layerjam.units import show
 UNTOLD = "≈ 0"
 """Shown for a model's error that cannot be told from none."""
 KINDS = Column("static", "static", decimals=4), Column("kinetic", "kinetic", decimals=4)
-PULL = (
-    Column("vacuum", "vacuum", "Pa"),
-    Column("peak force", "pull.peak_force", "N", decimals=2, error="pull.peak_force_se"),
-    Column("scale factor a", "scale_factor", decimals=4, error="scale_factor_se"),
-    Column("stiffness k", "stiffness", "N/m", decimals=1, error="pull.stiffness_se"),
-)
-SINGLE = (
-    Column("vacuum", "vacuum", "Pa"),
-    Column("vacuum of the peak", "vacuum_of_peak", "Pa"),
-    Column("speed", "speed", "m/s"),
+CONDITION = Column("vacuum", "vacuum", "Pa", "kPa", 1), Column("speed", "speed", "m/s", "mm/s")
+ALONE = (
     Column("scale factor a", "factor", decimals=4),
-    Column("stiffness k", "stiffness", "N/m"),
+    Column("stiffness k", "stiffness", "N/m", "kN/m", 1),
+    Column("vacuum of the peak", "vacuum_of_peak", "Pa", "kPa", 1),
     Column("shape", "shape", "1", "%", 1),
     Column("seating", "seating", "1", "%", 1),
 )
-CONDITION = Column("vacuum", "vacuum", "Pa", "kPa", 1), Column("speed", "speed", "m/s", "mm/s")
+PEAK = Column("peak force", "peak_force", "N", "N", 2, error="peak_force_se")
 FILE = Column("vacuum", "vacuum", "Pa"), Column("speed", "speed", "m/s")
 MEASURES = (
     Column("MAPE", "mape", "1", "%", 2),
@@ -208,35 +202,87 @@ def _leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
     return note, numbers
 
 
-def pulls_table(result: Calibration) -> Table:
-    """Each pull that was calibrated on."""
-    rows: list[list[Cell]] = []
-    for number, fit in enumerate(result.fits, 1):
-        name = Path(fit.pull.path).name
-        told = (c.of(fit, "calibration pull", n=1, source=name) for c in PULL)
-        rows.append([str(number), *told, name])
-    head = ["number", *(c.words for c in PULL), "file"]
-    note = "Numbers are those of the figure of each pull's scale factor."
-    return Table(id="pulls", caption="Each pull", head=head, rows=rows, note=note)
+class _Row(NamedTuple):
+    """One pull of a stage: its cells of the stage, standard errors {path in SinglePull: value}."""
+
+    pull: SinglePull
+    cells: Sequence[Cell]
+    errors: Mapping[str, float | None] = MappingProxyType({})
+    note: str = ""
 
 
-def single_pulls_table(pulls: Sequence[SinglePull], stage: str) -> Table:
-    """Pull by pull: what each says beside the others, and which are unlike them in what."""
+def calibration_pulls(result: Calibration) -> Table:
+    """Return one row for each pull that was calibrated on."""
+    fits = iter(result.fits)
+    rows = []
+    for pull in result.pulls:
+        if pull.factor is None:
+            rows.append(_Row(pull, [NONE]))
+            continue
+        fit = next(fits)
+        peak = PEAK.of(fit.pull, "calibration pull", n=1, source=pull.file)
+        errors = {"factor": fit.scale_factor_se, "stiffness": fit.pull.stiffness_se}
+        rows.append(_Row(pull, [peak], errors))
+    note = "Numbers are those of the figure of each pull's scale factor. " * bool(result.fits)
+    return _pulls_table("calibration", rows, [PEAK], note)
+
+
+def validation_pulls(result: Validation, before: Validation | None) -> Table:
+    """Return one row for each pull that was validated on."""
+    columns = [*MEASURES[:3], MEASURES[3]._replace(decimals=4)]
+    rows = []
+    for index, (pull, curve) in enumerate(zip(result.pulls, result.curves, strict=True)):
+        of: dict[str, Any] = {"n": curve.points, "source": pull.file}
+        cells: list[Cell] = [column.of(curve, "validation pull", **of) for column in columns]
+        if before is not None:
+            earlier = before.curves[index]
+            of["n"] = earlier.points
+            cells.insert(0, columns[0].of(earlier, "validation pull", "before calibration", **of))
+        rows.append(_Row(pull, cells, note=curve.note))
+    if before is not None:
+        columns.insert(0, columns[0]._replace(words="MAPE before"))
+    return _pulls_table("validation", rows, columns)
+
+
+def _pulls_table(stage: str, pulls: Sequence[_Row], own: Sequence[Column], note: str = "") -> Table:
+    """Return the table of a stage's pulls: test, the stage's own columns, pull alone, verdict."""
     rows: list[list[Cell]] = []
-    for pull in pulls:
-        odd = [test for test, verdict in pull.verdicts.items() if verdict == "odd"]
-        numbers = (c.of(pull, f"{stage}, pull by pull", n=1, source=pull.file) for c in SINGLE)
-        rows.append([pull.file, *numbers, ", ".join(odd) or "ok"])
+    for number, (pull, cells, errors, remark) in enumerate(pulls, 1):
+        stem = f"{stage} pull"
+        of: dict[str, Any] = {"n": 1, "source": pull.file}
+        test = [column.of(pull, stem, **of) for column in CONDITION]
+        alone = [c.of(pull, stem, **of, standard_error=errors.get(c.path)) for c in ALONE]
+        words = "; ".join(filter(None, [_verdict_words(pull), remark]))
+        rows.append([str(number), pull.file, *test, *cells, *alone, words])
     return Table(
-        id=f"{stage}-pull-by-pull",
-        caption="Pull by pull",
-        head=["file", *(c.words for c in SINGLE), "verdict"],
+        id=f"{stage}-pulls",
+        caption="Each pull",
+        head=["no.", "file", *map(_head, (*CONDITION, *own, *ALONE)), "verdict"],
+        groups=[("", 2 + len(CONDITION)), (stage, len(own)), ("pull alone", len(ALONE)), ("", 1)],
         rows=rows,
-        note="Shape: by which part the scale factor after the peak lies off the peak's. Seating: "
-        "by which part the rise is steeper in its upper half. Vacuum of the peak: at which it "
-        "would have the others' scale factor. The verdict names what is unlike the other pulls, at "
-        "no more than 5 % false alarms for all pulls and tests together.",
+        unit_in_head=True,
+        note=note + OF_PULLS,
     )
+
+
+OF_PULLS = (
+    "Scale factor a: that of the peak. Vacuum of the peak: vacuum at which the pull would "
+    "have the others' scale factor. Shape: difference between the scale factor after the peak and "
+    "that of the peak. Seating: how much steeper the rise is in its upper half. The verdict names "
+    "the columns in which a pull differs from the others, with at most 5 % false alarms for all "
+    "pulls and tests together."
+)
+
+
+def _head(column: Column) -> str:
+    """Return the words of a column with the unit of its cells."""
+    return f"{column.words} [{column.shown_in}]" if column.shown_in else column.words
+
+
+def _verdict_words(pull: SinglePull) -> str:
+    """Return `ok`, the names of the tests in which the pull is unlike the others, or a dash."""
+    odd = [test for test, verdict in pull.verdicts.items() if verdict == "odd"]
+    return ", ".join(odd) or ("ok" if "ok" in pull.verdicts.values() else "too few to compare")
 
 
 def _states(one: Any, before: Any) -> list[tuple[str, Any]]:
@@ -333,25 +379,6 @@ def _note(result: Validation, before: Validation | None) -> str:
             "below zero and the share above 100 %."
         )
     return text
-
-
-def curves_table(result: Validation, before: Validation | None) -> Table:
-    """Each pull that was validated on."""
-    rows: list[list[Cell]] = []
-    then = {} if before is None else {c.path: c for c in before.curves}
-    *errors, r_squared = MEASURES
-    columns = [*errors, r_squared._replace(decimals=4)]
-    for curve in result.curves:
-        of: dict[str, Any] = {"n": curve.points, "source": Path(curve.path).name}
-        cells = [column.of(curve, "validation pull", **of) for column in columns]
-        if before is not None:
-            earlier = then[curve.path]
-            of["n"] = earlier.points
-            cells.append(MEASURES[0].of(earlier, "validation pull", "before calibration", **of))
-        rows.append([Path(curve.path).name, *cells, curve.note])
-    more = [] if before is None else ["MAPE before [%]"]
-    head = ["file", "MAPE [%]", "RMSE [N]", "bias [N]", "R²", *more, "note"]
-    return Table(id="curves", caption="Each pull", head=head, rows=rows, unit_in_head=True)
 
 
 def files_table(files: Sequence[FileUsed]) -> Table:

@@ -156,7 +156,7 @@ def _peaks(near: style.Axes, result: Calibration) -> None:
         style.spot(near, one.pull.peak_elongation * MM, one.pull.peak_force, ms=4)
     top = max(one.pull.peak_force for one in result.fits)
     near.plot([0, top / result.stiffness * MM], [0, top], color=ORANGE, lw=1.5)
-    style.key(near, ("slope k", ORANGE), ("fitted peaks", RED), at="lower right")
+    style.key(near, ("slope k", ORANGE), ("fitted peaks", RED, "o"), at="lower right")
 
 
 def _drawn(result: Calibration) -> Drawn:

@@ -16,6 +16,16 @@ if TYPE_CHECKING:
     import jinja2
 
 NONE = "–"
+_ONE = r"(≈ )?−?\d+(\.\d+)?"
+NUMERIC = re.compile(rf"{NONE}|{_ONE}( to {_ONE})?( [^ ]{{1,8}})?")
+"""Texts of cells that count as numbers: no day and no file's name."""
+LEVELS = {
+    "passed": ("ok", "yes"),
+    "note": ("note", "note"),
+    "warning": ("LOOK", "no"),
+    "failed": ("FAILED", "no"),
+}
+"""Level of a check: its mark on a page, and the class of the mark."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +55,8 @@ class Table:
 
     `total` rows at the end stand apart; `groups` are (title, columns).
 
-    `extra` are numbers of the note or of an interval's cell that no cell holds.
+    `extra` are numbers of the note or of an interval's cell that no cell holds. A table that is
+    `whole` is not divided between pages.
     """
 
     id: str
@@ -57,6 +68,7 @@ class Table:
     note: str = ""
     unit_in_head: bool = False
     extra: Sequence[Any] = ()
+    whole: bool = False
 
     def shown(self) -> dict[str, Any]:
         """As the templates take it, all of it text."""
@@ -68,19 +80,20 @@ class Table:
             "rows": [[self._cell(cell) for cell in row] for row in self.rows],
             "total": self.total,
             "note": self.note,
+            "whole": self.whole,
         }
 
     def _cell(self, cell: Any) -> dict[str, str]:
         if not isinstance(cell, str):
             return dict(cell.shown(not self.unit_in_head))
-        numeric = cell == NONE or cell[:1].isdigit() or cell[:1] == "≈"
+        numeric = NUMERIC.fullmatch(cell) is not None
         digest = len(cell) == 64 and " " not in cell
         return {"text": cell, "kind": "sha" if digest else "number" if numeric else ""}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A section of a page; of `checks` each has name, passed and sentence."""
+    """A section of a page; of `checks` each has name, level and sentence."""
 
     id: str
     title: str
@@ -99,7 +112,9 @@ class Part:
             "tables": [table.shown() for table in self.tables],
             "figures": [{"name": p.name, "caption": p.caption} for p in self.pictures],
             "checks": [
-                {"name": c.name, "passed": c.passed, "sentence": c.sentence} for c in self.checks
+                {"name": c.name, "mark": mark, "kind": kind, "sentence": c.sentence}
+                for c in self.checks
+                for mark, kind in [LEVELS[c.level]]
             ],
             "notes": list(dict.fromkeys(self.notes)),
         }
@@ -107,7 +122,10 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """A page: `numbers` are (value, words) to be seen first, `verdicts` words with their class."""
+    """A page: `numbers` are (value, words) to be seen first, `verdicts` words with their class.
+
+    `identity` {words: text} says which document this is; `mark` appears on every printed page.
+    """
 
     title: str
     lead: str
@@ -117,6 +135,8 @@ class Page:
     verdicts: Sequence[Word] = ()
     banner: Sequence[str] = ()
     navigation: bool = False
+    identity: Mapping[str, str] = field(default_factory=dict)
+    mark: str = ""
     more: Mapping[str, str] = field(default_factory=dict)
     """What only one page has."""
 
@@ -134,6 +154,8 @@ class Page:
             "verdicts": [word.shown(False) for word in self.verdicts],
             "banner": list(self.banner),
             "navigation": self.navigation,
+            "identity": [{"words": words, "text": text} for words, text in self.identity.items()],
+            "mark": self.mark,
             "footer": self.footer,
             **self.more,
         }
@@ -143,7 +165,14 @@ def html(shown: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
     """The page from what `Page.shown` gives and the drawn SVGs by name: no script, no address."""
     inside = {name: themed(svg_of(svg, name)) for name, svg in pictures.items()}
     made = page_environment().from_string(_text("page.html.j2"))
-    return made.render(**shown, pictures=inside, style=_text("page.css"))
+    style_sheet = _text("page.css") + _at_the_foot(shown["mark"])
+    return made.render(**shown, pictures=inside, style=style_sheet)
+
+
+def _at_the_foot(mark: str) -> str:
+    """Return the rule that prints a text at the foot of every page."""
+    content = "".join(c if c.isalnum() or c == " " else f"\\{ord(c):06x}" for c in mark)
+    return f'@page {{ @bottom-left {{ content:"{content}"; font:9px sans-serif; }} }}\n'
 
 
 def drawn_all(

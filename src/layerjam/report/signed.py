@@ -1,15 +1,17 @@
-"""What a report that one can sign adds: circumstances, uncertainty budget, a place to sign.
+"""Parts of a report for a signature: identity, apparatus, certificates, budget, place to sign.
 
-After ASTM D1894, section 12, and ISO/IEC 17025, section 7.8; what nobody stated says so.
+After ASTM D1894, section 12, and ISO/IEC 17025, section 7.8. Missing statements are named.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 
 from layerjam.identify.calibration.budget import Budget
+from layerjam.measure.certificate import Certificate
 from layerjam.measure.sidecar import Facts
 from layerjam.report.brake_numbers import Cell, Number
 from layerjam.report.page import NONE, Part, Table
@@ -34,25 +36,126 @@ STATED = (
     "load_cell_limit",
     "gauge",
     "gauge_limit",
+    "normal_force_limit",
+    "area",
+    "area_limit",
     "procedure",
     "note",
 )
 """Facts of the sidecars, in the order a report states them."""
+INSTRUMENTS = {
+    "load_cell_certificate": "load cell",
+    "gauge_certificate": "vacuum gauge",
+    "normal_force_certificate": "normal force",
+}
+"""Facts that hold certificates: the instrument."""
+REQUIRED = {
+    "report number": "--report-number, or number in conditions.toml",
+    "customer": "--customer, or customer in conditions.toml",
+    "laboratory": "laboratory in conditions.toml",
+    "tests done on": "date in conditions.toml",
+}
+"""What a report has to state (ISO/IEC 17025, section 7.8.2.1): where to state it."""
+STATES = {
+    "valid": "valid",
+    "overdue": "overdue since {due}",
+    "later": "calibrated after the tests",
+    "no day": "unknown: the day of the tests is not stated",
+    "no due day": "unknown: no due day is stated",
+}
 LINES = "Name and function", "Date", "Signature"
 BLANK = "_" * 60
+Stated = Sequence[tuple[str, Facts]]
+"""(file, its facts) of every file."""
 
 
-def circumstances(facts: Sequence[tuple[str, Facts]]) -> Part:
-    """Who tested what with which apparatus, of every (file, facts); one row for each thing."""
+def identity(facts: Stated, number: str, customer: str, issued: str) -> dict[str, str]:
+    """Return what identifies a report: {words: text}, each text `NOT_STATED` if missing.
+
+    `number` and `customer` replace those of the sidecars if not empty; `issued` is a day.
+    """
+    return {
+        "report number": number or _common(facts, "number"),
+        "customer": customer or _common(facts, "customer"),
+        "laboratory": _common(facts, "laboratory"),
+        "tests done on": _common(facts, "date"),
+        "issued on": issued,
+    }
+
+
+def circumstances(facts: Stated) -> Part:
+    """Who tested what with which apparatus, one row for each thing; and the certificates."""
     rows: list[list[Cell]] = []
     for name in STATED:
         words = name.replace("_limit", ", limit of error").replace("_", " ")
-        rows.append([words, _said([(file, _text(one, name)) for file, one in facts])])
+        rows.append([words, _common(facts, name)])
     return Part(
         id="circumstances",
         title="Who, what and with which apparatus",
-        tables=[Table(id="circumstances", head=["", "as the sidecars state it"], rows=rows)],
+        tables=[
+            Table(id="circumstances", head=["", "as the sidecars state it"], rows=rows),
+            _certificates(facts),
+        ],
     )
+
+
+def _certificates(facts: Stated) -> Table:
+    """One row for each calibration certificate, or for an instrument without one."""
+    rows: list[list[Cell]] = []
+    known = _by_certificate(facts)
+    for (instrument, found), used in known.items():
+        days = [found.date, found.due or NOT_STATED, found.laboratory]
+        state = STATES[_state(found, used)].format(due=found.due)
+        rows.append([instrument, found.number, *days, state, _first_of([f for f, _ in used])])
+    for instrument in INSTRUMENTS.values():
+        if instrument not in {one for one, _ in known}:
+            rows.append([instrument, *[NOT_STATED] * 4, "", ""])
+    return Table(
+        id="certificates",
+        caption="Calibration certificates",
+        head=[
+            "instrument",
+            "number",
+            "date",
+            "due",
+            "laboratory",
+            "on the day of the tests",
+            "files",
+        ],
+        rows=rows,
+    )
+
+
+def _state(found: Certificate, used: Stated) -> str:
+    """Return the key in `STATES` of a certificate on the days of the tests."""
+    days = [day for _, one in used for day in re.findall(r"\d{4}-\d\d-\d\d", one.date)]
+    if not days:
+        return "no day"
+    if min(days) < found.date:
+        return "later"
+    if found.due and max(days) > found.due:
+        return "overdue"
+    return "valid" if found.due else "no due day"
+
+
+def certificate_problems(facts: Stated) -> list[str]:
+    """Return a sentence for each certificate that did not hold on the days of the tests."""
+    return [
+        f"Calibration certificate {found.number} of the {instrument}: "
+        f"{STATES[state].format(due=found.due)} ({_first_of([file for file, _ in files])})."
+        for (instrument, found), files in _by_certificate(facts).items()
+        if (state := _state(found, files)) in ("later", "overdue")
+    ]
+
+
+def _by_certificate(facts: Stated) -> dict[tuple[str, Certificate], list[tuple[str, Facts]]]:
+    """Return the files of each (instrument, certificate)."""
+    used: dict[tuple[str, Certificate], list[tuple[str, Facts]]] = {}
+    for name, instrument in INSTRUMENTS.items():
+        for file, one in facts:
+            if (found := getattr(one, name)) is not None:
+                used.setdefault((instrument, found), []).append((file, one))
+    return used
 
 
 def _text(facts: Facts, name: str) -> str:
@@ -63,25 +166,27 @@ def _text(facts: Facts, name: str) -> str:
     spec = next(f.metadata.get("quantity") for f in fields(Facts) if f.name == name)
     if not isinstance(spec, QuantitySpec):
         return str(value)
-    return f"{value:.3g} of the reading" if spec.unit == "1" else show(value, spec.unit)
+    return f"{100 * value:.3g} %" if spec.unit == "1" else show(value, spec.unit)
 
 
-def _said(texts: Sequence[tuple[str, str]]) -> str:
+def _common(facts: Stated, name: str) -> str:
     """What all files state of one thing, or which states what."""
     by: dict[str, list[str]] = {}
-    for file, text in texts:
-        by.setdefault(text, []).append(file)
+    for file, one in facts:
+        by.setdefault(_text(one, name), []).append(file)
     if len(by) == 1:
         return next(iter(by)) or NOT_STATED
     silent = by.pop("", [])
-    parts = [
-        f"{text} ({names[0]}{f' and {len(names) - 1} more' if len(names) > 1 else ''})"
-        for text, names in list(by.items())[:MOST]
-    ]
+    parts = [f"{text} ({_first_of(names)})" for text, names in list(by.items())[:MOST]]
     more = [f"and {len(by) - MOST} others"] if len(by) > MOST else []
     count = f"{len(silent)} file{'s' * (len(silent) > 1)}"
-    rest = [f"{NOT_STATED} of {count}"] if silent else []
-    return "; ".join([*parts, *more, *rest])
+    rest = [f"{NOT_STATED} for {count}"] if silent else []
+    return "; ".join([*parts, *more, *rest]) or NOT_STATED
+
+
+def _first_of(names: Sequence[str]) -> str:
+    """Return the first of some names and how many more there are."""
+    return names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
 
 
 def budget_table(found: Budget) -> Table:
@@ -145,16 +250,22 @@ def _percent(quantity: str, value: float | None) -> Cell:
     return Number(quantity=quantity, value=value, unit="1", shown_in="%", decimals=3)
 
 
-def place_to_sign() -> Part:
-    """What the report is about, and lines for a name, a date and a signature."""
+def place_to_sign(stated: Mapping[str, str]) -> Part:
+    """Scope of the report, its identity, what it does not state, and lines for a signature."""
+    missing = [
+        f"{words[0].upper()}{words[1:]}: {NOT_STATED}. ISO/IEC 17025, section 7.8.2.1, asks for "
+        f"it; state it with {how}."
+        for words, how in REQUIRED.items()
+        if NOT_STATED in stated[words]
+    ]
+    rows = [*([words, text] for words, text in stated.items()), *([line, BLANK] for line in LINES)]
     return Part(
         id="signature",
         title="Signed",
         text=[
             "These results concern the specimens in the files named above, and no others. This "
             "report may be copied as a whole only.",
+            *missing,
         ],
-        tables=[
-            Table(id="signature", head=["by hand", ""], rows=[[line, BLANK] for line in LINES])
-        ],
+        tables=[Table(id="signature", head=["", ""], rows=rows, whole=True)],
     )

@@ -163,15 +163,24 @@ def labels_right(axes: Axes, x: float, items: Sequence[tuple[float, str, str]]) 
     axes.set_ylim(low, high)
 
 
-def key(axes: Axes | Figure, *items: tuple[str, str], at: str = "best", **how: Any) -> None:
-    """Names in the curves' colours, in a corner that they leave free; (text, colour) or labels."""
+def key(axes: Axes | Figure, *items: tuple[Any, ...], at: str = "best", **how: Any) -> None:
+    """Names in the curves' colours, in a corner that they leave free; labels if there are no items.
+
+    An item is (text, colour), or (text, colour, style) of a curve that is not solid; the style "o"
+    is that of points.
+    """
     from matplotlib.colors import to_hex
     from matplotlib.lines import Line2D
 
     bare = how.get("handlelength") == 0  # words alone
+
+    def handle(text: str, color: str, dash: Any = "-") -> Line2D:
+        style = "none" if bare or dash == "o" else dash
+        marker = "o" if dash == "o" else ""
+        return Line2D([], [], color=color, label=text, ls=style, marker=marker, ms=4)
+
     if items:
-        dash = "none" if bare else "-"
-        how["handles"] = [Line2D([], [], color=c, label=text, ls=dash) for text, c in items]
+        how["handles"] = [handle(*item) for item in items]
     legend = axes.legend(
         **{"loc": at, "labelcolor": "linecolor", "handletextpad": 0.8 * (not bare), **how}
     )

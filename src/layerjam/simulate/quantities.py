@@ -20,6 +20,7 @@ VACUUM = QuantitySpec(
 )
 SLIP = QuantitySpec("m", "slip of the sheets", example="20mm", symbol="x")
 FORCE = QuantitySpec("N", "force", example="100N", symbol="F")
+AREA = QuantitySpec("m^2", "area", lo=1e-9, hi=1.0, example="625mm^2")
 NORMAL_FORCE = QuantitySpec("N", "normal force", lo=1e-4, hi=1e5, example="2.45N")
 MASS = QuantitySpec("kg", "moving mass", lo=1e-6, hi=1e6, example="1kg", symbol="M")
 ARRIVAL_SPEED = QuantitySpec(

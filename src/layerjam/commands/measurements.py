@@ -1,0 +1,124 @@
+"""Files of one campaign by their use: friction tests, pulls to calibrate and to validate on."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Annotated
+
+from layerjam.commands.declare import Help, Progress, options
+from layerjam.commands.reading import FileOptions, Measured, several
+from layerjam.errors import FitError, LayerjamError, QuantityError
+from layerjam.measure.trace import Trace
+from layerjam.simulate.quantities import VACUUM
+from layerjam.units import QuantitySpec, show
+
+SPEED = QuantitySpec("m/s", "speed of the crosshead", open_lo=True)
+NEAR = 0.03
+"""Part by which a held back vacuum or speed may differ from the one given."""
+Paths = Sequence[Measured] | Measured
+
+
+@options
+class Measurements:
+    """The files of a report, and which of them serve what."""
+
+    friction: Annotated[Paths, Help("Friction tests.", metavar="FILE...", greedy=True)] = ()
+    pulls: Annotated[Paths, Help("Pulls to calibrate on.", metavar="FILE...", greedy=True)] = ()
+    validate: Annotated[Paths, Help("Pulls to validate on.", metavar="FILE...", greedy=True)] = ()
+    calibrate_on: Annotated[
+        Paths,
+        Help(
+            "Calibrate on these alone; the other pulls serve the validation.",
+            metavar="FILE...",
+            greedy=True,
+        ),
+    ] = ()
+    holdout: Annotated[
+        Sequence[str],
+        Help(
+            "Keep the pulls at this vacuum, speed or 'repeat N' for the validation.",
+            metavar="Q...",
+            greedy=True,
+        ),
+    ] = ()
+
+    def divided(
+        self, reading: FileOptions, tell: Progress
+    ) -> tuple[Sequence[Measured], Sequence[Measured]]:
+        """Which pulls to calibrate on, and which to validate on."""
+        pulls, others = several(self.pulls), several(self.validate)
+        chosen = several(self.calibrate_on)
+        holdout = [self.holdout] if isinstance(self.holdout, str) else list(self.holdout)
+        if chosen and holdout:
+            raise QuantityError("--calibrate-on and --holdout: give one of them")
+        if holdout and not pulls:
+            raise QuantityError("--holdout: there are no --pulls to hold back from")
+        if holdout:
+            kept, held = _held_back(pulls, holdout, reading, tell)
+            return kept, [*held, *others]
+        if chosen:
+            known = {_identity(p) for p in chosen}
+            rest = [p for p in pulls if _identity(p) not in known]
+            if not (rest or others):
+                raise QuantityError("--calibrate-on: names every pull, none is left to validate on")
+            return chosen, [*rest, *others]
+        return pulls, others or pulls
+
+
+def _identity(source: Measured) -> str:
+    return str(Path(source.path if isinstance(source, Trace) else source).resolve())
+
+
+def _held_back(
+    pulls: Sequence[Measured], holdout: Sequence[str], reading: FileOptions, tell: Progress
+) -> tuple[list[Measured], list[Measured]]:
+    """The pulls apart: to calibrate on, and those at a vacuum, speed or repeat of `holdout`."""
+    from layerjam.identify.curves import speed_of
+    from layerjam.measure.readers.read import read_trace
+
+    wanted = [_condition(text) for text in holdout]
+    tell(f"holding back {', '.join(holdout)}", 0.05)
+    kept: list[Measured] = []
+    held: list[Measured] = []
+    levels: set[float] = set()
+    for source in pulls:
+        try:
+            trace = source if isinstance(source, Trace) else read_trace(source, reading)
+        except LayerjamError:
+            kept.append(source)  # refused, with its reason, where it would be used
+            continue
+        facts = asdict(replace(trace.facts, speed=speed_of(trace)))
+        if facts["vacuum"] is not None:
+            levels.add(facts["vacuum"])
+        away = any(_is(facts[what], value, what) for what, value in wanted)
+        (held if away else kept).append(source)
+    for side, word in ((kept, "to calibrate on"), (held, "held back")):
+        if not side:
+            said = f"--holdout {', '.join(holdout)}: of {len(pulls)} pulls none is {word}"
+            at = ", ".join(show(level, "Pa") for level in sorted(levels))
+            raise FitError(f"{said}; they state {f'vacuums of {at}' if at else 'no vacuum'}")
+    return kept, held
+
+
+def _is(value: float | None, wanted: float, what: str) -> bool:
+    near = 0.0 if what == "repeat" else NEAR * wanted
+    return value is not None and abs(value - wanted) <= near
+
+
+def _condition(text: str) -> tuple[str, float]:
+    """("vacuum", Pa), ("speed", m/s) or ("repeat", number) of what is to be held back."""
+    match = re.fullmatch(r"\s*repeat\s*(\d{1,6})\s*", text)
+    if match:
+        return "repeat", float(match.group(1))
+    for what, spec in (("vacuum", VACUUM), ("speed", SPEED)):
+        try:
+            return what, float(spec.read(text, "holdout"))
+        except QuantityError:
+            continue
+    raise QuantityError(
+        f"holdout: '{text[:60]}' is no vacuum, speed or repeat; write such as 46.1kPa, 19mm/s or "
+        "'repeat 3'"
+    )

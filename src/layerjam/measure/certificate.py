@@ -1,0 +1,76 @@
+"""Calibration certificates of a test's instruments (ISO/IEC 17025, section 7.8.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from datetime import date as day
+from typing import Any
+
+from layerjam.errors import QuantityError
+from layerjam.records.values import AsItIs
+
+
+@dataclass(frozen=True, kw_only=True)
+class Certificate:
+    """One certificate: number, day of the calibration, laboratory, and day when the next is due.
+
+    Days are ISO 8601; `due` is empty if nobody stated it.
+    """
+
+    number: str
+    date: str
+    laboratory: str
+    due: str = ""
+
+
+KEYS = tuple(f.name for f in fields(Certificate))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CertificateSpec(AsItIs):
+    """The table of one certificate in a sidecar."""
+
+    text: str = ""
+
+    def allowed(self) -> str:
+        """Return the keys of the table."""
+        return (
+            'a table with number, date, laboratory and, if known, due, such as { number = "K-17", '
+            'date = "2026-03-01", due = "2027-03-01", laboratory = "DKD 123" }'
+        )
+
+    def read(self, text: object, name: str) -> Certificate:
+        """Return the certificate; QuantityError if a key or a day is not as it must be."""
+        if not isinstance(text, Mapping):
+            raise QuantityError.of(name, f"must be {self.allowed()}")
+        unknown = ", ".join(sorted(set(text) - set(KEYS)))[:60]
+        if unknown:
+            raise QuantityError.of(name, f"does not know {unknown}; it must be {self.allowed()}")
+        texts = {key: _text(text.get(key, ""), f"{name}.{key}", key) for key in KEYS}
+        empty = [key for key in KEYS if key != "due" and not texts[key]]
+        if empty:
+            raise QuantityError.of(name, f"{', '.join(empty)} missing; it must be {self.allowed()}")
+        if texts["due"] and texts["due"] < texts["date"]:
+            raise QuantityError.of(
+                f"{name}.due", f"{texts['due']} is before the calibration of {texts['date']}"
+            )
+        return Certificate(**texts)
+
+    def written(self, value: Any) -> dict[str, str]:
+        """Return the table of a certificate, without empty entries."""
+        return {key: text for key, text in asdict(value).items() if text}
+
+
+def _text(value: object, name: str, key: str) -> str:
+    """Return the text of one entry; a day as ISO 8601."""
+    if key in ("date", "due") and value != "":
+        try:
+            return day.fromisoformat(str(value)).isoformat()
+        except ValueError:
+            raise QuantityError.of(
+                name, f"'{str(value)[:40]}' is not a day such as 2026-03-01"
+            ) from None
+    if not isinstance(value, str):
+        raise QuantityError.of(name, "must be a text in quotes")
+    return value.strip()
