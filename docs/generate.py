@@ -113,6 +113,7 @@ def sidecar_fields() -> str:
         spec = place.metadata.get("quantity")
         if spec is None:
             kind = "true or false" if place.name == "synthetic" else "text"
+            kind = "table" if place.metadata.get("table") else kind
             rows.append(row(f"`{place.name}`", kind, place.metadata["value"].text))
         else:
             kind = "whole number" if spec.whole else f"quantity in {unit(spec)}"
