@@ -172,9 +172,7 @@ def friction(
     verdict = judge(found.checks, accept, [f"film.{name}" for name in found.means], out)
     warnings = [*found.warnings, *_odd_loads(traces, normal, test.normal_force is None, rule)]
     warnings += _stick_slip_notices(found)
-    pressure, said = _pressure(
-        normal, _area(test, traces), brake.brake.site if brake else Site(), rule
-    )
+    pressure, said = _pressure(normal, test, traces, brake.brake.site if brake else Site(), rule)
     warnings += said
     written = None
     if brake is not None:
@@ -241,15 +239,14 @@ def _odd_loads(
             )
 
 
-def _area(test: FrictionTest, traces: Sequence[Trace]) -> Any:
-    """Return the area under the sled [m^2] as given, or else as a sidecar states it."""
-    return test.area or next((t.facts.area for t in traces if t.facts.area is not None), None)
-
-
 def _pressure(
-    load: float, area: float | None, site: Site, rule: Standard
+    load: float, test: FrictionTest, traces: Sequence[Trace], site: Site, rule: Standard
 ) -> tuple[dict[str, Any], list[Notice]]:
-    """The pressures of the test and of use, the site's atmosphere; a notice if they differ."""
+    """The pressures of the test and of use, the site's atmosphere; a notice if they differ.
+
+    The area under the sled is that given, or else stated by a sidecar, or else of the standard.
+    """
+    area: Any = test.area or next((t.facts.area for t in traces if t.facts.area), None)
     under, use = area or rule.area, site.atmosphere
     pressed = load / under
     whose = "the area given" if area else f"the area of {rule.title}, another one: --area"
