@@ -5,9 +5,11 @@ from layerjam._version import __version__ as __version__
 from layerjam.cli.demo import demo as demo
 from layerjam.commands.ageing import ageing as ageing
 from layerjam.commands.array import array as array
+from layerjam.commands.bench import bench_clear as bench_clear
 from layerjam.commands.bench import bench_serve as bench_serve
 from layerjam.commands.bench import bench_status as bench_status
 from layerjam.commands.bench_check import bench_check as bench_check
+from layerjam.commands.bench_check import bench_zero as bench_zero
 from layerjam.commands.bench_faults import bench_faults as bench_faults
 from layerjam.commands.bench_faults import bench_soak as bench_soak
 from layerjam.commands.bench_flash import bench_flash as bench_flash

@@ -120,7 +120,7 @@ def test_rst_stops_and_keeps_what_was_declared() -> None:
     rig.on()
     rig.say("SYST:LEAS 5;*ESE 8;FOO")
     rig.say("*RST")
-    assert rig.say("OUTP?;:VAC?;:SYST:LEAS?;*ESE?;:OUTP:SAFE?") == "0;0;5;8;REL"
+    assert rig.say("OUTP?;:VAC?;:SYST:LEAS?;*ESE?;:OUTP:SAFE?") == "0;0;2;8;REL"
     assert rig.error() == -113
 
 
@@ -181,6 +181,59 @@ def test_only_the_locks_holder_and_only_what_is_right_renews() -> None:
         rig.say("*OPC?", 2)
         rig.say("FOO", 1)
     assert rig.bench.state == 2 and rig.bench.fault == 120
+
+
+def test_queries_of_another_client_renew_nothing_and_its_commands_do() -> None:
+    """The client that commanded is silent; a second one only asks, then commands."""
+    rig = Rig()
+    rig.on()
+    for _ in range(15):
+        rig.run(0.1)
+        assert rig.say("*IDN?;*OPC?;:FETC:ALL?;:FETC:STR? 1", 3) and rig.error(3) == 0
+    rig.say("SOUR:VAC 50 kPa", 3)
+    for _ in range(19):
+        rig.run(0.1)
+        rig.say("*OPC?", 4)
+    assert rig.bench.state == 1, "2 s have not passed since the command of client 3"
+    rig.run(0.2)
+    assert rig.bench.fault == 120
+
+
+@pytest.mark.parametrize("end", ["leave", "*RST"])
+def test_a_long_lease_ends_with_the_client_that_asked_for_it(end: str) -> None:
+    rig = Rig()
+    rig.ready()
+    rig.say("SYST:LEAS 120", 5)
+    rig.say("VAC 40 kPa;:OUTP ON", 5)
+    rig.run(3)
+    assert rig.bench.state == 1
+    if end == "leave":
+        rig.bench.leave(5)
+    else:
+        rig.say("*RST", 6)
+    assert float(rig.say("SYST:LEAS?")) == 2
+    if end == "leave":
+        rig.run(2.02)
+        assert rig.bench.fault == 120
+
+
+def test_a_lease_of_another_client_stays() -> None:
+    rig = Rig()
+    rig.say("SYST:LEAS 120", 5)
+    rig.say("*OPC?", 6)
+    rig.bench.leave(6)
+    assert float(rig.say("SYST:LEAS?")) == 120
+
+
+def test_the_way_out_of_a_fault_is_named() -> None:
+    rig = Rig()
+    rig.on()
+    rig.hal.estop_open = True
+    rig.run(0.05)
+    rig.hal.estop_open = False
+    for line in ("OUTP ON", "OUTP:SAFE HOLD", "DIAG:DRIV 0,0,1"):
+        rig.say(line)
+        assert "OUTP:PROT:CLE or 'layerjam bench clear'" in rig.say("SYST:ERR:ALL?"), line
 
 
 def test_a_sample_that_comes_far_too_late_is_a_fault() -> None:

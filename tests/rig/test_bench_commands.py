@@ -1,4 +1,4 @@
-"""`layerjam bench status` and `bench serve`, as they are typed."""
+"""`layerjam bench status`, `serve`, `clear` and `zero`, as they are typed."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ import os
 import signal
 import subprocess
 import sys
+import time
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
 from layerjam.cli.main import main
-from rig.gateways import Client
+from rig.boards import law_words, regulator
+from rig.gateways import Client, gateway
 
 KEYS = {
     "identity", "simulated", "state", "fault", "vacuum", "target", "pump", "vent", "safe_state",
@@ -61,3 +64,44 @@ def test_serve_says_where_and_ends_with_zero(
         process.send_signal(signal.SIGTERM)
         _, err = process.communicate(timeout=30)
     assert process.returncode == 0 and "read_termination" in err
+
+
+def test_clear_leaves_a_fault(capsys: pytest.CaptureFixture[str]) -> None:
+    """A silent client trips the board; `bench clear` names the fault and leads to SAFE."""
+    with gateway("sim:choi2018") as (number, _):
+        client = Client(number)
+        client.send("OUTP:SAFE REL;VENT:REST OPEN")
+        client.send("CONT:LAW " + law_words(regulator()))
+        client.send("SYST:LEAS 0.2;:VAC 20 kPa;:OUTP ON")
+        assert client.error() == 0
+        time.sleep(0.5)
+        assert client.ask("FETC:ALL?").split(",")[5] == "FAULT"
+        for fault in ("LEASE_EXPIRED", None):
+            assert main(["bench", "clear", f"tcp:127.0.0.1:{number}", "--json"]) == 0
+            answer = json.loads(capsys.readouterr().out)
+            assert (answer["fault"], answer["state"], answer["simulated"]) == (fault, "SAFE", True)
+        client.close()
+
+
+def test_zero_is_measured_shown_and_stored(capsys: pytest.CaptureFixture[str]) -> None:
+    """An offset of 700 Pa of the sensor, which the test sets, is measured, taken away and dated."""
+    with gateway("sim:choi2018?noise=50Pa&speed=5") as (number, _):
+        client = Client(number)
+        client.send("OUTP:SAFE REL;VENT:REST OPEN")
+        client.send("CONT:LAW " + law_words(regulator()))
+        client.send("SENS:VAC:CAL -700,1,'bench 7 \"left\"'")
+        assert client.error() == 0
+        assert main(["bench", "zero", f"tcp:127.0.0.1:{number}", "--json"]) == 0
+        answer = json.loads(capsys.readouterr().out)
+        assert answer["zero"] == pytest.approx(700, abs=20) and 0 <= answer["zero_scatter"] < 80
+        assert answer["sensor_offset"] == pytest.approx(0, abs=20)
+        today = datetime.now(UTC).date().isoformat()
+        assert answer["date"] == today and answer["units"]["zero"] == "Pa"
+        offset, gain, name = client.ask("SENS:VAC:CAL?").split(",", 2)
+        assert float(offset) == pytest.approx(answer["sensor_offset"], abs=1e-3) and gain == "1"
+        assert name == f'"bench 7 ""left""; zero {today}"'
+        assert client.ask("SYST:SETT:COUN?") == "1"
+        client.send("SENS:VAC:CAL -9000,1,'x'")
+        assert main(["bench", "zero", f"tcp:127.0.0.1:{number}"]) == 2
+        assert "5 % of the sensor's range" in capsys.readouterr().err
+        client.close()

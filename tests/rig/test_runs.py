@@ -17,6 +17,7 @@ import pytest
 
 import layerjam.rig
 from layerjam.cli.main import main
+from layerjam.commands.bench_run import companion_notice
 from layerjam.commands.pressure_log import read_pressure
 from layerjam.commands.regulator import RecordedStep, tuned_by
 from layerjam.control.closed_loop import FaultInjection
@@ -30,9 +31,10 @@ from layerjam.rig.driver import Bench
 from layerjam.rig.execute import Execution
 from layerjam.rig.plant import behind
 from layerjam.rig.procedure_bench import ProcedureBench
-from layerjam.rig.recorder import Recorder, described
+from layerjam.rig.recorder import Recorder, described, log
 from layerjam.rig.run_file import RunFile
 from layerjam.rig.settling import scatter
+from rig.gateways import gateway
 
 FAST = "sim:choi2018?speed=0"
 PROCEDURE = "evacuate to 40 kPa and hold 2 s; vent; hold 1 s"
@@ -383,6 +385,38 @@ def test_a_board_without_a_clock_waits_for_who_fetches_and_not_for_the_dead() ->
         assert bench.ask("STR:LOST?") == "0"
         time.sleep(1.5)
         assert int(bench.ask("STR:NEXT?")) > seen[-1] + 1
+
+
+def test_a_log_needs_no_lock(tmp_path: Path) -> None:
+    """Another client has the lock and records too; both files have every sample."""
+    with gateway("sim:choi2018") as (number, _):
+        address = f"tcp:127.0.0.1:{number}"
+        with layerjam.rig.open(address) as bench:
+            assert bench.lock()
+            rows, _ = bench.stream()
+            made = log(address, tmp_path / "a.ljrun", duration=0.5)
+            assert (made.outcome, made.gaps) == ("FINISHED", 0) and made.samples >= 50
+            more, _ = bench.stream()
+            assert more["seq"][0] == rows["seq"][0], "nothing was taken from the first client"
+            assert bench.ask("SYST:LOCK:OWN?") == '"SELF"'
+
+
+def test_files_that_belong_together_are_named(tmp_path: Path) -> None:
+    file = tmp_path / "a.ljrun"
+    assert companion_notice(file) == []
+    (tmp_path / "a.ljrun-wal").touch()
+    (notice,) = companion_notice(file)
+    assert notice.startswith("a.ljrun and a.ljrun-wal belong together")
+
+
+def test_a_run_states_its_lease_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = str(tmp_path / "a.ljrun")
+    run = ["bench", "run", FAST, "--procedure", "evacuate to 40 kPa; vent", "--out", out]
+    run += ["--brake", "choi2018-kapton", "--line", "choi2018", "--sensor-range", "103kPa"]
+    run += ["--safe-state", "release", "--vent-rest", "open"]
+    assert main(run) == 0
+    first = capsys.readouterr().err.splitlines()[0]
+    assert first.startswith("layerjam: lease 600 s:") and "safe state (release)" in first
 
 
 def test_a_log_and_its_resume(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -151,15 +151,60 @@ def test_a_lock_keeps_others_out_but_not_from_off() -> None:
 def test_every_header_is_listed_and_answers(rig: Rig) -> None:
     said = rig.say("SYST:HELP:HEAD?")
     assert said[0] == "#" and int(said[2 : 2 + int(said[1])]) == len(said) - 2 - int(said[1])
-    names = said[2 + int(said[1]) :].split("\n")
+    listed = said[2 + int(said[1]) :].split("\n")
+    names = [name.partition("/")[0] for name in listed]
+    assert {"*CLS/nquery/", "*IDN/qonly/", "*ESE", "OUTPut[:STATe]"} <= set(listed)
     mandated = ["*CLS", "*ESE", "*ESR", "*IDN", "*OPC", "*RST", "*SRE", "*STB", "*TST", "*WAI"]
     assert {*mandated, "SYSTem:VERSion", "STATus:PRESet"} <= set(names)
     assert len(names) == len(set(names)) > 45
-    for name in names:
+    rig.say("*CLS")
+    for name, mark in zip(names, listed, strict=True):
         plain = name.replace("[", "").replace("]", "")
-        rig.say(plain + "?")
-        rig.say("ABOR")
+        answer = rig.say(plain + "?")
+        assert (rig.error() == -113) == mark.endswith("/nquery/"), mark
+        assert answer or not mark.endswith("/qonly/") or plain == "FETCh:ACCeleration:DATA", mark
+        rig.say("ABOR;*CLS")
         assert rig.say("*OPC?") == "1"
+
+
+@pytest.mark.parametrize("register", ["STAT:OPER:ENAB", "STAT:QUES:ENAB"])
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("65535", 32767), ("32768", 0), ("#HFFFF", 32767), ("#h1f", 31), ("#Q17", 15), ("#B101", 5)],
+)
+def test_enable_registers_take_sixteen_bits_and_other_bases(
+    rig: Rig, register: str, text: str, value: int
+) -> None:
+    rig.say(f"{register} {text}")
+    assert rig.error() == 0 and int(rig.say(register + "?")) == value
+
+
+@pytest.mark.parametrize("text", ["#H", "#HG", "#X1", "#B2", "#Q8", "#H-1", "#H1_0", "#H1 0"])
+def test_other_bases_that_are_not_numbers(rig: Rig, text: str) -> None:
+    rig.say(f"*ESE {text}")
+    assert rig.error() == -104 and rig.say("*ESE?") == "0"
+
+
+def test_a_numeric_suffix_is_one_or_an_error(rig: Rig) -> None:
+    assert rig.say("OUTP1?;:OUTP1:STAT1?;:SOUR1:VAC?") == "0;0;0"
+    for line in ("OUTP2 ON", "OUTP0?", "SOUR:VAC12 0"):
+        rig.say(line)
+        assert rig.error() == -114, line
+
+
+def test_without_a_law_a_target_says_what_to_do() -> None:
+    rig = Rig()
+    rig.say("SOUR:VAC 60 kPa")
+    assert rig.say("SYST:ERR?") == '-221,"Settings conflict;no regulator; CONT:LAW sets one"'
+    rig.say("SOUR:VAC 0")
+    assert rig.error() == 0
+
+
+def test_quotes_in_a_name_are_doubled(rig: Rig) -> None:
+    rig.say("SENS:VAC:CAL 0,1,'bench \"7\"'")
+    assert rig.say("SENS:VAC:CAL?") == '0,1,"bench ""7"""' and rig.error() == 0
+    rig.say("SENS:VAC:CAL " + rig.say("SENS:VAC:CAL?"))
+    assert rig.say("SENS:VAC:CAL?") == '0,1,"bench ""7"""' and rig.error() == 0
 
 
 def test_units() -> None:
@@ -186,7 +231,7 @@ def random_line(draw: random.Random, headers: list[str]) -> bytes:
 
 def fuzz(count: int, seed: int) -> None:
     rig, draw = Rig(), random.Random(seed)
-    names = rig.say("SYST:HELP:HEAD?")[4:].split("\n")
+    names = [name.partition("/")[0] for name in rig.say("SYST:HELP:HEAD?")[4:].split("\n")]
     headers = [name.replace("[", "").replace("]", "") for name in names]
     headers = [h + end for h in headers for end in ("", "?", " ")] + headers
     headers = [h for h in headers if not h.startswith(("SYSTem:RES", "SYSTem:MAIN", "DIAG"))]

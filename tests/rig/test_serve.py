@@ -6,6 +6,7 @@ import contextlib
 import os
 import random
 import select
+import socket
 import stat
 import termios
 import threading
@@ -16,6 +17,7 @@ from pathlib import Path
 import pytest
 
 from layerjam.errors import LayerjamError
+from layerjam.rig.driver import open_bench
 from layerjam.rig.serve import Listening, Splitter, serve
 from layerjam.rig.token import Door, token_of
 from rig.bad_lines import BAD
@@ -47,6 +49,7 @@ def test_it_says_who_it_is(client: Client) -> None:
 
 
 def test_bad_lines_have_their_numbers_through_the_gateway(client: Client) -> None:
+    client.send("*CLS")
     for line, code in BAD:
         client.send(line.encode("latin-1") if isinstance(line, str) else line)
         assert client.error() == code, line
@@ -109,15 +112,23 @@ def test_a_lock_ends_with_its_client(port: int) -> None:
     second.close()
 
 
-def test_sessions_begin_afresh_and_are_fifteen(port: int) -> None:
+def test_sessions_begin_afresh_and_are_fourteen(port: int) -> None:
     time.sleep(0.1)
-    clients = [Client(port) for _ in range(15)]
+    clients = [Client(port) for _ in range(14)]
     for number, made in enumerate(clients):
         assert made.ask("*ESE?") == "0", "what an earlier client left"
         made.send(f"*ESE {number};FOO")
     more = [Client(port) for _ in range(5)]
-    assert all(made.closed() for made in more)
-    assert [made.ask("*ESE?") for made in clients] == [str(n) for n in range(15)]
+    for made in more:
+        assert made.ask("*IDN?").startswith("layerjam")
+        made.send("*ESE 1")
+        assert "sessions are in use" in made.ask("SYST:ERR?")
+        made.send("OUTP OFF")
+        assert made.error() == 0
+    assert [made.ask("*ESE?") for made in clients] == [str(n) for n in range(14)]
+    clients.pop().close()
+    time.sleep(0.1)
+    assert more[0].ask("*ESE?") == "0", "a session that is free is given to who waits"
     for made in clients + more:
         made.close()
     time.sleep(0.1)
@@ -215,15 +226,89 @@ def test_a_token(tmp_path: Path) -> None:
         client.send(f'SYST:PASS:CEN "{token}"')
         assert client.ask("SYST:PASS:CEN:STAT?") == "1" and client.error() == 0
         assert client.ask("MEAS:VAC?") != ""
-        guesser = Client(number)
+        guesser, begun = Client(number), time.monotonic()
         for _ in range(5):
             guesser.send("SYST:PASS:CEN 'guess'")
-        assert guesser.closed()
-        late = Client(number)
-        assert late.closed(), "nobody from there is heard for ten seconds"
-        assert client.ask("*OPC?") == "1"
-        for made in (client, guesser, late):
+        other = Client(number)
+        assert other.ask("*IDN?").startswith("layerjam") and client.ask("*OPC?") == "1"
+        assert time.monotonic() - begun < 1, "wrong tokens delay only their sender"
+        assert guesser.closed() and time.monotonic() - begun > 0.2 + 0.4 + 0.8 + 1.6
+        for made in (client, guesser, other):
             made.close()
+
+
+def test_guests_take_no_session_and_off_is_always_heard(tmp_path: Path) -> None:
+    """Clients without the token neither fill the sessions nor keep outputs on."""
+    file = tmp_path / "token"
+    with gateway("sim:choi2018", token_file=str(file)) as (number, _):
+        guests = [Client(number) for _ in range(40)]
+        assert all(guest.ask("*IDN?") for guest in guests)
+        with open_bench(f"tcp:127.0.0.1:{number}?token={file}") as bench:
+            bench.safe_state, bench.vent_rest = "release", "open"
+            bench.regulator = regulator()
+            bench.target = 40e3
+            for guest in guests[:2]:
+                bench.output = True
+                assert bench.output
+                guest.send("OUTP OFF")
+                assert guest.error() == 0 and not bench.output
+        for guest in guests:
+            guest.close()
+
+
+def test_a_token_file_of_another_gateway(tmp_path: Path) -> None:
+    other = tmp_path / "other"
+    token_of(other)
+    with (
+        gateway("sim:choi2018", token_file=str(tmp_path / "token")) as (number, _),
+        pytest.raises(LayerjamError, match="another token"),
+    ):
+        open_bench(f"tcp:127.0.0.1:{number}?token={other}")
+
+
+def test_a_guest_does_not_keep_a_silent_client_running(tmp_path: Path) -> None:
+    """`*IDN?` without the token does not renew the lease of who fell silent."""
+    file = tmp_path / "token"
+    with gateway("sim:choi2018", token_file=str(file)) as (number, _):
+        client, guest = Client(number), Client(number)
+        client.send(f'SYST:PASS:CEN "{file.read_text().strip()}"')
+        client.send("OUTP:SAFE REL;VENT:REST OPEN")
+        client.send("CONT:LAW " + law_words(regulator()))
+        client.send("VAC 40 kPa;:OUTP ON;:SYST:LEAS 1")
+        assert client.ask("OUTP?;:SYST:ERR?") == '1;0,"No error"'
+        end = time.monotonic() + 1.5
+        while time.monotonic() < end:
+            assert guest.ask("*IDN?")
+            time.sleep(0.1)
+        assert client.ask("OUTP:PROT:FAUL?") == '120,"LEASE_EXPIRED"'
+        client.close()
+        guest.close()
+
+
+REQUESTS = (
+    "POST / HTTP/1.1\r\nHost: localhost\r\nContent-Type: text/plain\r\n\r\n",
+    "GET /;:OUTP ON HTTP/1.1\r\n\r\n",
+    "OUTP /ON HTTP/1.1\r\n\r\n",
+    "\r\nPUT / HTTP/1.0\r\n\r\n",
+    "POST /\r\n",
+    "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+    "\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
+    "\x00\x01\x00\x00!\x12\xa4B",
+    '{"jsonrpc": "2.0"}\n',
+)
+
+
+@pytest.mark.parametrize("request_", REQUESTS)
+def test_a_page_in_a_browser_cannot_command(port: int, client: Client, request_: str) -> None:
+    """The body holds commands that are in order; nothing of it is executed."""
+    client.send("SOUR:VAC 0;:OUTP:SAFE REL;VENT:REST OPEN")
+    client.send("CONT:LAW " + law_words(regulator()))
+    page = Client(port)
+    with contextlib.suppress(ConnectionError):
+        page.socket.sendall(request_.encode("latin-1") + b"\nSOUR:VAC 40 kPa;:OUTP ON\n*IDN?\n")
+    assert page.closed()
+    page.close()
+    assert client.ask("SOUR:VAC?;:OUTP?") == "0;0"
 
 
 def test_a_token_that_others_may_read_is_refused(tmp_path: Path) -> None:
@@ -261,6 +346,11 @@ def test_lines_are_cut_out_of_any_pieces() -> None:
         got += splitter.feed(rest[:size])
         rest = rest[size:]
     assert got == wanted
+
+
+def test_the_line_to_paste_names_a_machine() -> None:
+    at = Listening("0.0.0.0", 5025, "sim:x", "", 1, None)
+    assert f"TCPIP::{socket.gethostname()}::5025::SOCKET" in at.visa
 
 
 def test_the_line_to_paste() -> None:

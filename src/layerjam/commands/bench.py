@@ -81,6 +81,40 @@ def bench_status(address: BenchAddress) -> BenchState:
         return BenchState(**asdict(bench.status()))
 
 
+@result
+class BenchCleared(Result):
+    """A bench after its fault was cleared."""
+
+    fault: str | None = fact("fault that was cleared; null if there was none")
+    state: str = fact("SAFE, RUN, FAULT or DRIVE")
+    vacuum: float | None = number("Pa", "last reading")
+    simulated: bool = fact("whether no hardware is behind it")
+
+
+@command(
+    "bench",
+    place=11,
+    under="bench",
+    examples=("layerjam bench clear sim:choi2018",),
+    computes=False,
+)
+def bench_clear(address: BenchAddress) -> BenchCleared:
+    """Clear the latched fault of a bench, its error queue and its registers; starts nothing.
+
+    The bench is in SAFE afterwards. Find the cause first: `bench check` looks after the wiring.
+    Raises FileError, LineError and QuantityError for a bench that cannot be reached.
+    """
+    from layerjam.rig.driver import open_bench
+
+    with open_bench(address) as bench:
+        fault = bench.fault
+        bench.clear()
+        state = bench.status()
+        return BenchCleared(
+            fault=fault, state=state.state, vacuum=state.vacuum, simulated=state.simulated
+        )
+
+
 @command(
     "bench",
     place=20,

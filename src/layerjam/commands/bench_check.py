@@ -1,4 +1,4 @@
-"""`bench check`: whether pump, vent and sensor are wired as they should be, and how tight it is."""
+"""`bench check` and `bench zero`: wiring, tightness and the sensor's zero, before the first run."""
 
 from __future__ import annotations
 
@@ -31,6 +31,51 @@ class BenchChecked(Result):
     simulated: bool = fact("whether no hardware is behind it")
 
 
+VentRest = Annotated[
+    Literal["open", "closed"] | None,
+    Help("The vent valve without power, where the board does not know it."),
+]
+
+
+@result
+class BenchZeroed(Result):
+    """The zero of a bench's sensor."""
+
+    zero: float = number("Pa", "reading with the vent open, before")
+    zero_scatter: float = number("Pa", "standard deviation of the readings")
+    sensor_offset: float = number("Pa", "offset that the board subtracts from now on")
+    date: str = fact("date that is stored with it")
+    simulated: bool = fact("whether no hardware is behind it")
+
+
+@command(
+    "bench",
+    place=16,
+    under="bench",
+    examples=("layerjam bench zero sim:choi2018 --vent-rest open",),
+    computes=False,
+)
+def bench_zero(address: BenchAddress, *, vent_rest: VentRest = None) -> BenchZeroed:
+    """Measure the zero of the sensor with the brake vented, and store it on the board.
+
+    The vent is open for 4.5 s; the mean of the last second is the zero. The board keeps it, and the
+    date in the calibration's name. Raises QuantityError if the reading is not steady or far from
+    zero, LockedError if another client commands, InstrumentError for a bench that is not in SAFE.
+    """
+    from layerjam.rig.check import measure_zero
+    from layerjam.rig.driver import open_bench
+
+    with open_bench(address) as bench:
+        zero = measure_zero(bench, vent_rest=vent_rest)
+        return BenchZeroed(
+            zero=zero.reading,
+            zero_scatter=zero.scatter,
+            sensor_offset=zero.offset,
+            date=zero.date,
+            simulated=bench.simulated,
+        )
+
+
 @command(
     "bench",
     place=15,
@@ -45,10 +90,7 @@ def bench_check(
         AnyLine | None,
         Input("Vacuum line that it should be: name or TOML file.", metavar="LINE", convert=_line),
     ] = None,
-    vent_rest: Annotated[
-        Literal["open", "closed"] | None,
-        Help("The vent valve without power, where the board does not know it."),
-    ] = None,
+    vent_rest: VentRest = None,
 ) -> BenchChecked:
     """Look after a bench's wiring: drive pump and vent for ten seconds, and say what moves.
 

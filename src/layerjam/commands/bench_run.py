@@ -167,8 +167,10 @@ def bench_run(
         moved = _crosshead(crosshead, bench, brake, line, steps)
         meta = {"brake": brake.name, "brake_toml": brake.rendered(brake.name)}
         meta["line_toml"] = line.rendered(line.name)
-        made = bench.run(steps, out=out, crosshead=moved, meta=meta, force=force, rig=rig)
-    notices += simulated_notice(made.simulated)
+        made = bench.run(
+            steps, out=out, crosshead=moved, meta=meta, force=force, rig=rig, say=_report
+        )
+    notices += simulated_notice(made.simulated) + companion_notice(made.file)
     if made.shots is not None and not made.shots:
         notices.append(Notice("nothing fell: the accelerometer was not triggered", "no-shot"))
     return RunRecorded.of(
@@ -225,6 +227,25 @@ def _at(address: str, steps: Procedure) -> Address:
     return replace(found, options={**found.options, "at": exact_text(highest, "Pa")})
 
 
+def _report(sentence: str) -> None:
+    """Print a sentence about a run that goes on."""
+    print(f"layerjam: {sentence}", file=sys.stderr, flush=True)
+
+
+def companion_notice(file: Path) -> list[str]:
+    """Return a notice about the file of unmerged samples that a full disk leaves with a run."""
+    companion = Path(f"{file}-wal")
+    if not companion.exists():
+        return []
+    return [
+        Notice(
+            f"{file.name} and {companion.name} belong together: copy both, or free room on the "
+            f"disk and run 'layerjam bench export {file.name}'",
+            "two-files",
+        )
+    ]
+
+
 def simulated_notice(simulated: bool) -> list[str]:
     """What stands beside every number of a virtual bench."""
     text = "simulated: a virtual bench computed it, nothing was measured"
@@ -262,9 +283,9 @@ def bench_log(
         duration=duration,
         resume=resume,
         force=force,
-        say=lambda sentence: print(f"layerjam: {sentence}", file=sys.stderr, flush=True),
+        say=_report,
     )
-    notices = simulated_notice(made.simulated)
+    notices = simulated_notice(made.simulated) + companion_notice(made.file)
     return RunLogged.of(made, file=str(made.file), warnings=notices, record=made)
 
 

@@ -1,4 +1,7 @@
-"""Where a bench is: `serial:PORT`, `tcp:host:5025`, `visa:RESOURCE`, `sim:choi2018?speed=10`."""
+"""Addresses of benches: `serial:PORT`, `tcp:host:5025`, `visa:RESOURCE`, `sim:choi2018?speed=10`.
+
+`tcp:host:5025?token=FILE` names the file of the gateway's token.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ KINDS = {
 """Kind: an example."""
 VIRTUAL = "sim:choi2018?noise=50Pa&leak=500s&vent=0.2s"
 """The paper's line with a leak, a vent valve and a noisy sensor of ours: for campaigns."""
-OPTIONS = (
+SIMULATED = (
     "speed",
     "rest",
     "range",
@@ -29,7 +32,8 @@ OPTIONS = (
     "python",
     "store",
 )
-"""What follows the question mark of a `sim:` address."""
+OPTIONS = {"sim": SIMULATED, "tcp": ("token",)}
+"""Kind of address: options that may follow its question mark."""
 
 
 @dataclass(frozen=True)
@@ -67,13 +71,13 @@ def address_of(text: str | Address) -> Address:
     if kind not in KINDS:
         raise UnknownNameError("kind of address", kind, KINDS, quantity="address")
     where, options = rest, {}
-    if kind == "sim":
+    if kind in OPTIONS:
         where, _, more = rest.partition("?")
         for pair in more.split("&") if more else []:
             name, equals, value = pair.partition("=")
-            if name not in OPTIONS:
+            if name not in OPTIONS[kind]:
                 raise UnknownNameError(
-                    "option of a virtual board", name, OPTIONS, quantity="address"
+                    f"option of a '{kind}:' address", name, OPTIONS[kind], quantity="address"
                 )
             if not equals or not value or name in options:
                 raise QuantityError.of("address", f"'{pair[:80]}' is not one '{name}=value'")

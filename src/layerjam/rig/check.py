@@ -5,8 +5,11 @@ Pump and vent are driven by hand (`DIAG:DRIV`), never for longer than 5 s, witho
 
 from __future__ import annotations
 
+import contextlib
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -28,6 +31,14 @@ SLOW, LEAKY = 0.7, 2.0
 """Share of the line's rate, and times its leak, at which a bench is not that line."""
 TIGHT = 1e-3
 """Leak [1/s] that is never held against a line."""
+ZEROED = 4.5
+"""Seconds for which the vent is open before and while the zero is measured."""
+STEADY = 20.0
+"""Change [Pa] of the mean in half a second at most, and the scatter if that is more."""
+FARTHEST = 0.05
+"""Zero over the sensor's range at most."""
+ATMOSPHERE = 101325.0
+"""Range [Pa] that is assumed while the board has no regulator."""
 PAUSE = 0.005
 FAULTS = {
     "sensor-silent": "the sensor gives no reading",
@@ -81,6 +92,14 @@ def check_bench(
     is what the line should be. Raises QuantityError where the rest is not known, LockedError where
     another client has the lock, InstrumentError where the board is not in SAFE.
     """
+    with _locked(bench, vent_rest):
+        made = _looked_at(bench)
+    return _judged(made, plant)
+
+
+@contextlib.contextmanager
+def _locked(bench: Bench, vent_rest: str | None) -> Iterator[None]:
+    """Lock the bench, declare the valve's rest if given, and switch the outputs off at last."""
     if vent_rest is None and bench.vent_rest is None:
         raise QuantityError.of(
             "vent rest",
@@ -91,11 +110,60 @@ def check_bench(
     try:
         if vent_rest is not None and bench.vent_rest != vent_rest:
             bench.vent_rest = vent_rest
-        made = _looked_at(bench)
+        yield
     finally:
         bench.off()
         bench.unlock()
-    return _judged(made, plant)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Zero:
+    """The zero of a bench's sensor: `reading` [Pa] with the vent open, its scatter (SD) [Pa].
+
+    `offset` [Pa] is what the board subtracts from now on, `date` is ISO 8601.
+    """
+
+    reading: float
+    scatter: float
+    offset: float
+    date: str
+
+
+def measure_zero(bench: Bench, *, vent_rest: str | None = None) -> Zero:
+    """Open the vent for 4.5 s, take the mean of the last second for zero, and store it.
+
+    The calibration's name gets the date. Raises QuantityError if the valve's rest is not known, if
+    the reading is not steady or more than 5 % of the sensor's range, LockedError if another client
+    has the lock, InstrumentError if the board is not in SAFE.
+    """
+    with _locked(bench, vent_rest):
+        times, readings = _driven(bench, 0.0, 1, ZEROED)
+        level = readings[times > ZEROED - 1.0]
+        if len(level) < 10 or not np.isfinite(level).all():
+            raise QuantityError.of("zero", FAULTS["sensor-silent"])
+        reading, scatter = float(np.mean(level)), float(np.std(level))
+        drift = float(np.mean(level[len(level) // 2 :]) - np.mean(level[: len(level) // 2]))
+        if abs(drift) > max(STEADY, scatter):
+            raise QuantityError.of(
+                "zero",
+                f"the reading changes by {show(drift, 'Pa', 3)} in half a second with the vent "
+                "open; wait until the brake is vented",
+            )
+        offset, gain, name = bench.calibration
+        limit = FARTHEST * (bench.sensor_range or ATMOSPHERE)
+        if abs(reading) > limit:
+            raise QuantityError.of(
+                "zero",
+                f"{show(reading, 'Pa', 4)} is not allowed; at most {show(limit, 'Pa', 4)} either "
+                "way, 5 % of the sensor's range. Check the sensor, its port and its range",
+            )
+        bench.off()
+        date = datetime.now(UTC).date().isoformat()
+        offset += reading / gain
+        kept = name.partition("; zero ")[0]
+        bench.calibration = offset, gain, f"{kept[:22]}; zero {date}"
+        bench.tell("SYST:SETT:STOR")
+    return Zero(reading=reading, scatter=scatter, offset=offset, date=date)
 
 
 def _looked_at(bench: Bench) -> Checked:

@@ -47,7 +47,9 @@ class TrippedError(LayerjamError):
     fault: str
 
     def __init__(self, fault: str) -> None:
-        super().__init__(f"the bench went to its safe state: {fault}")
+        super().__init__(
+            f"the bench went to its safe state: {fault}; 'layerjam bench clear' leaves FAULT"
+        )
         self.fault = fault
 
 
@@ -210,6 +212,26 @@ class Bench:
         first, second = value.packed()
         raw = struct.pack(f"<{len(first) + len(second)}d", *first, *second)
         self.tell(f'CONT:LAW "{raw.hex().upper()}","{zlib.crc32(raw):08X}"')
+
+    @property
+    def calibration(self) -> tuple[float, float, str]:
+        """Offset [Pa] and gain of the sensor, and the calibration's name; kept until a reset.
+
+        A reading is (raw - offset) * gain. `SYST:SETT:STOR` keeps them for longer.
+        """
+        offset, gain, name = self.ask("SENS:VAC:CAL?").split(",", 2)
+        return float(offset), float(gain), name[1:-1].replace('""', '"')
+
+    @calibration.setter
+    def calibration(self, value: tuple[float, float, str]) -> None:
+        offset, gain, name = value
+        quoted = name.replace('"', '""')
+        self.tell(f'SENS:VAC:CAL {offset:.9g},{gain:.9g},"{quoted}"')
+
+    @property
+    def sensor_range(self) -> float | None:
+        """Greatest vacuum [Pa] that the regulator's sensor shows, None without a regulator."""
+        return self.regulator[1][6] if self.reach else None
 
     @property
     def state(self) -> str:

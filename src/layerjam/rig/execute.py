@@ -54,8 +54,10 @@ AT_REST = 0.3
 LAST = 0.5
 """Seconds recorded after the outputs are off."""
 STATES = {"SAFE": 0, "RUN": 1, "FAULT": 2}
+LEASE = 2.0
+"""Seconds after which the board is safe if this program falls silent."""
 QUICK = 600.0
-"""Lease [s] of a virtual board that runs faster than its host."""
+"""The same for a virtual board that runs faster than its host, by its own clock."""
 
 
 class EndedError(Exception):
@@ -277,7 +279,9 @@ class Execution:
             self.fault = FAULTS.get(code) or self.bench.fault or f"{code}"
             self.file.note("fault", self.fault, self.fault_us)
             raise EndedError(
-                f"{FAULT}:{self.fault}", f"the bench went to its safe state: {self.fault}"
+                f"{FAULT}:{self.fault}",
+                f"the bench went to its safe state: {self.fault}; 'layerjam bench clear "
+                f"{self.bench.address}' leaves FAULT",
             )
         if self._running and (state == STATES["SAFE"]).any():
             raise EndedError(STOPPED, "another client switched the outputs off")
@@ -331,6 +335,7 @@ def execute(
     stop: Stop | None = None,
     watch: Callable[[Block], None] = lambda block: None,
     rig: DropRig | None = None,
+    say: Callable[[str], None] = lambda sentence: None,
 ) -> Executed:
     """Carry out a procedure on a bench whose regulator and safe state are set, and record it.
 
@@ -339,20 +344,25 @@ def execute(
     to start, FileError for the file; nothing is left behind then. Ctrl-C and SIGTERM end it with
     OPERATOR_STOPPED, as does a `stop` that is asked for elsewhere. `watch` hears of every block of
     samples, once it is on disk. With a `rig` the accelerometer's records of drops go into the file.
+    `say` receives the first line of a run, which states its lease.
     """
     steps = parse_procedure(procedure) if isinstance(procedure, str) else procedure
     check(bench, steps, crosshead)
     if rig is not None:
         check_rig(rig, bench, steps)
-    plant = bench.plant
-    if plant is not None and plant.behind.speed != 1.0:
-        bench.lease = QUICK
     said = {"kind": "run", "procedure": steps.text(), **described(bench), **(meta or {})}
     said |= {} if rig is None else rig.facts()
     with stop or Stop() as stop:
         if not bench.lock():
             owner = bench.ask("SYST:LOCK:OWN?")
             raise QuantityError.of("bench", f"is locked by another client (session {owner})")
+        before = bench.lease
+        plant = bench.plant
+        bench.lease = LEASE if plant is None or plant.behind.speed == 1.0 else QUICK
+        say(
+            f"lease {bench.lease:g} s: if this program falls silent for so long, the outputs go to "
+            f"the safe state ({bench.safe_state})"
+        )
         try:
             file = RunFile.create(out, said, force)
             try:
@@ -363,7 +373,7 @@ def execute(
                 file.close()
                 raise
         finally:
-            _unlock(bench)
+            _unlock(bench, before)
     return made
 
 
@@ -397,7 +407,8 @@ def _recorded(bench: Bench, file: RunFile, running: Execution) -> Executed:
     )
 
 
-def _unlock(bench: Bench) -> None:
-    """Give the lock back, where there is still a line."""
+def _unlock(bench: Bench, lease: float) -> None:
+    """Give lock and lease [s] back, if there is still a line."""
     with contextlib.suppress(LayerjamError):
+        bench.lease = lease
         bench.unlock()

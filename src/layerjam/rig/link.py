@@ -10,6 +10,7 @@ from layerjam.errors import FileError
 from layerjam.rig.address import Address, address_of
 from layerjam.rig.board import VirtualBoard, connect
 from layerjam.rig.line import Line, LineError
+from layerjam.rig.token import read_token
 from layerjam.rig.visa import VisaEnds
 
 PATIENCE = 5.0
@@ -77,6 +78,15 @@ class SocketLink:
         self._socket = VisaEnds(address) if address.kind == "visa" else connected(address)
         self._buffer = b""
         self._name = str(address)
+        if "token" in address.options:
+            self._authorise(read_token(address.options["token"]))
+
+    def _authorise(self, token: str) -> None:
+        """Send the gateway's token; raises FileError if the gateway has another."""
+        self._socket.sendall(f'SYST:PASS:CEN "{token}"\nSYST:PASS:CEN:STAT?\n'.encode("ascii"))
+        if self._answer() != b"1":
+            self.close()
+            raise FileError(self._name, "the gateway has another token; copy its --token-file")
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
         """The line and CHECK in one packet; a line that was refused has no answer before it."""

@@ -29,6 +29,7 @@ class ProcedureBench(Bench):
         stop: Stop | None = None,
         watch: Callable[[Block], None] = lambda block: None,
         rig: DropRig | None = None,
+        say: Callable[[str], None] = lambda sentence: None,
     ) -> Executed:
         """Carry out a procedure and record it in the file `out`; see `rig.execute.execute`.
 
@@ -44,6 +45,7 @@ class ProcedureBench(Bench):
             stop=stop,
             watch=watch,
             rig=rig,
+            say=say,
         )
 
 

@@ -1,7 +1,8 @@
 """The gateway: one board's line for many clients, over TCP and as a serial port.
 
-Each client has a session of its own on the board. Lines are plain SCPI; nothing is kept alive for
-a client: where all are silent, the board's lease runs out.
+Each client that may command has a session of its own on the board. All others share one, in which
+only `OUTP OFF`, `ABOR`, `*IDN?` and `SYST:ERR?` are heard. Lines are plain SCPI. The gateway keeps
+nothing running for a client: if it is silent, the board's lease ends.
 """
 
 from __future__ import annotations
@@ -21,11 +22,16 @@ from layerjam.errors import FileError, QuantityError
 from layerjam.rig.address import Address
 from layerjam.rig.board import connect
 from layerjam.rig.line import Line, LineError
-from layerjam.rig.token import TRIES, Door, Shut, token_of
+from layerjam.rig.token import DELAY, TRIES, Door, is_message, token_of
 
 PORT = 5025
 """What instruments with a raw SCPI socket listen on."""
-SESSIONS = 15
+SESSIONS = 14
+"""Clients that may command at the same time."""
+GUEST = 15
+"""Session of the board that all other clients share."""
+GUESTS = 64
+"""Such clients at most; one more closes the oldest."""
 LONGEST = 1024
 """Bytes of a line at most; a longer one is refused by the board, -363."""
 ENDLESS = 65536
@@ -48,8 +54,10 @@ class Listening:
     @property
     def visa(self) -> str:
         """The line of PyVISA that opens it; without the terminations every answer times out."""
+        # a gateway on all addresses is reached by this machine's name
+        host = socket.gethostname() if self.host in ("0.0.0.0", "::", "") else self.host
         return (
-            f'rm.open_resource("TCPIP::{self.host}::{self.port}::SOCKET", '
+            f'rm.open_resource("TCPIP::{host}::{self.port}::SOCKET", '
             r'read_termination="\n", write_termination="\n")'
         )
 
@@ -86,14 +94,23 @@ class Splitter:
         return self._skipped > ENDLESS
 
 
+@dataclass(eq=False)
+class Client:
+    """One connection: what it may do, and its session of the board."""
+
+    door: Door
+    writer: asyncio.StreamWriter
+    session: int = GUEST
+
+
 class Gateway:
     """Clients on one side, a board's line on the other."""
 
     def __init__(self, line: Line, token: str = "") -> None:
         self.line = line
         self._token = token
-        self._shut = Shut()
         self._free = list(range(SESSIONS, 0, -1))
+        self._guests: dict[Client, None] = {}
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="line")
         self._down = asyncio.get_running_loop().create_future()
         self._tasks: set[asyncio.Task[None]] = set()
@@ -117,34 +134,41 @@ class Gateway:
         task = asyncio.current_task()
         if task is not None:
             self._tasks.add(task)
-        peer = str(writer.get_extra_info("peername", ("",))[0])
-        session = 0 if self._shut.out(peer) or not self._free else self._free.pop()
+        client = Client(Door(self._token), writer)
+        self._guests[client] = None
+        if len(self._guests) > GUESTS:
+            next(iter(self._guests)).writer.close()
         try:
-            if session:
-                await self._serve(session, reader, writer, peer)
+            await self._serve(client, reader)
         except (ConnectionError, LineError, TimeoutError, asyncio.CancelledError):
             pass  # the client or the board is gone, or the gateway ends
         finally:
             if task is not None:
                 self._tasks.discard(task)
+            self._guests.pop(client, None)
             writer.close()
-            await self._leave(session)
+            await self._leave(client.session)
 
     async def _leave(self, session: int) -> None:
-        """The session's lock, registers and queue go with its client."""
-        if session:
+        """End a client's session: lock, lease, registers and queue."""
+        if session != GUEST:
             with contextlib.suppress(LineError):
                 await asyncio.shield(self.ask(session, b""))
             self._free.append(session)
 
-    async def _serve(
-        self, session: int, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, peer: str
-    ) -> None:
-        """Lines in, answers out, one after the other."""
+    def _admit(self, client: Client) -> None:
+        """Give a client that may command a session of its own, if one is free."""
+        if client.door.open and client.session == GUEST and self._free:
+            client.session = self._free.pop()
+            self._guests.pop(client, None)
+
+    async def _serve(self, client: Client, reader: asyncio.StreamReader) -> None:
+        """Lines in, answers out, one after the other. A first line of HTTP ends it."""
+        door, writer = client.door, client.writer
         sock = writer.get_extra_info("socket")
         if sock is not None:
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        splitter, door = Splitter(), Door(self._token)
+        splitter, greeted = Splitter(), False
         while True:
             async with asyncio.timeout(IDLE):
                 data = await reader.read(4096)
@@ -154,15 +178,21 @@ class Gateway:
                 # a client that sends a line and then another waits for the first one's receipt
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
             for line in splitter.feed(data):
-                passes, answer = door.through(line)
+                if not greeted and not is_message(line):
+                    return
+                greeted = True
+                wrong = door.wrong
+                self._admit(client)
+                passes, answer = door.through(line, client.session != GUEST)
                 if passes:
-                    answer = await self.ask(session, line)
+                    answer = await self.ask(client.session, line)
                 if answer:
                     writer.write(answer + b"\n")
                     await writer.drain()
                 if door.wrong >= TRIES:
-                    self._shut.close(peer)
                     return
+                if door.wrong > wrong:
+                    await asyncio.sleep(DELAY * 2**wrong)
             if splitter.endless:
                 return
 
@@ -192,7 +222,7 @@ class Gateway:
         await asyncio.gather(*self._tasks, return_exceptions=True)
         if not self._down.done():
             with contextlib.suppress(LineError):
-                await self.ask(SESSIONS, b"OUTP OFF")
+                await self.ask(GUEST, b"OUTP OFF")
             self._down.cancel()
         self._thread.shutdown()
 
@@ -276,7 +306,7 @@ async def _run(
         if pty is not None:
             master = stack.enter_context(_terminal(Path(pty)))
             jobs.add(asyncio.create_task(gateway.terminal(master)))
-        identity = (await gateway.ask(SESSIONS, b"*IDN?")).decode("ascii", "replace")
+        identity = (await gateway.ask(GUEST, b"*IDN?")).decode("ascii", "replace")
         listens = server.sockets[0].getsockname()[1]
         announce(
             Listening(

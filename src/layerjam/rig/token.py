@@ -6,7 +6,6 @@ import hmac
 import os
 import re
 import secrets
-import time
 from pathlib import Path
 
 from layerjam.errors import FileError
@@ -15,33 +14,56 @@ FREE = re.compile(
     rb":?(\*IDN\?|SYST(EM)?:ERR(OR)?(:NEXT)?\?|OUTP(UT)?(:STAT(E)?)?[ \t]+(OFF|0)|ABOR(T)?)[ \t]*",
     re.IGNORECASE,
 )
-"""What is served without a token: who it is, what was wrong, and off."""
+"""What is served without a token: identity, errors, and off."""
 GIVEN = re.compile(
     rb":?SYST(?:EM)?:PASS(?:WORD)?:CEN(?:ABLE)?[ \t]+(['\"])(.{0,200})\1[ \t]*", re.IGNORECASE
 )
 ASKED = re.compile(rb":?SYST(EM)?:PASS(WORD)?(:CEN(ABLE)?)?:STAT(E)?\?[ \t]*", re.IGNORECASE)
 ERRORS = re.compile(rb":?SYST(EM)?:ERR(OR)?(:NEXT)?\?[ \t]*", re.IGNORECASE)
 TRIES = 5
-WAIT = 10.0
-"""Seconds for which nobody from an address is heard after so many wrong tokens."""
+"""Wrong tokens after which a client is closed."""
+DELAY = 0.2
+"""Seconds before the next line of a client is read after its first wrong token; then doubled."""
+QUEUE = 16
+"""Denials kept for one client."""
 DENIED = b'-203,"Command protected;SYST:PASS:CEN ""token"" comes first"'
+CROWDED = b'-203,"Command protected;all sessions are in use, only OUTP OFF is heard"'
+HTTP = re.compile(
+    rb"(GET|HEAD|POST|PUT|DELETE|CONNECT|OPTIONS|TRACE|PATCH|PRI)[ \t].*|.*[ \t]HTTP/\d.*"
+)
+MESSAGE = re.compile(rb"[ \t;]*(\*[A-Za-z]|:?[A-Za-z])[\t -~]*")
+
+
+def is_message(line: bytes) -> bool:
+    """Return whether a first line can be a message to an instrument, and no HTTP client sends it.
+
+    A web page can make a browser connect to any port of this machine. What the browser sends begins
+    with a request line (RFC 9112, section 3), with HTTP/2's preface or with a TLS record.
+    """
+    return MESSAGE.fullmatch(line) is not None and HTTP.fullmatch(line) is None
 
 
 def token_of(file: str | Path) -> str:
-    """The token in a file; a new one of 32 digits, readable for the owner alone, where none is.
+    """Return the token in a file; a new file gets one of 32 digits that its owner alone may read.
 
-    Raises FileError for a file that others may read or that holds no token.
+    Raises FileError for a file that others may read or that has no token.
     """
     path = Path(file)
     try:
-        made = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     except FileExistsError:
         pass
     except OSError as error:
         raise FileError(path, error.strerror or "cannot be written") from None
     else:
-        with os.fdopen(made, "w", encoding="utf-8") as out:
+        with os.fdopen(descriptor, "w", encoding="utf-8") as out:
             out.write(secrets.token_hex(16) + "\n")
+    return read_token(path)
+
+
+def read_token(file: str | Path) -> str:
+    """Return the token in a file; raises FileError if others may read it or it has no token."""
+    path = Path(file)
     try:
         text, mode = path.read_text("utf-8").strip(), path.stat().st_mode
     except (OSError, UnicodeDecodeError):
@@ -53,46 +75,34 @@ def token_of(file: str | Path) -> str:
     return text
 
 
-class Shut:
-    """Addresses that gave wrong tokens, and until when nobody from there is heard."""
-
-    def __init__(self) -> None:
-        self._until: dict[str, float] = {}
-
-    def close(self, peer: str) -> None:
-        """Hear nobody from there for a while."""
-        self._until[peer] = time.monotonic() + WAIT
-
-    def out(self, peer: str) -> bool:
-        """Whether nobody from there is heard now."""
-        return time.monotonic() < self._until.get(peer, 0.0)
-
-
 class Door:
-    """One client before a token: what it says is let through, answered here, or neither."""
+    """What one client may do: with the token and a session everything, else what is `FREE`."""
 
     def __init__(self, token: str) -> None:
         self._token = token
         self.open = not token
         self.wrong = 0
-        self._denied = 0
+        """Wrong tokens given."""
+        self._denied: list[bytes] = []
 
-    def through(self, line: bytes) -> tuple[bool, bytes]:
-        """(whether the board is to hear the line, the answer where it is not, maybe empty)."""
+    def through(self, line: bytes, has_session: bool = True) -> tuple[bool, bytes]:
+        """(whether the board receives the line, the answer if it does not, maybe empty)."""
         given = GIVEN.fullmatch(line)
         if given is not None:
             if not self._token or hmac.compare_digest(given.group(2), self._token.encode()):
                 self.open = True
             else:
                 self.wrong += 1
-                self._denied += 1
+                self._deny(DENIED)
             return False, b""
         if ASKED.fullmatch(line):
             return False, b"1" if self.open else b"0"
         if self._denied and ERRORS.fullmatch(line):
-            self._denied -= 1
-            return False, DENIED
-        if self.open or FREE.fullmatch(line):
+            return False, self._denied.pop()
+        if (self.open and has_session) or FREE.fullmatch(line):
             return True, b""
-        self._denied = min(self._denied + 1, 16)
+        self._deny(CROWDED if self.open else DENIED)
         return False, b""
+
+    def _deny(self, error: bytes) -> None:
+        self._denied = [error, *self._denied][:QUEUE]

@@ -18,11 +18,12 @@ from scpi import ScpiError
 
 SAFE, RUN, FAULT, DRIVE = 0, 1, 2, 3
 STATES = ("SAFE", "RUN", "FAULT", "DRIVE")
+CLEAR = "; OUTP:PROT:CLE or 'layerjam bench clear' leaves FAULT"
 RELEASE, HOLD = 1, 2
 OPEN, CLOSED = 1, 2
 SESSIONS = 16
 LEASE = 2.0
-"""Seconds that a silent host keeps its outputs on, unless it asks for others."""
+"""Seconds for which a silent host keeps its outputs on, unless it asks for another time."""
 OVERRUN = 100000
 """A sample so late [us] is a fault."""
 SUPPLY_SAMPLES = 3
@@ -57,7 +58,7 @@ class Bench:
     def __init__(self, hal) -> None:
         self.hal = hal
         # memory that the collector does not look through, where the board has some
-        self.ring = Ring(getattr(hal, "ring_store", None))
+        self.ring = Ring(getattr(hal, "ring_store", None), SESSIONS)
         hal.ring = self.ring
         self.capture = capture.Capture(hal)
         # a machine's contact, where the board has one
@@ -70,7 +71,11 @@ class Bench:
         self.trouble = trouble
         self.operation = self.questionable = 0
         self.owner = -1
+        # session that commanded last: its lines renew the lease, those of others do not
+        self.keeper = -1
         self.lease, self.left = LEASE, 0
+        # session that asked for another lease than the default
+        self.lessee = -1
         self.state, self.fault = SAFE, 0
         self.target, self.state_of_law = 0.0, law.fresh()
         self.pump, self.vent, self.sync = 0.0, 0, 0
@@ -122,18 +127,41 @@ class Bench:
         """Refuse what is locked by another or not for this state."""
         if "L" in flags and self.owner >= 0 and self.owner != session.number:
             raise ScpiError(-203, "locked by session %d" % self.owner)
-        if "S" in flags and self.state != SAFE:
-            raise ScpiError(-221, "only in SAFE, and this is " + STATES[self.state])
+        if "S" in flags:
+            self.only_in_safe()
 
-    def renew(self, session) -> None:
-        """Somebody who may, talks: the lease begins anew."""
-        if self.owner < 0 or self.owner == session.number:
+    def only_in_safe(self) -> None:
+        """Raise -221 in any other state."""
+        if self.state != SAFE:
+            hint = CLEAR if self.state == FAULT else ""
+            raise ScpiError(-221, "only in SAFE, and this is " + STATES[self.state] + hint)
+
+    def renew(self, session, commands: bool) -> None:
+        """Restart the lease after a line of the client that commands.
+
+        That is the owner of the lock, else the client whose command (`commands`) was the last one.
+        A client that only asks keeps nothing running.
+        """
+        if self.owner >= 0 and self.owner != session.number:
+            return
+        if commands or self.owner >= 0:
+            self.keeper = session.number
+        if self.keeper == session.number:
             self.left = int(self.lease * 1e6)
 
+    def set_lease(self, time: float, number: int = -1) -> None:
+        """Set the lease [s] for a session; it ends with that session. -1 is for nobody."""
+        self.lease, self.lessee = time, number
+        self.left = min(self.left, int(time * 1e6))
+
     def leave(self, number: int) -> None:
-        """A client is gone: its lock, its registers and its queue; outputs stay till the lease."""
+        """Forget a client: lock, lease, registers and queue; outputs stay till the lease ends."""
         if self.owner == number:
             self.owner = -1
+        if self.keeper == number:
+            self.keeper = -1
+        if self.lessee == number:
+            self.set_lease(LEASE)
         self.ring.leave(number)
         fresh = status.Session(number)
         fresh.operation.condition = self.operation
@@ -171,7 +199,7 @@ class Bench:
         """What keeps the outputs from being switched on, "" where nothing does."""
         made = self.settings
         if self.state == FAULT:
-            return "a fault is latched; OUTP:PROT:CLE"
+            return "a fault is latched" + CLEAR
         if not made.safe:
             return "OUTP:SAFE is not declared"
         if not made.rest:
@@ -207,9 +235,8 @@ class Bench:
 
     def drive(self, pump: float, vent: int, time: float) -> None:
         """Outputs by hand for a while, for looking after the wiring; 5 s in all, then SAFE."""
-        if self.state not in (SAFE, DRIVE):
-            raise ScpiError(-221, "only in SAFE, and this is " + STATES[self.state])
-        if self.state == SAFE:
+        if self.state != DRIVE:
+            self.only_in_safe()
             self.allowed = DRIVEN
         elif time * 1e6 > self.allowed:
             raise ScpiError(-221, "%.2f s of driving are left" % (self.allowed * 1e-6))

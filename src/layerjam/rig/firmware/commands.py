@@ -1,6 +1,6 @@
 """The headers of this instrument: vacuum, outputs, the law, the sensor, the ring of samples.
 
-Flags as in `common.py`.
+Flags as in `common.py`; C commands although a lock does not refuse it to others.
 """
 
 import binascii
@@ -11,7 +11,7 @@ import store
 from acceleration import CAPTURE
 from bench import FAULT as FAULTED
 from bench import RUN, SAFE, STATES, STEPS
-from common import COMMON, NO_NUMBER, block, setting, shown
+from common import COMMON, NO_NUMBER, block, quoted, setting, shown
 from scpi import Choice, Node, Number, Rule, ScpiError, Text, grow
 
 SWITCH = "OFF|ON"
@@ -139,7 +139,7 @@ def calibrate(bench, session, offset: float, gain: float, name: str) -> None:
 
 def calibration(bench, session) -> str:
     made = bench.settings
-    return '%s,%s,"%s"' % (shown(made.offset), shown(made.gain), made.sensor)
+    return "%s,%s,%s" % (shown(made.offset), shown(made.gain), quoted(made.sensor))
 
 
 def measure(bench, session) -> str:
@@ -160,11 +160,12 @@ def stream(bench, session, count: int = 100) -> bytes:
 def acknowledge(bench, session, seq: int) -> None:
     held = bench.ring
     if not held.acknowledge(seq, session.number):
-        raise ScpiError(-222, "seq is %d to %d" % (held.kept, held.next - 1))
+        first = held.place(session.number)
+        raise ScpiError(-222, "seq is %d to %d" % (first, held.next - 1))
 
 
 def stream_next(bench, session) -> int:
-    return bench.ring.kept
+    return bench.ring.place(session.number)
 
 
 def stream_lost(bench, session) -> int:
@@ -182,10 +183,11 @@ def drive(bench, session, pump: float, vent: int, time: float) -> None:
 SEQ = Number("seq", "", 0, 4294967295.0, whole=1)
 TABLE = [
     setting(
-        "[SOURce]:VACuum[:LEVel][:IMMediate]", Number("vacuum", "Pa", 0.0, reach, 0.0), vacuum,
-        target, "L",
+        "[SOURce]:VACuum[:LEVel][:IMMediate]",
+        Number("vacuum", "Pa", 0.0, reach, 0.0, empty="no regulator; CONT:LAW sets one"),
+        vacuum, target, "L",
     ),
-    ("OUTPut[:STATe]", Rule(output, (Choice("state", SWITCH),)), Rule(output_now)),
+    ("OUTPut[:STATe]", Rule(output, (Choice("state", SWITCH),), flags="C"), Rule(output_now)),
     ("ABORt", Rule(abort), None),
     (
         "OUTPut:SAFE",
@@ -223,7 +225,7 @@ TABLE = [
         None,
         Rule(stream, (Number("records", "", 1, ring.MOST, 100, whole=1),), 0),
     ),
-    ("STReam:ACKnowledge", Rule(acknowledge, (SEQ,), flags="L"), None),
+    ("STReam:ACKnowledge", Rule(acknowledge, (SEQ,)), None),
     ("STReam:NEXT", None, Rule(stream_next)),
     ("STReam:LOST", None, Rule(stream_lost)),
     ("STReam:FORMat", None, Rule(stream_format)),
@@ -244,7 +246,10 @@ TABLE = COMMON + TABLE + CAPTURE
 def tree(bench) -> Node:
     """The tree of all headers; the bench keeps their names."""
     root = Node()
-    bench.headers = [header for header, _, _ in TABLE]
+    bench.headers = [
+        header + ("/qonly/" if command is None else "/nquery/" if query is None else "")
+        for header, command, query in TABLE
+    ]
     for header, command, query in TABLE:
         grow(root, header, command, query)
     return root

@@ -20,6 +20,11 @@ def shown(value: float) -> str:
     return "%.9g" % value if value == value else NO_NUMBER
 
 
+def quoted(text: str) -> str:
+    """A string as SCPI prints it, inner quotes doubled."""
+    return '"' + text.replace('"', '""') + '"'
+
+
 def block(data: bytes) -> bytes:
     """A definite-length block."""
     size = b"%d" % len(data)
@@ -73,6 +78,7 @@ def reset(bench, session) -> None:
     bench.off()
     bench.capture.reset()
     bench.target, bench.sync = 0.0, 0
+    bench.set_lease(LEASE)
 
 
 def trigger(bench, session) -> None:
@@ -129,7 +135,7 @@ def owner(bench, session) -> str:
 
 
 def lease(bench, session, time: float) -> None:
-    bench.lease = time
+    bench.set_lease(time, session.number)
 
 
 def leased(bench) -> float:
@@ -203,7 +209,7 @@ def register(name: str) -> list:
         return getattr(session, name).condition
 
     def mask(bench, session, value: int) -> None:
-        getattr(session, name).enable = value
+        getattr(session, name).enable = value & 32767  # bit 15 is always 0 (SCPI-99, 20.1)
 
     def masked(bench, session) -> int:
         return getattr(session, name).enable
@@ -212,7 +218,7 @@ def register(name: str) -> list:
     return [
         (head + "[:EVENt]", None, Rule(event)),
         (head + ":CONDition", None, Rule(condition)),
-        (head + ":ENABle", Rule(mask, (Number("mask", "", 0, 32767, whole=1),)), Rule(masked)),
+        (head + ":ENABle", Rule(mask, (Number("mask", "", 0, 65535, whole=1),)), Rule(masked)),
     ]
 
 

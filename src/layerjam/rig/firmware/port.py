@@ -115,9 +115,9 @@ class Port:
         if len(line) > LONGEST:
             session.push(-363, "a line has at most %d bytes" % LONGEST)
             return b""
-        answer, error = scpi.run(self.root, line, self.bench, session)
+        answer, error, commands = scpi.run(self.root, line, self.bench, session)
         if error is None:
-            self.bench.renew(session)
+            self.bench.renew(session, commands)
         else:
             session.push(error.code, error.more)
         return answer

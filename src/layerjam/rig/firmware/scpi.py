@@ -5,6 +5,9 @@ mnemonics. Errors carry the standard's numbers. After an error the rest of a lin
 """
 
 DIGITS = "0123456789"
+HEXADECIMAL = "0123456789ABCDEF"
+BASES = {"H": 16, "Q": 8, "B": 2}
+"""Letter after # of a number that is not decimal (IEEE 488.2, 7.7.4): base."""
 HEADER = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_:*"
 SPACE = " \t"
 SUFFIXES = {
@@ -24,6 +27,7 @@ TEXTS = {
     -108: "Parameter not allowed",
     -109: "Missing parameter",
     -113: "Undefined header",
+    -114: "Header suffix out of range",
     -131: "Invalid suffix",
     -138: "Suffix not allowed",
     -151: "Invalid string data",
@@ -95,17 +99,34 @@ def numeral(text: str) -> int:
     return at
 
 
+def non_decimal(text: str) -> "int | None":
+    """The whole number of `#HFF`, `#Q377` or `#B11111111`, None for other text."""
+    base = BASES.get(text[1:2].upper(), 0) if text[:1] == "#" else 0
+    value = 0
+    for letter in text[2:].upper():
+        digit = HEXADECIMAL.find(letter)
+        if not 0 <= digit < base:
+            return None
+        value = value * base + digit
+    return value if base and text[2:] else None
+
+
 def limit(value, bench) -> float:
     """A bound, which may be a function of the bench."""
     return value(bench) if callable(value) else value
 
 
 class Number:
-    """A number from `lo` to `hi` in `unit` ("" takes no suffix); MIN, MAX and DEF stand for it."""
+    """A number from `lo` to `hi` in `unit` ("" takes no suffix); MIN, MAX and DEF name values.
 
-    def __init__(self, name: str, unit: str, lo, hi, default=None, whole: int = 0) -> None:
+    `empty` says what to do first if there is no range yet, which is -221.
+    """
+
+    def __init__(
+        self, name: str, unit: str, lo, hi, default=None, whole: int = 0, empty: str = ""
+    ) -> None:
         self.name, self.unit, self.lo, self.hi = name, unit, lo, hi
-        self.default, self.whole = default, whole
+        self.default, self.whole, self.empty = default, whole, empty
 
     def named(self, word: str, bench) -> object:
         """The bound that MIN, MAX or DEF stands for, None for another word."""
@@ -122,10 +143,13 @@ class Number:
         named = self.named(text.upper(), bench)
         if named is not None:
             return named
-        end = numeral(text)
-        if not end:
-            raise ScpiError(-104, self.name + " is a number")
-        suffix, value = text[end:].strip().upper(), float(text[:end])
+        whole, suffix = non_decimal(text) if self.whole else None, ""
+        value = 0.0 if whole is None else float(whole)
+        if whole is None:
+            end = numeral(text)
+            if not end:
+                raise ScpiError(-104, self.name + " is a number")
+            suffix, value = text[end:].strip().upper(), float(text[:end])
         if suffix:
             if not self.unit:
                 raise ScpiError(-138, self.name + " takes no unit")
@@ -135,6 +159,8 @@ class Number:
             value *= factor
         lo, hi = limit(self.lo, bench), limit(self.hi, bench)
         if not lo <= value <= hi:
+            if self.empty and hi <= lo < value:
+                raise ScpiError(-221, self.empty)
             raise ScpiError(-222, "%s is %.9g to %.9g %s" % (self.name, lo, hi, self.unit))
         return int(value + 0.5 if value >= 0 else value - 0.5) if self.whole else value
 
@@ -262,9 +288,13 @@ def found(root: Node, path: Node, head: str) -> tuple:
     for word in words:
         if not word:
             raise ScpiError(-101, head)
-        above, node = node, node.below.get(word)
+        # of each thing there is one: a suffix of 1 is the same as none (SCPI-99, 6.2.5.2)
+        plain = word.rstrip(DIGITS)
+        above, node = node, node.below.get(word) or node.below.get(plain)
         if node is None:
             raise ScpiError(-113, head)
+        if plain != word and int(word[len(plain) :]) != 1:
+            raise ScpiError(-114, head)
     return node, above
 
 
@@ -278,8 +308,12 @@ def values(rule: Rule, given: list, bench) -> list:
 
 
 def run(root: Node, line: bytes, bench, session) -> tuple:
-    """(answer, error or None) of one line; the answer is that of the units before the error."""
+    """(answer, error or None, whether it commanded) of one line.
+
+    The answer is that of the units before the error. A unit with the flag L or C commands.
+    """
     out: list[bytes] = []
+    commands = False
     try:
         if line and not (min(line) >= 32 and max(line) < 127):
             for byte in line:
@@ -301,11 +335,12 @@ def run(root: Node, line: bytes, bench, session) -> tuple:
             bench.may(session, rule.flags)
             given = values(rule, arguments(rest), bench)
             answer = rule.do(bench, session, *given)
+            commands = commands or "L" in rule.flags or "C" in rule.flags
             if answer is not None:
                 out.append(answer if isinstance(answer, bytes) else str(answer).encode())
     except ScpiError as error:
-        return b";".join(out), error
+        return b";".join(out), error, False
     except MemoryError:
-        return b"", ScpiError(-311)
+        return b"", ScpiError(-311), False
     # one answer as it is: a block of samples is long, and each copy of it is garbage
-    return out[0] if len(out) == 1 else b";".join(out), None
+    return out[0] if len(out) == 1 else b";".join(out), None, commands
