@@ -106,8 +106,13 @@ def test_a_knife_edge_is_named_with_its_margin() -> None:
         low, high = (middle, high) if ends else (low, middle)
     assert made.needed == pytest.approx(high, rel=1e-9)
     assert made.knife_edge and made.safe_vacuum > made.needed * 1.02
-    (notice,) = [w for w in made.warnings if getattr(w, "key", "") == "knife-edge"]
-    assert show_at_least(made.safe_vacuum, "Pa") in notice
+    (failed,) = made.failed_checks
+    assert made.exit_code == 4 and failed["name"] == "knife edge"
+    assert show_at_least(made.safe_vacuum, "Pa") in failed["reason"]
+    kept = lj.plan(
+        "choi2018", "choi2018-kapton", warning=3, samples=100, **EDGE, accept={"knife edge": "why"}
+    )
+    assert kept.exit_code == 0 and kept.verdict == "accepted"
     for mass, speed, share in ((7.14, 0.306, 0.98), (7.0, 0.3, 0.98), (7.14, 0.306, 1.0)):
         stop = lj.drop("choi2018-kapton", mass=mass, speed=speed, vacuum=made.safe_vacuum * share)
         assert stop.outcome == "STOPPED" and stop.slip <= 0.06
@@ -118,3 +123,4 @@ def test_an_ordinary_plan_is_no_knife_edge() -> None:
         "choi2018", "choi2018-kapton", mass=1, speed=2.5, travel=0.04, warning=3, samples=100
     )
     assert made.knife_edge is False and made.safe_vacuum is None
+    assert made.verdict == "passed" and {c["level"] for c in made.checks} == {"passed"}

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.errors import FitError, QuantityError
+from layerjam.identify.logs.checks import crash_checks
 from layerjam.identify.logs.crash import crash, head_injury, sampling_rate
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY as G
 from layerjam.simulate.accelerometer import cfc_filter
@@ -77,7 +78,8 @@ def test_saturation_is_recognised():
     t, a = half_sine(60 * G, noise=0.1)
     cut = crash(t, np.clip(a, -50 * G, 50 * G))
     assert cut.saturated and cut.saturation == pytest.approx(50 * G)
-    assert any("lower bounds" in w for w in cut.warnings)
+    first = next(crash_checks(cut))
+    assert first.level == "failed" and "lower bounds" in first.sentence
     assert not crash(t, a).saturated
     assert crash(t, a, limit=59.9 * G).saturated
 
@@ -133,4 +135,5 @@ def test_without_a_quiet_part_the_offset_is_not_known():
 
 def test_a_pulse_cut_off_is_said():
     t, a = half_sine(30 * G, end=0.09)
-    assert any("cut off" in w for w in crash(t, a).warnings)
+    checks = {c.name: c for c in crash_checks(crash(t, a))}
+    assert checks["whole pulse"].level == "failed" and "cut off" in checks["whole pulse"].sentence

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from layerjam.errors import FitError
 from layerjam.identify.logs import pump_down as d
+from layerjam.identify.logs.checks import pump_down_checks
 
 A = 101325.0
 V0, S, PU = 7.503e-6, 3.33e-6, 5e3
@@ -93,7 +94,8 @@ def test_a_chamber_that_vacuum_draws_together_is_recognised():
     assert d.better_with_shrink(constant, shrinking)
     low, high = shrinking.interval(3)
     assert low < 0.6 / A < high
-    assert any("--compliance" in w for w in constant.warnings)
+    law, *_ = pump_down_checks([constant], {})
+    assert law.level == "warning" and "--compliance" in law.sentence
     known = d.fit_pump_down(t, p, shrink=0.6 / A)
     assert known.interval(2)[0] < 0.44 < known.interval(2)[1]
     t, p = log_of(0.44, 8)
@@ -111,7 +113,8 @@ def test_an_early_end_is_said_and_widens_the_interval():
     t, p = log_of(S / V0, 9)
     short = d.fit_pump_down(t, p, window=(1.0, 4.0))
     whole = d.fit_pump_down(t, p, window=(1.0, None))
-    assert any("extrapolation" in w for w in short.warnings)
+    _, end = pump_down_checks([short], {})
+    assert end.level == "warning" and "extrapolation" in end.sentence
     width = [i[1] - i[0] for i in (short.interval(1), whole.interval(1))]
     assert width[0] > 3 * width[1]
 

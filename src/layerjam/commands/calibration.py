@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
-from layerjam.commands.files import check_lines, pulls, understood, write_brake
+from layerjam.commands.files import pulls, understood, write_brake
 from layerjam.commands.left_out import LeftOut, excluded_lines, left_out_row
 from layerjam.commands.more_pulls import Within, more_lines, more_pulls
 from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
@@ -20,7 +20,7 @@ from layerjam.commands.quantities import (
     Overwrite,
 )
 from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Judged, fact, number, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, Notice
@@ -40,7 +40,7 @@ DRAWS = QuantitySpec("1", "draws of a chain", lo=100, hi=100_000, whole=True)
 CHAINS = QuantitySpec("1", "chains", lo=1, hi=64, whole=True)
 SHEETS = ("scale_factor", "stiffness_measured")
 ENCLOSURE = ("enclosure.modulus", "film.friction_on_silicone")
-TABLES = ("intervals", "bootstrap", "leave_one_out", "identifiability", "checks", "covariance")
+TABLES = ("intervals", "bootstrap", "leave_one_out", "identifiability", "covariance")
 """Keys that a calibration holds as records."""
 Used = tuple["Trace", "PullFeatures", float]
 """A pull as it is fitted: its record, its features and its vacuum [Pa]."""
@@ -60,7 +60,7 @@ class Sampling:
 
 
 @result
-class BrakeCalibration(Result):
+class BrakeCalibration(Judged):
     """What pulls tell of a brake; `record` is (BrakeFile, the fit).
 
     What a depth does not tell is None. `traces` are the pulls that were used, thinned.
@@ -99,7 +99,6 @@ class BrakeCalibration(Result):
     more_pulls: Mapping[str, Any] | None = fact(
         "what further pulls would do to each interval", default=None, listed=False
     )
-    checks: Sequence[Mapping[str, Any]] = fact("the fit's verdict", listed=False)
     excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
     understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
     made_from: Mapping[str, Any] = fact("brake and files by their SHA-256", listed=False)
@@ -136,7 +135,6 @@ class BrakeCalibration(Result):
             yield f"without {most} the scale factor would move by {by:+.2g}, the most"
         yield from pull_lines(self.pulls)
         yield from more_lines(self.more_pulls or {})
-        yield from check_lines(self.checks)
         yield from excluded_lines(self.excluded)
 
     def draw(self) -> Figure:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from layerjam.commands.declare import Help, Input, command
-from layerjam.commands.quantities import si
+from layerjam.commands.quantities import Accept, si
 from layerjam.commands.reading import TableOptions
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Judged, fact, number, result
 from layerjam.commands.sensor import SAMPLING, channel_class
 from layerjam.errors import FileError, FitError, Notice, QuantityError
 from layerjam.measure.log import ACCELERATION, TIME, Log, read_log
@@ -21,6 +21,7 @@ from layerjam.measure.runs import ENDING, read_run
 from layerjam.measure.shots import Shot, chosen
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY, Accelerometer
 from layerjam.units import QuantitySpec, spec_of
+from layerjam.verdict import judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,7 +96,7 @@ def _span(found: Sequence[float]) -> str:
 
 
 @result
-class CrashFound(Result):
+class CrashFound(Judged):
     """The greatest pulse of a log, its offset taken off; `record` is the Crash."""
 
     peak: float = number("m/s^2", "greatest acceleration")
@@ -159,6 +160,7 @@ def crash(
     shot: Annotated[
         int | str | None, SHOT, Help("Number of the drop in a run that holds several.")
     ] = None,
+    accept: Accept = (),
     options: TableOptions = TableOptions(),
 ) -> CrashFound:
     """Peak, filtered peak, velocity change and duration of an impact in an accelerometer's log.
@@ -170,6 +172,7 @@ def crash(
     range itself.
     """
     from layerjam.identify.logs import crash as crash_log
+    from layerjam.identify.logs.checks import crash_checks
 
     cfc = channel_class(filter_class)
     log, reach, warnings = _read(file, shot, sampling, options)
@@ -188,16 +191,16 @@ def crash(
         )
     except FitError as error:
         raise FileError(log.path, str(error)) from None
-    warnings += [*log.said, *found.warnings, *_meant(falling, hic)]
     return CrashFound.of(
         found,
         log,
+        judge(crash_checks(found), accept),
         peak_g=found.peak / STANDARD_GRAVITY,
         filtered_peak_g=found.filtered_peak / STANDARD_GRAVITY,
         filter="none" if cfc is None else f"cfc{cfc}",
         duration=found.pulse[1] - found.pulse[0],
         sampling=found.rate,
         samples=len(found.time),
-        warnings=warnings,
+        warnings=[*warnings, *log.said, *found.warnings, *_meant(falling, hic)],
         record=found,
     )

@@ -18,6 +18,7 @@ from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError
 from layerjam.identify.provenance import renamed
 from layerjam.report.folder import plain
+from layerjam.verdict import read_acceptances
 
 if TYPE_CHECKING:
     from layerjam.report.brake_report import BrakeReport
@@ -59,6 +60,8 @@ def options_of(how: HowTested) -> dict[str, Any]:
     reasons = how.left_out.reasons()
     if reasons:
         made["exclude"] = reasons
+    if how.accept:
+        made["accept"] = how.accept
     return dict(plain(made))
 
 
@@ -78,6 +81,7 @@ def how_of(recipe: Recipe, root: Path) -> HowTested:
             depth=said.get("depth", "exact"),
             vacuum=said.get("vacuum"),
             left_out=LeftOut(exclude=said.get("exclude", ())),
+            accept=read_acceptances(said.get("accept", {})),
         )
     except (LayerjamError, TypeError, ValueError) as err:
         raise FileError(root / RECIPE, f"options: {err}") from None

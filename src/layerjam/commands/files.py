@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from layerjam.commands.declare import Progress
 from layerjam.commands.quantities import vacuum_within
@@ -271,16 +271,6 @@ def pulls(
     used, refused = each(files, use, options, progress, without)
     odd += [w for t, _, p in used for w in odd_facts(t, file, vacuum, p)]
     return used, refused, odd
-
-
-MARKS = {"passed": "ok  ", "note": "note", "warning": "LOOK", "failed": "FAIL"}
-
-
-def check_lines(checks: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """The checks of a fit as lines for people."""
-    yield from ("", "checks")
-    for check in checks:
-        yield f"  {MARKS[check['level']]}  {check['name']}: {check['sentence']}"
 
 
 def write_brake(

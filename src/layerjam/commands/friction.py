@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
-from layerjam.commands.files import PICTURE, check_lines, each, understood, write_brake
+from layerjam.commands.files import PICTURE, each, understood, write_brake
 from layerjam.commands.quantities import Accept, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import NORMAL_FORCE, FileOptions, Files, Partial
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Judged, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
 from layerjam.device.mount import Site
@@ -72,7 +72,7 @@ class FrictionTest:
 
 
 @result
-class Friction(Result):
+class Friction(Judged):
     """Static and kinetic friction; `record` is (traces, FrictionResult), the traces thinned."""
 
     static: float = number("1", "static friction, mean over the repeats")
@@ -87,7 +87,6 @@ class Friction(Result):
     pressure: Mapping[str, Any] = number("Pa", "pressure of the test and of use", listed=False)
     repeats_table: Sequence[Mapping[str, Any]] = fact("each repeat", listed=False)
     understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
-    checks: Sequence[Mapping[str, Any]] = fact("checks of the tests", listed=False)
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
     file: str | None = fact("brake file that was written")
 
@@ -111,7 +110,6 @@ class Friction(Result):
             kinetic = "stick–slip" if row["kinetic"] is None else f"{row['kinetic']:.4f}"
             start, end = (show(w, "m") for w in row["window"])
             yield f"  {Path(row['file']).name}: {row['static']:.4f}, {kinetic}, {start} to {end}"
-        yield from check_lines(self.checks)
 
     def draw(self) -> Figure:
         """Friction coefficient over displacement of every repeat."""
@@ -189,7 +187,6 @@ def friction(
         stick_slip=plain(found.stick_slip),
         pressure=pressure,
         repeats_table=[_row(r, normal) for r in found.repeats],
-        checks=plain(found.checks),
         understood=understood(traces),
         refused=refused,
         file=written,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, Progress, command
 from layerjam.commands.quantities import (
+    Accept,
     ArrivalSpeed,
     Atmosphere,
     BrakeInput,
@@ -152,6 +153,7 @@ def drop(
     warmth: Warmth = Warmth(),
     no_brake: Annotated[bool, Help("The rope alone.")] = False,
     horizontal: Horizontal = False,
+    accept: Accept = (),
     atmosphere: Atmosphere = None,
     progress: Progress | None = None,
 ) -> Stop:
@@ -177,7 +179,7 @@ def drop(
     _check_leak((vacuum_share, leak_time, held), vacuum_history, no_brake)
     brake = with_share(brake, vacuum_share)
     if no_brake:
-        return observed(_without_brake(case, damping, site.gravity), sensing)
+        return observed(_without_brake(case, damping, site.gravity), sensing, accept=accept)
     pressure: Any = vacuum
     if vacuum_history is not None:
         pressure = _history(vacuum_history, site.atmosphere, log)
@@ -193,10 +195,9 @@ def drop(
     made = _with_brake(brake, case, pressure, damping, duration, progress)
     if leak_time is not None:
         made = replace(made, vacuum=float(pressure.at(0.0)))
-    made = observed(made, sensing, warmth)
-    if vacuum != "tuned":
-        return made
-    return _not_tuned_for(bool(damping), leak_time is not None, made, travel)
+    made = observed(made, sensing, warmth, accept)
+    leaks = leak_time is not None
+    return _not_tuned_for(bool(damping), leaks, made, travel) if vacuum == "tuned" else made
 
 
 def not_tuned(found: TunedVacuum, speed: float | None = None) -> Stop:
@@ -400,7 +401,12 @@ def _history(source: str | Path | History, atmosphere: float, log: LogOptions) -
     return source
 
 
-def observed(stop: Stop, sensing: Sensing | None = None, warmth: Warmth | None = None) -> Stop:
+def observed(
+    stop: Stop,
+    sensing: Sensing | None = None,
+    warmth: Warmth | None = None,
+    accept: Mapping[str, str] | None = None,
+) -> Stop:
     """The same stop with what another accelerometer shows of it, and another allowed rise.
 
     And how warm it makes the sheets; a stop that is none stays as it is.
@@ -410,19 +416,26 @@ def observed(stop: Stop, sensing: Sensing | None = None, warmth: Warmth | None =
     sensing = sensing or Sensing()
     if isinstance(stop.record, BareDrop):
         bare = stop.record
-        shown = reading((bare.time, bare.acceleration), sensing, gravity=bare.gravity)
+        shown = reading(
+            (bare.time, bare.acceleration), sensing, gravity=bare.gravity, accept=accept
+        )
         bounces = "the reading holds the first pull of the rope; bounces after it are left out"
         said = [] if sensing.plain() else [Notice(bounces, "first-pull")]
-        return replace(stop, **shown.values, warnings=[*stop.warnings, *shown.warnings, *said])
+        return replace(stop, **_judged(shown), warnings=[*stop.warnings, *shown.warnings, *said])
     record = stop.record
     if stop.outcome_at_end:
         # what is held behind the end is how the record ended, not how the stop did
         record = replace(record, outcome=Outcome(stop.outcome_at_end))
-    shown = reading(record, sensing)
+    shown = reading(record, sensing, accept=accept)
     warm = heating(float(stop.dissipated_energy or 0.0), stop.record.brake, warmth)
     return replace(
         stop,
-        **shown.values,
+        **_judged(shown),
         **warm.values,
         warnings=[*stop.warnings, *shown.warnings, *warm.warnings],
     )
+
+
+def _judged(shown: Reading) -> dict[str, Any]:
+    """Return the keys of a reading and its verdict."""
+    return {**shown.values, **(shown.judgement if shown.verdict else {})}

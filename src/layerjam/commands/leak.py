@@ -20,10 +20,11 @@ from layerjam.commands.pressure_log import (
     span_text,
     window,
 )
-from layerjam.commands.quantities import Atmosphere
+from layerjam.commands.quantities import Accept, Atmosphere
 from layerjam.commands.reading import LogOptions
-from layerjam.commands.results import Bounded, bound, bounds, fact, number, result
+from layerjam.commands.results import Bounded, Judged, bound, bounds, fact, number, result
 from layerjam.errors import Notice
+from layerjam.verdict import judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 
 @result
-class LeakFound(Bounded):
+class LeakFound(Bounded, Judged):
     """Leak of a closed chamber, by the law that suits the log best; `record` is the Leak.
 
     Leak rates are at the window's mean pressure, positive out of the chamber; None without a
@@ -96,6 +97,7 @@ def leak(
     zero: Zero = None,
     start: Start = None,
     end: End = None,
+    accept: Accept = (),
     atmosphere: Atmosphere = None,
     options: LogOptions = LogOptions(),
 ) -> LeakFound:
@@ -105,6 +107,7 @@ def leak(
     Without `volume` only rates can be told. A column of temperature is used; else `temperature` is
     that of the gas all the time.
     """
+    from layerjam.identify.logs.checks import leak_checks
     from layerjam.identify.logs.leak import fit_leak, sccm
 
     span = window(start, end)
@@ -122,11 +125,12 @@ def leak(
         return None if volume is None else volume * rate
 
     leaks = held(lean)
-    unsure = _unsure(found, low <= 0 <= high, volume is None, logged, temperature is not None)
+    unsure = _unsure(found, volume is None, logged, temperature is not None)
     return LeakFound.of(
         best,
         found,
         read,
+        judge(leak_checks(found, best, logged), accept),
         **bounds(rate=(slow, fast), time_constant=(_period(fast), _period(slow))),
         **bounds(leak_rate=(held(low), held(high))),
         time_constant=_period(best.rate),
@@ -151,17 +155,8 @@ def _period(rate: float) -> float | None:
     return 1 / rate if rate > 0 else None
 
 
-def _unsure(
-    found: Leak, none_shown: bool, no_volume: bool, logged: bool, given: bool
-) -> Iterator[Notice]:
+def _unsure(found: Leak, no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
     """What is not known, and what would tell it."""
-    if not logged and abs(found.heat) <= 10:
-        change = "cooling" if found.heat < 0 else "warming"
-        yield Notice(
-            f"a {change} of {abs(found.heat):.2g} K alone would change the pressure as much as "
-            "the log shows; log the temperature too, or hold longer",
-            "temperature-alone",
-        )
     if logged and given:
         why = "the log has a column of temperature, which counts, not --temperature"
         yield Notice(why, "temperature-logged")
@@ -176,9 +171,6 @@ def _unsure(
             "known, at others it depends on the law (see models)",
             "laws-alike",
         )
-    if none_shown:
-        why = "the interval of the leak holds zero: no leak is shown by this log"
-        yield Notice(why, "no-leak")
 
 
 def _of_leak(fit: LeakFit, found: Leak, held: float | None) -> dict[str, Any]:

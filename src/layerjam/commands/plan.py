@@ -10,6 +10,7 @@ from layerjam.commands.declare import Help, command
 from layerjam.commands.lines import Fluid, LineInput
 from layerjam.commands.plan_notices import plan_notices
 from layerjam.commands.quantities import (
+    Accept,
     ArrivalSpeed,
     Atmosphere,
     BrakeInput,
@@ -23,7 +24,7 @@ from layerjam.commands.quantities import (
     vacuum_within,
     with_share,
 )
-from layerjam.commands.results import Result, fact, number, prefixed, result
+from layerjam.commands.results import Judged, fact, number, prefixed, result
 from layerjam.commands.tuning import apart, tune
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
@@ -32,6 +33,7 @@ from layerjam.fluid.line import Leak, Line, water_compliance
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, VACUUM
 from layerjam.simulate.record import Outcome
 from layerjam.units import QuantitySpec, show, show_at_least
+from layerjam.verdict import judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +53,7 @@ SPEED_SD = QuantitySpec(
 
 
 @result
-class CollisionPlan(Result):
+class CollisionPlan(Judged):
     """The stop that the vacuum in time gives, and what would be enough; `record` is the Plan.
 
     No prefix: all the vacuum that comes in time. `tuned_`: what just stops the estimate within the
@@ -204,6 +206,7 @@ def plan(
     leak_time: LeakTime | None = None,
     samples: Annotated[int | str, SAMPLES, Help("Masses and speeds to try, at least.")] = 40_000,
     seed: Annotated[Seed, Help("Seed of their random shifts.")] = 1,
+    accept: Accept = (),
     atmosphere: Atmosphere = None,
 ) -> CollisionPlan:
     """Whether the vacuum is there when a collision comes, and what to build if not.
@@ -214,7 +217,7 @@ def plan(
     """
     from layerjam.control.plan import Arrival
     from layerjam.control.plan import plan as make_plan
-    from layerjam.control.plan_spread import spread
+    from layerjam.control.plan_checks import plan_checks
 
     water = fluid == "water"
     brake, line = with_share(brake, vacuum_share), _leaking(line, leak_time, water)
@@ -232,21 +235,20 @@ def plan(
     most = _check(case, line, brake, water)
     kept = None if stored is None else _kept(stored, line.line)
     made = make_plan(brake, line.line, case, stored=kept, water=water, leaks=leak_time is not None)
-    full = spread(made.reached, brake.brake, case, samples, seed)
-    tuned = full if made.capped else spread(made.tuned.vacuum, brake.brake, case, samples, seed)
+    full, tuned = _spreads(made, samples, seed)
     fine, build = made.full.within(travel), _build(made)
     return CollisionPlan.of(
         case,
         made,
+        judge(plan_checks(made, full.beyond), accept),
         *_stops(made),
-        _chances(full, tuned),
+        {**_chances(full, tuned), "seed": seed},
         _sizes(made, build),
         _cost(made),
         feasible=fine,
         reason=None if fine else _reason(made),
         reachable=most,
         tuned_capped=made.capped,
-        seed=seed,
         certain=not (mass_sd or speed_sd),
         warnings=[*line.warnings(), *brake.warnings(), *plan_notices(made, build)],
         record=made,
@@ -342,6 +344,16 @@ def _build(made: Plan) -> Build | None:
     if made.full.within(made.case.travel) or made.needed is None or made.needed <= made.reached:
         return None
     return what_to_build(made.standby, made.needed, made.case.warning)
+
+
+def _spreads(made: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
+    """Return the uncertain collision at all the vacuum in time, and at the tuned one."""
+    from layerjam.control.plan_spread import spread
+
+    full = spread(made.reached, made.brake.brake, made.case, samples, seed)
+    if made.capped:
+        return full, full
+    return full, spread(made.tuned.vacuum, made.brake.brake, made.case, samples, seed)
 
 
 def _chances(full: Spread, tuned: Spread) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Notices of `plan`: assumptions, effects left out, and knife edges."""
+"""Notices of `plan`: assumptions and effects left out."""
 
 from __future__ import annotations
 
@@ -6,30 +6,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from layerjam.commands.lines import ONLY_COMPLIANCE
-from layerjam.control.plan import MARGIN
 from layerjam.errors import Notice
 from layerjam.simulate.speed import in_a_stop
-from layerjam.units import show, show_at_least
+from layerjam.units import show
 
 if TYPE_CHECKING:
     from layerjam.control.plan import Plan
     from layerjam.control.plan_build import Build
-
-
-def _knife_edge(made: Plan) -> Notice:
-    """Notice that the mass barely stands at the vacuum needed, with the safe one."""
-    atmosphere = made.brake.brake.site.atmosphere
-    sentence = (
-        f"knife edge: at {show_at_least(made.needed or 0.0, 'Pa', atmosphere)} the mass barely "
-        "comes to rest; with 1 ppm less it runs out of travel"
-    )
-    if made.safe_vacuum is None:
-        return Notice(f"{sentence}, and no vacuum of the site leaves a margin", "knife-edge")
-    return Notice(
-        f"{sentence}. With {show_at_least(made.safe_vacuum, 'Pa', atmosphere)} it stops even if "
-        f"mass, speed and vacuum are each {MARGIN:.0%} off",
-        "knife-edge",
-    )
 
 
 def plan_notices(made: Plan, build: Build | None) -> Iterator[Notice]:
@@ -40,8 +23,6 @@ def plan_notices(made: Plan, build: Build | None) -> Iterator[Notice]:
 
     case, standby = made.case, made.standby
     line, tank = standby.line, standby.line.reservoir
-    if made.knife_edge:
-        yield _knife_edge(made)
     yield from in_a_stop(made.brake)
     if case.mass_sd or case.speed_sd:
         yield Notice(

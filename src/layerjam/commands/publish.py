@@ -11,7 +11,7 @@ from layerjam.commands.declare import Help, Input, Progress, command
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.left_out import LeftOut
 from layerjam.commands.measurements import Measurements
-from layerjam.commands.quantities import AnyBrake, Atmosphere, Overwrite
+from layerjam.commands.quantities import Accept, AnyBrake, Atmosphere, Overwrite
 from layerjam.commands.reading import FileOptions, FileVacuum
 from layerjam.commands.report import HowTested
 from layerjam.commands.results import Result, fact, number, result
@@ -29,21 +29,22 @@ Author = Annotated[
 class Published(Result):
     """The dataset that was written; `record` is the BrakeReport."""
 
-    folder: str = fact("the dataset")
+    folder: str | None = fact("the dataset; null if it was not written")
     files: Sequence[str] = fact("files in it", shown=lambda files: f"{len(files)} in the folder")
     friction_tests: int = number("1", "friction tests")
     calibrated_on: int = number("1", "pulls that the brake was calibrated on")
     validated_on: int = number("1", "pulls that it was validated on")
-    crate: str = fact("its description for repositories")
-    checksums: str = fact("SHA-256 of every file")
-    report: str = fact("the page")
+    crate: str | None = fact("its description for repositories")
+    checksums: str | None = fact("SHA-256 of every file")
+    report: str | None = fact("the page")
     licence: str | None = fact("licence")
     authors: Sequence[Mapping[str, str]] = fact("who made it", listed=False)
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
 
     def lines(self) -> Iterator[str]:
         """How others check it."""
-        yield from ("", "anyone can check it:", f"  layerjam recompute {self.folder}")
+        if self.folder is not None:
+            yield from ("", "anyone can check it:", f"  layerjam recompute {self.folder}")
 
 
 @command(
@@ -73,6 +74,7 @@ def publish(
     vacuum: FileVacuum = None,
     atmosphere: Atmosphere = None,
     left_out: LeftOut = LeftOut(),
+    accept: Accept = (),
     options: FileOptions = FileOptions(),
     title: Annotated[str | None, Help("Name of the dataset.", metavar="TEXT")] = None,
     licence: Annotated[
@@ -88,7 +90,9 @@ def publish(
     `campaign`. Beside them stand brake and line, report, results, recipe, checksums, and a
     description that repositories read (RO-Crate 1.1). A measurement that states a normal force is a
     friction test, any other a pull; a calibrated brake in the folder says which pulls it was
-    calibrated on, and `measurements` say it otherwise, as in `report`. Raises FileError where the
+    calibrated on, and `measurements` say it otherwise, as in `report`. If a check fails, nothing is
+    written; `accept` accepts failed checks by name, {check: reason}, and the dataset states them.
+    Raises FileError where the
     folder does not say which brake was tested and `brake` does not either, or where `out` exists
     and is not a dataset to be replaced with `force`.
     """
@@ -101,6 +105,7 @@ def publish(
         vacuum=vacuum,
         atmosphere=atmosphere,
         left_out=left_out,
+        accept=accept,
         options=options,
     )
     stated = Stated(
@@ -110,9 +115,10 @@ def publish(
         date=datetime.now(UTC).date().isoformat(),
     )
     tell = progress or (lambda _what, _share: None)
-    return Published.of(
-        **write(Path(campaign), Path(out), brake, line, measurements, how, stated, force, tell)
+    file, made = write(
+        Path(campaign), Path(out), brake, line, measurements, how, stated, force, tell
     )
+    return Published.of(made["record"].verdict, **made).judged_by([file])
 
 
 @result

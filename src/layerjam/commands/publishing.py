@@ -41,8 +41,11 @@ def write(
     stated: Stated,
     force: bool,
     tell: Progress,
-) -> dict[str, Any]:
-    """Write a dataset, whole or not at all; what the result's keys say of it."""
+) -> tuple[BrakeFile, dict[str, Any]]:
+    """Write a dataset, whole or not at all, unless a check fails.
+
+    Returns the brake that was tested and the values of the result's keys.
+    """
     from layerjam.report import page
 
     crate.require()  # first: its extra brings the page's too
@@ -62,21 +65,23 @@ def write(
             recipe, content = _computed(staging, given, how, stated, tell)
         except FileError as err:
             raise _where_it_lies(err, staging, folder) from None
-        _describe(staging, recipe, stated, content)
-        _replace(staging, out)
+        stops = bool(content.verdict.failed)
+        if not stops:
+            _describe(staging, recipe, stated, content)
+            _replace(staging, out)
     except OSError as err:
         raise FileError(out, f"cannot be written: {err.strerror or err}") from None
     finally:
         shutil.rmtree(staging, ignore_errors=True)
-    return dict(
-        folder=str(out),
-        files=checksums.inside(out),
+    return file, dict(
+        folder=None if stops else str(out),
+        files=[] if stops else checksums.inside(out),
         friction_tests=len(recipe.friction),
         calibrated_on=len(recipe.calibrate),
         validated_on=len(recipe.validate),
-        crate=str(out / crate.METADATA),
-        checksums=str(out / checksums.NAME),
-        report=str(out / REPORT / "report.html"),
+        crate=None if stops else str(out / crate.METADATA),
+        checksums=None if stops else str(out / checksums.NAME),
+        report=None if stops else str(out / REPORT / "report.html"),
         licence=stated.licence,
         authors=[vars(one) for one in stated.authors],
         refused={name: why for name, _, why in content.refused},
@@ -239,6 +244,8 @@ def _readme(stated: Stated, recipe: Recipe, content: BrakeReport) -> str:
     lines = [f"# {stated.name}", ""]
     if content.synthetic:
         lines += ["**Synthetic**: files here were written by a program, not measured.", ""]
+    for one in content.accepted:
+        lines += [f"**Accepted**: {one.notice()}", ""]
     lines += [
         f"Brake: {content.file.name}. {len(recipe.friction)} friction tests, "
         f"{len(recipe.calibrate)} pulls to calibrate on, {len(recipe.validate)} to validate on.",

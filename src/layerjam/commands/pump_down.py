@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -19,12 +19,13 @@ from layerjam.commands.pressure_log import (
     span_text,
     window,
 )
-from layerjam.commands.quantities import Atmosphere
+from layerjam.commands.quantities import Accept, Atmosphere
 from layerjam.commands.reading import LogOptions
-from layerjam.commands.results import Bounded, bound, bounds, fact, number, result
+from layerjam.commands.results import Bounded, Judged, bound, bounds, fact, number, result
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.line import Pump
 from layerjam.units import QuantitySpec, spec_of
+from layerjam.verdict import judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +52,7 @@ NO_COMPLIANCE = (
 
 
 @result
-class PumpFound(Bounded):
+class PumpFound(Bounded, Judged):
     """Volume and pump flow, as far as the logs tell them.
 
     `record` is (PumpDown, PumpDown with the volume added or None, the PumpDown of a constant volume
@@ -118,6 +119,7 @@ def pump_down(
     zero: Zero = None,
     start: Start = None,
     end: End = None,
+    accept: Accept = (),
     atmosphere: Atmosphere = None,
     options: LogOptions = LogOptions(),
 ) -> PumpFound:
@@ -126,16 +128,12 @@ def pump_down(
     One log gives flow over volume. `volume`, `flow`, or the log `with_volume` of the same line with
     `added_volume` gives both. `compliance` is the volume lost per vacuum, or "fit".
     """
+    from layerjam.identify.logs.checks import pump_down_checks
     from layerjam.identify.logs.pump_down import better_with_shrink, fit_pump_down
 
     if (with_volume is None) != (added_volume is None):
         raise QuantityError("added volume: give the second log and --added-volume, or neither")
-    stated = {"volume": volume, "flow": flow, "added volume": added_volume}
-    known = [name for name, value in stated.items() if value is not None]
-    if len(known) > 1:
-        raise QuantityError(f"{known[0]} and {known[1]}: one of them is enough; give one")
-    if compliance is not None and added_volume is not None:
-        raise QuantityError("compliance: two logs are compared at constant volume; leave it out")
+    known = _known(volume, flow, added_volume, compliance)
     span = window(start, end)
 
     def one(path: str | Path, shrink: float | None = 0.0) -> tuple[PumpDown, PressureLog]:
@@ -154,22 +152,36 @@ def pump_down(
         alone = _shrinking(first, compliance, volume, flow, lambda s: one(file, s)[0])
         if compliance == "fit" and not better_with_shrink(first, alone):
             warnings.append(Notice(NO_COMPLIANCE, "no-compliance"))
-    warnings += alone.warnings
     if with_volume is not None:
         second, other = one(with_volume)
-        warnings += [*other.said, *second.warnings]
+        warnings += other.said
     if not known:
         warnings.append(Notice(PROPORTION, "flow-over-volume"))
+    numbers = _of_pump(alone, second, volume, flow, added_volume)
+    logs = [log for log in (alone, second) if log is not None]
+    checks = pump_down_checks(logs, dict(_intervals({**numbers, "rate": alone.rate})))
     return PumpFound.of(
-        _of_pump(alone, second, volume, flow, added_volume),
+        numbers,
         alone,
         alone.series,
         read,
+        judge(checks, accept),
         identifiable="flow and volume" if known else "flow/volume",
         samples=len(alone.time),
         warnings=[*warnings, Notice(LIMIT_AND_LEAK, "limit-and-leak")],
         record=(alone, second, constant),
     )
+
+
+def _known(volume: Any, flow: Any, added_volume: Any, compliance: Any) -> list[str]:
+    """Return the quantities that are given beside the log; QuantityError if there are several."""
+    stated = {"volume": volume, "flow": flow, "added volume": added_volume}
+    known = [name for name, value in stated.items() if value is not None]
+    if len(known) > 1:
+        raise QuantityError(f"{known[0]} and {known[1]}: one of them is enough; give one")
+    if compliance is not None and added_volume is not None:
+        raise QuantityError("compliance: two logs are compared at constant volume; leave it out")
+    return known
 
 
 def _shrinking(
@@ -224,3 +236,11 @@ def _of_pump(
         "compliance_ratio": alone.shrink or None,
         "compliance": alone.shrink * base if base and alone.shrink else None,
     }
+
+
+def _intervals(numbers: Mapping[str, Any]) -> Iterator[tuple[str, tuple[float, float, float]]]:
+    """(quantity, (value, low, high)) of what has a 95 % interval and is positive by nature."""
+    for name in ("rate", "ultimate_pressure", "volume", "flow"):
+        value, low, high = (numbers.get(f"{name}{end}") for end in ("", "_low", "_high"))
+        if value is not None and low is not None and high is not None:
+            yield name.replace("_", " "), (value, low, high)

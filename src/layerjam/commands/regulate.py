@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.lines import LineInput
-from layerjam.commands.quantities import Atmosphere, Seed, Target, vacuum_within
+from layerjam.commands.quantities import Accept, Atmosphere, Seed, Target, vacuum_within
 from layerjam.commands.regulator import RecordedStep, RegulatorSettings, regulator_of, tuned_by
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Judged, fact, number, result
 from layerjam.control.settings import Regulator
-from layerjam.errors import Notice, QuantityError
+from layerjam.errors import QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.simulate.quantities import DURATION
 from layerjam.units import QuantitySpec, show
+from layerjam.verdict import Check, check, judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,7 +49,7 @@ UNSEEN = {
 
 
 @result
-class Regulation(Result):
+class Regulation(Judged):
     """How the vacuum came and was held; `record` is (Regulator, ClosedLoop).
 
     Times are those of the true vacuum, not of the reading.
@@ -123,6 +124,7 @@ def regulate(
     fault: Annotated[Fault | None, Help("What breaks.")] = None,
     fault_at: Annotated[float | str | None, FAULT_AT, Help("When it breaks.")] = None,
     seed: Annotated[Seed, Help("Seed of the sensor's noise.")] = 0,
+    accept: Accept = (),
     atmosphere: Atmosphere = None,
 ) -> Regulation:
     """Bring a line to a vacuum and hold it there, in closed loop with a noisy sensor.
@@ -132,6 +134,7 @@ def regulate(
     time [s] until each fault is said at this vacuum (None: never). `fault` breaks the line or the
     sensor from `fault_at` on; `said_after` is None where it said nothing, or spoke before.
     """
+    from layerjam.control.checks import regulation_checks
     from layerjam.control.closed_loop import simulate
     from layerjam.control.detection import detection_times
 
@@ -155,14 +158,17 @@ def regulate(
     length = 12 * constant if duration is None else duration
     injected, broken = _injected(fault, fault_at, made, target, length, line)
     loop = simulate(made, [(float(length), float(target))], injected=injected, seed=seed)
+    checks = [*regulation_checks(made, target, loop)]
     if fault is not None:
-        notices += _of_the_fault(fault, injected, loop)
+        checks = [_of_the_fault(fault, injected, loop)]
+    checks += [] if found is None else found.checks
     times = detection_times(made, target)
     after = loop.fault_time - injected.at
     return Regulation.of(
         None if settings.kind == "bang-bang" else made.gains(),
         loop,
         made,
+        judge(checks, accept),
         target=target,
         fault=fault,
         fault_at=fault_at,
@@ -212,17 +218,17 @@ def _injected(
     return injected, words
 
 
-def _of_the_fault(fault: str, injected: FaultInjection, loop: ClosedLoop) -> list[Notice]:
-    """What to say of a fault that was not said, or of an alarm before it."""
+def _of_the_fault(fault: str, injected: FaultInjection, loop: ClosedLoop) -> Check:
+    """Return the check that an injected fault is reported, and not before it begins."""
     if loop.fault_time < injected.at:
         said = f"{loop.outcome} was said at {show(loop.fault_time, 's')}, before the fault began"
-        return [Notice(said, "false-alarm")]
+        return check("fault", False, said, level="failed")
     if math.isfinite(loop.fault_time):
-        return []
+        return check("fault", True, f"{loop.outcome} is reported after the fault began")
     off = float(loop.vacuum[-1] - loop.target[-1])
     where = "above" if off > 0 else "below"
     missed = (
         f"{fault} was not said in the time simulated{UNSEEN.get(fault, '')}; the vacuum ends "
         f"{show(abs(off), 'Pa')} {where} the target"
     )
-    return [Notice(missed, "fault-not-said")]
+    return check("fault", False, missed)

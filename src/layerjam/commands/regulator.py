@@ -184,7 +184,7 @@ def tuned_by(
             f"{log.name}: {err}; a step is the pump at full command from rest (--from, --to), its "
             "pressure read as --reading says"
         ) from None
-    notices = [*read.said, *found.warnings]
+    notices = [*read.said]
     plant = replace(found.plant, backwards=old.backwards)
     ratio = plant.rate / old.rate
     if not 1 / FAR_OFF < ratio < FAR_OFF:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import shutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from html import escape
 from pathlib import Path
@@ -119,6 +119,8 @@ class Result:
         for one in known:
             if isinstance(one, Verdict):
                 given |= {name: getattr(one, name) for name in JUDGED}
+                if issubclass(cls, Judged):
+                    given["checks"] = plain(one.checks)
                 given["warnings"] = [*given.get("warnings", ()), *one.notices()]
         return cls(**given)
 
@@ -161,6 +163,10 @@ class Result:
 
     def lines(self) -> Iterable[str]:
         """What stands under the table, for people."""
+        return ()
+
+    def check_lines(self) -> Iterable[str]:
+        """Return the checks of the numbers as lines for people."""
         return ()
 
     def draw(self) -> Figure:
@@ -320,7 +326,7 @@ class Result:
         out: list[str] = []
         for name, text in rows:
             out += wrapped(text, f"{name:<{wide}}  ", width)
-        for line in self.lines():
+        for line in (*self.lines(), *self.check_lines()):
             out += wrapped(line, "", width) if line else [""]
         refused: Mapping[str, str] = getattr(self, "refused", None) or {}
         if refused:
@@ -377,6 +383,23 @@ def _named(name: str, records: Iterable[object]) -> Any:
         if value is not MISSING:
             return value
     return MISSING
+
+
+MARKS = {"passed": "ok  ", "note": "note", "warning": "LOOK", "failed": "FAIL"}
+
+
+@result
+class Judged(Result):
+    """A result whose numbers were judged by checks, rows of `name`, `level` and `sentence`."""
+
+    checks: Sequence[Mapping[str, Any]] = fact("checks of the numbers", listed=False)
+
+    def check_lines(self) -> Iterator[str]:
+        """Return one line a check."""
+        if self.checks:
+            yield from ("", "checks")
+        for one in self.checks:
+            yield f"  {MARKS[one['level']]}  {one['name']}: {one['sentence']}"
 
 
 @result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from layerjam.commands.declare import Help, Input, options, taken
 from layerjam.commands.quantities import si
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Judged, Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
 from layerjam.simulate.accelerometer import (
@@ -22,8 +22,10 @@ from layerjam.simulate.accelerometer import (
     seen,
     specific_force,
 )
+from layerjam.simulate.accelerometer import Reading as Seen
 from layerjam.simulate.record import DropRecord
 from layerjam.units import QuantitySpec, show, spec_of
+from layerjam.verdict import Check, check, judge
 
 LEAST_SAMPLES = 10
 """Samples in a pull below which its peak may fall between them."""
@@ -93,7 +95,7 @@ class Warmth:
 
 
 @result
-class Reading(Result):
+class Reading(Judged):
     """What an accelerometer shows of a stop; `record` holds the signal after sensor and filter."""
 
     measured_peak: float | None = number("m/s^2", "peak that the sensor shows", default=None)
@@ -104,6 +106,7 @@ class Reading(Result):
     accelerometer: str | None = fact("the sensor", default=None)
     filter: str | None = fact("the filter after it", default=None)
     saturated: bool | None = fact("whether the sensor's range was left", default=None)
+    checks: Sequence[Mapping[str, Any]] = fact("checks of the reading", default=(), listed=False)
 
 
 @result
@@ -153,13 +156,19 @@ def sensor_of(
 
 
 def reading(
-    signal: Signal, sensing: Sensing | None = None, *, gravity: float | None = None, **asked: Any
+    signal: Signal,
+    sensing: Sensing | None = None,
+    *,
+    gravity: float | None = None,
+    accept: Mapping[str, str] | None = None,
+    **asked: Any,
 ) -> Reading:
     """What an accelerometer shows of a stop: ideal, adxl193 or a sensor of your own.
 
     `signal` is the record of a drop or (time [s], specific force [m/s^2]); `sensing` or its fields
     by name say what measures. `gravity` [m/s^2] is what `measured_peak_g` counts in, by default
-    the site's (9.80665 without a record), as `peak_g` of `drop`. Raises QuantityError and
+    the site's (9.80665 without a record), as `peak_g` of `drop`. A peak beyond the
+    sensor's range is a failed check; `accept` is {check: reason}. Raises QuantityError and
     UnknownNameError for what is not known, out of bounds or sampled too slowly for the class.
     """
     asked = {"filter_class" if k == "filter" else k: v for k, v in asked.items()}
@@ -168,7 +177,9 @@ def reading(
     made = seen(signal, sensor, channel_class(how.filter_class))
     if gravity is None:
         gravity = signal.brake.brake.site.gravity if isinstance(signal, DropRecord) else 9.80665
-    return Reading(
+    checks = [*_checks(made, signal, sensor)]
+    return Reading.of(
+        judge(checks, accept) if checks else None,
         measured_peak=made.peak,
         measured_peak_g=made.peak / gravity if gravity else None,
         measured_peak_time=made.time_of_peak,
@@ -177,29 +188,34 @@ def reading(
         accelerometer=sensor.name,
         filter="none" if made.cfc is None else f"cfc{made.cfc}",
         saturated=made.saturated,
-        warnings=[*made.warnings, *_sparse(signal, sensor)],
+        warnings=list(made.warnings),
         record=made,
     )
 
 
-def _sparse(signal: Signal, sensor: Accelerometer) -> list[Notice]:
-    """What to say of a rate that takes fewer than ten samples while the brake or rope pulls."""
+def _checks(made: Seen, signal: Signal, sensor: Accelerometer) -> Iterator[Check]:
+    """Return the checks of a sensor with a range and a rate; an ideal one has none."""
+    if sensor.range is not None:
+        fits = "the sensor's range contains the peak"
+        limit = show(sensor.range, "m/s^2")
+        sentence = f"the peak is beyond the sensor's range of {limit}, which stands in its place"
+        yield check(
+            "saturation", not made.saturated, sentence if made.saturated else fits, level="failed"
+        )
     if sensor.sampling is None:
-        return []
+        return
     time, value = specific_force(signal) if isinstance(signal, DropRecord) else signal[:2]
     pulls = np.flatnonzero(np.asarray(value) != 0)
-    if not len(pulls):
-        return []
-    span = float(np.asarray(time)[pulls[-1]] - np.asarray(time)[pulls[0]])
-    if span * sensor.sampling >= LEAST_SAMPLES:
-        return []
-    return [
-        Notice(
+    if len(pulls):
+        span = float(np.asarray(time)[pulls[-1]] - np.asarray(time)[pulls[0]])
+        samples = span * sensor.sampling
+        yield check(
+            "sampling",
+            samples >= LEAST_SAMPLES,
             f"sampled at {show(sensor.sampling, 'Hz')} the pull of {show(span, 's')} has "
-            f"{span * sensor.sampling:.2g} samples: the peak falls between them",
-            "sparse-sampling",
+            f"{samples:.2g} samples",
+            ": the peak falls between them",
         )
-    ]
 
 
 def heating(

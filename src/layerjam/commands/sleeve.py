@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.files import taken, write_brake
-from layerjam.commands.quantities import OutBrake, Overwrite, TargetBrake
+from layerjam.commands.quantities import Accept, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import Partial, TableOptions, several
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Judged, fact, number, result
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.errors import FitError, Notice, QuantityError, UnknownNameError
 from layerjam.records.source import Source
 from layerjam.simulate.quantities import AREA
 from layerjam.units import QuantitySpec, show
+from layerjam.verdict import Verdict, judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +47,7 @@ def _parameters(values: Mapping[str, float]) -> str:
 
 
 @result
-class SiliconeFit(Result):
+class SiliconeFit(Judged):
     """Means over the specimens of one silicone, and the model fitted to all their curves.
 
     What files of several materials have no mean of is None; each stands in `files`. `record` is
@@ -145,6 +146,7 @@ def sleeve(
         bool, Help("Write the model that was chosen into the brake too, as [hyperelastic].")
     ] = False,
     partial: Partial = False,
+    accept: Accept = (),
     options: TableOptions = TableOptions(),
     force: Overwrite = False,
 ) -> SiliconeFit:
@@ -155,6 +157,7 @@ def sleeve(
     silicone of the catalogue to compare with, where the files do not. With `brake` and `out` the
     mean 100 % modulus is written into a copy of the brake, with `hyperelastic` the model too.
     """
+    from layerjam.identify.rubber.checks import specimen_checks
     from layerjam.identify.rubber.specimens import data_sheets, material_of, pooled, read, row_of
 
     sheets = data_sheets()
@@ -166,24 +169,21 @@ def sleeve(
     names = {p: material_of(s, material, sheets) for p, (s, *_) in done.items()}
     warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
     rows = {path: row_of(made, names[path], sheets) for path, made in done.items()}
-    values: dict[str, Any] = {}
-    if len({n and n[0] for n in names.values()}) == 1:
-        values = pooled(specimens, list(rows.values()), fit_to)
-    else:
-        warnings.append(SEVERAL_MATERIALS)
-    written = None
-    if brake is not None:
-        changed = _changes(values, done, brake, hyperelastic)
-        written, said = _write(brake, out, changed, force, bool(refused), partial)
-        warnings += said
+    alike = len({n and n[0] for n in names.values()}) == 1
+    values = pooled(specimens, list(rows.values()), fit_to) if alike else {}
+    warnings += [] if alike else [SEVERAL_MATERIALS]
+    changed = _changes(values, done, brake, hyperelastic)
+    verdict = judge(specimen_checks(rows, values, hyperelastic), accept, list(changed), out)
+    written, said = _write(brake, out, changed, force, bool(refused), partial, verdict)
     return SiliconeFit.of(
         values,
+        verdict,
         window=[float(start), float(end)],
         files=rows,
         understood={p: list(s.understood) for p, (s, *_) in done.items()},
         refused=refused,
         file=written,
-        warnings=warnings,
+        warnings=[*warnings, *said],
         record=done,
     )
 
@@ -209,17 +209,19 @@ def _check(
 
 
 def _write(
-    brake: BrakeFile,
+    brake: BrakeFile | None,
     out: str | Path | None,
     changed: Mapping[str, tuple[float, Source] | None],
     force: bool,
     refused: bool,
     partial: bool,
+    verdict: Verdict,
 ) -> tuple[str | None, list[Notice]]:
     """Write the changed brake; its path, and that its scale factor belongs to the old enclosure."""
-    written, said = write_brake(
-        out, lambda stem: updated_text(brake, stem, changed), force, refused, partial
-    )
+    if brake is None:
+        return None, []
+    text = bound(updated_text, brake, changes=changed, accepted=verdict.decisions)
+    written, said = write_brake(out, text, force, refused, partial, verdict)
     factor = brake.brake.scale_factor
     if written and factor != 1.0:
         old = (
@@ -231,10 +233,13 @@ def _write(
 
 
 def _changes(
-    values: Mapping[str, Any], done: Mapping[str, Any], brake: BrakeFile, hyperelastic: bool
+    values: Mapping[str, Any], done: Mapping[str, Any], brake: BrakeFile | None, hyperelastic: bool
 ) -> dict[str, tuple[float, Source] | None]:
     """The modulus, and the chosen model if it is wanted, as a brake's file takes them."""
     from layerjam.identify.provenance import marked
+
+    if brake is None:
+        return {}
 
     modulus = _with_modulus(values, done)
     source = modulus["enclosure.modulus"][1]

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from layerjam.commands.declare import Progress, command
-from layerjam.commands.files import check_lines, pulls
+from layerjam.commands.files import pulls
 from layerjam.commands.left_out import LeftOut, excluded_lines
 from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
-from layerjam.commands.quantities import Atmosphere, BrakeInput
+from layerjam.commands.quantities import Accept, Atmosphere, BrakeInput
 from layerjam.commands.reading import FileOptions, Files, FileVacuum
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Judged, fact, number, result
 from layerjam.errors import FitError, Notice
 from layerjam.measure.trace import Trace
 from layerjam.units import show
+from layerjam.verdict import judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +26,7 @@ def _percent(part: float) -> str:
 
 
 @result
-class ModelErrors(Result):
+class ModelErrors(Judged):
     """How far the model lies from the pulls; `record` is (BrakeFile, Validation).
 
     `before` is the Validation of the brake before calibration, None where there is nothing to
@@ -50,7 +50,6 @@ class ModelErrors(Result):
     pulls: Sequence[Mapping[str, Any]] = fact(
         "each pull, and what of it is unlike the others", listed=False
     )
-    checks: Sequence[Mapping[str, Any]] = fact("what the residuals say", listed=False)
     excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
     files: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
@@ -82,7 +81,6 @@ class ModelErrors(Result):
         if self.scatter:
             yield _of_scatter(self.scatter)
         yield from pull_lines(self.pulls)
-        yield from check_lines(self.checks)
         yield from excluded_lines(self.excluded)
 
     def draw(self) -> Figure:
@@ -122,6 +120,7 @@ def validate(
     vacuum: FileVacuum = None,
     atmosphere: Atmosphere = None,
     left_out: LeftOut = LeftOut(),
+    accept: Accept = (),
     options: FileOptions = FileOptions(),
     progress: Progress | None = None,
 ) -> ModelErrors:
@@ -157,10 +156,10 @@ def validate(
     if same:
         why = f"{', '.join(same)}: this brake was calibrated on it, which is no test of the model"
         warnings.append(Notice(why, "calibrated-on"))
-    return ModelErrors(
-        **summary(found),
+    return ModelErrors.of(
+        summary(found),
+        judge(validation_checks(found, len(same)), accept),
         uncalibrated=before and summary(before),
-        checks=[asdict(c) for c in validation_checks(found, len(same))],
         files=[row(c, FILE) for c in found.curves],
         pulls=as_rows(found.pulls),
         excluded=excluded,

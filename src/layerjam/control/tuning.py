@@ -21,6 +21,7 @@ import numpy as np
 from layerjam.control.plant import Plant
 from layerjam.errors import FitError
 from layerjam.units import show
+from layerjam.verdict import Check, interval_check
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 LEAST_ROOM = 0.05
@@ -70,7 +71,7 @@ class Identified:
     """Of the vacuum at which the step would end [Pa]."""
     noise: float
     """Standard deviation of a reading, from the fit's residuals [Pa]."""
-    warnings: tuple[str, ...]
+    checks: tuple[Check, ...]
 
 
 def identify_air(
@@ -82,6 +83,7 @@ def identify_air(
     separates pump and leak, `vent` [1/s] is taken as given. Raises FitError where there is no
     pump-down or the leak exceeds the pole.
     """
+    from layerjam.identify.logs.checks import pump_down_checks
     from layerjam.identify.logs.pump_down import fit_pump_down
 
     fit = fit_pump_down(np.asarray(time, float), atmosphere - np.asarray(vacuum, float))
@@ -93,7 +95,9 @@ def identify_air(
     low, high = fit.interval(1)
     plant = Plant(rate=rate, top=reach * fit.rate / rate, leak=leak, vent=vent)
     ends = (atmosphere - high, atmosphere - low)
-    return Identified(plant, fit.interval(2), ends, float(fit.series.noise), fit.warnings)
+    pole = fit.interval(2)
+    checks = (*pump_down_checks([fit], {}), interval_check("rate", fit.rate, *pole))
+    return Identified(plant, pole, ends, float(fit.series.noise), checks)
 
 
 def identify_water(
@@ -118,4 +122,5 @@ def identify_water(
         raise FitError("the vacuum does not rise: no step of a water line")
     rise = float(slope) + leak * float(v.mean())
     plant = Plant(rate=rise / top, top=top, leak=leak, vent=vent, water=True)
-    return Identified(plant, ((rise - error) / top, (rise + error) / top), (top, top), noise, ())
+    pole = (rise - error) / top, (rise + error) / top
+    return Identified(plant, pole, (top, top), noise, (interval_check("rate", rise / top, *pole),))

@@ -20,6 +20,7 @@ from layerjam.identify.repeats import OverRepeats
 from layerjam.records.toml import parse_toml
 from layerjam.verdict import Check, check, interval_check
 
+SPOKEN = {"static": "static friction", "kinetic": "kinetic friction", "speed": "speed"}
 ALARMS = 0.01
 """Probability that one quantity of repeats without a fault has an outlier, by Grubbs' test."""
 LEAST, MOST = 1.2, 1.5
@@ -60,7 +61,9 @@ def friction_checks(
     unknown.
     """
     names = [Path(file).name or f"repeat {place}" for place, file in enumerate(files, 1)]
-    checks = [_agreement(names, values)]
+    quantities = {SPOKEN[name]: value for name, value in values.items()}
+    advice = "check its unit, normal force and film"
+    checks = [agreement(names, quantities, "films scatter", advice)]
     for name, over in means.items():
         if over is not None and over.low is not None and over.high is not None:
             checks.append(interval_check(f"{name} friction", over.mean, over.low, over.high))
@@ -73,8 +76,16 @@ def friction_checks(
     return tuple(checks)
 
 
-def _agreement(names: Sequence[str], quantities: Mapping[str, Sequence[float | None]]) -> Check:
-    """Return the check that no repeat differs from the others more than films scatter."""
+def agreement(
+    names: Sequence[str],
+    quantities: Mapping[str, Sequence[float | None]],
+    scatter: str,
+    advice: str,
+) -> Check:
+    """Return the check that no repeat differs from the others by more than plausible scatter.
+
+    `scatter` completes "by more than ..."; `advice` says what to look at in an outlier.
+    """
     found = []
     for quantity, values in quantities.items():
         known = [(v, n) for v, n in zip(values, names, strict=True) if v is not None and v > 0]
@@ -83,13 +94,12 @@ def _agreement(names: Sequence[str], quantities: Mapping[str, Sequence[float | N
         rest = np.delete(logs, outliers) if len(outliers) < len(logs) else logs
         for place in outliers:
             ratio = float(np.exp(logs[place] - np.median(rest)))
-            what = "speed" if quantity == "speed" else f"{quantity} friction"
-            found.append(f"{what} of {known[place][1]} is {ratio:.3g} times the others'")
+            found.append(f"{quantity} of {known[place][1]} is {ratio:.3g} times the others'")
     if len(names) < 2:
         return check("repeats", False, "one repeat only: nothing shows how well it repeats")
-    advice = ": check its unit, normal force and film, or leave the file out"
-    fine = f"no repeat of {len(names)} differs from the others by more than films scatter"
-    return check("repeats", not found, "; ".join(found) or fine, advice, "failed")
+    fine = f"no repeat of {len(names)} differs from the others by more than {scatter}"
+    otherwise = f": {advice}, or leave the file out"
+    return check("repeats", not found, "; ".join(found) or fine, otherwise, "failed")
 
 
 def _outliers(logs: np.ndarray) -> list[int]:

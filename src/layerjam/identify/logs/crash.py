@@ -31,6 +31,7 @@ class Crash:
     `filtered` is `acceleration` behind the class `cfc` (itself where that is None), shape (N,).
     `pulse` (start, end) is where the filtered signal exceeds 5 % of its peak around the peak; the
     velocity change is the integral of the unfiltered one over the same pulse down to zero.
+    `whole` says whether the log contains the pulse from its start to its end.
     `saturation` is the size at which the sensor ended, None where it did not, or nobody can tell,
     which a warning says.
     """
@@ -48,6 +49,7 @@ class Crash:
     pulse: tuple[float, float]
     velocity_change: float
     velocity_change_se: float
+    whole: bool
     saturation: float | None
     hic: float | None
     hic_window: tuple[float, float] | None
@@ -153,7 +155,7 @@ def crash(
     change -= float(np.sign(filtered[high])) * gravity * length * falling
     noise = float(np.std(still)) * np.sqrt(length / rate)
     saturation, unknown = _saturation(acceleration, quiet, limit)
-    warnings += said + _cut_off(saturation, first == 0 or last == len(signal) - 1) + unknown
+    warnings += said + unknown
     warnings += _after(signal, last, rate, offset_se)
     value, span = (None, None) if hic is None else head_injury(filtered, rate, hic)
     return Crash(
@@ -170,6 +172,7 @@ def crash(
         pulse=(float(time[first]), float(time[last])),
         velocity_change=change,
         velocity_change_se=float(np.hypot(offset_se * length, noise)),
+        whole=first > 0 and last < len(signal) - 1,
         saturation=saturation,
         hic=value,
         hic_window=None if span is None else (float(time[span[0]]), float(time[span[1]])),
@@ -186,19 +189,6 @@ def _check_class(cfc: int | None, rate: float) -> None:
             f"sampling: {show(rate, 'Hz')} is too slow for CFC {cfc}; SAE J211-1 asks for at least "
             f"ten times the class, {show(float(LEAST_RATE * cfc), 'Hz')} (another class: --filter)"
         )
-
-
-def _cut_off(saturation: float | None, cut: bool) -> list[str]:
-    """That the record does not hold the whole pulse."""
-    out = []
-    if saturation is not None:
-        out.append(
-            f"saturated at {saturation / STANDARD_GRAVITY:.4g} g: the peaks and the velocity "
-            "change are lower bounds in size"
-        )
-    if cut:
-        out.append("the pulse is cut off by the log's end: the velocity change is not whole")
-    return out
 
 
 def _quiet(

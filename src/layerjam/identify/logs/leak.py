@@ -194,12 +194,6 @@ def fit_leak(
             "the record reaches its end level, so the sensor's zero is fitted too: "
             f"{show(best.zero, 'Pa')} at the atmosphere"
         )
-    if best.series.rmse > 3 * best.series.noise > 0:
-        warnings.append(
-            f"the best model misses the log by {show(best.series.rmse, 'Pa')}, "
-            f"{best.series.rmse / best.series.noise:.0f} times the sensor's noise: something else "
-            "happens too (a valve, cooling, a wall that gives); a part of it may do: --from, --to"
-        )
     return Leak(
         fits=fits,
         best=order[0],

@@ -16,7 +16,7 @@ what a log can tell.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -85,7 +85,6 @@ class PumpDown:
     pressure: Array
     atmosphere: float
     window: tuple[float, float]
-    warnings: tuple[str, ...] = ()
 
     @property
     def start(self) -> float:
@@ -188,7 +187,7 @@ def fit_pump_down(
         return pressure(t, start, ultimate, rate, more[0] if more else shrink or 0.0, atmosphere)
 
     found = fit_series(curve, p, begin, scale, (bottom, top))
-    fit = PumpDown(
+    return PumpDown(
         shrink=float(found.values[3]) if shrink is None else shrink,
         shrink_fitted=shrink is None,
         series=found,
@@ -197,25 +196,6 @@ def fit_pump_down(
         atmosphere=atmosphere,
         window=(float(begun[0]), float(begun[-1])),
     )
-    return replace(fit, warnings=tuple(_odd(fit)))
-
-
-def _odd(fit: PumpDown) -> list[str]:
-    """What the fit says against itself."""
-    out, found = [], fit.series
-    reached = (fit.start - float(fit.pressure[-1])) / (fit.start - fit.ultimate)
-    if reached < 0.9:
-        out.append(
-            f"the log ends at {reached:.0%} of the fall to the ultimate pressure, which is then "
-            "found by extrapolation"
-        )
-    if found.rmse > 3 * found.noise > 0:
-        out.append(
-            f"the fit misses the log by {show(found.rmse, 'Pa')}, {found.rmse / found.noise:.0f} "
-            "times the sensor's noise: the volume or the pump's flow changes with vacuum "
-            "(--compliance fit tries the first)"
-        )
-    return out
 
 
 def with_compliance(volume: float | None, flow: float | None, loss: float, fit: PumpDown) -> float:

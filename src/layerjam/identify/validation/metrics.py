@@ -29,8 +29,8 @@ model's error cannot be told from none.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -154,13 +154,15 @@ class Validation(Pooled):
     """Errors over all pulls; `scatter` is the mean of the conditions' splits.
 
     `mape_conditions` and its SD are over conditions, as the paper counts (section III-C); `pulls`
-    is the table pull by pull, where it was asked for.
+    is the table pull by pull, where it was asked for, and `gross` {file: reason} of the pulls that
+    no plausible scatter explains.
     """
 
     mape_conditions: float
     mape_conditions_sd: float | None
     conditions: tuple[ConditionError, ...]
     pulls: tuple[SinglePull, ...] = ()
+    gross: Mapping[str, str] = field(default_factory=dict)
 
 
 def uncalibrated(brake: Brake) -> Brake:

@@ -10,8 +10,9 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
+from layerjam.identify.calibration.gross import gross_pulls
 from layerjam.identify.calibration.peaks import fits_of, pull_table
-from layerjam.identify.checks import SMALL, Check, check, percent, trend
+from layerjam.identify.checks import POSSIBLE, SMALL, Check, check, percent, trend, within
 from layerjam.identify.curves import Curve
 from layerjam.identify.repeats import over_repeats
 from layerjam.identify.single_pulls import pull_checks
@@ -41,9 +42,13 @@ def pool(results: Sequence[Validation]) -> Validation:
 
 def with_pulls(result: Validation, curves: Sequence[Curve], brake: Brake) -> Validation:
     """The validation with the table pull by pull of the same curves."""
-    return replace(result, pulls=pull_table(curves, fits_of(curves, brake), brake))
+    gross = gross_pulls([(curve.pull, curve.vacuum) for curve in curves], brake)
+    reasons = {curves[index].name: reason for index, reason in gross.items()}
+    table = pull_table(curves, fits_of(curves, brake), brake)
+    return replace(result, pulls=table, gross=reasons)
 
 
+MODEL_ADVICE = "check the units, the vacuum and whether it is this brake"
 _ERRORS = ("rmse", "bias", "r_squared")
 FILE = ("path", "vacuum", "speed", "repeat", "mape", *_ERRORS, "points", "note")
 CONDITION = ("vacuum", "speed", "mape", "mape_sd", *_ERRORS, "repeats", "scatter")
@@ -74,8 +79,14 @@ def validation_checks(result: Validation, seen: int) -> tuple[Check, ...]:
     drifts = [_drift(c) for c in result.curves]
     vacuums = np.array([c.vacuum for c in result.curves])
     speeds = np.array([c.speed for c in result.curves if c.speed is not None])
+    alike = f"no pull of {count} differs from the others by more than plausible scatter"
+    unlike = "; ".join(f"{file}: {reason}" for file, reason in result.gross.items())
+    advice = ": correct its unit, or leave the file out (--exclude)"
+    ratio = 1 + float(np.median(relative))
     checks = [
         check("independent", not seen, stale if seen else fresh),
+        check("pulls", not result.gross, unlike or alike, advice, "failed"),
+        within("model", ratio, POSSIBLE, "model over measured force", MODEL_ADVICE, "failed"),
         _mean_check("bias", relative.tolist(), "the model is {} off the measured force"),
         _mean_check("trend over elongation", drifts, "along a pull the residual drifts by {}"),
         trend("trend over vacuum", "residual", relative, vacuums, "Pa", levels=2),

@@ -1,0 +1,104 @@
+"""Checks of a regulator in closed loop: whether it holds the vacuum, and what keeps it from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from layerjam.control.closed_loop import ClosedLoop
+from layerjam.control.settings import Regulator
+from layerjam.units import show
+from layerjam.verdict import Check, check
+
+RIPPLE = 2.0
+"""Multiple of the regulator's own band (`idle_band`) up to which the vacuum is held."""
+SWING = 0.25
+"""Share of the target above which a ripple fails, whatever the band."""
+
+
+def idle_band(regulator: Regulator) -> float:
+    """Return the width [Pa] of the errors at which neither pump nor vent acts."""
+    if regulator.kind == "bang-bang":
+        return 2 * regulator.half_band
+    return regulator.half_band + regulator.vents_above
+
+
+def shortest_moves(regulator: Regulator, vacuum: float) -> dict[str, float]:
+    """Return {cause: change of a vacuum [Pa]} of the shortest run of the pump and of the vent.
+
+    A bang-bang regulator runs its pump in full, another one at its least command.
+    """
+    plant, sample = regulator.plant, regulator.sample_time
+    share = 1.0 if regulator.kind == "bang-bang" else regulator.least_command
+    run, vent = max(sample, regulator.minimum_on), max(sample, regulator.minimum_vent)
+    moves = {
+        _duration("pump", run, sample): share * float(plant.rise(vacuum)) * run,
+        _duration("vent", vent, sample): float(plant.fall(vacuum)) * vent,
+    }
+    return dict(sorted(moves.items(), key=lambda move: -move[1]))
+
+
+def _duration(actor: str, time: float, sample: float) -> str:
+    if time > sample:
+        return f"the shortest run of the {actor}, {show(time, 's')},"
+    return f"one sample ({show(sample, 's')}) of the {actor}"
+
+
+def step_check(regulator: Regulator, target: float) -> Check:
+    """Return the check that the pump's shortest run moves the vacuum by less than its band."""
+    cause, move = next(
+        item for item in shortest_moves(regulator, target).items() if "pump" in item[0]
+    )
+    limit = RIPPLE * idle_band(regulator)
+    sentence = f"{cause} moves the vacuum by {show(move, 'Pa')} at {show(target, 'Pa')}"
+    advice = f", more than {show(limit, 'Pa')}, {RIPPLE:g} times the regulator's band"
+    return check(
+        "ripple", move <= limit, sentence, advice + _remedy(regulator, move, target), "failed"
+    )
+
+
+def regulation_checks(regulator: Regulator, target: float, loop: ClosedLoop) -> Iterator[Check]:
+    """Return the checks of a closed loop without an injected fault that shall hold `target` [Pa].
+
+    A vacuum that comes and stays passes; a fault where there is none, a target that is not
+    reached, and a ripple that is a multiple of the regulator's own band fail.
+    """
+    sentence = f"the detectors report {loop.outcome}"
+    wrong = f" after {show(loop.fault_time, 's')}, although nothing is broken"
+    yield check("fault", loop.outcome == "HEALTHY", sentence, wrong, "failed")
+    reached, ends = math.isfinite(loop.rise_time), float(loop.time[-1])
+    sentence = "the vacuum reaches its target"
+    if not reached:
+        sentence = f"the vacuum does not reach {show(target, 'Pa')} within {show(ends, 's')}"
+    yield check("target", reached, sentence, ": simulate longer (--duration)", "failed")
+    if reached:
+        yield _ripple(regulator, target, loop.ripple)
+
+
+def _ripple(regulator: Regulator, target: float, ripple: float) -> Check:
+    band = idle_band(regulator)
+    fine = ripple <= RIPPLE * band and ripple <= SWING * target
+    sentence = (
+        f"the vacuum swings by {show(ripple, 'Pa')}, {ripple / target:.0%} of the target and "
+        f"{ripple / band:.2g} times the regulator's own band of {show(band, 'Pa')}"
+    )
+    if fine:
+        return check("ripple", True, sentence)
+    cause, move = next(iter(shortest_moves(regulator, target).items()))
+    why = "; the gains, or the lag of sensor and tube, make it swing"
+    if move > 0.25 * ripple:
+        why = f": {cause} moves the vacuum by {show(move, 'Pa')}" + _remedy(regulator, move, target)
+    return check("ripple", False, sentence, why, "failed")
+
+
+def _remedy(regulator: Regulator, move: float, target: float) -> str:
+    """Return what to change so that a move of the vacuum [Pa] becomes as small as is allowed."""
+    sample, allowed = regulator.sample_time, min(idle_band(regulator), 0.5 * SWING * target)
+    other = "kind pi instead of bang-bang, " if regulator.kind == "bang-bang" else ""
+    if max(regulator.minimum_on, regulator.minimum_vent) > sample:
+        return f": take {other}a shorter least run, a smaller pump or a larger volume"
+    if move > allowed:
+        digit = 10.0 ** math.floor(math.log10(sample * allowed / move))
+        shorter = digit * math.floor(sample * allowed / move / digit)
+        other += f"a sample time of {show(shorter, 's')}, "
+    return f": take {other}a smaller pump or valve, or a larger volume"

@@ -1,0 +1,89 @@
+"""Checks of logs: whether a law describes them, and whether they determine its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+import numpy as np
+
+from layerjam.identify.logs.correlated import Series
+from layerjam.identify.logs.crash import Crash
+from layerjam.identify.logs.leak import Leak, LeakFit
+from layerjam.identify.logs.pump_down import PumpDown
+from layerjam.measure.trace import Array
+from layerjam.simulate.accelerometer import STANDARD_GRAVITY
+from layerjam.units import show
+from layerjam.verdict import Check, Level, check, interval_check
+
+CLEAN = 3.0
+"""Root mean square of the residuals over the sensor's noise up to which a law describes a log."""
+MISSES = 0.1
+"""The same over the change of the pressure, above which the law does not describe it at all."""
+FALLEN = 0.9
+"""Share of the fall to the ultimate pressure that a log of a pump-down contains."""
+ALONE, DRIFTS = 10.0, 0.5
+"""Changes of temperature [K] that the log must exceed: what a gas may do, what a room does."""
+
+
+def leak_checks(found: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
+    """Return the checks of a hold; `logged` says whether its temperature was logged."""
+    advice = "something else happens too (a valve, cooling, a wall that gives)"
+    yield _law(best.series, best.curve(found.time, found.atmosphere), advice)
+    yield interval_check("leak", best.rate, *best.series.interval(lambda v: float(v[1])))
+    if not logged:
+        level: Level = "failed" if abs(found.heat) <= DRIFTS else "warning"
+        what = "cooling" if found.heat < 0 else "warming"
+        yield check(
+            "temperature",
+            abs(found.heat) > ALONE,
+            f"a {what} of {abs(found.heat):.2g} K alone would change the pressure as much as the "
+            "log shows",
+            "; log the temperature too, or hold longer",
+            level,
+        )
+
+
+def pump_down_checks(
+    logs: Iterable[PumpDown], intervals: Mapping[str, tuple[float, float, float]]
+) -> Iterator[Check]:
+    """Return the checks of pump-downs; `intervals` are {quantity: (value, low, high)}."""
+    advice = "the volume or the flow changes with vacuum (--compliance fit tries the first)"
+    for log in logs:
+        yield _law(log.series, log.curve(log.time), advice)
+        reached = (log.start - float(log.pressure[-1])) / (log.start - log.ultimate)
+        sentence = f"the log ends at {reached:.0%} of the fall to the ultimate pressure"
+        beyond = ", which is then found by extrapolation"
+        yield check("ultimate pressure", reached >= FALLEN, sentence, beyond)
+    for name, (value, low, high) in intervals.items():
+        yield interval_check(name, value, low, high)
+
+
+def crash_checks(found: Crash) -> Iterator[Check]:
+    """Return the checks of an impact: the sensor and the log contain the whole pulse."""
+    sentence = "the sensor's range contains the peak"
+    if found.saturation is not None:
+        level = found.saturation / STANDARD_GRAVITY
+        sentence = f"saturated at {level:.4g} g: the peaks and the velocity change are lower bounds"
+    yield check("saturation", found.saturation is None, sentence, level="failed")
+    sentence = "the log contains the whole pulse"
+    if not found.whole:
+        sentence = "the pulse is cut off by the log's end: the velocity change is not whole"
+    yield check("whole pulse", found.whole, sentence, level="failed")
+    value, error = abs(found.velocity_change), found.velocity_change_se
+    reach = 1.96 * error
+    yield interval_check("velocity change", value, value - reach, value + reach)
+
+
+def _law(series: Series, curve: Array, cause: str) -> Check:
+    """Return the check that the best law describes a log; `cause` is the likely one if not."""
+    share = series.rmse / float(np.ptp(curve))
+    times = series.rmse / series.noise if series.noise > 0 else 0.0
+    level: Level = "failed" if share > MISSES else "warning"
+    return check(
+        "law",
+        times <= CLEAN,
+        f"the best law misses the log by {show(series.rmse, 'Pa')} (RMSE), {times:.2g} times the "
+        f"sensor's noise and {share:.2g} of the log's change",
+        f": {cause}; a part of the log may do: --from, --to",
+        level,
+    )
