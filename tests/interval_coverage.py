@@ -1,8 +1,8 @@
-"""How often the 95 % intervals of a calibration contain the truth; `make coverage`.
+"""How often the 95 % intervals of a calibration contain the true value; `make coverage`.
 
-Campaigns are drawn at random: brake, scale factor, stiffness, sleeve, one to three vacuums, three
-to five repeats of each. Every repeat has its own friction, stiffness, sleeve, slack and zero of the
-force, and noise. The table goes to docs/coverage.md.
+Campaigns are drawn at random: brake, scale factor, stiffness, enclosure, one to three vacuums,
+three to five repeats of each. Every repeat has its own friction, stiffness, enclosure, slack and
+zero of the force, and noise. The table goes to docs/coverage.md.
 
     python tests/interval_coverage.py [--campaigns N] [--seed S] [--write]
 """
@@ -25,8 +25,9 @@ jax.config.update("jax_enable_x64", True)
 from lab import bench as virtual  # noqa: E402
 from layerjam.device.brake import Brake  # noqa: E402
 from layerjam.device.load import load  # noqa: E402
+from layerjam.identify.bayes.fit import calibrate_bayesian  # noqa: E402
 from layerjam.identify.calibration.intervals import Interval  # noqa: E402
-from layerjam.identify.calibration.peaks import calibrate  # noqa: E402
+from layerjam.identify.calibration.peaks import calibrate_peaks  # noqa: E402
 from layerjam.identify.calibration.whole_curves import calibrate_curves  # noqa: E402
 from layerjam.identify.curves import Curve, curves_of  # noqa: E402
 from layerjam.identify.pull.features import PullFeatures, pull_features  # noqa: E402
@@ -39,6 +40,8 @@ CAMPAIGNS, SEED = 1000, 2018
 BOUNDS = (0.92, 0.98)
 SAMPLES = 3000
 TRAVEL = 0.04
+DRAWS = 300
+"""Of each of two chains (Bayesian): enough for the ends of an interval of one campaign of many."""
 BRAKES = ("choi2018-kapton", "choi2018-ptfe")
 
 
@@ -54,8 +57,20 @@ class Case:
     offset: float = 2e-3
     """Standard deviation of the force's zero between repeats, of the peak."""
     speeds: tuple[float, ...] = (0.013,)
+    brakes: tuple[str, ...] = BRAKES
+    enclosure_off: float = 0.0
+    """By which part the true enclosure differs from the file's, in either direction."""
+    between: float | None = None
+    """Share of the variance that the pulls of one mounting have in common; pull n of a condition
+    belongs to mounting n. None if every pull is mounted by itself and no mounting is stated."""
+    stated: bool = True
+    """Whether the sidecars state the mounting."""
+    part: int = 1
+    """The number of campaigns is that of the command line over this."""
 
 
+MOUNTED = (("pull", 0.0), ("mixed", 0.5), ("repeat", 1.0))
+"""What shares one draw, and the share of the variance that mountings explain."""
 CASES = (
     Case(name="exact", depth="exact"),
     Case(name="exact, three repeats in all", depth="exact", repeats=(3,), vacuums=(1,)),
@@ -67,6 +82,36 @@ CASES = (
         vacuums=(2, 3),
     ),
     Case(name="curves, speed law free", depth="curves", free=("speed",), speeds=(0.005, 0.013)),
+    *(
+        Case(name=f"exact, {words} in all", depth="exact", repeats=(count,), vacuums=(1,))
+        for count, words in ((2, "2 pulls"), (6, "6 pulls"), (12, "12 pulls"))
+    ),
+    *(
+        Case(name=f"exact, {words}, 3 repeats", depth="exact", repeats=(3,), vacuums=(count,))
+        for count, words in ((2, "two vacuums"), (3, "three vacuums"))
+    ),
+    *(
+        Case(
+            name=f"exact, enclosure 25 % off, {brake.partition('-')[2]}", depth="exact",
+            enclosure_off=0.25, brakes=(brake,),
+        )
+        for brake in BRAKES
+    ),
+    *(
+        Case(
+            name=f"{depth}, 3 mountings of {3 * speeds} pulls, per {word}", depth=depth,
+            repeats=(3,), vacuums=(3,), speeds=(0.005, 0.013)[-speeds:], between=between, part=part,
+        )
+        for depth, speeds, part in (("exact", 2, 1), ("curves", 2, 4), ("bayesian", 1, 10))
+        for word, between in MOUNTED
+    ),
+    *(
+        Case(
+            name=f"exact, mountings not stated, per {word}", depth="exact", repeats=(3,),
+            vacuums=(3,), speeds=(0.005, 0.013), between=between, stated=False,
+        )
+        for word, between in MOUNTED
+    ),
 )  # fmt: skip
 
 
@@ -85,12 +130,14 @@ class Campaign:
 
 def campaign(case: Case, random: np.random.Generator) -> Campaign:
     """A random truth and the pulls that a machine records of it."""
-    stated = load(BRAKES[random.integers(2)]).brake
+    stated = load(case.brakes[random.integers(len(case.brakes))]).brake
     kapton = stated.film.kinetic > 0.1
     truth = {
         "scale_factor": float(stated.scale_factor * random.uniform(0.75, 1.3)),
         "stiffness": float((stated.stiffness_measured or 1e5) * random.uniform(0.7, 1.4)),
-        "enclosure_factor": 1.0 if case.depth == "exact" else float(random.uniform(0.7, 1.4)),
+        "enclosure_factor": 1.0 + case.enclosure_off * random.choice((-1, 1))
+        if case.depth == "exact"
+        else float(random.uniform(0.7, 1.4)),
         "pressure_exponent": float(random.uniform(-0.15, 0.15))
         if "pressure_exponent" in case.free
         else 0.0,
@@ -108,10 +155,16 @@ def campaign(case: Case, random: np.random.Generator) -> Campaign:
     reference = np.exp(np.average(np.log(vacuums), weights=repeats))
     middle = np.exp(np.log(case.speeds).mean())
     pulls = []
+    common = case.between or 0.0
+    mounted = random.standard_normal((max(repeats), len(spread))) if common else np.zeros((99, 3))
     for vacuum, count in zip(vacuums, repeats, strict=True):
         for speed in case.speeds:
-            for _ in range(count):
-                own = {n: truth[n] * (1 + spread[n] * random.standard_normal()) for n in spread}
+            for repeat in range(count):
+                drawn = np.sqrt(1 - common) * np.array([random.standard_normal() for _ in spread])
+                drawn += np.sqrt(common) * mounted[repeat]
+                own = {
+                    n: truth[n] * (1 + spread[n] * z) for n, z in zip(spread, drawn, strict=True)
+                }
                 law = (vacuum / reference) ** truth["pressure_exponent"]
                 law *= np.exp(truth["speed_slope"] * np.log10(speed / middle))
                 real = with_shape(
@@ -124,8 +177,9 @@ def campaign(case: Case, random: np.random.Generator) -> Campaign:
                     zero_offset=case.offset * height * random.standard_normal(),
                     seed=int(random.integers(1 << 31)),
                 )
+                number = repeat + 1 if case.between is not None and case.stated else 1
                 trace = with_slack(
-                    virtual.pull(real, vacuum, speed, TRAVEL, machine),
+                    virtual.pull(real, vacuum, speed, TRAVEL, machine, number),
                     random.uniform(0, 3e-3), machine, random,
                 )  # fmt: skip
                 pulls.append((trace, pull_features(trace), float(vacuum)))
@@ -147,11 +201,18 @@ def with_slack(
     )
 
 
+def tell_nothing(what: str, share: float) -> None:
+    """Report no progress."""
+
+
 def intervals(case: Case, found: Campaign) -> dict[str, Interval | None]:
     """What the calibration states, by parameter; the bootstrap's marked by a star."""
     if case.depth == "exact":
-        fit = calibrate([(p, v) for _, p, v in found.pulls], found.brake)
+        fit = calibrate_peaks(found.curves, found.brake)
         return {**fit.intervals, **{f"{n}*": i for n, i in fit.bootstrap.items()}}
+    if case.depth == "bayesian":
+        sampling = (DRAWS, 2, 1)
+        return dict(calibrate_bayesian(found.curves, found.brake, sampling, tell_nothing).intervals)
     deep = calibrate_curves(found.curves, found.brake, case.free)
     return {**deep.intervals, **{f"{n}*": i for n, i in deep.bootstrap.items()}}
 

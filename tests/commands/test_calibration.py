@@ -20,13 +20,15 @@ from strategies import KAPTON
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Three vacuums, two repeats each, every repeat with its own brake."""
+    """Three vacuums, two repeats each, every pull with a mounting of its own."""
     folder, random = tmp_path_factory.mktemp("pulls"), np.random.default_rng(3)
     out = []
-    for vacuum in (40e3, 60e3, 90e3):
+    for place, vacuum in enumerate((40e3, 60e3, 90e3)):
         for repeat in (1, 2):
             own = (1 + np.array([0.02, 0.02, 0.05]) * random.standard_normal(3)) * (0.9, 12e4, 1.2)
-            trace = virtual.pull(with_shape(KAPTON, *own), vacuum, 0.013, 0.04, repeat=repeat)
+            trace = virtual.pull(
+                with_shape(KAPTON, *own), vacuum, 0.013, 0.04, repeat=2 * place + repeat
+            )
             out.append(virtual.write_own(trace, folder / f"{vacuum / 1e3:.0f}-{repeat}.csv"))
     return out
 
@@ -50,7 +52,7 @@ def test_exact_is_the_default_and_says_null_where_it_knows_nothing(files: list[P
 def test_a_rise_of_three_samples_is_lost_for_the_stiffness_only(
     files: list[Path], tmp_path: Path
 ) -> None:
-    slow = virtual.pull(KAPTON, 60e3, 0.013, 0.04, virtual.Machine(sampling_rate=40.0))
+    slow = virtual.pull(KAPTON, 60e3, 0.013, 0.04, virtual.Machine(sampling_rate=40.0), 7)
     sparse = virtual.write_own(slow, tmp_path / "sparse.csv")
     known = layerjam.load("choi2018-kapton").with_(force_uncertainty=0)
     answer = layerjam.calibrate(known, [*files, sparse])

@@ -25,7 +25,6 @@ from layerjam.identify.bayes.model import (
     SLIDE,
     Data,
     Guess,
-    Sites,
     Told,
     known_of,
     log_likelihood,
@@ -258,21 +257,33 @@ def test_likelihood_is_that_of_a_correlated_normal() -> None:
     assert found == pytest.approx(whole, rel=1e-12)
 
 
-def guessed() -> tuple[np.ndarray, Guess, dict[str, tuple[float, float]]]:
+def guessed(
+    mounting: np.ndarray | None = None,
+) -> tuple[np.ndarray, Guess, dict[str, tuple[float, float]]]:
     """A flat vector away from the mode, and what it is relative to."""
-    first, known = start(reduced(CURVES), CURVES, KAPTON), known_of(KAPTON)
+    mounted = mounting is not None
+    first, known = start(reduced(CURVES), CURVES, KAPTON), known_of(KAPTON, mounted)
     told = (Told(first.own_a, np.array([0.01, 0.02, 0.03])), Told(first.own_k, np.full(3, 0.05)))
     first = first._replace(log_sd_a=np.log(0.02), log_sd_k=np.log(0.04))
-    return packed(first, Guess(*told), known) + 0.3, Guess(*told), known
+    if mounted:
+        first = first._replace(log_mounting_sd_a=np.log(0.03), log_mounting_sd_k=np.log(0.01))
+    guess = Guess(*told, mounting)
+    return packed(first, guess, known) + 0.3, guess, known
 
 
-def test_flat_vector_and_its_stretch() -> None:
-    flat, guess, known = guessed()
-    sites = Sites(*(np.asarray(x) for x in unpacked(flat, guess, known)))
+PAIR = np.array([[1.0, 1, 0], [1, 1, 0], [0, 0, 1]])
+"""The first two curves share a mounting."""
+
+
+@pytest.mark.parametrize("mounting", [None, PAIR], ids=["alone", "mounted"])
+def test_flat_vector_and_its_stretch(mounting: np.ndarray | None) -> None:
+    flat, guess, known = guessed(mounting)
+    sites = jax.tree.map(np.asarray, unpacked(flat, guess, known))
     assert packed(sites, guess, known) == pytest.approx(flat, abs=1e-9)
 
     def natural(v: Any) -> Any:
-        return jnp.concatenate([jnp.atleast_1d(x) for x in unpacked(v, guess, known)])
+        there = [x for x in unpacked(v, guess, known) if x is not None]
+        return jnp.concatenate([jnp.atleast_1d(x) for x in there])
 
     _, size = np.linalg.slogdet(np.asarray(jax.jit(jax.jacfwd(natural))(flat)))
     assert size == pytest.approx(float(log_stretch(flat, guess, known)), rel=1e-9)

@@ -9,7 +9,7 @@ import pytest
 
 from layerjam.identify.calibration.influence import covariance_of
 from layerjam.identify.calibration.intervals import Population
-from layerjam.identify.calibration.peaks import _covariance, _means
+from layerjam.identify.calibration.peaks import _means, joint
 from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import PullFeatures
 
@@ -45,8 +45,7 @@ def test_means_over_pulls_of_which_some_tell_one_value_only() -> None:
         a, k = pulls.T
         means.append((a.mean(), k[told].mean()))
         each = {"a": list(a), "k": [v if t else None for v, t in zip(k, told, strict=True)]}
-        own = {"a": {"a": np.var(a, ddof=1) / 7}, "k": {"k": np.var(k[told], ddof=1) / 5}}
-        made = _covariance(each, own)
+        made = covariance_of(joint(each), {"a": np.array([1.0, 0]), "k": np.array([0, 1.0])})
         stated.append([[made[x][y] for y in "ak"] for x in "ak"])
     true = np.cov(np.array(means).T)
     assert np.mean(stated, axis=0) == pytest.approx(true, rel=0.07)
@@ -68,12 +67,13 @@ def test_the_means_of_pulls_have_it() -> None:
         )
         for n in range(5)
     ]
-    found = _means(values, curves, {})
+    alone = [(n,) for n in range(5)]
+    found = _means(values, curves, alone, {})
     due = np.cov(np.array(list(values.values()))) / 5
     made = [[found["covariance"][x][y] for y in values] for x in values]
     assert np.array(made) == pytest.approx(due)
     for name in values:
         own = found["covariance"][name][name]
         assert found["standard_errors"][name] ** 2 == pytest.approx(own)
-    alone = _means({name: some[:1] for name, some in values.items()}, curves[:1], {})
-    assert alone["covariance"] == {}
+    single = _means({name: some[:1] for name, some in values.items()}, curves[:1], [(0,)], {})
+    assert single["covariance"] == {}

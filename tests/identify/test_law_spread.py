@@ -12,6 +12,7 @@ from scipy import stats
 from identify.fitted import campaign
 from lab.bench import FULL
 from layerjam.errors import QuantityError
+from layerjam.identify.calibration.budget import fitted_enclosure
 from layerjam.identify.calibration.law_spread import LawError, LawSpread
 from layerjam.identify.calibration.least_squares import fit_jointly
 from layerjam.identify.calibration.peaks import calibrate_peaks
@@ -50,7 +51,15 @@ def test_of_peaks_it_covers_the_truth_as_often_as_it_says():
     for _ in range(600):
         a, k = np.exp(random.multivariate_normal([0, 11], [[1e-4, 1e-4], [1e-4, 9e-4]], 4).T)
         fits = [SimpleNamespace(scale_factor=x, stiffness=y) for x, y in zip(a, k, strict=True)]
-        found = SimpleNamespace(fit=None, fits=fits, scale_factor=a.mean(), stiffness=k.mean())
+        found = SimpleNamespace(
+            fit=None,
+            fits=fits,
+            scale_factor=a.mean(),
+            stiffness=k.mean(),
+            covariance={},
+            intervals={"scale_factor": None},
+            contributions=(None, fitted_enclosure()),
+        )
         told = LawSpread.of(found)
         error = told.error(60e3, 0.01)
         assert error.pulls == 4
@@ -62,7 +71,8 @@ def test_of_peaks_it_covers_the_truth_as_often_as_it_says():
 
 def test_it_is_the_covariance_that_a_calibration_states():
     pulls = campaign(repeats=5, spread=(0.02, 0.03, 0.0), noise=0.1)
-    peaks = calibrate_peaks(pulls, KAPTON)
+    known = replace(KAPTON, enclosure=replace(KAPTON.enclosure, force_uncertainty=0.0))
+    peaks = calibrate_peaks(pulls, known)
     told, stated = LawSpread.of(peaks), peaks.covariance
     own = np.array([peaks.scale_factor, peaks.stiffness])
     names = ("scale_factor", "stiffness")
@@ -72,6 +82,7 @@ def test_it_is_the_covariance_that_a_calibration_states():
     assert told.sure(FULL, 0.013)[:2, :2] / sizes == pytest.approx(due / sizes, abs=0.02)
     assert not told.covariance[2].any()
     assert told.t == pytest.approx(stats.t.ppf(0.975, 4))
+    assert LawSpread.of(calibrate_peaks(pulls, KAPTON)).covariance[2, 2] == pytest.approx(0.3**2)
     assert LawSpread.of(calibrate_peaks(pulls[:1], KAPTON)) is None
 
 

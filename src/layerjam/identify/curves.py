@@ -37,6 +37,8 @@ class Curve:
     pull: PullFeatures
     specimen: str = ""
     recorded_speed: float | None = None
+    mounting: int | None = None
+    """Number of the mounting that it was pulled in, as its sidecar states it."""
     synthetic: bool = False
     """Whether a program wrote the file."""
 
@@ -81,6 +83,7 @@ def curve_of(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> C
         pull=pull,
         specimen="" if trace is None else trace.specimen,
         recorded_speed=None if trace is None else recorded_speed(trace),
+        mounting=None if trace is None else trace.facts.mounted,
         synthetic=trace is not None and trace.synthetic,
     )
 

@@ -48,6 +48,12 @@ class Facts:
     vacuum: float | None = like(VACUUM, "vacuum in the brake during the test", default=None)
     speed: float | None = like(CROSSHEAD_SPEED, default=None)
     repeat: int | None = quantity("1", "number of the repeat", whole=True, default=None)
+    mounting: int | None = quantity(
+        "1",
+        "number of the mounting that the brake was pulled in; the repeat's if not given",
+        whole=True,
+        default=None,
+    )
     brake: str | None = value(TextSpec(text="name of the brake"), default=None)
     normal_force: float | None = like(NORMAL_FORCE, "normal force of a friction test", default=None)
     hold: float | None = quantity(
@@ -83,6 +89,11 @@ class Facts:
     film_direction: str = _said("direction of the film's roll in the test")
     conditioning: str = _said("how long, and in which climate, the specimens lay before")
     climate: str = _said("temperature and humidity during the test")
+
+    @property
+    def mounted(self) -> int | None:
+        """Number of the mounting; None if unknown."""
+        return self.repeat if self.mounting is None else self.mounting
 
 
 _FIELDS = dict(entries(Facts))

@@ -99,7 +99,7 @@ def _enough(fit: BayesFit) -> Check:
 
 def _repeats(fit: BayesFit) -> Check:
     count = len(fit.paths)
-    scatter = float(np.median(fit.scale_factor_sd))
+    scatter = float(np.median(fit.scatter("scale_factor")))
     if count < REPEATS:
         word = "one curve tells" if count == 1 else f"{count} curves tell"
         sentence = (

@@ -19,7 +19,14 @@ from layerjam.identify.bayes.model import Sites, known_of, priors, reduced, star
 from layerjam.identify.bayes.posterior import BayesFit, Population
 from layerjam.identify.calibration.budget import fitted_enclosure, scatter_line
 from layerjam.identify.calibration.intervals import Interval
-from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table, with_enclosure
+from layerjam.identify.calibration.mountings import find_mountings
+from layerjam.identify.calibration.peaks import (
+    at_peaks,
+    fits_of,
+    logarithms,
+    pull_table,
+    with_enclosure,
+)
 from layerjam.identify.calibration.record import Calibration, shape_sources
 from layerjam.identify.calibration.whole_curves import WINDOW
 from layerjam.identify.checks import interval_checks
@@ -49,14 +56,16 @@ def fit_bayes(
     draws: int = 1000,
     chains: int = 2,
     seed: int = 1,
+    mountings: Sequence[Sequence[int]] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> BayesFit:
     """Calibrate on curves: posterior of scale factor, stiffness and the enclosure's factor.
 
-    `draws` of each of `chains` after 300 for warming up; `progress` is called with (done, all),
-    both a chain. The same seed gives the same draws, bit for bit. Ctrl-C keeps what is drawn once
-    that is 100 a chain. Raises FitError for a curve that cannot be used, MissingExtraError without
-    NumPyro, PrecisionError with JAX in single precision.
+    `draws` of each of `chains` after 300 for warming up; `mountings` are the places of the curves
+    of each mounting, whose scatter they share; `progress` is called with (done, all), both a chain.
+    The same seed gives the same draws, bit for bit. Ctrl-C keeps what is drawn once that is 100 a
+    chain. Raises FitError for a curve that cannot be used, MissingExtraError without NumPyro,
+    PrecisionError with JAX in single precision.
     """
     with MissingExtraError.without("Bayesian calibration (numpyro)", "bayes"):
         import numpyro  # type: ignore[import-untyped]  # noqa: F401
@@ -67,7 +76,8 @@ def fit_bayes(
     for name, value, least in (("draws", draws, 4), ("chains", chains, 1)):
         if value < least:
             raise FitError(f"{name}: {value} is not allowed; it is at least {least}")
-    data, known = reduced(curves), known_of(brake)
+    mounting = _shared(mountings, len(curves))
+    data, known = reduced(curves), known_of(brake, mounting is not None)
     sites, divergent = sample(
         start(data, curves, brake),
         data,
@@ -76,10 +86,21 @@ def fit_bayes(
         draws=draws,
         chains=chains,
         seed=seed,
+        mounting=mounting,
         progress=progress,
     )
     fit = _fit(sites, curves, brake, divergent, seed, draws)
     return replace(fit, checks=bayes_checks(fit, curves, data))
+
+
+def _shared(mountings: Sequence[Sequence[int]], count: int) -> Array | None:
+    """Whether each two of `count` curves share a mounting; None if no two do."""
+    if all(len(group) < 2 for group in mountings):
+        return None
+    member = np.zeros((len(mountings), count))
+    for number, group in enumerate(mountings):
+        member[number, list(group)] = 1.0
+    return np.asarray(member.T @ member)
 
 
 def calibrate_bayesian(
@@ -93,12 +114,15 @@ def calibrate_bayesian(
     `sampling` is (draws of a chain, chains, seed). Raises as `fit_bayes` does.
     """
     draws, chains, seed = sampling
+    alone = fits_of(curves, brake)
+    mounted = find_mountings(curves, logarithms(alone))
     fit = fit_bayes(
         curves,
         brake,
         draws=draws,
         chains=chains,
         seed=seed,
+        mountings=mounted.groups,
         progress=lambda done, of: tell("sampling", done / of),
     )
     summary, count = fit.summary(), len(curves)
@@ -106,7 +130,6 @@ def calibrate_bayesian(
     values = {name: row.mean for name, row in rows.items()}
     errors = {name: row.sd for name, row in rows.items()}
     text = f"mean of the Bayesian posterior over {count} whole pulls"
-    alone = fits_of(curves, brake)
     pulls = pull_table(curves, *with_enclosure(alone, brake, values["enclosure_factor"]))
     intervals = {
         name: Interval(
@@ -114,6 +137,7 @@ def calibrate_bayesian(
             high=row.high,
             standard_error=row.sd,
             degrees_of_freedom=float("inf"),
+            coverage_factor=(row.high - row.low) / 2 / row.sd,
             method="Bayesian posterior, central 95 %",
         )
         for name, row in rows.items()
@@ -128,10 +152,16 @@ def calibrate_bayesian(
         errors_rest_on=f"the posterior over {count} pull{'s' * (count > 1)}",
         intervals=intervals,
         contributions=(repeats, fitted_enclosure()),
+        mountings=mounted.groups,
         covariance=_covariance(fit),
         **at_peaks(alone),
         pulls=pulls,
-        checks=(*fit.checks, *interval_checks(values, intervals), *pull_checks(pulls, half)),
+        checks=(
+            *fit.checks,
+            mounted.check,
+            *interval_checks(values, intervals),
+            *pull_checks(pulls, half),
+        ),
         curves=tuple(curves),
         sources=shape_sources(brake, values, errors, text, "standard deviation"),
         window=WINDOW,
@@ -152,7 +182,8 @@ def _covariance(fit: BayesFit) -> dict[str, dict[str, float]]:
 def _fit(
     sites: Sites, curves: Sequence[Curve], brake: Brake, divergent: Array, seed: int, asked: int
 ) -> BayesFit:
-    known = priors(brake)
+    mounted = sites.log_mounting_sd_a is not None
+    known = priors(brake, mounted)
     return BayesFit(
         synthetic=any(curve.synthetic for curve in curves),
         brake=brake,
@@ -168,6 +199,8 @@ def _fit(
         curve_stiffness=np.exp(sites.own_k),
         slack=known["slack"].sd * sites.own_slack,
         residual=np.exp(sites.own_noise),
+        scale_factor_mounting_sd=np.exp(sites.log_mounting_sd_a) if mounted else None,
+        stiffness_mounting_sd=np.exp(sites.log_mounting_sd_k) if mounted else None,
         divergences=int(divergent.sum()),
         seed=seed,
         asked=asked,

@@ -1,7 +1,8 @@
 """The hierarchical model of many pulls: what its data are, its priors, its likelihood.
 
 Every curve has its own scale factor, stiffness, slack and residual; scale factors and stiffnesses
-scatter about the brake's, and all curves share the factor on the enclosure's force.
+scatter about the brake's, and all curves share the factor on the enclosure's force. Curves of one
+mounting share a part of that scatter.
 """
 
 from __future__ import annotations
@@ -67,8 +68,11 @@ class Prior(NamedTuple):
         return float(np.log(self.center)) if self.log else self.center
 
 
-def priors(brake: Brake) -> dict[str, Prior]:
-    """Every prior of the model, for a brake, by the name of its quantity; the only place."""
+def priors(brake: Brake, mounted: bool = False) -> dict[str, Prior]:
+    """Every prior of the model, for a brake, by the name of its quantity; the only place.
+
+    With those of the scatter between mountings if curves are `mounted` together.
+    """
     stiffness = float(working_stiffness(brake))
     spring = Prior(stiffness, 0.7, "the brake file's, perhaps in another rig", "N/m")
     if brake.stiffness_measured is None:
@@ -85,6 +89,8 @@ def priors(brake: Brake) -> dict[str, Prior]:
     slack = "a curve's zero is already where its rise begins"
     law = "part of the greatest force: from a good load cell to a law that is 10 % off"
     alike = "the logit of the correlation of neighbouring means: 0.05 to 0.95"
+    between = Prior(0.05, 2.0, "as between repeats: a mounting has its own grips and friction")
+    shared = {"scale_factor_mounting_sd": between, "stiffness_mounting_sd": between}
     return {
         "scale_factor": Prior(float(brake.scale_factor), 0.5, films),
         "stiffness": spring,
@@ -94,6 +100,7 @@ def priors(brake: Brake) -> dict[str, Prior]:
         "slack": Prior(0.0, 1e-4, slack, "m", log=False),
         "residual": Prior(0.005, 1.5, law),
         "correlation": Prior(0.0, 1.5, alike, log=False),
+        **(shared if mounted else {}),
     }
 
 
@@ -173,7 +180,10 @@ def _means(u: Array, force: Array, bins: int) -> tuple[Array, Array, Array]:
 
 
 class Sites(NamedTuple):
-    """The model's unknowns on the scales they are normal on: 6 numbers and 4 of each curve."""
+    """The model's unknowns on the scales they are normal on: 6 numbers and 4 of each curve.
+
+    If curves share mountings, the scatter between these too.
+    """
 
     log_a: Any
     log_k: Any
@@ -188,10 +198,13 @@ class Sites(NamedTuple):
     """Over the prior's SD."""
     own_noise: Any
     """Logarithm of the residual's SD over the greatest force."""
+    log_mounting_sd_a: Any = None
+    log_mounting_sd_k: Any = None
 
 
-SCATTER = slice(3, 5)
-"""Where the scatter between repeats stands in the flat vector."""
+def scatter_places(mounted: bool) -> list[int]:
+    """Places of the scatter between repeats, and between mountings, in the flat vector."""
+    return [3, 4, *([-2, -1] if mounted else [])]
 
 
 class Told(NamedTuple):
@@ -206,6 +219,8 @@ class Guess(NamedTuple):
 
     a: Told
     k: Told
+    mounting: Any = None
+    """Whether curves share a mounting, (curves, curves); None if no two do."""
 
 
 class _Way(NamedTuple):
@@ -218,32 +233,42 @@ class _Way(NamedTuple):
     own_sd: Any
 
 
-def _way(told: Told, log_scatter: Any, prior: tuple[Any, Any]) -> _Way:
-    """Were the curves' values told by normal errors, these would be exact conditionals."""
+def _way(told: Told, log_scatter: Any, log_shared: Any, guess: Guess, prior: Any) -> _Way:
+    """Were the curves' values told by normal errors, these would be exact conditionals.
+
+    With mountings only nearly so, which is as good: any unique map will do.
+    """
     scatter, error = jnp.exp(2 * log_scatter)[..., None], told.error**2
-    weight = 1 / (scatter + error)
+    each, curves = scatter + error, 1.0
+    if guess.mounting is not None:
+        shared = jnp.exp(2 * log_shared)[..., None]
+        scatter, each, curves = scatter + shared, each + shared, guess.mounting.sum(axis=-1)
+        weight = 1 / (each + (curves - 1) * shared)
+    else:
+        weight = 1 / each
     whole = weight.sum(axis=-1) + prior[1] ** -2.0
     place = ((weight * told.place).sum(axis=-1) + prior[0] * prior[1] ** -2.0) / whole
-    return _Way(place, whole**-0.5, error * weight, jnp.sqrt(scatter * error * weight))
+    return _Way(place, whole**-0.5, error / each, jnp.sqrt(scatter * error / each))
 
 
-def _ways(log_sd_a: Any, log_sd_k: Any, guess: Guess, known: Known) -> tuple[_Way, _Way]:
+def _ways(sites: Sites, guess: Guess, known: Known) -> tuple[_Way, _Way]:
+    a, k = sites.log_mounting_sd_a, sites.log_mounting_sd_k
     return (
-        _way(guess.a, log_sd_a, known["scale_factor"]),
-        _way(guess.k, log_sd_k, known["stiffness"]),
+        _way(guess.a, sites.log_sd_a, a, guess, known["scale_factor"]),
+        _way(guess.k, sites.log_sd_k, k, guess, known["stiffness"]),
     )
 
 
 def unpacked(flat: Any, guess: Guess, known: Known) -> Sites:
-    """The unknowns from flat vectors, shape (..., 6 + 4 curves).
+    """The unknowns from flat vectors, shape (..., 6 + 4 curves), or 2 more with mountings.
 
     The flat vector holds the brake's and the curves' own values in units of what is left open at
     each scatter between repeats. So they do not depend on the scatter, and a sampler follows it
     from "all alike" to "nothing in common", where it would stick in the values themselves.
     """
-    sites = _raw(flat)
+    sites = _raw(flat, guess)
     made = {}
-    for way, name in zip(_ways(sites.log_sd_a, sites.log_sd_k, guess, known), "ak", strict=True):
+    for way, name in zip(_ways(sites, guess, known), "ak", strict=True):
         told = getattr(guess, name)
         brake = way.brake + way.brake_sd * getattr(sites, f"log_{name}")
         drawn = (1 - way.own_pull) * told.place + way.own_pull * brake[..., None]
@@ -255,24 +280,26 @@ def unpacked(flat: Any, guess: Guess, known: Known) -> Sites:
 def packed(sites: Sites, guess: Guess, known: Known) -> Array:
     """One flat vector; the inverse of `unpacked`."""
     made = {}
-    for way, name in zip(_ways(sites.log_sd_a, sites.log_sd_k, guess, known), "ak", strict=True):
+    for way, name in zip(_ways(sites, guess, known), "ak", strict=True):
         told, brake = getattr(guess, name), getattr(sites, f"log_{name}")
         drawn = (1 - way.own_pull) * told.place + way.own_pull * brake
         made[f"log_{name}"] = (brake - way.brake) / way.brake_sd
         made[f"own_{name}"] = (getattr(sites, f"own_{name}") - drawn) / way.own_sd
-    return np.concatenate([np.atleast_1d(np.asarray(x, float)) for x in sites._replace(**made)])
+    parts = [x for x in sites._replace(**made) if x is not None]
+    return np.concatenate([np.atleast_1d(np.asarray(x, float)) for x in parts])
 
 
 def log_stretch(flat: Any, guess: Guess, known: Known) -> Any:
     """Logarithm of how much larger a step of the unknowns is than one of the flat vector."""
-    sites = _raw(flat)
-    ways = _ways(sites.log_sd_a, sites.log_sd_k, guess, known)
+    ways = _ways(_raw(flat, guess), guess, known)
     return sum(jnp.log(w.brake_sd) + jnp.log(w.own_sd).sum(axis=-1) for w in ways)
 
 
-def _raw(flat: Any) -> Sites:
-    own = flat[..., 6:].reshape((*flat.shape[:-1], 4, -1))
-    return Sites(*(flat[..., i] for i in range(6)), *(own[..., i, :] for i in range(4)))
+def _raw(flat: Any, guess: Guess) -> Sites:
+    mounted = guess.mounting is not None
+    shared = [flat[..., -2], flat[..., -1]] if mounted else []
+    own = flat[..., 6 : -2 if mounted else None].reshape((*flat.shape[:-1], 4, -1))
+    return Sites(*(flat[..., i] for i in range(6)), *(own[..., i, :] for i in range(4)), *shared)
 
 
 def start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
@@ -322,13 +349,13 @@ def log_likelihood(rest: Any, size: Any, phi: Any, data: Data) -> Any:
     return jnp.where(data.real, each, 0.0).sum()
 
 
-def known_of(brake: Brake) -> dict[str, tuple[float, float]]:
+def known_of(brake: Brake, mounted: bool = False) -> dict[str, tuple[float, float]]:
     """The priors as the model takes them."""
-    return {name: (p.place, p.sd) for name, p in priors(brake).items()}
+    return {name: (p.place, p.sd) for name, p in priors(brake, mounted).items()}
 
 
-def model(data: Data, brake: Brake, known: Known) -> None:
-    """The model as NumPyro takes it."""
+def model(data: Data, brake: Brake, known: Known, mounting: Any = None) -> None:
+    """The model as NumPyro takes it; `mounting` as in a Guess."""
     import numpyro  # type: ignore[import-untyped]
     import numpyro.distributions as dist  # type: ignore[import-untyped]
 
@@ -339,9 +366,21 @@ def model(data: Data, brake: Brake, known: Known) -> None:
     log_f, logit = normal("log_f", "enclosure_factor"), normal("logit", "correlation")
     log_sd_a = normal("log_sd_a", "scale_factor_sd")
     log_sd_k = normal("log_sd_k", "stiffness_sd")
-    with numpyro.plate("curves", data.vacuum.shape[0]):
-        own_a = numpyro.sample("own_a", dist.Normal(log_a, jnp.exp(log_sd_a)))
-        own_k = numpyro.sample("own_k", dist.Normal(log_k, jnp.exp(log_sd_k)))
+    count = data.vacuum.shape[0]
+
+    def own(name: str, place: Any, log_sd: Any, quantity: str) -> Any:
+        # the scatter between mountings is integrated out: curves of one are correlated
+        if mounting is None:
+            scattered = dist.Normal(place, jnp.exp(log_sd)).expand([count]).to_event(1)
+        else:
+            shared = normal(f"log_mounting_sd_{name}", f"{quantity}_mounting_sd")
+            square = jnp.exp(2 * log_sd) * jnp.eye(count) + jnp.exp(2 * shared) * mounting
+            scattered = dist.MultivariateNormal(jnp.full(count, place), square)
+        return numpyro.sample(f"own_{name}", scattered)
+
+    own_a = own("a", log_a, log_sd_a, "scale_factor")
+    own_k = own("k", log_k, log_sd_k, "stiffness")
+    with numpyro.plate("curves", count):
         slack = numpyro.sample("own_slack", dist.Normal(0.0, 1.0))
         noise = normal("own_noise", "residual")
     sites = Sites(log_a, log_k, log_f, log_sd_a, log_sd_k, logit, own_a, own_k, slack, noise)
@@ -355,6 +394,6 @@ def potential(flat: Any, guess: Guess, data: Data, brake: Brake, known: Known) -
     """Negative logarithm of the posterior's density, up to a constant, at a flat vector."""
     from numpyro.infer.util import log_density  # type: ignore[import-untyped]
 
-    sites = unpacked(flat, guess, known)._asdict()
-    density, _ = log_density(model, (data, brake, known), {}, sites)
+    sites = {n: x for n, x in unpacked(flat, guess, known)._asdict().items() if x is not None}
+    density, _ = log_density(model, (data, brake, known, guess.mounting), {}, sites)
     return -density - log_stretch(flat, guess, known)

@@ -75,7 +75,8 @@ class BayesFit:
     """Draws of the posterior, shapes (chains, draws) and (chains, draws, curves), SI units.
 
     `scale_factor`, `stiffness` and `enclosure_factor` are the brake's (medians over repeats, the
-    enclosure is shared), the `_sd` the scatter between repeats, relative (SD of the logarithm).
+    enclosure is shared), the `_sd` the scatter between repeats, relative (SD of the logarithm);
+    those of mountings are None if no two curves share one.
     Pulls tell only the products of scale factor and kinetic friction, and of the enclosure's
     modulus and friction (which goes as `enclosure_factor` squared).
     """
@@ -93,6 +94,12 @@ class BayesFit:
     curve_stiffness: Array = column("N/m", "stiffness of each curve")
     slack: Array = column("m", "elongation of each curve before its rise begins")
     residual: Array = column("1", "SD of each curve's residual over its greatest force")
+    scale_factor_mounting_sd: Array | None = column(
+        "1", "scatter of the scale factor between mountings, relative"
+    )
+    stiffness_mounting_sd: Array | None = column(
+        "1", "scatter of the stiffness between mountings, relative"
+    )
     divergences: int
     seed: int
     asked: int
@@ -114,7 +121,7 @@ class BayesFit:
         return {
             f.name: (getattr(self, f.name), f.metadata["quantity"])
             for f in fields(self)
-            if "quantity" in f.metadata
+            if "quantity" in f.metadata and getattr(self, f.name) is not None
         }
 
     def population(self) -> Population:
@@ -132,11 +139,18 @@ class BayesFit:
         random = np.random.default_rng([self.seed, 1])
         here = self.population()
         z = random.standard_normal((2, len(here)))
+        a, k = self.scatter("scale_factor").ravel(), self.scatter("stiffness").ravel()
         return replace(
             here,
-            scale_factor=here.scale_factor * np.exp(self.scale_factor_sd.ravel() * z[0]),
-            stiffness=here.stiffness * np.exp(self.stiffness_sd.ravel() * z[1]),
+            scale_factor=here.scale_factor * np.exp(a * z[0]),
+            stiffness=here.stiffness * np.exp(k * z[1]),
         )
+
+    def scatter(self, name: str) -> Array:
+        """Relative scatter of a further pull in a mounting of its own, (chains, draws)."""
+        shared = getattr(self, f"{name}_mounting_sd")
+        own: Array = getattr(self, f"{name}_sd")
+        return own if shared is None else np.hypot(own, shared)
 
     def _residual(self) -> Array:
         """A residual's SD for each draw, of a curve picked at random."""

@@ -17,7 +17,6 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.identify.bayes.model import (
-    SCATTER,
     Data,
     Guess,
     Known,
@@ -25,6 +24,7 @@ from layerjam.identify.bayes.model import (
     Told,
     packed,
     potential,
+    scatter_places,
     unpacked,
 )
 
@@ -101,7 +101,7 @@ def mode(flat: Array, *case: Any) -> tuple[Array, Array]:
     of scatter and curves lies where all curves are alike, which is no place to begin.
     """
     free = np.ones(len(flat), bool)
-    free[SCATTER] = False
+    free[scatter_places(case[0].mounting is not None)] = False
     parts = 0.5 ** np.arange(_AT_ONCE - 1)
     for _ in range(60):
         slope, curve = _bent(flat, *case)
@@ -127,24 +127,30 @@ def _bent(flat: Array, *case: Any) -> tuple[Array, Array]:
     return slopes[0], (curve + curve.T) / 2
 
 
-def begun(first: Sites, data: Data, brake: Brake, known: Known) -> tuple[Array, Array, Guess]:
+def begun(
+    first: Sites, data: Data, brake: Brake, known: Known, mounting: Array | None
+) -> tuple[Array, Array, Guess]:
     """The mode, the root of the spread, and what each curve tells by itself.
 
     First every curve for itself, the scatter held wide; then all together, with the scatter that
     the curves' values show beyond their own errors.
     """
     flat = np.full(len(first.own_a), 0.01)
-    guess = Guess(Told(first.own_a, flat), Told(first.own_k, flat))
+    guess = Guess(Told(first.own_a, flat), Told(first.own_k, flat), mounting)
+    if mounting is not None:
+        first = first._replace(log_mounting_sd_a=first.log_sd_a, log_mounting_sd_k=first.log_sd_k)
     place, root = mode(packed(first, guess, known), guess, data, brake, known)
-    alone = Sites(*(np.asarray(x) for x in unpacked(place, guess, known)))
+    alone = jax.tree.map(np.asarray, unpacked(place, guess, known))
     # errors of the curves' own values: how far they move with a unit of every root's column
     tops = [unpacked(place + column, guess, known) for column in root.T]
     told = {}
     for name in ("own_a", "own_k"):
         moved = np.array([np.asarray(getattr(t, name)) for t in tops]) - getattr(alone, name)
         told[name] = Told(getattr(alone, name), np.sqrt((moved**2).sum(axis=0)))
-    guess = Guess(told["own_a"], told["own_k"])
-    scatter = [np.log(_scatter(t)) for t in guess]
+    guess = Guess(told["own_a"], told["own_k"], mounting)
+    scatter = [np.log(_scatter(t)) for t in guess[:2]]
+    if mounting is not None:
+        alone = alone._replace(log_mounting_sd_a=scatter[0], log_mounting_sd_k=scatter[1])
     together = alone._replace(
         log_a=guess.a.place.mean(),
         log_k=guess.k.place.mean(),
@@ -171,16 +177,18 @@ def sample(
     draws: int,
     chains: int,
     seed: int,
+    mounting: Array | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Sites, Array]:
     """Draws from the posterior, by NUTS, chains side by side; the same for the same seed.
 
     Returned are the unknowns, of shapes (chains, draws) and (chains, draws, curves), and (chains,
-    draws) whether a path broke off. `first` is where the search for the mode begins. Ctrl-C keeps
+    draws) whether a path broke off. `first` is where the search for the mode begins, `mounting` as
+    in a Guess. Ctrl-C keeps
     what is drawn, if that is at least `FEWEST` draws a chain; otherwise it goes on up.
     """
     data = Data(*(jnp.asarray(x) for x in data))
-    center, root, guess = begun(first, data, brake, known)
+    center, root, guess = begun(first, data, brake, known, mounting)
     case = (jnp.asarray(center), jnp.asarray(root), guess, data, brake, known)
     *_, started, block = _engine(WARMUP)
     # chains begin apart, where the posterior's own draws lie, so that R-hat can tell
@@ -202,4 +210,4 @@ def sample(
             raise
     y, divergent = (np.concatenate(part, axis=1)[:, :draws] for part in zip(*kept, strict=True))
     sites = unpacked(center + y @ root.T, guess, known)
-    return Sites(*(np.asarray(x) for x in sites)), divergent
+    return jax.tree.map(np.asarray, sites), divergent

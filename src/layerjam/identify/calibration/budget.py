@@ -9,7 +9,7 @@ from math import sqrt
 from typing import NamedTuple
 
 from layerjam.device.brake import Brake
-from layerjam.identify.calibration.intervals import combine, quantile
+from layerjam.identify.calibration.intervals import combine, coverage_factor
 from layerjam.identify.shape import with_shape
 from layerjam.mechanics.pull import scale_factor_of_peak
 from layerjam.records.source import Source
@@ -63,33 +63,37 @@ class Budget:
     value: float = 1.0
 
     @property
-    def _combination(self) -> tuple[float, float] | None:
-        """Combined standard uncertainty and degrees of freedom, of what was stated or assumed."""
+    def _parts(self) -> list[tuple[float, float]]:
+        """(Standard uncertainty, degrees of freedom) of each line that was stated or assumed.
+
+        Empty if no line was stated.
+        """
         if all(c.supply for c in self.contributions):
-            return None
+            return []
         known = [(c.relative, c.degrees) for c in self.contributions]
-        return combine((u, degrees) for u, degrees in known if u is not None)
+        return [(u, degrees) for u, degrees in known if u is not None]
 
     @property
     def combined(self) -> float | None:
         """Standard uncertainty: the root of the sum of squares (GUM, 5.1.2)."""
-        return self._combination and self._combination[0]
+        return combine(self._parts)[0] if self._parts else None
 
     @property
     def degrees_of_freedom(self) -> float | None:
         """Effective degrees of freedom (GUM, annex G.4.1)."""
-        return self._combination and self._combination[1]
+        return combine(self._parts)[1] if self._parts else None
 
     @property
     def coverage_factor(self) -> float | None:
         """Expanded over standard uncertainty: Student's quantile of 95 % (GUM, annex G.3.2)."""
-        return self._combination and quantile(self._combination[1])
+        return coverage_factor(self._parts) if self._parts else None
 
     @property
     def expanded(self) -> float | None:
         """Expanded uncertainty of 95 %."""
-        known = self._combination
-        return known and quantile(known[1]) * known[0]
+        if self.combined is None or self.coverage_factor is None:
+            return None
+        return self.coverage_factor * self.combined
 
     @property
     def whole(self) -> bool:
@@ -119,6 +123,13 @@ def rounded(value: float, uncertainty: float) -> tuple[str, str]:
     places = DIGITS - 1 - math.floor(math.log10(round(uncertainty, places)))  # 0.0996 is 0.10
     text, reach = (f"{round(x, places):.{max(places, 0)}f}" for x in (value, uncertainty))
     return text, reach
+
+
+def scatter_words(mountings: Sequence[Sequence[int]], count: int) -> str:
+    """What an interval of `count` pulls, in these mountings, rests on."""
+    if len(mountings) == count:
+        return f"the scatter between {count} pulls"
+    return f"the scatter between {len(mountings)} mountings of {count} pulls"
 
 
 def scatter_line(found: tuple[float, float] | None, value: float, basis: str) -> Contribution:

@@ -69,7 +69,12 @@ class Further:
         square = self.scatter**2 * grown * unit
         whole_square = square + self.shared**2
         effective = total * (whole_square / square) ** 2  # Welch and Satterthwaite (GUM, G.4.1)
-        return np.asarray(special.stdtrit(effective, (1 + LEVEL) / 2) * np.sqrt(whole_square))
+        # not below the scatter alone, as in `coverage_factor`
+        widths = [
+            special.stdtrit(degrees, (1 + LEVEL) / 2) * np.sqrt(part)
+            for degrees, part in ((effective, whole_square), (total, square))
+        ]
+        return np.maximum(*widths)
 
     def after_one(self) -> dict[str, float]:
         """{condition: half the width with one more pull there}, the narrowest first."""
@@ -93,19 +98,21 @@ def further(
     groups: Mapping[str, Sequence[int]],
     sizes: Mapping[str, float],
     shared: Mapping[str, float] | None = None,
+    units: Population | None = None,
 ) -> dict[str, Further | None]:
     """What further pulls would add to each value; None where those at hand give no interval.
 
     `groups` are the places of the curves of each condition, `sizes` {name: what the interval's
     width is divided by}, one for a value whose logarithm is estimated. `shared` {name: standard
-    uncertainty over the value} is what further pulls do not change.
+    uncertainty over the value} is what further pulls do not change. `units` is the population of
+    the mountings, if pulls share one; a further pull is then taken as mounted anew.
     """
     information = population.information
     whole = information.sum(axis=0)
     each = {words: information[list(places)].mean(axis=0) for words, places in groups.items()}
     made: dict[str, Further | None] = {}
     for name, contrast in contrasts.items():
-        found = population.standard_error(contrast)
+        found = (units or population).standard_error(contrast)
         if found is None or not found[0] > 0:
             made[name] = None
             continue

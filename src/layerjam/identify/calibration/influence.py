@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.identify.calibration.further import further
-from layerjam.identify.calibration.intervals import Interval, Population, combine
+from layerjam.identify.calibration.intervals import Interval, Population
 from layerjam.identify.curves import Curve, condition_words
 from layerjam.identify.shape import SHAPE
 
@@ -44,6 +44,8 @@ def estimates(
     groups: Sequence[Sequence[int]],
     method: str,
     logarithmic: Collection[str] = (),
+    *,
+    mountings: Sequence[Sequence[int]],
     shared: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """The fields of a Calibration that a population of curves tells, by name of the contrast.
@@ -51,18 +53,21 @@ def estimates(
     And `scatter`: the standard error from the scatter between curves alone, and its degrees of
     freedom.
 
-    `groups` are the places of the curves of each condition; of `logarithmic` values the logarithm
-    is estimated. `shared` {name: standard uncertainty over the value} is what all curves have in
-    common, so that their scatter does not contain it.
+    `groups` are the places of the curves of each condition, `mountings` those of each mounting,
+    which intervals rest on; of `logarithmic` values the logarithm is estimated. `shared` {name:
+    standard uncertainty over the value} is what all curves have in common, so that their scatter
+    does not contain it.
     """
     shared = shared or {}
     values: dict[str, float] = {}
     intervals: dict[str, Interval | None] = {}
     scatter: dict[str, tuple[float, float] | None] = {}
-    resampled = bootstrap_errors(population, groups, contrasts)
+    units = population.joined(mountings)
+    together = units.count < population.count
+    resampled = bootstrap_errors(units, [range(units.count)] if together else groups, contrasts)
     bootstrap: dict[str, Interval | None] = {}
     for name, contrast in contrasts.items():
-        at, found = float(contrast @ population.estimate), population.standard_error(contrast)
+        at, found = float(contrast @ population.estimate), units.standard_error(contrast)
         if found is not None and found[1] < FEWEST_DEGREES:
             found = None
         value = values[name] = float(np.exp(at)) if name in logarithmic else at
@@ -77,7 +82,7 @@ def estimates(
     logs = {name: values[name] for name in logarithmic}
     sizes = {name: 1.0 if name in logarithmic else value for name, value in values.items()}
     told = {n: logs.get(n, 1.0) * contrast for n, contrast in contrasts.items() if intervals[n]}
-    covariance = covariance_of(population, told)
+    covariance = covariance_of(units, told)
     for name in covariance:
         covariance[name][name] += (values[name] * shared.get(name, 0.0)) ** 2
     return {
@@ -88,7 +93,7 @@ def estimates(
         "intervals": intervals,
         "bootstrap": bootstrap,
         "leave_one_out": moves(population, contrasts, names, alike, logs),
-        "further": further(population, contrasts, alike, sizes, shared),
+        "further": further(population, contrasts, alike, sizes, shared, units),
     }
 
 
@@ -118,9 +123,8 @@ def _interval(
     """
     if found is None:
         return None
-    error, degrees = combine([found, (value * shared, math.inf)])
-    kind = Interval.about_positive if name in SHAPE and value > 0 else Interval.around
-    return kind(value, error, degrees, method)
+    parts = [found, (value * shared, math.inf)] if shared else [found]
+    return Interval.about(value, parts, method, positive=name in SHAPE and value > 0)
 
 
 def moves(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import special
@@ -38,25 +38,52 @@ def combine(parts: Iterable[tuple[float, float]]) -> tuple[float, float]:
     return math.sqrt(whole), 1 / shared if shared > 0 else math.inf
 
 
+def coverage_factor(parts: Sequence[tuple[float, float]]) -> float:
+    """Return the expanded (95 %) over the combined standard uncertainty of what `combine` takes.
+
+    Student's quantile for the effective degrees of freedom (GUM, annex G.4.1). It is at least so
+    large that the expanded uncertainty is not below that of a contribution alone: with one or two
+    degrees of freedom Welch and Satterthwaite's formula else rewards a further contribution.
+    """
+    whole, degrees = combine(parts)
+    alone = [quantile(own) * u / whole for u, own in parts if u > 0]
+    return max([quantile(degrees), *alone])
+
+
 @dataclass(frozen=True, kw_only=True)
 class Interval:
-    """A 95 % interval with its standard error, degrees of freedom and how it was found."""
+    """A 95 % interval with its standard error, degrees of freedom and how it was found.
+
+    `coverage_factor` is half of its width over the standard error, if both are small.
+    """
 
     low: float
     high: float
     standard_error: float
     degrees_of_freedom: float
+    coverage_factor: float
     method: str
 
     @classmethod
-    def around(cls, at: float, error: float, degrees: float, method: str) -> Interval:
-        """Return Student's t about a value that may have either sign, with its standard error."""
-        wide = quantile(degrees) * error
+    def about(
+        cls, value: float, parts: Sequence[tuple[float, float]], method: str, positive: bool
+    ) -> Interval:
+        """Return Student's t about a value whose standard uncertainty `combine` makes of `parts`.
+
+        That of a `positive` value is symmetric about its logarithm, so that it never reaches zero.
+        """
+        error, degrees = combine(parts)
+        factor = coverage_factor(parts)
+        low, high = value - factor * error, value + factor * error
+        if positive:
+            reach = math.exp(min(factor * error / value, 500.0))
+            low, high = value / reach, value * reach
         return cls(
-            low=at - wide,
-            high=at + wide,
+            low=low,
+            high=high,
             standard_error=error,
             degrees_of_freedom=degrees,
+            coverage_factor=factor,
             method=method,
         )
 
@@ -64,16 +91,6 @@ class Interval:
     def half_width(self) -> float:
         """Half of it, in the value's unit."""
         return (self.high - self.low) / 2
-
-    @classmethod
-    def about_positive(cls, value: float, error: float, degrees: float, method: str) -> Interval:
-        """Return Student's t about the logarithm of a positive `value`, with its standard error.
-
-        It never reaches zero, and agrees with `around` if the error is small.
-        """
-        found = cls.around(math.log(value), error / value, degrees, method)
-        low, high = math.exp(found.low), min(math.exp(min(found.high, 700.0)), 1e300)
-        return replace(found, low=low, high=high, standard_error=error)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -95,6 +112,21 @@ class Population:
     def count(self) -> int:
         """Curves."""
         return len(self.residual)
+
+    def joined(self, groups: Sequence[Sequence[int]]) -> Population:
+        """Return the population with the curves (their places) of each group as one curve.
+
+        The estimate stays; intervals then rest on the scatter between groups, whatever curves of
+        one group share (rows that fill up shorter groups are zero).
+        """
+        rows, unknowns = self.design.shape[1:]
+        size = rows * max(map(len, groups))
+        design, residual = np.zeros((len(groups), size, unknowns)), np.zeros((len(groups), size))
+        for place, group in enumerate(groups):
+            end = rows * len(group)
+            design[place, :end] = self.design[list(group)].reshape(end, unknowns)
+            residual[place, :end] = self.residual[list(group)].reshape(end)
+        return Population(estimate=self.estimate, design=design, residual=residual)
 
     @property
     def information(self) -> np.ndarray:

@@ -94,7 +94,7 @@ class LawSpread:
         if found.fit is None:
             return _of_peaks(found)
         if isinstance(found.fit, JointFit):
-            return _of_curves(found.fit)
+            return _of_curves(found, found.fit)
         return _of_draws(found, found.fit)
 
     def design(self, vacuum: float, speed: float | None) -> np.ndarray:
@@ -128,20 +128,32 @@ def _of_peaks(found: Calibration) -> LawSpread | None:
     # a pull that tells no stiffness scatters in the scale factor only
     own = np.log([[f.scale_factor, f.stiffness or found.stiffness, 1.0] for f in found.fits])
     scatter = np.atleast_2d(np.cov(own.T))
+    covariance, interval = scatter / count, found.intervals["scale_factor"]
+    if found.covariance:
+        covariance[:2, :2] = [
+            [found.covariance[x][y] / (found.values[x] * found.values[y]) for y in SHAPE[:2]]
+            for x in SHAPE[:2]
+        ]
+    # a stronger enclosure leaves less of the peaks to the sheets
+    sleeve = found.contributions[1]
+    square = (sleeve.standard or 0.0) ** 2
+    covariance[0, 2] = covariance[2, 0] = sleeve.sensitivity * square
+    covariance[2, 2] = square
     return LawSpread(
         names=SHAPE,
         estimate=np.array([np.log(found.scale_factor), np.log(found.stiffness), 1.0]),
-        covariance=scatter / count,
+        covariance=covariance,
         scatter=scatter,
-        t=quantile(count - 1),
+        t=quantile(count - 1) if interval is None else interval.coverage_factor,
         pulls=count,
     )
 
 
-def _of_curves(fit: JointFit) -> LawSpread | None:
-    count = len(fit.reduced)
-    covariance, degrees = fit.population.covariance(), count - (len(fit.names) - 2)
-    if degrees <= 0 or not np.isfinite(covariance).all():
+def _of_curves(found: Calibration, fit: JointFit) -> LawSpread | None:
+    count, interval = len(fit.reduced), found.intervals["scale_factor"]
+    covariance = fit.population.joined(found.mountings).covariance()
+    degrees = count - (len(fit.names) - 2)
+    if degrees <= 0 or interval is None or not np.isfinite(covariance).all():
         return None
     away = fit.own.own[:, :3] - (fit.design @ fit.population.estimate + fit.held)
     return LawSpread(
@@ -149,7 +161,7 @@ def _of_curves(fit: JointFit) -> LawSpread | None:
         estimate=fit.population.estimate,
         covariance=covariance,
         scatter=away.T @ away / degrees,
-        t=quantile(degrees),
+        t=interval.coverage_factor,
         pulls=count,
         reference_pressure=fit.reference_pressure,
         reference_speed=fit.reference_speed,
@@ -159,7 +171,7 @@ def _of_curves(fit: JointFit) -> LawSpread | None:
 def _of_draws(found: Calibration, fit: BayesFit) -> LawSpread:
     """A posterior, taken as normal in (ln a, ln k, factor), which it nearly is."""
     parts = np.log(fit.scale_factor), np.log(fit.stiffness), fit.enclosure_factor
-    repeats = np.median(fit.scale_factor_sd) ** 2, np.median(fit.stiffness_sd) ** 2, 0.0
+    repeats = *(np.median(fit.scatter(name)) ** 2 for name in SHAPE[:2]), 0.0
     a, k, enclosure = found.scale_factor, found.stiffness, found.values["enclosure_factor"]
     return LawSpread(
         names=SHAPE,

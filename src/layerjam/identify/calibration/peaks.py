@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,15 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.calibration.after_peak import after_peaks
-from layerjam.identify.calibration.budget import Peak, enclosure_line, scatter_line
-from layerjam.identify.calibration.influence import Covariance, estimates
+from layerjam.identify.calibration.budget import (
+    Peak,
+    enclosure_line,
+    scatter_line,
+    scatter_words,
+)
+from layerjam.identify.calibration.influence import covariance_of, estimates
 from layerjam.identify.calibration.intervals import Interval, Population
+from layerjam.identify.calibration.mountings import find_mountings
 from layerjam.identify.calibration.pull_fit import PullFit
 from layerjam.identify.calibration.record import Calibration, calibrated
 from layerjam.identify.checks import (
@@ -119,6 +125,12 @@ def fits_of(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
     return fits
 
 
+def logarithms(fits: Sequence[PullFit | None]) -> np.ndarray:
+    """Return ln of scale factor and stiffness of each pull (pulls, 2); NaN if it tells none."""
+    told = [(None, None) if f is None else (f.scale_factor, f.stiffness) for f in fits]
+    return np.log(np.array([[np.nan if v is None else v for v in row] for row in told]))
+
+
 def with_enclosure(
     fits: Sequence[PullFit | None], brake: Brake, factor: float
 ) -> tuple[list[PullFit | None], Brake]:
@@ -194,8 +206,14 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     }
     enclosure = enclosure_line([Peak(f.pull.peak_force, f.vacuum) for f in fits], brake)
     # a scale factor from a peak knows no speed: pulls at one vacuum are one condition
-    told = _means(each, [replace(c, speed=None) for c in curves], {a: enclosure.relative or 0.0})
-    rest = f"the scatter between {count} pulls, and the enclosure's force ({enclosure.basis})"
+    mounted = find_mountings(curves, logarithms(fits))
+    told = _means(
+        each,
+        [replace(c, speed=None) for c in curves],
+        mounted.groups,
+        {a: enclosure.relative or 0.0},
+    )
+    rest = f"{scatter_words(mounted.groups, count)}, and the enclosure's force ({enclosure.basis})"
     if count == 1:
         rest = "nothing: the record is free of noise"
         noise, error = one.pull.noise / one.pull.peak_force, one.pull.stiffness_se
@@ -205,7 +223,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     files = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in fits)
     values, errors = told["values"], told["standard_errors"]
     scatter = told.pop("scatter")[a]
-    repeats = scatter_line(scatter, values[a], "standard error over the pulls")
+    repeats = scatter_line(scatter, values[a], scatter_words(mounted.groups, count))
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
     if follows_speed(brake) and brake.speed_law is not None:
         peak += f", at {show(brake.speed_law.test_speed, 'm/s')} by the file's [speed_law]"
@@ -219,9 +237,11 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
         contributions=(repeats, enclosure),
         checks=(
             *calibration_checks(fits, pulls, brake, told["intervals"]["scale_factor"]),
+            mounted.check,
             *interval_checks(values, told["intervals"]),
         ),
         curves=tuple(curves),
+        mountings=mounted.groups,
         pulls=pulls,
         sources={
             "scale_factor": calibrated(values[a], peak, errors[a], "1"),
@@ -234,6 +254,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
 def _means(
     each: Mapping[str, Sequence[float | None]],
     curves: Sequence[Curve],
+    mountings: Sequence[Sequence[int]],
     common: Mapping[str, float],
 ) -> dict[str, Any]:
     """What `estimates` gives, of each quantity over the pulls that tell it.
@@ -242,48 +263,49 @@ def _means(
     """
     told: dict[str, Any] = {}
     for name, values in each.items():
-        used = [c for c, v in zip(curves, values, strict=True) if v is not None]
-        known = np.array([v for v in values if v is not None])[:, None]
-        if not used:
+        places = [place for place, v in enumerate(values) if v is not None]
+        if not places:
             raise FitError(
                 f"{name}: no pull tells it, each has fewer than {SLOPE} samples between "
                 f"{LINEAR[0]:.0%} and {LINEAR[1]:.0%} of its greatest force; add a pull at a lower "
                 "speed, or one that is sampled faster"
             )
-        # plain means are a least squares in which every pull counts alike
-        shared = Population(
-            estimate=known.mean(axis=0),
-            design=np.ones((len(used), 1, 1)),
-            residual=known - known.mean(axis=0),
-        )
+        used = [curves[place] for place in places]
+        number = {place: n for n, place in enumerate(places)}
+        units = [[number[p] for p in group if p in number] for group in mountings]
         groups = sorted(conditions(used), key=lambda group: used[group[0]].vacuum)
-        of = estimates(shared, {name: np.ones(1)}, used, groups, "t over pulls", shared=common)
+        # plain means are a least squares in which every pull counts alike
+        of = estimates(
+            joint({name: [values[place] for place in places]}),
+            {name: np.ones(1)},
+            used,
+            groups,
+            "t over mountings" if len(mountings) < len(curves) else "t over pulls",
+            mountings=[group for group in units if group],
+            shared=common,
+        )
         for key, found in of.items():
             told.setdefault(key, {}).update(found)
-    told["covariance"] = _covariance(each, told["covariance"])
+    whole = joint(each).joined(mountings)
+    own = dict(zip(each, np.eye(len(each)), strict=True))
+    both = covariance_of(whole, own) if len(told["covariance"]) == len(each) else {}
+    for name, other in permutations(both, 2):
+        told["covariance"][name][other] = both[name][other]
+    if not both:
+        told["covariance"] = {}
     return told
 
 
-def _covariance(each: Mapping[str, Sequence[float | None]], own: Covariance) -> Covariance:
-    """Covariance of the means; `own` has the variance of each.
-
-    Two means share the pulls that tell both: their covariance is that of these pulls' values, times
-    their number, over the product of the numbers of pulls behind the means. Empty where fewer than
-    two tell both.
-    """
-    names = list(own)
-    if len(names) < len(each):
-        return {}
-    made = {name: dict(own[name]) for name in names}
-    for one, other in combinations(names, 2):
-        pairs = zip(each[one], each[other], strict=True)
-        both = np.array([pair for pair in pairs if None not in pair], dtype=float)
-        if len(both) < 2:
-            return {}
-        counts = [sum(v is not None for v in each[name]) for name in (one, other)]
-        shared = len(both) * float(np.cov(both.T)[0, 1]) / (counts[0] * counts[1])
-        made[one][other] = made[other][one] = shared
-    return made
+def joint(each: Mapping[str, Sequence[float | None]]) -> Population:
+    """Return the means of several quantities as one population; None is a pull that tells none."""
+    values = np.array([[np.nan if v is None else v for v in some] for some in each.values()]).T
+    told = np.isfinite(values)
+    means = np.nanmean(values, axis=0)
+    return Population(
+        estimate=means,
+        design=told[:, :, None] * np.eye(len(means)),
+        residual=np.where(told, values - means, 0.0),
+    )
 
 
 def calibration_checks(

@@ -39,10 +39,11 @@ class Calibration:
     what more pulls would do to its interval. `covariance` {value: {value: number}} rests
     on the same scatter and has the squares of the intervals' standard errors on its diagonal; it is
     empty where one pull tells nothing of the scatter.
-    `pulls` is the table pull by pull, `fits` are what pulls with a peak say alone; the paper's
-    eq. 8 and 9 and the peak are means over them, eq. 9 and peak None over pulls at different
-    vacuums: no pull had their mean. `sources` is what to write into a brake file,
-    {path: (value, Source)}; `window` says what was fitted.
+    `mountings` are the places of the curves that share a mounting. `pulls` is the table pull by
+    pull, `fits` are what pulls with a peak say alone; the paper's eq. 8 and 9 and the peak are
+    means over them, eq. 9 and peak None over pulls at different vacuums: no pull had their mean.
+    `sources` is what to write into a brake file, {path: (value, Source)}; `window` says what was
+    fitted.
     """
 
     values: Mapping[str, float]
@@ -52,6 +53,7 @@ class Calibration:
     contributions: tuple[Contribution, ...]
     checks: tuple[Check, ...]
     curves: tuple[Curve, ...]
+    mountings: tuple[tuple[int, ...], ...]
     pulls: tuple[SinglePull, ...]
     fits: tuple[PullFit, ...]
     scale_factor_eq8: float | None

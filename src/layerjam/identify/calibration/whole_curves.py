@@ -9,9 +9,14 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.identify.calibration.budget import fitted_enclosure, scatter_line
+from layerjam.identify.calibration.budget import (
+    fitted_enclosure,
+    scatter_line,
+    scatter_words,
+)
 from layerjam.identify.calibration.influence import estimates
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
+from layerjam.identify.calibration.mountings import find_mountings
 from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table, with_enclosure
 from layerjam.identify.calibration.record import Calibration, calibrated, shape_sources
 from layerjam.identify.calibration.speed_law import speed_sources
@@ -61,10 +66,20 @@ def calibrate_curves(
     follow_law(fit, [c.path or c.name for c in curves])
     contrasts, method = _contrasts(fit, brake), "t, sandwich over curves (CR2)"
     method += ", degrees of freedom by Satterthwaite"
-    told = estimates(fit.population, contrasts, curves, fit.groups, method, LOGARITHMIC)
+    expected = fit.design @ fit.population.estimate + fit.held
+    mounted = find_mountings(curves, (fit.own.own[:, :3] - expected)[:, :2])
+    told = estimates(
+        fit.population,
+        contrasts,
+        curves,
+        fit.groups,
+        method,
+        LOGARITHMIC,
+        mountings=mounted.groups,
+    )
     scatter = told.pop("scatter")["scale_factor"]
-    basis = "standard error over the curves"
-    repeats = scatter_line(scatter, told["values"]["scale_factor"], basis)
+    rest = scatter_words(mounted.groups, len(curves))
+    repeats = scatter_line(scatter, told["values"]["scale_factor"], rest)
     checks = curve_checks(fit, brake, told["values"], curves)
     single = one_file(told["leave_one_out"], told["intervals"])
     reference = None
@@ -80,16 +95,16 @@ def calibrate_curves(
         **at_peaks(alone),
         pulls=pulls,
         contributions=(repeats, fitted_enclosure()),
-        errors_rest_on=f"the scatter between {count} pulls"
-        if count > 1
-        else "nothing: one pull says nothing about repeatability",
+        errors_rest_on=rest if count > 1 else "nothing: one pull says nothing about repeatability",
         checks=(
             *checks,
             *(() if single is None else (single,)),
+            mounted.check,
             *interval_checks(told["values"], told["intervals"]),
             *pull_checks(pulls, half),
         ),
         curves=tuple(curves),
+        mountings=mounted.groups,
         sources=_sources(fit, told["values"], told["standard_errors"], brake)
         | speed_sources(curves, fit, told["values"], told["standard_errors"], old),
         window=WINDOW,
