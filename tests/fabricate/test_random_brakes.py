@@ -21,7 +21,7 @@ def drawn(brake: Brake) -> tuple[Lengths, list[Part]] | None:
     """Lengths and parts; None where it is refused, with a sentence."""
     try:
         found = lengths(brake, BUILD)
-        checks.agree_drawn(BUILD, found)
+        checks.agree_drawn(brake, BUILD, found)
     except LayerjamError as error:
         assert len(str(error)) > 20
         return None

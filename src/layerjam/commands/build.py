@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 from layerjam._version import __version__
 from layerjam.commands.array import PARALLEL, SERIES
 from layerjam.commands.declare import REGISTRY, Help, Input, Progress, command, precision
-from layerjam.commands.quantities import BrakeInput, Overwrite
+from layerjam.commands.quantities import Accept, BrakeInput, Overwrite
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.workshop import CUTTERS, Build, SizeSpec
 from layerjam.errors import Notice, QuantityError
 from layerjam.units import show, spec_of
+from layerjam.verdict import judge, key_of
 
 if TYPE_CHECKING:
     from layerjam.fabricate.choices import Choices
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 MOST = 100
 """Brakes of one build at most."""
+MARKS = {"passed": "ok  ", "warning": "LOOK", "failed": "FAIL"}
+"""Mark of a check's level in front of its line."""
 
 
 def _size(sides: int, name: str) -> Callable[[Any, Mapping[str, Any]], Any]:
@@ -49,10 +52,11 @@ def _amounts(found: Mapping[str, float] | None) -> str:
 class Built(Result):
     """What was written, or why the brake cannot be built; `record` is the drawing behind it.
 
-    `checks` are rows of code, ok (null: not checked), value, limit, unit, text and key.
+    `checks` are rows of code, ok (null: not checked, or it does not apply), level, value, limit,
+    unit, text and key.
     """
 
-    feasible: bool = fact("whether it can be built as drawn")
+    feasible: bool = fact("whether it can be drawn, and no check has failed that nobody accepted")
     reason: str | None = fact("why not")
     files: Sequence[str] = fact(
         "files in the folder", shown=lambda found: f"{len(found)} in the folder" if found else ""
@@ -89,9 +93,9 @@ class Built(Result):
     def lines(self) -> Iterator[str]:
         """The checks, and how much is assumed."""
         yield from ("", "checks")
-        words = {True: "ok  ", False: "LOOK", None: "--  "}
         for check in self.checks:
-            yield f"  {words[check['ok']]}  {check['code']:<3}  {check['text']}"
+            mark = "--  " if check["ok"] is None else MARKS[check["level"]]
+            yield f"  {mark}  {check['code']:<3}  {check['text']}"
         if self.assumptions:
             yield f"{len(self.assumptions)} assumptions, listed in build.json"
 
@@ -129,14 +133,17 @@ def build(
     series: Annotated[int | str, SERIES] = 1,
     coupons: Annotated[bool, Help("A comb for the kerf and strips for the friction too.")] = False,
     no_step: Annotated[bool, Help("No STEP files.")] = False,
+    accept: Accept = (),
     force: Overwrite = False,
     progress: Progress = lambda what, share: None,
 ) -> Built:
     """Write what a workshop needs to make a brake: patterns, parts, mould, instructions.
 
     The folder appears whole or not at all, and the same brake gives the same bytes. `feasible` is
-    False where the brake cannot be built as drawn; `reason` says why, and nothing is written.
-    Nothing here was cut, printed or cast by us. Raises FileError, QuantityError, MissingExtraError.
+    False if the brake cannot be drawn (exit code 1), or if a part is loaded beyond its strength or
+    a seal leaks (exit code 4); `reason` names the checks, and nothing is written. `accept` accepts
+    failed checks by their code, {code: reason}; the folder then states them. Nothing here was cut,
+    printed or cast by us. Raises FileError, QuantityError, MissingExtraError.
     """
     from layerjam.fabricate.files import require
     from layerjam.fabricate.folder import LIST, check_folder, write_folder
@@ -147,7 +154,7 @@ def build(
     require()
     with_step = not no_step and _can_write_step()
     progress("drawing", 0.1)
-    found = _verdict(brake, chosen, rows, row)
+    found = _verdict(brake, chosen, rows, row, accept)
     if not found.feasible:
         return found
     made, notices = found.record, list(found.warnings)
@@ -180,7 +187,7 @@ def verdict(brake: Any, **options: Any) -> Built:
         made = REGISTRY["build"].arguments((brake,), {**options, "out": ""}, notices)
         chosen = _chosen(made["brake"], *(made.get(name) for name in CHOICES))
         counts = _counts(made["parallel"], made["series"])
-        return _verdict(made["brake"], chosen, *counts)
+        return _verdict(made["brake"], chosen, *counts, made["accept"])
 
 
 def _chosen(
@@ -201,16 +208,46 @@ def _chosen(
     return choices(brake, workshop, given)
 
 
-def _verdict(file: BrakeFile, chosen: Choices, parallel: int, series: int) -> Built:
-    """The result without files; its record is the drawing where there is one."""
+def _verdict(
+    file: BrakeFile,
+    chosen: Choices,
+    parallel: int,
+    series: int,
+    accept: Mapping[str, str] | None = None,
+) -> Built:
+    """The result without files; its record is the drawing where there is one.
+
+    A brake that cannot be drawn has no verdict: there is nothing that somebody could accept.
+    """
+    from layerjam.fabricate.folder import LIST
     from layerjam.fabricate.lengths import CannotBuildError
+    from layerjam.fabricate.verdicts import reason, refusals
 
     try:
         made = _drawn(file, chosen, parallel, series)
     except CannotBuildError as error:
         return _cannot(error, file, parallel * series)
-    notices = [*file.warnings(), *made.notices()]
-    return Built.of(_facts(made), files=[], warnings=notices, record=made)
+    verdict = None
+    if stops := refusals(made.checks):
+        for check in stops:
+            if key_of(check.code) in map(key_of, accept or ()):
+                raise QuantityError.of(
+                    "accept", f"{check.code}: the brake cannot be drawn, {check.text}"
+                )
+    else:
+        verdict = judge((check.judged() for check in made.checks), accept, file=LIST)
+        made = made.stating((*file.accepted, *verdict.decisions))
+        failed = {check.name for check in verdict.failed}
+        stops = [c for c in made.checks if c.level == "failed" and c.code in failed]
+    return Built.of(
+        _facts(made),
+        verdict,
+        feasible=not stops,
+        reason=reason(stops),
+        files=[],
+        warnings=[*file.warnings(), *made.notices()],
+        record=made,
+    )
 
 
 def _content(
@@ -270,6 +307,7 @@ def _cannot(error: Any, file: BrakeFile, brakes: int) -> Built:
     check = {
         "code": "C4",
         "ok": False,
+        "level": "failed",
         "text": str(error),
         "value": error.value,
         "limit": error.limit,
@@ -295,8 +333,6 @@ def _facts(made: Drawing) -> dict[str, Any]:
     many, found, film = made.brakes, made.lengths, made.film
     halves = made.silicone_parts
     return {
-        "feasible": made.feasible,
-        "reason": made.reason,
         "brakes": many,
         "mass": many * sum(row.mass for row in made.masses),
         "fittings_mass": many * sum(row.mass for row in made.masses if row.fitting),
@@ -338,4 +374,5 @@ def _listed(done: Built, file: BrakeFile) -> str:
         "brake": file.name,
         "brake_sha256": file.sha256,
     }
-    return json.dumps(about | json.loads(done.json()), indent=2) + "\n"
+    whole = json.loads(done.judged_by([file]).json())
+    return json.dumps(about | whole, indent=2) + "\n"

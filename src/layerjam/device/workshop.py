@@ -137,7 +137,7 @@ class Build:
         "N", "force that the cable tie bears", lo=1.0, hi=1e4, default=80.0
     )
     tie_tension: float = quantity(
-        "N", "force to which the cable tie is pulled", open_lo=True, hi=1e4, default=20.0
+        "N", "force to which the cable tie is pulled", open_lo=True, hi=1e4, default=25.0
     )
     port: str | float = value(PortSpec(), M5)
     pin: float = _length("diameter of the dowel pin", 6e-3, 1e-3, 0.05)
@@ -212,12 +212,33 @@ class Making:
     enclosure: Casting = nested(Casting, default=Casting())
 
 
+def changed_input(build: Build, *names: str) -> str:
+    """Return the first of some inputs that is not at its default, or the first of all.
+
+    Where inputs contradict each other, an error is about the one that somebody typed.
+    """
+    usual = Build()
+    return next((n for n in names if getattr(build, n) != getattr(usual, n)), names[0])
+
+
 def agree(brake: Brake, build: Build) -> None:
     """Raise QuantityError for choices that contradict each other or the brake."""
     hole, width = brake.mount.screw_hole, brake.sheets.width
 
-    def refuse(key: str, what: str) -> None:
-        raise QuantityError.of(f"build.{key}", f"{show(getattr(build, key), 'm')} {what}")
+    def refuse(key: str, what: str, unit: str = "m") -> None:
+        raise QuantityError.of(f"build.{key}", f"{show(getattr(build, key), unit)} {what}")
+
+    def order(small: str, large: str, equal: bool, unit: str = "m") -> None:
+        """Refuse an input that is not below another one; they may be `equal` or not."""
+        less, more = getattr(build, small), getattr(build, large)
+        if less < more or (equal and less == more):
+            return
+        named = changed_input(build, small, large)
+        words = (
+            ("is more than", "is less than") if equal else ("is not less than", "is not more than")
+        )
+        what, other = (words[0], large) if named == small else (words[1], small)
+        refuse(named, f"{what} build.{other}, {show(getattr(build, other), unit)}", unit)
 
     screws = int(brake.mount.screws_across(width))
     if build.screws not in (None, screws):
@@ -233,10 +254,9 @@ def agree(brake: Brake, build: Build) -> None:
         refuse("kerf", "is given for a knife; the plotter's own offset counts, leave it at 0")
     if build.kerf and build.kerf >= hole:
         refuse("kerf", f"is not less than the screw's hole of {show(hole, 'm')}")
-    if build.kerf and build.kerf >= build.gap:
-        refuse("kerf", f"is not less than build.gap, {show(build.gap, 'm')}")
-    if build.margin < build.kerf:
-        refuse("margin", f"is less than build.kerf, {show(build.kerf, 'm')}")
+    if build.kerf:
+        order("kerf", "gap", equal=False)
+    order("kerf", "margin", equal=True)
     for radius in ("tip_radius", "clamp_radius"):
         if getattr(build, radius) >= width / 2:
             refuse(radius, f"is not less than half the sheets' width, {show(width / 2, 'm')}")
@@ -244,20 +264,12 @@ def agree(brake: Brake, build: Build) -> None:
         for radius in ("tip_radius", "clamp_radius"):
             if getattr(build, radius) < 0.5e-3:
                 refuse(radius, "is too sharp for a knife; give at least 0.5 mm")
-    if build.edge >= build.cheek:
-        refuse("edge", f"is not less than build.cheek, {show(build.cheek, 'm')}")
-    if build.trim < build.sprue / 2:
-        refuse("trim", f"is less than half of build.sprue, {show(build.sprue, 'm')}")
-    if build.tie_slot < build.tie_width:
-        refuse("tie_slot", f"is less than build.tie_width, {show(build.tie_width, 'm')}")
-    if build.tie_slot >= build.neck_length:
-        refuse("tie_slot", f"is not less than build.neck_length, {show(build.neck_length, 'm')}")
-    if build.tie_tension > build.tie_strength:
-        raise QuantityError.of(
-            "build.tie_tension",
-            f"{show(build.tie_tension, 'N')} is more than build.tie_strength, "
-            f"{show(build.tie_strength, 'N')}",
-        )
+    order("edge", "cheek", equal=False)
+    order("sprue", "trim", equal=True)  # all of the sprue lies in the part that is cut off
+    order("vent", "trim", equal=True)
+    order("tie_width", "tie_slot", equal=True)
+    order("tie_slot", "neck_length", equal=False)
+    order("tie_tension", "tie_strength", equal=True, unit="N")
     for one, other in (("stock_length", "stock_width"), ("stock_width", "stock_length")):
         if getattr(build, one) is not None and getattr(build, other) is None:
             refuse(one, f"is given without build.{other}; give both or neither")

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import astuple, dataclass, fields, replace
 
+import numpy as np
+
 from layerjam.device.workshop import M5
 from layerjam.fabricate.drawing import Drawing
 from layerjam.fabricate.lengths import ellipse_girth, mm
 from layerjam.fabricate.masses import screw_name
-from layerjam.fabricate.screws import THREADS, Thread, length_for
+from layerjam.fabricate.screws import THREADS, Thread, sold_length
 from layerjam.records.table_text import rows_text
 from layerjam.units import show
 
@@ -132,8 +134,10 @@ def bolt(made: Drawing) -> str:
     if thread is None:
         return f"for a hole of {mm(made.build.mould_bolt):g} mm"
     least = 2 * made.lengths.mould.half + thread.nut_height
-    length = length_for(least, thread)
-    size = f"{thread.name} × {length}" if length else f"{thread.name}, at least {least:.0f} mm long"
+    length = sold_length(least, thread)
+    size = f"{thread.name} × {length:g}"
+    if np.isnan(length):
+        size = f"{thread.name}, at least {least:.0f} mm long"
     return f"{size}, ISO 4762"
 
 

@@ -14,9 +14,6 @@ from layerjam.fabricate.lengths import Lengths, Side, mm
 from layerjam.fabricate.outline import clamp_holes
 from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
 
-SPARE = 0.1
-"""By how much the air bore stays above the tray's floor [mm]."""
-
 
 def screw_places(lengths: Lengths, side: Side) -> list[float]:
     """y of every screw, as the sheets have their holes."""
@@ -34,18 +31,14 @@ def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
         *_neck(lengths, build, back),
         *_head(lengths, build, end),
     ]
-    raised = air_height(lengths, build)
-    bore, half = mm(build.air_bore), lengths.head / 2
+    raised, half = lengths.raised, lengths.head / 2
+    bore = mm(build.air_bore)
+    free = mm(build.back) + neck + lengths.port_length / 2
     prisms += [
         cut("x", -port, -side.tray, Ellipse.circle((0, raised), bore)),
         cut("y", 0, half, Ellipse.circle((raised, -port), lengths.port)),
     ]
-    return solid(name, prisms, crossing(bore / 2, lengths.port / 2, port - side.tray))
-
-
-def air_height(lengths: Lengths, build: Build) -> float:
-    """z of the air bore's axis: in a thin stack it lies higher, above the tray's floor."""
-    return max(0.0, mm(build.air_bore) / 2 + SPARE - lengths.stack / 2)
+    return solid(name, prisms, crossing(bore / 2, lengths.port / 2, free))
 
 
 def _tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:

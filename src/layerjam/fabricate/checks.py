@@ -4,73 +4,142 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import permutations
+from typing import Any
+
+import numpy as np
 
 from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
-from layerjam.device.workshop import Build, Casting
+from layerjam.device.workshop import Build, Casting, changed_input
 from layerjam.errors import Notice, QuantityError
-from layerjam.fabricate.cap import air_height
-from layerjam.fabricate.lengths import KEY_DEPTH, PORT_WALL, Lengths, ellipse_girth, mm
+from layerjam.fabricate.cap import pin_hole
+from layerjam.fabricate.lengths import (
+    ATMOSPHERES,
+    KEY_DEPTH,
+    PORT_WALL,
+    Lengths,
+    ellipse_girth,
+    mm,
+)
 from layerjam.fabricate.masses import MassRow
 from layerjam.fabricate.parts import Part
-from layerjam.fabricate.verdicts import Check
-from layerjam.units import show
+from layerjam.fabricate.verdicts import Check, say
+from layerjam.units import get, show
 
 HEAD_RIM = 0.4
 """Clamped length beyond the screw's head [mm]."""
 SHARE_OF_BREAK = 1 / 3
 """Of its elongation at break, to which the enclosure may be stretched over the cap."""
-ATMOSPHERES = 2.0
 MASS_BOUND, PART_BOUND = 0.10, 0.01
+Limits = Iterator[tuple[tuple[str, ...], Any, Any, str]]
 
 
-def agree_drawn(build: Build, lengths: Lengths) -> None:
-    """Raise QuantityError for choices that cannot be drawn together."""
-    wall, depth = mm(build.wall), mm(build.tie_depth)
-    room = lengths.neck_b - air_height(lengths, build) - mm(build.air_bore) / 2 - wall
+def drawable_limits(build: Build, lengths: Lengths) -> Limits:
+    """Yield (inputs, value, limit it stays below, name of the limit) for each rule; in mm."""
+    wall, clamp = mm(build.wall), mm(build.clamp_radius)
     found = lengths.mould
     step = (found.length - found.flange) / (found.bolts - 1)
-    rules = (
-        ("tie_depth", depth, room, "what the neck leaves beside air bore and wall"),
-        ("air_bore", mm(build.air_bore), lengths.port, "the port's bore"),
-        ("edge", mm(build.edge), min(PORT_WALL, mm(build.pin_wall)), "the head's thinnest wall"),
-        ("key", mm(build.key) + mm(build.key_clearance), found.flange, "the mould's flange"),
-        ("mould_bolt", mm(build.mould_bolt), step, "the distance of two bolts"),
-        ("sprue", mm(build.sprue), found.outer_width, "the enclosure's width"),
-        ("vent", mm(build.vent), found.outer_width / 2, "half the enclosure's width"),
-    )
-    for key, value, limit, what in rules:
-        if value >= limit:
-            given, most = show(getattr(build, key), "m"), show(max(limit, 0.0) * 1e-3, "m")
-            raise QuantityError.of(f"build.{key}", f"{given} is not less than {what}, {most}")
-    if found.half <= KEY_DEPTH:
+    neck = lengths.neck_b - lengths.raised - mm(build.air_bore) / 2 - wall
+    key = mm(build.key) + mm(build.key_clearance)
+    shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
+    yield (
+        ("tie_depth", "air_bore", "wall", "neck_stretch"), mm(build.tie_depth), neck,
+        "what the neck leaves beside air bore and wall",
+    )  # fmt: skip
+    yield ("air_bore", "port"), mm(build.air_bore), lengths.port, "the port's bore"
+    yield (
+        ("edge", "pin_wall"), mm(build.edge), min(PORT_WALL, mm(build.pin_wall)),
+        "the head's thinnest wall",
+    )  # fmt: skip
+    yield (
+        ("key", "key_clearance", "mould_bolt", "wall"), key, found.flange - 2 * wall,
+        "what two walls leave of the mould's flange",
+    )  # fmt: skip
+    yield ("mould_bolt",), mm(build.mould_bolt), step, "the distance of two bolts"
+    yield ("sprue",), mm(build.sprue), lengths.mould.outer_width, "the enclosure's width"
+    yield ("vent",), mm(build.vent), found.outer_width / 2, "half the enclosure's width"
+    yield ("mould_wall",), KEY_DEPTH - found.half, 0.0, "the depth of the keys' holes, 5 mm"
+    yield (
+        ("core_clearance", "mould_wall", "wall"), mm(build.core_clearance),
+        mm(build.mould_wall) - wall, "what a wall leaves of the mould's wall",
+    )  # fmt: skip
+    yield (
+        ("core_clearance", "enclosure.wall"), mm(build.core_clearance), lengths.wall,
+        "the enclosure's wall: the core could touch the mould",
+    )  # fmt: skip
+    yield (
+        ("key_clearance", "enclosure.wall"), mm(build.key_clearance), 2 * lengths.wall,
+        "twice the enclosure's wall: the mould's halves could close it",
+    )  # fmt: skip
+    yield ("clamp_radius",), clamp, shorter / 2, "half the spacers' length"
+    yield (
+        ("tip_radius", "clamp_radius"), mm(build.tip_radius), lengths.sheet_length - clamp,
+        "what the other end's corners leave of the sheets",
+    )  # fmt: skip
+
+
+def agree_drawn(brake: Brake, build: Build, lengths: Lengths) -> None:
+    """Raise QuantityError for choices that cannot be drawn together.
+
+    The error is about the input that is not at its default, or the brake's own.
+    """
+    for names, value, limit, what in drawable_limits(build, lengths):
+        if value < limit:
+            continue
+        own = [n for n in names if "." not in n]
+        named = changed_input(build, *own)
+        path = f"build.{named}"
+        if getattr(build, named) == getattr(Build(), named):
+            path = next((n for n in names if "." in n), path)
+        given = getattr(build, named) if path == f"build.{named}" else get(brake, path)
+        said = f"{given:.0%} " if named == "neck_stretch" else f"{show(given, 'm')} "
+        if path != f"build.{names[0]}":
+            said += f"does not go with build.{names[0]}: {show(getattr(build, names[0]), 'm')} "
         raise QuantityError.of(
-            "build.mould_wall",
-            f"{show(build.mould_wall, 'm')} leaves no floor below the keys' holes, which are "
-            f"{KEY_DEPTH:g} mm deep",
+            path, f"{said}is not less than {what}, {show(max(float(limit), 0.0) * 1e-3, 'm')}"
         )
+
+
+def _length_check(code: str, key: str, value: Any, need: Any, said: str, remedy: str) -> Check:
+    """A length [mm] that is at least `need`, or the brake cannot be drawn."""
+    return Check(
+        code=code,
+        key=key,
+        words=partial(_length_words, value, need, said, remedy),
+        value=value * 1e-3,
+        limit=need * 1e-3,
+        at_most=False,
+        unit="m",
+        otherwise="refused",
+    )
+
+
+def _length_words(value: float, need: float, said: str, remedy: str, ok: bool | None) -> str:
+    return said.format(value=_mm(value), need=_mm(need)) + (remedy if ok is False else "")
 
 
 def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
     """C4: room for heads and nuts."""
     thread, wall = lengths.thread, mm(build.wall)
-    need = thread.head + HEAD_RIM
     for side in lengths.sides[: 1 if lengths.same_caps else 2]:
-        ok = side.clamped >= need - 1e-9
-        text = f"{side.name} clamp {_mm(side.clamped)} long; a head of {thread.name} needs "
-        text += _mm(need)
-        if not ok:
-            text += ": longer sheets and mount.clamped_length, or a smaller mount.screw_hole"
-        yield _must("C4", ok, text, side.clamped, need, "clamp-length")
-    pitch = lengths.width / lengths.screws
+        yield _length_check(
+            "C4",
+            "clamp-length",
+            side.clamped,
+            thread.head + HEAD_RIM,
+            f"{side.name} clamp {{value}} long; a head of {thread.name} needs {{need}}",
+            ": longer sheets and mount.clamped_length, or a smaller mount.screw_hole",
+        )
     for what, size in (("nut", thread.nut), ("head", thread.head)):
-        need = size + mm(build.fit) + 2 * wall
-        ok = pitch >= need - 1e-9
-        text = f"{_mm(pitch)} of width a screw; a {what} of {thread.name} with its walls needs "
-        text += _mm(need)
-        if not ok:
-            text += ": fewer screws (mount.screws), wider sheets, or a smaller mount.screw_hole"
-        yield _must("C4", ok, text, pitch, need, f"{what}-width")
+        yield _length_check(
+            "C4",
+            f"{what}-width",
+            lengths.width / lengths.screws,
+            size + mm(build.fit) + 2 * wall,
+            f"{{value}} of width a screw; a {what} of {thread.name} with its walls needs {{need}}",
+            ": fewer screws (mount.screws), wider sheets, or a smaller mount.screw_hole",
+        )
 
 
 def screw_notices(lengths: Lengths) -> Iterator[Notice]:
@@ -104,116 +173,183 @@ def sleeve_checks(brake: Brake, build: Build, known: Casting, lengths: Lengths) 
         limit = SHARE_OF_BREAK * known.elongation_at_break
     for where, girth in girths.items():
         stretch = girth / lengths.girth - 1
-        text = f"enclosure over the {where}: {stretch:+.0%} of its girth"
-        text += " (enclosure.elongation_at_break is not given)" if limit is None else ""
-        if limit is not None and stretch > limit:
-            text += f", more than a third of its elongation at break, {limit:.0%}: a softer "
-            text += "silicone, or a smaller mount.screw_hole, which lowers the cap"
         yield Check(
             code="C5",
-            ok=None if limit is None else stretch <= limit,
-            refuses=True,
-            text=text,
+            key=f"sleeve-over-{where}",
+            words=partial(_stretch_words, where, stretch, limit),
             value=stretch,
             limit=limit,
-            key=f"sleeve-over-{where}",
+            otherwise="refused",
         )
-    free = mm(min(brake.sheets.free_left, brake.sheets.free_right))
+    free = mm(np.minimum(brake.sheets.free_left, brake.sheets.free_right))
     need = (lengths.cap_height - lengths.stack) / 2
     yield Check(
         code="C6",
-        ok=free >= need,
-        text=f"the enclosure comes down from the cap within {_mm(need)} of {_mm(free)} free length"
-        if free >= need
-        else f"free length {_mm(free)}; the enclosure needs {_mm(need)} to come down from the cap "
-        "and bridges pressed overlap",
+        key="free-length",
+        words=partial(_descent_words, free, need),
         value=free * 1e-3,
         limit=need * 1e-3,
+        at_most=False,
         unit="m",
-        key="free-length",
     )
 
 
-def walls(build: Build, lengths: Lengths) -> dict[str, float]:
-    """Every wall of the printed parts that stay in the brake, by name [mm]."""
-    thread, fit = lengths.thread, mm(build.fit)
-    raised, bore = air_height(lengths, build), mm(build.air_bore) / 2
-    pitch = lengths.width / lengths.screws
-    top = lengths.stack / 2 + lengths.plate_height
-    known = {
+def _stretch_words(where: str, stretch: float, limit: float | None, ok: bool | None) -> str:
+    said = f"enclosure over the {where}: {stretch:+.0%} of its girth"
+    if limit is None:
+        return said + " (enclosure.elongation_at_break is not given)"
+    return said if ok else (
+        f"{said}, more than a third of its elongation at break, {limit:.0%}: a softer silicone, or "
+        "a smaller mount.screw_hole, which lowers the cap"
+    )  # fmt: skip
+
+
+def _descent_words(free: float, need: float, ok: bool | None) -> str:
+    if ok:
+        return (
+            f"the enclosure comes down from the cap within {_mm(need)} of {_mm(free)} free length"
+        )
+    return (
+        f"free length {_mm(free)}; the enclosure needs {_mm(need)} to come down from the cap and "
+        "bridges pressed overlap"
+    )
+
+
+def walls(build: Build, lengths: Lengths) -> dict[str, Any]:
+    """Return every wall of the printed parts that stay in the brake, by name [mm].
+
+    A rounded edge counts as the corner that it rounds. A wall that a brake does not have is
+    infinite.
+    """
+    thread, fit, back = lengths.thread, mm(build.fit), mm(build.back)
+    bore, hole, nut = mm(build.air_bore) / 2, thread.clearance / 2, thread.nut + fit
+    pitch, free = lengths.width / lengths.screws, math.inf
+    top, low = lengths.stack / 2 + lengths.plate_height, lengths.stack / 2 + lengths.shelf_height
+    shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
+    rest = lengths.width - pitch
+    pocket = nut / math.sqrt(3)
+    neck, slot, depth = mm(build.neck_length), mm(build.tie_slot), mm(build.tie_depth)
+    # the neck's rims stand free where neither tray nor head is behind them
+    wide = np.minimum(lengths.tray_width, lengths.head) / 2
+    high = np.minimum(np.minimum(top, low), lengths.head_height / 2)
+    proud = (lengths.neck_a > wide) | (lengths.neck_b > high)
+    return {
         "floor under head and nut": lengths.floor,
         "tray's side": mm(build.cheek),
-        "tray's back": mm(build.back),
-        "tray beside the nut": (lengths.tray_width - lengths.width + pitch - thread.nut - fit) / 2,
-        "plate beside the head": (
-            lengths.slot - 2 * fit - lengths.width + pitch - thread.head - fit
-        )
-        / 2,
-        "tray above the air bore": top - raised - bore,
-        "neck around the air bore": lengths.neck_b - mm(build.tie_depth) - raised - bore,
+        "tray's back": back,
+        "tray behind the nut": shorter / 2 + mm(build.plenum) + back - pocket,
+        "tray beside the nut": (lengths.tray_width - rest - nut) / 2,
+        "tray in front of the screw hole": shorter / 2 - hole,
+        "plate behind the screw hole": shorter / 2 + mm(build.plenum) - fit - hole,
+        "plate beside the head": (lengths.slot - 2 * fit - rest - thread.head - fit) / 2,
+        "tray above the air bore": top - lengths.raised - bore,
+        "neck around the air bore": lengths.neck_b - depth - lengths.raised - bore,
+        "neck beside the tie": np.where(proud, (neck - slot) / 2 if depth else neck, free),
         "head beside the air bore": lengths.head / 2 - bore,
         "head around the port": PORT_WALL,
-        "head around the pin": mm(build.pin_wall) - mm(build.pin_clearance) / 2,
+        "head around the pin": (lengths.head - pin_hole(build)) / 2,
+        "between two nuts": np.where(lengths.screws > 1, pitch - nut, free),
+        "between two heads": np.where(lengths.screws > 1, pitch - thread.head - fit, free),
     }
-    if lengths.screws > 1:
-        known["between two nuts"] = pitch - thread.nut - fit
-        known["between two heads"] = pitch - thread.head - fit
-    return known
 
 
 def wall_check(build: Build, lengths: Lengths) -> Check:
     """C10: the least of all walls."""
-    least, where = min((thickness, name) for name, thickness in walls(build, lengths).items())
-    need = mm(build.wall)
-    return _must(
-        "C10", least >= need - 1e-9, f"least wall {_mm(least)} ({where}); {_mm(need)} is needed",
-        least, need, "least-wall",
+    known = walls(build, lengths)
+    least = np.min(np.broadcast_arrays(*known.values()), axis=0)
+    where = "" if np.ndim(least) else min(known, key=lambda name: float(known[name]))
+    return _length_check(
+        "C10", "least-wall", least, mm(build.wall),
+        f"least wall {{value}} ({where}); {{need}} is needed",
+        f": a smaller build.wall, or a larger {WALL_INPUTS.get(where, 'mount.clamped_length')}",
     )  # fmt: skip
 
 
+WALL_INPUTS = {
+    "floor under head and nut": "build.floor",
+    "tray's side": "build.cheek",
+    "tray's back": "build.back",
+    "tray behind the nut": "build.back",
+    "tray beside the nut": "build.cheek",
+    "plate behind the screw hole": "build.plenum",
+    "plate beside the head": "sheets.width",
+    "tray above the air bore": "build.floor",
+    "neck around the air bore": "build.neck_stretch",
+    "neck beside the tie": "build.neck_length",
+    "head beside the air bore": "build.pin_wall",
+    "head around the pin": "build.pin_wall",
+    "between two nuts": "sheets.width",
+    "between two heads": "sheets.width",
+}
+"""Inputs that make each wall thicker; mount.clamped_length for the others."""
+
+
 def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
-    """C11: the tie's pressure on the neck where it is flattest."""
+    """C11: the tie's pressure on the neck at its flattest place."""
     a, b = lengths.neck_a * 1e-3, lengths.neck_b * 1e-3
-    pressure = build.tie_tension * min(b / a**2, 1 / b) / build.tie_width
+    pressure = build.tie_tension * np.minimum(b / a**2, 1 / b) / build.tie_width
     need = ATMOSPHERES * brake.site.atmosphere
-    remedy = ": pull it tighter (build.tie_tension), or take a narrower one"
     return Check(
         code="C11",
-        ok=pressure > need,
-        text=f"a tie pulled to {show(build.tie_tension, 'N')} presses on the neck with "
-        f"{show(pressure, 'Pa')}; more than {show(need, 'Pa')} seals"
-        + ("" if pressure > need else remedy),
+        key="seal",
+        words=partial(_seal_words, build.tie_tension, pressure, need),
         value=pressure,
         limit=need,
+        at_most=False,
         unit="Pa",
-        key="seal",
+        otherwise="failed",
+    )
+
+
+def _seal_words(tension: float, pressure: float, need: float, ok: bool | None) -> str:
+    said = (
+        f"a tie pulled to {show(tension, 'N')} presses on the neck with {show(pressure, 'Pa')}; "
+        f"at least {show(need, 'Pa')} seals"
+    )
+    least = show(float(f"{tension * need / pressure * 1.01:.2g}"), "N")
+    return said + (
+        "" if ok else f": pull it tighter (build.tie_tension, {least}), or a narrower one"
     )
 
 
 def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
     """C2 of the printer: every printed part fits it, along its axes."""
     if build.print_bed is None:
-        text = "printer's room not given, not checked"
-        yield Check(code="C2", ok=None, text=text, key="print-bed")
+        words = partial(say, "printer's room not given, not checked")
+        yield Check(code="C2", key="print-bed", words=words)
         return
     bed = [mm(side) for side in build.print_bed]
     for part in parts:
         if not part.printed:
             continue
-        excess, axis = min(
-            max((size - room, name) for size, room, name in zip(turned, bed, "xyz", strict=True))
-            for turned in permutations(part.solid.size)
+        excess = np.min(
+            [
+                np.max([size - room for size, room in zip(turned, bed, strict=True)], axis=0)
+                for turned in permutations(part.solid.size)
+            ],
+            axis=0,
         )
-        size = " × ".join(f"{side:.4g}" for side in part.solid.size)
-        text = f"{part.name}, {size} mm, fits the printer"
-        if excess > 1e-9:
-            text = (
-                f"{part.name}, {size} mm, is too large for the printer by {_mm(excess)} in {axis}"
-            )
         yield Check(
-            code="C2", ok=excess <= 1e-9, refuses=True, text=text,
-            value=max(part.solid.size) * 1e-3, limit=max(bed) * 1e-3, unit="m", key="print-bed",
-        )  # fmt: skip
+            code="C2",
+            key="print-bed",
+            words=partial(_printer_words, part.name, part.solid.size, bed),
+            value=np.max(part.solid.size, axis=0) * 1e-3,
+            limit=max(bed) * 1e-3,
+            unit="m",
+            passes=excess <= 1e-9,
+            otherwise="refused",
+        )
+
+
+def _printer_words(name: str, sides: Sequence[float], bed: Sequence[float], ok: bool | None) -> str:
+    size = " × ".join(f"{side:.4g}" for side in sides)
+    if ok:
+        return f"{name}, {size} mm, fits the printer"
+    excess, axis = min(
+        max((side - room, name) for side, room, name in zip(turned, bed, "xyz", strict=True))
+        for turned in permutations(sides)
+    )
+    return f"{name}, {size} mm, is too large for the printer by {_mm(excess)} in {axis}"
 
 
 def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
@@ -227,23 +363,15 @@ def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
     )
     for (what, found, model), bound in zip(pairs, (MASS_BOUND, *[PART_BOUND] * 2), strict=True):
         off = found / model - 1
+        said = f"{what}: {show(found, 'kg')} as drawn, {off:+.1%} against {show(model, 'kg')} of "
         yield Check(
             code="C14",
-            ok=abs(off) <= bound,
-            text=f"{what}: {show(found, 'kg')} as drawn, {off:+.1%} against {show(model, 'kg')} of "
-            "the model",
+            key=f"mass-{what.split()[0]}",
+            words=partial(say, said + "the model"),
             value=off,
             limit=bound,
-            key=f"mass-{what.split()[0]}",
+            passes=abs(off) <= bound,
         )
-
-
-def _must(code: str, ok: bool, text: str, value: float, limit: float, key: str) -> Check:
-    """A check of a length [mm] that refuses."""
-    return Check(
-        code=code, ok=ok, refuses=True, text=text, value=value * 1e-3, limit=limit * 1e-3,
-        unit="m", key=key,
-    )  # fmt: skip
 
 
 def _mm(value: float) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
-from layerjam.fabricate.verdicts import Check
+from layerjam.fabricate.verdicts import Check, say
 from layerjam.records.source import Source
 
 PUNCHED_BELOW = 5.0
@@ -30,7 +31,7 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
     if cutter != "laser":
         said = ADVICE[word] if word else "nothing is said of this film and a laser"
         who = "tell the service: " if cutter == "service" and word in (None, "never") else ""
-        return Check(code="C15", ok=None, text=who + said, key="film-and-laser")
+        return Check(code="C15", key="film-and-laser", words=partial(say, who + said))
     if word is None:
         raise QuantityError.of(
             "film.laser",
@@ -46,10 +47,10 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
         )
     return Check(
         code="C15",
-        ok=word != "never",
-        refuses=True,
-        text=f"{ADVICE[word]} ({source.sentence()})",
         key="film-and-laser",
+        words=partial(say, f"{ADVICE[word]} ({source.sentence()})"),
+        passes=word != "never",
+        otherwise="refused",
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.gauge import unsold
@@ -18,10 +18,11 @@ from layerjam.fabricate.masses import MassRow, mass_rows
 from layerjam.fabricate.parts import Part, parts
 from layerjam.fabricate.silicone import halves, mixed, silicone_checks
 from layerjam.fabricate.strength import preload, strength_checks, torque
-from layerjam.fabricate.verdicts import Check, notices, refusals
+from layerjam.fabricate.verdicts import Check, notices
 from layerjam.records.source import Source
 from layerjam.records.values import entries
 from layerjam.units import show
+from layerjam.verdict import Acceptance
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +40,17 @@ class Drawing:
     """Greatest force on one brake [N]."""
     parallel: int = 1
     series: int = 1
+    accepted: Sequence[Acceptance] = ()
+    """Failed checks of the brake's file and of the build that somebody accepted."""
+
+    def stating(self, accepted: Sequence[Acceptance]) -> Drawing:
+        """Return the build whose files state these accepted checks."""
+        said = [
+            " ".join(f"Check {one.check} failed; accepted on {one.date}: {one.reason}".split())
+            for one in accepted
+        ]
+        film = replace(self.film, notes=[*self.film.notes, *said])
+        return replace(self, film=film, accepted=tuple(accepted))
 
     @property
     def brakes(self) -> int:
@@ -49,17 +61,6 @@ class Drawing:
     def build(self) -> Build:
         """The choices' values."""
         return self.choices.build
-
-    @property
-    def feasible(self) -> bool:
-        """Whether it can be built."""
-        return not refusals(self.checks)
-
-    @property
-    def reason(self) -> str | None:
-        """Why it cannot be built."""
-        found = refusals(self.checks)
-        return "; ".join(f"{check.code}: {check.text}" for check in found) or None
 
     @property
     def preload(self) -> float:
@@ -118,12 +119,13 @@ def drawing(
     """
     brake, build, known = file.brake, chosen.build, file.making.enclosure
     found = lengths(brake, build)
-    rules.agree_drawn(build, found)
+    rules.agree_drawn(brake, build, found)
     drawn = parts(found, build)
     rows = mass_rows(brake, build, found, drawn)
     cut = film(file, build, found, parallel * series)
     known_by = file.sources.get("film.kinetic", Source())
     source = ": ".join(filter(None, (known_by.kind, known_by.text)))
+    # C1 to C15; a search asks the same of many brakes (`survey`)
     made = [
         *cut.checks,
         *rules.print_checks(build, drawn),

@@ -33,7 +33,7 @@ class Draws:
         try:
             agree(brake, build)
             found = lengths(brake, build)
-            agree_drawn(build, found)
+            agree_drawn(brake, build, found)
             if refusals([*clamp_checks(build, found), wall_check(build, found)]):
                 return None
             made = parts(found, build)

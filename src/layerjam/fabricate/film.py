@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.workshop import Build
-from layerjam.errors import QuantityError
 from layerjam.fabricate import boards, cutting
 from layerjam.fabricate.dxf import Frame, dxf
 from layerjam.fabricate.lengths import Lengths, Side, mm
 from layerjam.fabricate.nest import SLACK, Piece, Wanted, nest, nest_least, too_large
 from layerjam.fabricate.outline import Outline, sheet, spacer
 from layerjam.fabricate.svg import svg
-from layerjam.fabricate.verdicts import Check
+from layerjam.fabricate.verdicts import Check, say
 from layerjam.units import show
 
 LARGEST = (1169.0, 777.0)
@@ -70,7 +72,7 @@ def film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Fi
     """The film of `copies` brakes, with the checks C1, C2 (of the laser's bed), C3 and C15.
 
     Where a part is larger than the stock there are no pieces, and C1 says so. Raises QuantityError
-    for corners that meet, or for a laser and a film of which nothing is known.
+    for a laser and a film of which nothing is known.
     """
     parts = film_parts(build, lengths, copies)
     cut = [Wanted(part.name, part.outline.grown(mm(build.kerf)), part.count) for part in parts]
@@ -85,7 +87,7 @@ def film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Fi
     elif over is None:
         pieces = nest_least(cut, margin=margin, gap=gap, most=bed or LARGEST)
     checks = [_stock_check(pieces, over, stock), _bed_check(pieces, over, bed, stock)]
-    checks += [_hole_check(parts, lengths), cutting.laser_check(file, build.cutter)]
+    checks += [*hole_checks(parts, lengths), cutting.laser_check(file, build.cutter)]
     area = sum(piece.length * piece.width for piece in pieces)
     filled = sum(part.outline.area() * part.count for part in parts)
     return Film(
@@ -98,10 +100,7 @@ def film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Fi
 
 
 def film_parts(build: Build, lengths: Lengths, copies: int = 1) -> list[Wanted]:
-    """Sheets and spacers of `copies` brakes, nominal; left and right apart where they differ.
-
-    Raises QuantityError where a part is too short for the radii of its corners.
-    """
+    """Sheets and spacers of `copies` brakes, nominal; left and right apart where they differ."""
     made = []
     for kind, draw in (("sheet", _sheet), ("spacer", _spacer)):
         counts = {side.name: getattr(side, f"{kind}s") for side in lengths.sides}
@@ -117,13 +116,6 @@ def film_parts(build: Build, lengths: Lengths, copies: int = 1) -> list[Wanted]:
 
 def _sheet(build: Build, lengths: Lengths, side: Side) -> Outline:
     tip, clamp = mm(build.tip_radius), mm(build.clamp_radius)
-    if tip + clamp > lengths.sheet_length:
-        raise QuantityError.of(
-            "build.tip_radius",
-            f"{show(build.tip_radius, 'm')} and build.clamp_radius, "
-            f"{show(build.clamp_radius, 'm')}, leave nothing of sheets "
-            f"{show(lengths.sheet_length * 1e-3, 'm')} long",
-        )
     return sheet(
         lengths.sheet_length,
         lengths.width,
@@ -136,12 +128,6 @@ def _sheet(build: Build, lengths: Lengths, side: Side) -> Outline:
 
 
 def _spacer(build: Build, lengths: Lengths, side: Side) -> Outline:
-    if 2 * mm(build.clamp_radius) > side.clamped:
-        raise QuantityError.of(
-            "build.clamp_radius",
-            f"{show(build.clamp_radius, 'm')} is more than half of the spacers' length, "
-            f"{show(side.clamped * 1e-3, 'm')}",
-        )
     return spacer(
         side.clamped,
         lengths.width,
@@ -177,11 +163,11 @@ def _stock_check(
         what, axis, by = over
         return _too_large("C1", "stock", f"{what} with its margins", axis, by, "--stock")
     if over is not None:
-        return Check(code="C1", ok=None, text="the laser's bed holds no part", key="stock")
+        return Check(code="C1", key="stock", words=partial(say, "the laser's bed holds no part"))
     sizes = [f"{show(p.length * 1e-3, 'm')} × {show(p.width * 1e-3, 'm')}" for p in pieces]
     many = "1 piece" if len(pieces) == 1 else f"{len(pieces)} pieces"
     said = f"all film parts lie on {many} of {' and '.join(dict.fromkeys(sizes))}"
-    return Check(code="C1", ok=True, refuses=True, text=said, key="stock")
+    return Check(code="C1", key="stock", words=partial(say, said), passes=True)
 
 
 def _bed_check(
@@ -192,7 +178,8 @@ def _bed_check(
 ) -> Check:
     """C2 of the film: a piece may be turned on the bed, with all its parts."""
     if bed is None:
-        return Check(code="C2", ok=None, text="laser bed not given, not checked", key="laser-bed")
+        words = partial(say, "laser bed not given, not checked")
+        return Check(code="C2", key="laser-bed", words=words)
     if over is not None and stock is None:
         what, axis, by = over
         return _too_large("C2", "laser-bed", f"{what} with its margins", axis, by, "--laser-bed")
@@ -206,46 +193,46 @@ def _bed_check(
             if side > room + SLACK:
                 what = f"the film {piece.name}"
                 return _too_large("C2", "laser-bed", what, axis, side - room, "--stock")
-    return Check(
-        code="C2", ok=True, refuses=True, text="every piece lies on the laser bed", key="laser-bed"
-    )
+    words = partial(say, "every piece lies on the laser bed")
+    return Check(code="C2", key="laser-bed", words=words, passes=True)
 
 
 def _too_large(code: str, key: str, what: str, axis: str, by: float, option: str) -> Check:
     room = {"stock": "stock", "laser-bed": "laser bed"}[key]
+    said = f"{what} is {show(by * 1e-3, 'm')} larger than the {room} along its {axis}; "
+    said += f"another {option} or a smaller brake is needed"
     return Check(
-        code=code,
-        ok=False,
-        refuses=True,
-        value=by * 1e-3,
-        limit=0.0,
-        unit="m",
-        text=f"{what} is {show(by * 1e-3, 'm')} larger than the {room} along its {axis}; "
-        f"another {option} or a smaller brake is needed",
-        key=key,
-    )
+        code=code, key=key, words=partial(say, said), value=by * 1e-3, limit=0.0, unit="m",
+        otherwise="refused",
+    )  # fmt: skip
 
 
-def _hole_check(parts: Sequence[Wanted], lengths: Lengths) -> Check:
+def hole_checks(parts: Sequence[Wanted], lengths: Lengths) -> Iterator[Check]:
     """C3: what a service can cut."""
-    least = max(LEAST_HOLE, HOLE_BY_THICKNESS * lengths.thickness)
-    rim = min(part.outline.rim() for part in parts)
-    hole, beside = show(lengths.hole * 1e-3, "m"), show(max(rim, 0.0) * 1e-3, "m")
-    said = f"holes of {hole} (at least {show(least * 1e-3, 'm')}), {beside} beside them "
-    said += f"(at least {show(LEAST_RIM * 1e-3, 'm')})"
-    right = lengths.hole >= least - SLACK and rim >= LEAST_RIM - SLACK
-    if not right:
-        said += ": a smaller screw hole, fewer screws or a longer clamp is needed"
-    return Check(
-        code="C3",
-        ok=right,
-        refuses=True,
-        value=rim * 1e-3,
-        limit=LEAST_RIM * 1e-3,
-        unit="m",
-        text=said,
-        key="holes",
-    )
+    rim = np.min([part.outline.rim() for part in parts], axis=0)
+    least = np.maximum(LEAST_HOLE, HOLE_BY_THICKNESS * lengths.thickness)
+    pairs = (("hole-size", lengths.hole, least), ("holes", rim, LEAST_RIM))
+    for key, value, limit in pairs:
+        yield Check(
+            code="C3",
+            key=key,
+            words=partial(_hole_words, key, value, limit),
+            value=value * 1e-3,
+            limit=limit * 1e-3,
+            at_most=False,
+            unit="m",
+            otherwise="refused",
+        )
+
+
+def _hole_words(key: str, value: float, limit: float, ok: bool | None) -> str:
+    size, least = show(max(value, 0.0) * 1e-3, "m"), show(limit * 1e-3, "m")
+    if key == "hole-size":
+        said, remedy = f"screw holes of {size}", "a larger mount.screw_hole or thinner film"
+    else:
+        said = f"{size} of film beside the screw holes"
+        remedy = "a smaller mount.screw_hole, fewer screws or a longer clamp"
+    return f"{said}, at least {least} is cut" + ("" if ok else f": {remedy} is needed")
 
 
 def more_files(

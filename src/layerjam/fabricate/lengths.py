@@ -2,18 +2,22 @@
 
 Inside this folder geometry is in mm, as makers' files are; records and JSON stay in SI. x points
 along the pull, y across the sheets, z through the stack, whose middle is z = 0.
+
+Of a brake whose sheets are arrays all lengths are arrays too: a search asks for many at once.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import ClassVar
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.workshop import LEAST_SCREW_HOLE, M5, Build
 from layerjam.errors import LayerjamError, QuantityError
-from layerjam.fabricate.screws import LENGTHS, Thread, length_for, thread_for
+from layerjam.fabricate.screws import LENGTHS, Thread, sold_length, thread_for
 from layerjam.units import show
 
 M5_BORE = 4.2
@@ -21,8 +25,12 @@ M5_BORE = 4.2
 GLUED = 0.1
 """By how much the bore is wider than a tube that is glued in [mm]."""
 PORT_WALL = 2.0
+SPARE = 0.1
+"""By how much the air bore stays above the tray's floor [mm]."""
 ROUND_BELOW, FLATTEST = 1.25, 3.0
 """Aspect below which the neck is round, and at most [1]."""
+ATMOSPHERES, SEAL_MARGIN = 2.0, 1.05
+"""Pressure of the tie that seals [atmospheres], and how much more the neck's shape gives."""
 BOLT_SPACING = 45.0
 KEY_HEIGHT, KEY_DEPTH = 4.0, 5.0
 """Height of the mould's keys and depth of their holes [mm]."""
@@ -30,9 +38,36 @@ FLANGE = 6.0
 """Plastic around the hole of a mould's bolt [mm]."""
 
 
-def mm(value: float) -> float:
-    """A length in mm from one in m, without the dust of the conversion."""
-    return float(f"{value * 1e3:.14g}")
+R = TypeVar("R")
+
+
+def mm(value: Any) -> Any:
+    """Return a length in mm from one in m, without the dust of the conversion."""
+    return _tidy(value * 1e3, 14)
+
+
+def _tidy(value: Any, digits: int) -> Any:
+    """Return a number without the dust of rounding behind its `digits`."""
+    if np.ndim(value):
+        return np.round(value, digits - 3)
+    return float(f"{value:.{digits}g}")
+
+
+def _whole(value: Any) -> Any:
+    """Return a count: an int, or whole numbers in an array of floats."""
+    return value if np.ndim(value) else int(value)
+
+
+def change_arrays(record: R, change: Callable[[Any], Any]) -> R:
+    """Return a record with every array in it, and in the records it holds, changed."""
+    made: dict[str, Any] = {}
+    for f in fields(record):  # type: ignore[arg-type]
+        value = getattr(record, f.name)
+        if is_dataclass(value) and not isinstance(value, type):
+            made[f.name] = change_arrays(value, change)
+        elif np.ndim(value) if isinstance(value, np.ndarray) else False:
+            made[f.name] = change(value)
+    return replace(record, **made)  # type: ignore[type-var]
 
 
 class CannotBuildError(LayerjamError):
@@ -123,6 +158,8 @@ class Lengths:
     head: float
     """Width and length of the head that takes the pin."""
     head_height: float
+    raised: float
+    """z of the air bore's axis: in a thin stack it lies higher, above the tray's floor."""
     port: float
     """Diameter of the port's bore."""
     port_length: float
@@ -145,8 +182,8 @@ class Lengths:
 
     @property
     def same_caps(self) -> bool:
-        """Whether one cap serves both ends."""
-        return math.isclose(self.left.clamped, self.right.clamped, rel_tol=1e-9)
+        """Whether one cap serves both ends, of all brakes."""
+        return np.allclose(self.left.clamped, self.right.clamped, rtol=1e-9, atol=0.0)
 
 
 def lengths(brake: Brake, build: Build) -> Lengths:
@@ -157,14 +194,16 @@ def lengths(brake: Brake, build: Build) -> Lengths:
     """
     sheets = brake.sheets
     thread, screw, floor, heights = _clamp(brake, build)
-    width, stack = mm(sheets.width), int(sheets.count) * mm(sheets.thickness)
+    width, stack = mm(sheets.width), _whole(sheets.count) * mm(sheets.thickness)
     clearance = mm(build.sleeve_clearance)
     inner = width + 2 * clearance, stack + 2 * clearance
     girth = 2 * (inner[0] + inner[1])
-    neck_a, neck_b = _neck(width / heights[2], (1 + build.neck_stretch) * girth)
+    flattest = build.tie_tension / mm(build.tie_width) * 1e6
+    flattest /= SEAL_MARGIN * ATMOSPHERES * brake.site.atmosphere
+    neck_a, neck_b = _neck(width / heights[2], (1 + build.neck_stretch) * girth, flattest)
     bore = M5_BORE if build.port == M5 else mm(float(build.port)) + GLUED
     port_length = bore + 2 * PORT_WALL
-    raised = max(0.0, mm(build.air_bore) / 2 + 0.1 - stack / 2)
+    raised = np.maximum(0.0, mm(build.air_bore) / 2 + SPARE - stack / 2)
     head = mm(build.pin) + 2 * mm(build.pin_wall)
     left, right = (_side(brake, build, name) for name in ("left", "right"))
     free = sum(map(mm, (sheets.free_left, sheets.overlap, sheets.free_right)))
@@ -172,12 +211,12 @@ def lengths(brake: Brake, build: Build) -> Lengths:
     pins = sleeve + 2 * (port_length + head / 2)
     slot = width + 2 * mm(build.side)
     return Lengths(
-        count=int(sheets.count),
+        count=_whole(sheets.count),
         width=width,
         thickness=mm(sheets.thickness),
         sheet_length=mm(sheets.length),
         hole=mm(brake.mount.screw_hole),
-        screws=int(brake.mount.screws_across(sheets.width)),
+        screws=_whole(brake.mount.screws_across(sheets.width)),
         stack=stack,
         free=free,
         left=left,
@@ -195,6 +234,7 @@ def lengths(brake: Brake, build: Build) -> Lengths:
         girth=girth,
         head=head,
         head_height=port_length + 2 * raised,
+        raised=raised,
         port=bore,
         port_length=port_length,
         inner_width=inner[0],
@@ -208,8 +248,8 @@ def lengths(brake: Brake, build: Build) -> Lengths:
     )
 
 
-def _clamp(brake: Brake, build: Build) -> tuple[Thread, int, float, tuple[float, float, float]]:
-    """Thread, screw length, floors and heights of plate, shelf and cap."""
+def _clamp(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any, Any]]:
+    """Thread, screw length, floors and heights of plate, shelf and cap; NaN without a screw."""
     hole = mm(brake.mount.screw_hole)
     thread = thread_for(hole)
     if thread is None:
@@ -218,10 +258,10 @@ def _clamp(brake: Brake, build: Build) -> tuple[Thread, int, float, tuple[float,
             f"{show(brake.mount.screw_hole, 'm')} takes no screw; at least "
             f"{show(LEAST_SCREW_HOLE, 'm')} is needed for M2",
         )
-    stack = int(brake.sheets.count) * mm(brake.sheets.thickness)
+    stack = _whole(brake.sheets.count) * mm(brake.sheets.thickness)
     least = stack + 2 * mm(build.floor) + thread.nut_height
-    screw = length_for(least, thread)
-    if screw is None:
+    screw = sold_length(least, thread)
+    if np.ndim(screw) == 0 and np.isnan(screw):
         raise CannotBuildError(
             "screw-length",
             f"a stack {show(stack * 1e-3, 'm')} high needs a screw of {show(least * 1e-3, 'm')}; "
@@ -232,15 +272,15 @@ def _clamp(brake: Brake, build: Build) -> tuple[Thread, int, float, tuple[float,
     floor = mm(build.floor) + (screw - least) / 2
     room = mm(build.head_room)
     plate, shelf = thread.head_height + room + floor, thread.nut_height + room + floor
-    return thread, screw, floor, (plate, shelf, plate + stack + shelf)
+    return thread, _whole(screw), floor, (plate, shelf, plate + stack + shelf)
 
 
 def _side(brake: Brake, build: Build, name: str) -> Side:
     """One end of the brake."""
     sheets, left = brake.sheets, name == "left"
-    many, few = (int(sheets.count) + 1) // 2, int(sheets.count) // 2
+    many, few = (_whole(sheets.count) + 1) // 2, _whole(sheets.count) // 2
     free = mm(sheets.free_left if left else sheets.free_right)
-    clamped = float(f"{mm(sheets.length) - free - mm(sheets.overlap):.13g}")
+    clamped = _tidy(mm(sheets.length) - free - mm(sheets.overlap), 13)
     tray = clamped + mm(build.plenum)
     return Side(
         name=name,
@@ -252,22 +292,32 @@ def _side(brake: Brake, build: Build, name: str) -> Side:
     )
 
 
-def _neck(aspect: float, girth: float) -> tuple[float, float]:
-    """Half axes of the ellipse of a given girth; a round one for a nearly square cap."""
-    flat = 1.0 if aspect < ROUND_BELOW else min(aspect, FLATTEST)
-    half = girth / ellipse_girth(1.0, 1 / flat)
-    return half, half / flat
+def _neck(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
+    """Half axes of the ellipse of a given girth, as flat as the cap unless the seal forbids it.
+
+    A tie presses least where the ellipse is flattest, by its tension over its width and the radius
+    a²/b there; `flattest` is the greatest such radius [mm] that seals. A shape beyond it becomes so
+    much rounder, and round below `ROUND_BELOW`.
+    """
+    shape = np.clip(aspect, 1.0, FLATTEST)
+    shape = np.minimum(shape, flattest * ellipse_girth(1.0, 1 / shape) / girth)
+    shape = np.where(shape < ROUND_BELOW, 1.0, shape)
+    half = girth / ellipse_girth(1.0, 1 / shape)
+    return half, half / shape
 
 
-def ellipse_girth(a: float, b: float) -> float:
-    """Girth of an ellipse of half axes a and b, by the arithmetic-geometric mean."""
+def ellipse_girth(a: Any, b: Any) -> Any:
+    """Girth of an ellipse of half axes a and b, by the arithmetic-geometric mean.
+
+    Six rounds are exact to rounding for any b from a/100 to a.
+    """
     mean, other, rest, weight = a, b, (a * a + b * b) / 2, 0.5
-    while abs(mean - other) > 1e-15 * mean:
+    for _ in range(6):
         half = (mean - other) / 2
         weight *= 2
-        rest -= weight * half * half
-        mean, other = (mean + other) / 2, math.sqrt(mean * other)
-    return 2 * math.pi * rest / mean
+        rest = rest - weight * half * half
+        mean, other = (mean + other) / 2, (mean * other) ** 0.5
+    return 2 * np.pi * rest / mean
 
 
 def _mould(build: Build, inner: tuple[float, float], wall: float, sleeve: float) -> Mould:
@@ -279,7 +329,7 @@ def _mould(build: Build, inner: tuple[float, float], wall: float, sleeve: float)
     core = (sleeve + 2 * mm(build.trim) + 2 * mm(build.core_print)) * grown
     length = core + 2 * mm(build.mould_wall)
     flange = mm(build.mould_bolt) + FLANGE
-    spans = math.ceil((length - flange) / BOLT_SPACING - 1e-9)
+    spans = np.ceil((length - flange) / BOLT_SPACING - 1e-9)
     return Mould(
         inner_width=inner_width,
         inner_height=inner_height,
@@ -291,5 +341,5 @@ def _mould(build: Build, inner: tuple[float, float], wall: float, sleeve: float)
         width=outer_width + 2 * flange,
         half=outer_height / 2 + mm(build.mould_wall),
         flange=flange,
-        bolts=max(3, spans + 1),
+        bolts=_whole(np.maximum(3, spans + 1)),
     )

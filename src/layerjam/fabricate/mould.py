@@ -40,19 +40,18 @@ def core(lengths: Lengths) -> Solid:
 
 def bottom(lengths: Lengths, build: Build) -> Solid:
     """The lower half, with the keys' pins."""
-    found = lengths.mould
     pins = [
         add("z", 0, KEY_HEIGHT, Ellipse.circle(place, mm(build.key)))
         for place in places(lengths)[1]
     ]
-    body = list(_half(lengths, build, -found.half, 0))
+    body = list(_half(lengths, build, below=True))
     return solid("mould-bottom", [*body, *pins])
 
 
 def top(lengths: Lengths, build: Build) -> Solid:
     """The upper half, with the keys' holes, the sprue and the vents."""
     found = lengths.mould
-    prisms = list(_half(lengths, build, 0, found.half))
+    prisms = list(_half(lengths, build, below=False))
     wide = mm(build.key) + mm(build.key_clearance)
     prisms += [cut("z", 0, KEY_DEPTH, Ellipse.circle(place, wide)) for place in places(lengths)[1]]
     roof = found.outer_height / 2
@@ -62,20 +61,19 @@ def top(lengths: Lengths, build: Build) -> Solid:
 
 
 def openings(lengths: Lengths, build: Build) -> list[tuple[tuple[float, float], float]]:
-    """(place, diameter) of sprue and vents, within what is cut off where it is long enough."""
+    """(place, diameter) of sprue and vents, in the middle of the length that is cut off."""
     found, trim = lengths.mould, mm(build.trim)
     sprue, vent = mm(build.sprue), mm(build.vent)
-    low = -found.casting / 2 + max(trim, sprue) / 2
-    high = found.casting / 2 - max(trim, vent) / 2
+    low, high = (trim - found.casting) / 2, (found.casting - trim) / 2
     aside = found.outer_width / 4
     return [((low, 0.0), sprue), ((high, -aside), vent), ((high, aside), vent)]
 
 
-def _half(lengths: Lengths, build: Build, low: float, high: float) -> Iterator[Prism]:
+def _half(lengths: Lengths, build: Build, below: bool) -> Iterator[Prism]:
     """One half without keys and openings: block, cavity, seats of the core, bolts."""
     found, gap = lengths.mould, mm(build.core_clearance)
     length, width = found.length / 2, found.width / 2
-    below = high == 0
+    low, high = (-found.half, 0.0) if below else (0.0, found.half)
     yield add("z", low, high, Box((-length, -width), (length, width)))
 
     def hollow(depth: float, ends: tuple[float, float], half: float) -> Prism:

@@ -11,7 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 QUARTER = math.sqrt(2) - 1
 """Bulge of a quarter of a circle: tan(90°/4)."""
@@ -114,23 +116,25 @@ class Outline:
         x, y = self.origin
         return x, y - self.width / 2, x + self.length, y + self.width / 2
 
-    def rim(self) -> float:
+    def rim(self) -> Any:
         """Least material between a hole and the edge or another hole [mm]; below 0 they cut."""
         least = [self._to_edge(hole) for hole in self.holes]
         for i, one in enumerate(self.holes):
             for other in self.holes[i + 1 :]:
-                apart = math.dist(one[:2], other[:2])
+                apart = np.hypot(one.x - other.x, one.y - other.y)
                 least.append(apart - (one.diameter + other.diameter) / 2)
-        return min(least, default=math.inf)
+        return np.min(np.broadcast_arrays(*least), axis=0) if least else math.inf
 
-    def _to_edge(self, hole: Circle) -> float:
+    def _to_edge(self, hole: Circle) -> Any:
         left, low, right, high = self.box()
         sides = hole.x - left, right - hole.x, hole.y - low, high - hole.y
-        least = min(sides)
+        across = np.minimum(sides[2], sides[3])
+        least = np.minimum(np.minimum(sides[0], sides[1]), across)
         for along, radius in ((sides[0], self.start), (sides[1], self.end)):
-            across = min(sides[2:])
-            if along < radius and across < radius:  # a rounded corner is nearer than both sides
-                least = min(least, radius - math.hypot(radius - along, radius - across))
+            # a rounded corner is nearer than both sides
+            corner = radius - np.hypot(radius - along, radius - across)
+            inside = (along < radius) & (across < radius)
+            least = np.where(inside, np.minimum(least, corner), least)
         return least - hole.diameter / 2
 
     def path(self) -> list[Vertex]:

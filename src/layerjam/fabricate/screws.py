@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60)
 """Screw lengths that are sold (ISO 888)."""
@@ -71,7 +74,7 @@ def thread_for(hole: float) -> Thread | None:
     )
 
 
-def length_for(least: float, thread: Thread) -> int | None:
-    """The shortest screw that is sold of at least some length [mm]; None above 60 mm."""
-    least = max(least, thread.shortest)
-    return next((length for length in LENGTHS if length >= least * (1 - 1e-12)), None)
+def sold_length(least: Any, thread: Thread) -> Any:
+    """Return the shortest screw that is sold of at least some length [mm]; NaN above 60 mm."""
+    least = np.maximum(least, thread.shortest) * (1 - 1e-12)
+    return np.array([*LENGTHS, np.nan])[np.searchsorted(LENGTHS, least)]

@@ -8,9 +8,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
 
 from layerjam.device.workshop import Build, Casting
-from layerjam.fabricate.lengths import Lengths
+from layerjam.fabricate.lengths import Lengths, Mould
 from layerjam.fabricate.mould import casting
 from layerjam.fabricate.verdicts import Check
 from layerjam.units import show
@@ -74,47 +77,59 @@ def silicone_checks(build: Build, known: Casting, lengths: Lengths) -> Iterator[
     """C12 and C13."""
     yield _fill(known, lengths)
     force = core_force(lengths, build.print_modulus)
-    found = lengths.mould
-    remedy = f": cut the core from metal or acrylic, {found.core:.4g} mm × "
-    remedy += f"{found.inner_width:.4g} mm × {found.inner_height:.4g} mm"
     yield Check(
         code="C13",
-        ok=force >= LEAST_PUSH,
-        text=f"the printed core bends by 0.1 mm under {show(force, 'N', 2)}"
-        + ("" if force >= LEAST_PUSH else remedy),
+        key="core-bends",
+        words=partial(_core_words, force, lengths.mould),
         value=force,
         limit=LEAST_PUSH,
+        at_most=False,
         unit="N",
-        key="core-bends",
     )
 
 
+def _core_words(force: float, found: Mould, ok: bool | None) -> str:
+    said = f"the printed core bends by 0.1 mm under {show(force, 'N', 2)}"
+    return said if ok else (
+        f"{said}: cut the core from metal or acrylic, {found.core:.4g} mm × "
+        f"{found.inner_width:.4g} mm × {found.inner_height:.4g} mm"
+    )  # fmt: skip
+
+
 def _fill(known: Casting, lengths: Lengths) -> Check:
-    wall = lengths.wall * 1e-3
     if known.viscosity is None or known.pot_life is None:
         missing = [name for name in ("viscosity", "pot_life") if getattr(known, name) is None]
-        what = " and ".join(f"enclosure.{name}" for name in missing)
-        thin = wall < THIN
+        thin = lengths.wall < THIN * 1e3
         return Check(
             code="C12",
-            ok=False if thin else None,
-            refuses=thin,
-            text=f"filling pressure not known: {what} "
-            f"{'is' if len(missing) == 1 else 'are'} not given"
-            + (f", and a wall of {show(wall, 'm')} is not filled by guess" if thin else ""),
-            value=wall if thin else None,
-            limit=THIN if thin else MOST_PRESSURE,
-            unit="m" if thin else "Pa",
             key="fill",
+            words=partial(_unknown_words, missing, lengths.wall * 1e-3),
+            value=lengths.wall * 1e-3 if np.any(thin) else None,
+            limit=THIN if np.any(thin) else MOST_PRESSURE,
+            at_most=False,
+            unit="m" if np.any(thin) else "Pa",
+            otherwise="refused",
+            applies=thin,
         )
     pressure = filling_pressure(lengths, known.viscosity, known.pot_life)
     return Check(
         code="C12",
-        ok=pressure <= MOST_PRESSURE,
-        text=f"filling in half the pot life takes {show(pressure, 'Pa', 2)}"
-        + ("" if pressure <= MOST_PRESSURE else BY_HAND),
+        key="fill",
+        words=partial(_fill_words, pressure),
         value=pressure,
         limit=MOST_PRESSURE,
         unit="Pa",
-        key="fill",
     )
+
+
+def _unknown_words(missing: list[str], wall: float, ok: bool | None) -> str:
+    what = " and ".join(f"enclosure.{name}" for name in missing)
+    said = f"filling pressure not known: {what} {'is' if len(missing) == 1 else 'are'} not given"
+    if ok is False:
+        said += f", and a wall of {show(wall, 'm')} is not filled by guess"
+    return said
+
+
+def _fill_words(pressure: float, ok: bool | None) -> str:
+    said = f"filling in half the pot life takes {show(pressure, 'Pa', 2)}"
+    return said if ok else said + BY_HAND

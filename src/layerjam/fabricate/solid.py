@@ -13,6 +13,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 Axis = Literal["x", "y", "z"]
 PLANE: dict[Axis, tuple[Axis, Axis]] = {"x": ("y", "z"), "y": ("z", "x"), "z": ("x", "y")}
 """Axes of a section's first and second coordinate, in cyclic order, so that none is mirrored."""
@@ -119,7 +121,7 @@ class Solid:
     @property
     def volume(self) -> float:
         """Its volume by closed form [mm³]."""
-        return math.fsum([*(-p.volume if p.cut else p.volume for p in self.prisms), self.shared])
+        return sum(-p.volume if p.cut else p.volume for p in self.prisms) + self.shared
 
     @property
     def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
@@ -130,7 +132,8 @@ class Solid:
             if prism.cut:
                 continue
             for axis, (first, last) in _extent(prism).items():
-                low[axis], high[axis] = min(low[axis], first), max(high[axis], last)
+                low[axis] = np.minimum(low[axis], first)
+                high[axis] = np.maximum(high[axis], last)
         return (low["x"], low["y"], low["z"]), (high["x"], high["y"], high["z"])
 
     @property

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.workshop import Build
@@ -37,83 +41,115 @@ def torque(force: float, brake: Brake, build: Build, lengths: Lengths) -> float:
 
 
 def strength_checks(
-    force: float, brake: Brake, build: Build, lengths: Lengths, friction_source: str
+    force: Any, brake: Brake, build: Build, lengths: Lengths, friction_source: str = ""
 ) -> Iterator[Check]:
     """C7, C8 and C9 at a force [N] on the brake."""
     clamp = _clamp(force, brake, build, lengths, friction_source)
-    yield from _sheets(force, brake, lengths, bool(clamp.ok))
+    yield from _sheets(force, brake, lengths, clamp.margin() >= 1)
     yield clamp
     yield from _cap(force, preload(force, brake, lengths), build, lengths)
 
 
-def _sheets(force: float, brake: Brake, lengths: Lengths, held: bool) -> Iterator[Check]:
+def _sheets(force: Any, brake: Brake, lengths: Lengths, held: Any) -> Iterator[Check]:
     """C7: the sheets of the side with fewer of them, at the screws' holes.
 
-    A sheet with its hole is a lug on a pin: force over what is left beside the holes, over the
+    A sheet with its hole is a lug on a pin: force over the section left beside the holes, over the
     holes' projection, and over two planes of shear from each hole to the sheet's end. These are
     taken as short as the strip behind the hole, and bear 1/sqrt(3) of the strength (von Mises).
+    The section bears the force on either load path; the other two only if friction in the clamp
+    does not carry it (`held`).
     """
     few, many, hole = lengths.count // 2, lengths.screws, lengths.hole
     net = lengths.width - many * hole
-    shorter = min(side.clamped for side in lengths.sides)
+    shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
     # a hole that reaches the sheet's end tears out at once
-    rest = max((shorter - hole) / 2, 0.0)
+    rest = np.maximum((shorter - hole) / 2, 0.0)
     areas = {
         "net section": few * net * lengths.thickness,
         "bearing on the screw": few * many * hole * lengths.thickness,
         "tearing out at the end": 2 * few * many * rest * lengths.thickness,
     }
     for where, area in areas.items():
-        stress = force / area * 1e6 if area > 0 else math.inf
-        spared = where != "net section" and held
-        strength, kind = _bears(brake.film.strength, where)
-        text = f"sheets, {where}: {_pascals(stress)}"
-        ok: bool | None = None
-        if strength is None:
-            text += "; the film's strength is not known (film.strength)"
-        else:
-            ok = stress <= strength
-            text += f" of {_pascals(strength)} that the film bears{kind}"
-            if spared and not ok:
-                text += "; above it the clamp has to hold by friction (C8)"
-                ok = True
-            elif spared:
-                text += ", if the clamp did not hold by friction"
+        with np.errstate(divide="ignore"):
+            stress = np.divide(force * 1e6, area)
+        strength, _ = _bears(brake.film.strength, where)
         yield Check(
             code="C7",
-            ok=ok,
-            text=text,
-            value=stress if math.isfinite(stress) else None,
+            key=f"sheet-{where.split()[0]}",
+            words=partial(_sheet_words, where, stress, brake.film.strength, held),
+            value=stress,
             limit=strength,
             unit="Pa",
-            key=f"sheet-{where.split()[0]}",
+            otherwise="failed",
+            applies=True if where == "net section" else ~np.asarray(held),
         )
 
 
-def _bears(strength: float | None, where: str) -> tuple[float | None, str]:
-    """What a material of a tensile strength bears there, and the word for it."""
+def _sheet_words(where: str, stress: float, film: float | None, held: Any, ok: bool | None) -> str:
+    strength, kind = _bears(film, where)
+    said = f"sheets, {where}: {_pascals(stress)}"
+    if strength is None:
+        said += "; the film's strength is not known (film.strength)"
+    else:
+        said += f" of {_pascals(strength)} that the film bears{kind}"
+    if where == "net section":
+        said += ", whether friction in the clamp or the screw carries the load"
+        remedy = ": more or thicker sheets, less overlap, or fewer screws (mount.screws)"
+    elif held:
+        return said + (
+            "; does not apply: friction in the clamp carries the load (C8), and these are the "
+            "stresses if it did not"
+        )
+    else:
+        said += ", the screw carries the load, as friction in the clamp does not (C8)"
+        remedy = ": more or thicker sheets, more screws (mount.screws), or a longer clamp"
+    return said + (remedy if ok is False else "")
+
+
+def _bears(strength: Any, where: str) -> tuple[Any, str]:
+    """Return the stress that a material of a tensile strength bears there, and its name."""
     if strength is None or "tearing" not in where:
         return strength, ""
     return strength * SHEAR, " in shear"
 
 
-def _clamp(force: float, brake: Brake, build: Build, lengths: Lengths, source: str) -> Check:
-    """C8: the preload that holds by friction, and whether a screw of class 8.8 gives it."""
+def _clamp(force: Any, brake: Brake, build: Build, lengths: Lengths, source: str) -> Check:
+    """C8: the preload that holds by friction, and whether a screw of class 8.8 gives it.
+
+    If it does not, the screw carries the load, and C7 judges that path if the film's strength is
+    known.
+    """
     need = preload(force, brake, lengths)
     most = SHARE * PROOF * lengths.thread.stressed * 1e-6
     turn = torque(force, brake, build, lengths)
+
     return Check(
         code="C8",
-        ok=need <= most,
-        text=f"tighten each {lengths.thread.name} to {show(turn, 'N m', 2)}: at least "
-        f"{show(need, 'N', 3)} of preload holds {show(force, 'N')} by friction (film on film, "
-        f"{brake.film.kinetic:.3g}, stands in for film on plastic; {source}); a screw of class "
-        f"8.8 gives {show(most, 'N', 3)}"
-        + ("" if need <= most else ": more screws (mount.screws), or a larger mount.screw_hole"),
+        key="clamp-preload",
+        words=partial(_clamp_words, force, need, most, turn, brake, lengths, source),
         value=need,
         limit=most,
         unit="N",
-        key="clamp-preload",
+        otherwise="failed" if brake.film.strength is None else "warning",
+    )
+
+
+def _clamp_words(
+    force: float,
+    need: float,
+    most: float,
+    turn: float,
+    brake: Brake,
+    lengths: Lengths,
+    source: str,
+    ok: bool | None,
+) -> str:
+    return (
+        f"tighten each {lengths.thread.name} to {show(turn, 'N m', 2)}: at least "
+        f"{show(need, 'N', 3)} of preload holds {show(force, 'N')} by friction (film on film, "
+        f"{brake.film.kinetic:.3g}, stands in for film on plastic; {source}); a screw of class "
+        f"8.8 gives {show(most, 'N', 3)}"
+        + ("" if ok else ": more screws (mount.screws), or a larger mount.screw_hole")
     )
 
 
@@ -139,24 +175,37 @@ def cap_stresses(force: float, pressed: float, build: Build, lengths: Lengths) -
     }
 
 
-def _cap(force: float, pressed: float, build: Build, lengths: Lengths) -> Iterator[Check]:
-    """C9: stresses in the cap, judged only where the plastic's strength was given."""
+def _cap(force: Any, pressed: Any, build: Build, lengths: Lengths) -> Iterator[Check]:
+    """C9: stresses in the cap, judged only if the plastic's strength was given."""
     for where, stress in cap_stresses(force, pressed, build, lengths).items():
-        limit, kind = _bears(build.print_strength, where)
-        said = f"cap, {where}: {_pascals(stress * 1e6)}"
-        if limit is None:
-            said += "; build.print_strength is not given"
-        else:
-            said += f" of {_pascals(limit)}{kind}"
         yield Check(
             code="C9",
-            ok=None if limit is None else stress * 1e6 <= limit,
-            text=said,
-            value=stress * 1e6,
-            limit=limit,
-            unit="Pa",
             key=f"cap-{where.replace(', ', '-').replace(' ', '-')}",
+            words=partial(_cap_words, where, stress, build.print_strength),
+            value=stress * 1e6,
+            limit=_bears(build.print_strength, where)[0],
+            unit="Pa",
+            otherwise="failed",
         )
+
+
+_CAP_REMEDIES = {
+    "tray": "build.cheek or build.floor",
+    "neck": "build.neck_stretch",
+    "pin, net section": "build.pin_wall",
+    "pin, tearing out": "build.pin_wall",
+    "seat of head and nut": "mount.screws or mount.screw_hole",
+}
+"""Inputs that strengthen each place of a cap."""
+
+
+def _cap_words(where: str, stress: float, strength: float | None, ok: bool | None) -> str:
+    limit, kind = _bears(strength, where)
+    said = f"cap, {where}: {_pascals(stress * 1e6)}"
+    if limit is None:
+        return said + "; build.print_strength is not given"
+    said += f" of {_pascals(limit)}{kind}"
+    return said + ("" if ok else f": a larger {_CAP_REMEDIES[where]}, or a stronger plastic")
 
 
 def tray_factor(build: Build, lengths: Lengths) -> float:

@@ -13,7 +13,7 @@ from layerjam.report.typeset import typeset
 from layerjam.units import show
 
 Block = dict[str, Any]
-MARKS = {True: "ok", False: "LOOK", None: "-"}
+MARKS = {"passed": "ok", "note": "-", "warning": "LOOK", "failed": "FAIL"}
 
 
 def assembly(
@@ -128,5 +128,5 @@ def _list(made: Drawing, there: Collection[str] | None) -> Block:
 
 
 def _checks(made: Drawing) -> Block:
-    rows = [[MARKS[check.ok], check.code, check.text] for check in made.checks]
+    rows = [[MARKS[check.level], check.code, check.text] for check in made.checks]
     return {"kind": "checks", "rows": rows}

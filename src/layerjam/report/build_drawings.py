@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from layerjam.fabricate.cap import air_height
 from layerjam.fabricate.lengths import Lengths, mm
 from layerjam.fabricate.nest import Piece
 from layerjam.fabricate.outline import Outline
@@ -126,7 +125,7 @@ def _plastic(axes: Axes, world: Scene) -> None:
     _box(axes, (pocket, 0), (low, low + thread.nut_height + mm(build.head_room)), "white")
     _box(axes, (-side.tray + mm(build.fit), 0), (stack, top), "#d5dbe2")
     _box(axes, (-side.tray + mm(build.fit), 0), (stack, stack + lengths.floor), PLATE)
-    air, port = air_height(lengths, build), neck - lengths.port_length / 2
+    air, port = lengths.raised, neck - lengths.port_length / 2
     half_air = mm(build.air_bore) / 2
     _box(axes, (port, -side.tray), (air - half_air, air + half_air), "white")
     _round(axes, (port, air), lengths.port)
@@ -216,9 +215,9 @@ def _named(axes: Axes, world: Scene, above: float, unit: float, far: float) -> N
     port = neck - lengths.port_length / 2
     at = [
         ("dowel", neck - lengths.port_length - lengths.head / 2, 0.0),
-        ("port", port, air_height(lengths, world.build)),
+        ("port", port, lengths.raised),
         ("tie", neck + mm(world.build.neck_length) / 2, lengths.neck_b - 0.3),
-        ("air", -side.tray - mm(world.build.back) / 2, air_height(lengths, world.build)),
+        ("air", -side.tray - mm(world.build.back) / 2, lengths.raised),
         ("screw", -side.clamped / 2, stack + lengths.floor + lengths.thread.head_height / 2),
         ("spacers", -0.2 * side.clamped, stack - 1.5 * lengths.thickness),
         ("enclosure", 0.5 * far, stack + lengths.inner_height / 2 - stack + lengths.wall / 2),
