@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -15,10 +16,12 @@ from layerjam.identify.calibration.budget import (
     Peak,
     budget,
     enclosure_line,
+    friction_lines,
     rounded,
     scatter_line,
 )
 from layerjam.identify.calibration.intervals import combine, coverage_factor
+from layerjam.identify.repeats import over_repeats
 from layerjam.identify.shape import with_shape
 from layerjam.mechanics.pull import peak, scale_factor_of_peak
 from layerjam.records.source import Source
@@ -171,3 +174,30 @@ def test_what_nobody_stated_is_said_and_adds_nothing() -> None:
     force = found.contributions[1]
     assert found.combined == pytest.approx(force.sensitivity * 0.01 / 3**0.5, rel=1e-12)
     assert [c.basis for c in found.contributions if c.standard is None][1:] == ["not stated"] * 3
+
+
+@pytest.mark.parametrize("exponent", [0.0, -0.2])
+def test_the_friction_rig_enters_as_its_errors_do(exponent: float) -> None:
+    """Errors drawn as the lines take them: a = c/mu, mu = (F/N) (P A/N)^m at the pressure P."""
+    random, count = np.random.default_rng(4), 100_000
+    limits = {"load_cell": 0.01, "normal_force": 0.02, "area": 0.03}
+    tests = over_repeats([0.238, 0.241, 0.243])
+    force, normal, area = (1 + random.uniform(-x, x, count) for x in limits.values())
+    drawn = tests.mean + (tests.standard_error or 0.0) * random.standard_normal(count)
+    friction = drawn * force / normal * (area / normal) ** exponent
+    factor = 1 / friction
+    lines = friction_lines(tests, limits, exponent)
+    found = Budget(contributions=lines)
+    assert found.whole
+    assert found.combined == pytest.approx(factor.std() / factor.mean(), rel=0.01)
+    assert [c.degrees for c in lines] == [2, math.inf, math.inf, math.inf]
+
+
+def test_what_the_friction_rig_does_not_state_is_listed() -> None:
+    """One test has no scatter; the area counts only if friction depends on pressure."""
+    one = over_repeats([0.24])
+    missing = Budget(contributions=friction_lines(one, {}, 0.0)).missing
+    assert len(missing) == 3 and "second friction test" in missing[0]
+    assert "load_cell_limit" in missing[1] and "normal_force_limit" in missing[2]
+    assert Budget(contributions=friction_lines(one, {}, 0.0)).combined is None
+    assert "area_limit" in Budget(contributions=friction_lines(one, {}, 0.1)).missing[3]

@@ -12,6 +12,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
+from scipy import stats
 
 from layerjam.commands.report import report
 from layerjam.commands.results import Result
@@ -164,6 +165,33 @@ def test_a_table_that_continues_repeats_its_header() -> None:
     with_rows = [text for text in texts if "pull-" in text.replace("\u200b", "")]
     assert len(with_rows) > 1
     assert all("no." in text and "verdict" in text for text in with_rows)
+
+
+def test_the_headline_is_the_expanded_uncertainty_of_the_budget(
+    page: Page, results: dict[str, Any]
+) -> None:
+    """GUM, 7.2.6: two significant digits, and the value to the same decimal; k beside it."""
+    numbers = {n["quantity"]: n["value"] for n in results["numbers"]}
+    words = " ".join(page.words)
+    for what, value in (
+        ("the scale factor", numbers["calibration: scale factor a"]),
+        ("a × kinetic friction", numbers["calibration: a × kinetic friction"]),
+    ):
+        stem = f"uncertainty of {what}"
+        reach = numbers[f"{stem}, expanded"] * value
+        decimals = int(f"{reach:.1e}".split("e-")[1]) + 1
+        assert f"{value:.{decimals}f} ± {reach:.{decimals}f}" in words
+        factor, degrees = (
+            numbers[f"{stem}, {n}"] for n in ("coverage factor k", "degrees of freedom")
+        )
+        assert f"k = {factor:.2f}, ν = {degrees:.1f}" in words
+        assert factor >= stats.t.ppf(0.975, degrees) * (1 - 1e-9)  # or that of one line alone
+        assert numbers[f"{stem}, expanded"] == pytest.approx(numbers[f"{stem}, combined"] * factor)
+    assert "load_cell_limit in each friction test's sidecar" in words
+    assert numbers["uncertainty of the scale factor, combined"] ** 2 == pytest.approx(
+        numbers["uncertainty of a × kinetic friction, combined"] ** 2
+        + numbers["uncertainty of the scale factor: friction tests, contribution"] ** 2
+    )
 
 
 def test_each_pull_has_one_row(told: tuple[Result, Path], results: dict[str, Any]) -> None:

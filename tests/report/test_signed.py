@@ -62,7 +62,7 @@ def test_the_budgets_numbers_are_those_of_the_budget() -> None:
     assert values["coverage factor k"] == pytest.approx(student)
     assert values["expanded"] == pytest.approx(0.005 * student)
     assert isinstance(table.rows[1][4], Number) and table.rows[1][4].text() == "0.400 %"
-    assert table.rows[-1][1] == f"k = {student:.2f} for 95 %"
+    assert table.rows[-1][1] == f"k = {student:.2f}, ν = {degrees:.1f}"
     assert table.rows[2][4] == "not stated" and "lower bound" in table.note
     assert table.note.endswith("State for a whole budget: its sd.")
 

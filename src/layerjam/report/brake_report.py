@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from layerjam._version import __version__
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.identify.calibration.budget import Budget, Peak, budget
+from layerjam.identify.calibration.budget import (
+    Budget,
+    Contribution,
+    Peak,
+    budget,
+    friction_lines,
+)
 from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.validation.metrics import WINDOW, Validation
@@ -31,10 +37,15 @@ SYNTHETIC = (
 HEADLINE = {
     "friction: kinetic, mean": "kinetic friction",
     "calibration: scale factor a": "scale factor a",
+    "calibration: a × kinetic friction": "a × kinetic friction",
     "calibration: stiffness k of brake and rig": "stiffness k of brake and rig",
     "validation, all: MAPE, calibrated": "MAPE",
 }
 """The numbers one looks for first, and what they are called."""
+KEY = (
+    "After ±: expanded uncertainty for a coverage of 95 %, with coverage factor k and effective "
+    "degrees of freedom ν. Other intervals rest on the scatter of the tests alone."
+)
 
 
 @dataclass(kw_only=True)
@@ -134,6 +145,7 @@ def page(report: BrakeReport) -> Page:
             *signed.certificate_problems(stated),
         ],
         numbers=headline(report, parts),
+        key=KEY,
         parts=parts,
         footer=f"layerjam {__version__}, {report.date}",
         more={"date": report.date},
@@ -191,7 +203,7 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
     kinetic = report.brake.film.kinetic
     tables = [
         brake_tables.calibration_table(result, kinetic),
-        signed.budget_table(_budget(report, result)),
+        signed.budget_table(*_budgets(report, result)),
     ]
     curves = functools.partial(figures.calibration, report.file, result, report.synthetic)
     caption = "The pulls and the calibrated law, whole and near the peaks; below, what is left."
@@ -215,25 +227,43 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
     )
 
 
-def _budget(report: BrakeReport, result: Calibration) -> Budget:
-    """What the scale factor's uncertainty is made of; the widest limits that any file states."""
-    told = [f.facts for f in report.files if f.role == "calibration"]
+def _limits(report: BrakeReport, role: str) -> dict[str, float | None]:
+    """Return the widest limit of error of each instrument in the files of a role.
 
-    def widest(limits: Sequence[float | None]) -> float | None:
-        known = [limit for limit in limits if limit is not None]
-        return max(known) if known and len(known) == len(limits) else None
+    None if a file does not state it.
+    """
+    facts = [f.facts for f in report.files if f.role == role]
+    out: dict[str, float | None] = {}
+    for name in ("load_cell", "gauge", "normal_force", "area"):
+        limits = [getattr(one, f"{name}_limit") for one in facts]
+        out[name] = None if None in limits else max(limits, default=None)
+    return out
 
-    return budget(
+
+def _friction_lines(report: BrakeReport, exponent: float) -> tuple[Contribution, ...]:
+    """Return the lines of the friction in a budget; none if no test of the report gave it."""
+    kinetic = None if report.friction is None else report.friction[1].over["kinetic"]
+    if kinetic is None:
+        return ()
+    return friction_lines(kinetic, _limits(report, "friction"), exponent)
+
+
+def _budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Budget]:
+    """Return the budgets of the scale factor, and of its product with the friction.
+
+    Their lines are the same if no friction test is part of the report.
+    """
+    product = budget(
         [Peak(c.pull.peak_force, c.vacuum) for c in result.curves],
         report.brake,
         result.contributions,
-        {
-            "load_cell": widest([facts.load_cell_limit for facts in told]),
-            "gauge": widest([facts.gauge_limit for facts in told]),
-        },
+        _limits(report, "calibration"),
         report.file.sources,
         result.scale_factor,
     )
+    more = _friction_lines(report, report.brake.pressure_exponent or 0.0)
+    whole = replace(product, contributions=(*product.contributions, *more))
+    return whole, replace(product, value=product.value * report.brake.film.kinetic)
 
 
 def _validation(report: BrakeReport, result: Validation) -> Part:
@@ -300,22 +330,34 @@ def headline(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]
     """(value, words): the results one looks for first."""
     numbers = {n.quantity: n for n in all_numbers(parts)}
     out = []
-    whole = None if report.calibration is None else _budget(report, report.calibration)
+    budgets: dict[str, Budget] = {}
+    if rig := _friction_lines(report, 0.0):
+        budgets["kinetic friction"] = Budget(contributions=rig, value=report.brake.film.kinetic)
+    if report.calibration is not None:
+        whole, product = _budgets(report, report.calibration)
+        budgets |= {"scale factor a": whole, "a × kinetic friction": product}
     for name, words in HEADLINE.items():
         number = numbers.get(name)
         if number is not None and number.value is not None:
-            if words == "scale factor a" and whole is not None and whole.headline is not None:
-                value, uncertainty = whole.headline
-                text = f"expanded uncertainty (95 %, k = {whole.coverage_factor:.2f})"
-                out.append((f"{value} ± {uncertainty}", f"{words}, {text}"))
+            known = budgets.get(words)
+            if known is not None:
+                out.append(_with_uncertainty(number, words, known))
                 continue
             fit = " (fit)" if report.seen and words == "MAPE" else ""
-            known = number.low is not None
-            between = f", 95 % interval {number.interval_text()}" if known else ""
+            between = "" if number.low is None else f"\n95 % interval {number.interval_text()}"
             out.append((number.text(), words + fit + between))
     if report.validation is not None and report.before is not None:
         out.append((f"{100 * report.before.mape:.2f} %", "MAPE before calibration"))
     return out
+
+
+def _with_uncertainty(number: Number, words: str, found: Budget) -> tuple[str, str]:
+    """Return a number with its expanded uncertainty, and the words below it."""
+    if found.headline is None:
+        return number.text(), f"{words}\nuncertainty not stated: the budget lists what to state"
+    missing = len(found.missing)
+    least = f"\nlower bound: {_count(missing, 'line')} not stated" if missing else ""
+    return " ± ".join(found.headline), f"{words}\n{signed.coverage_words(found)}{least}"
 
 
 def all_numbers(parts: Sequence[Part]) -> list[Number]:

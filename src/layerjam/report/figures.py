@@ -98,7 +98,7 @@ def friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
     """
     found = result.stick_slip
     count, (start, end) = len(result.repeats), (w * MM for w in result.window)
-    figure, panels = style.canvas(columns=1 + bool(found), width=10.4 if found else 6.4)
+    figure, panels = style.canvas(1 + bool(found), width=10.4 if found else 6.4, height=3.2)
     axes = panels[0]
     for place in panels:
         for trace, one in zip(traces, result.repeats, strict=True):

@@ -124,7 +124,8 @@ class Part:
 class Page:
     """A page: `numbers` are (value, words) to be seen first, `verdicts` words with their class.
 
-    `identity` {words: text} says which document this is; `mark` appears on every printed page.
+    `key` explains the numbers; `identity` {words: text} says which document this is; `mark`
+    appears on every printed page.
     """
 
     title: str
@@ -135,6 +136,7 @@ class Page:
     verdicts: Sequence[Word] = ()
     banner: Sequence[str] = ()
     navigation: bool = False
+    key: str = ""
     identity: Mapping[str, str] = field(default_factory=dict)
     mark: str = ""
     more: Mapping[str, str] = field(default_factory=dict)
@@ -154,6 +156,7 @@ class Page:
             "verdicts": [word.shown(False) for word in self.verdicts],
             "banner": list(self.banner),
             "navigation": self.navigation,
+            "key": self.key,
             "identity": [{"words": words, "text": text} for words, text in self.identity.items()],
             "mark": self.mark,
             "footer": self.footer,

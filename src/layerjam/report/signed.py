@@ -166,7 +166,7 @@ def _text(facts: Facts, name: str) -> str:
     spec = next(f.metadata.get("quantity") for f in fields(Facts) if f.name == name)
     if not isinstance(spec, QuantitySpec):
         return str(value)
-    return f"{100 * value:.3g} %" if spec.unit == "1" else show(value, spec.unit)
+    return f"{100 * value:.3g} %" if spec.unit == "1" else show(value, spec.unit).replace("^2", "²")
 
 
 def _common(facts: Stated, name: str) -> str:
@@ -189,9 +189,14 @@ def _first_of(names: Sequence[str]) -> str:
     return names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
 
 
-def budget_table(found: Budget) -> Table:
-    """The uncertainty budget of the scale factor, and what its stated lines make together."""
+def budget_table(found: Budget, product: Budget | None = None) -> Table:
+    """Return the uncertainty budget of the scale factor, with what its lines make together.
+
+    `product` is the budget of the scale factor times the friction, whose lines come first. It has
+    totals of its own if the friction adds lines.
+    """
     rows: list[list[Cell]] = []
+    extra: list[Number] = []
     for line in found.contributions:
         stem = f"uncertainty of the scale factor: {line.what}"
         rows.append(
@@ -208,18 +213,14 @@ def budget_table(found: Budget) -> Table:
                 _percent(f"{stem}, contribution", line.relative),
             ]
         )
-    stem = "uncertainty of the scale factor"
-    degrees, factor = found.degrees_of_freedom, found.coverage_factor
-    known = "" if degrees is None else f"{_degrees(degrees)} degrees of freedom"
-    basis = "root of the sum of squares" + (known and f", {known}")
-    student = NOT_STATED if factor is None else f"k = {factor:.2f} for 95 %"
-    rows += [
-        ["combined", basis, NONE, NONE, _percent(f"{stem}, combined", found.combined)],
-        ["expanded", student, NONE, NONE, _percent(f"{stem}, expanded", found.expanded)],
-    ]
+    divided = product is not None and len(product.contributions) < len(found.contributions)
+    if product is not None and divided:
+        first = f"first {len(product.contributions)} lines"
+        _add_totals(rows, extra, product, "a × kinetic friction", first)
+    _add_totals(rows, extra, found, "the scale factor", "all lines")
     note = (
         "Each over the value. Limits of error count as rectangular, over the root of three. k is "
-        "Student's quantile for the effective degrees of freedom (GUM, annex G.4)."
+        "Student's quantile of 95 % for the effective degrees of freedom ν (GUM, annex G.4)."
     )
     if not found.whole:
         if found.combined is not None:
@@ -230,18 +231,39 @@ def budget_table(found: Budget) -> Table:
         caption="Uncertainty budget of the scale factor",
         head=["source", "basis", "standard uncertainty", "sensitivity", "contribution"],
         rows=rows,
-        total=2,
+        total=4 if divided else 2,
         note=note,
-        extra=[
-            Number(quantity=f"{stem}, {words}", value=value, unit="1")
-            for words, value in (("coverage factor k", factor), ("degrees of freedom", degrees))
-            if value is not None and value < math.inf
-        ],
+        extra=extra,
     )
 
 
-def _degrees(degrees: float) -> str:
-    return "infinitely many" if degrees > 1e4 else f"{degrees:.3g}"
+def _add_totals(
+    rows: list[list[Cell]], extra: list[Number], found: Budget, what: str, lines: str
+) -> None:
+    """Add the rows of a combined and an expanded uncertainty, and the numbers in their texts."""
+    stem = f"uncertainty of {what}"
+    degrees, factor = found.degrees_of_freedom, found.coverage_factor
+    basis = f"root of the sum of squares, {lines}"
+    combined = _percent(f"{stem}, combined", found.combined)
+    expanded = _percent(f"{stem}, expanded", found.expanded)
+    rows += [
+        [f"{what}, combined", basis, NONE, NONE, combined],
+        [f"{what}, expanded", coverage_words(found), NONE, NONE, expanded],
+    ]
+    extra += [
+        Number(quantity=f"{stem}, {words}", value=value, unit="1")
+        for words, value in (("coverage factor k", factor), ("degrees of freedom", degrees))
+        if value is not None and value < math.inf
+    ]
+
+
+def coverage_words(found: Budget) -> str:
+    """Return coverage factor and effective degrees of freedom in words."""
+    degrees, factor = found.degrees_of_freedom, found.coverage_factor
+    if factor is None or degrees is None:
+        return NOT_STATED
+    freedom = "∞" if degrees > 1e4 else f"{degrees:.1f}"
+    return f"k = {factor:.2f}, ν = {freedom}"
 
 
 def _percent(quantity: str, value: float | None) -> Cell:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from layerjam.device.brake import Brake
 from layerjam.identify.calibration.intervals import combine, coverage_factor
+from layerjam.identify.repeats import OverRepeats
 from layerjam.identify.shape import with_shape
 from layerjam.mechanics.pull import scale_factor_of_peak
 from layerjam.records.source import Source
@@ -68,7 +69,7 @@ class Budget:
 
         Empty if no line was stated.
         """
-        if all(c.supply for c in self.contributions):
+        if not any(c.relative for c in self.contributions if not c.supply):
             return []
         known = [(c.relative, c.degrees) for c in self.contributions]
         return [(u, degrees) for u, degrees in known if u is not None]
@@ -182,34 +183,79 @@ def budget(
     `known` are the lines of the calibration itself: scatter between pulls, and enclosure. `limits`
     holds the limits of error of "load_cell" (over the reading) and "gauge" [Pa], taken as
     rectangular (GUM, 4.3.7); both act on all pulls alike. `sources` are those of the brake's
-    geometry, whose `sd` counts. The friction that the brake states has no line: only its product
-    with the factor is measured, and every force contains that product.
+    geometry, whose `sd` counts. The friction has no line: the budget is that of the product of
+    factor and friction, which every force contains. `friction_lines` adds those of the friction.
     """
     of_force = _mean(_change(p, brake, Peak(p.force * (1 + STEP), p.vacuum)) for p in peaks)
     of_vacuum = _mean(_change(p, brake, Peak(p.force, p.vacuum * (1 + STEP))) for p in peaks)
     over = _mean(1 / p.vacuum for p in peaks)
     cell, gauge = limits.get("load_cell"), limits.get("gauge")
+    where = "each pull's sidecar"
     lines = (
-        _limit("load cell", cell, "" if cell is None else f"{cell:.2g} of the reading", of_force),
+        _limit("load cell", cell, of_force, f"load_cell_limit in {where}"),
         _limit(
             "vacuum gauge",
             None if gauge is None else gauge * over,
-            "" if gauge is None else show(gauge, "Pa"),
             of_vacuum,
+            f"gauge_limit in {where}",
+            "" if gauge is None else show(gauge, "Pa"),
         ),
     )
     return Budget(contributions=(*known, *lines, *_geometry(peaks, brake, sources)), value=value)
 
 
-def _limit(what: str, limit: float | None, words: str, sensitivity: float) -> Contribution:
-    """The line of an instrument with a `limit` of error over its reading, None if not stated."""
-    key = what.removeprefix("vacuum ").replace(" ", "_") + "_limit"
+def friction_lines(
+    kinetic: OverRepeats, limits: Mapping[str, float | None], exponent: float
+) -> tuple[Contribution, ...]:
+    """Return the lines that the friction adds to the budget of the scale factor.
+
+    `kinetic` is the friction of the tests. `limits` holds the limits of error of "load_cell",
+    "normal_force" and "area" of the friction rig, over the value. The friction is force over normal
+    force, at a pressure of normal force over area; a brake presses harder, and its friction is that
+    of the tests times the ratio of pressures to the power `exponent`.
+    """
+    error, where = kinetic.standard_error, "each friction test's sidecar"
+    inputs = {"load cell": -1.0, "normal force": 1.0 + exponent, "area": -exponent}
+    names = {words: words.replace(" ", "_") for words in inputs}
+    return (
+        Contribution(
+            what="friction tests",
+            basis="one test" if error is None else "standard error over the tests",
+            standard=None if error is None else error / kinetic.mean,
+            sensitivity=-1.0,
+            degrees=math.inf if error is None else kinetic.repeats - 1,
+            supply="a second friction test (--friction)" if error is None else "",
+        ),
+        *(
+            _limit(
+                f"friction rig: {words}",
+                limits.get(names[words]),
+                sensitivity,
+                f"{names[words]}_limit in {where}",
+            )
+            for words, sensitivity in inputs.items()
+        ),
+    )
+
+
+def _limit(
+    what: str, limit: float | None, sensitivity: float, key: str, words: str = ""
+) -> Contribution:
+    """Return the line of an input with a `limit` of error over its value, None if not stated.
+
+    `key` is what states it, `words` the limit as it was stated if not over the value. An input
+    without any effect need not be stated.
+    """
+    if limit is None and sensitivity == 0:
+        why = "no effect: friction counts as independent of pressure"
+        return Contribution(what=what, basis=why, standard=0.0, sensitivity=0.0)
+    stated = words or f"{100 * (limit or 0):.2g} %"
     return Contribution(
         what=what,
-        basis="not stated" if limit is None else f"limit of error {words}",
+        basis="not stated" if limit is None else f"limit of error {stated}",
         standard=None if limit is None else limit / sqrt(3),
         sensitivity=sensitivity,
-        supply=f"{key} in each pull's sidecar or in conditions.toml" if limit is None else "",
+        supply=f"{key} or in conditions.toml" if limit is None else "",
     )
 
 
