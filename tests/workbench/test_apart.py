@@ -10,11 +10,11 @@ import pytest
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
+from layerjam.workbench.answer import Answer, file_bytes
 from layerjam.workbench.apart import apart
 from layerjam.workbench.bench_session import Look
 from layerjam.workbench.call import Call, DataFile, Subject, as_python
 from layerjam.workbench.pages.bench_taken import Watched
-from layerjam.workbench.takeaway import Taken, file_bytes
 
 KAPTON = "choi2018-kapton"
 SAID = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "20 mm"}
@@ -53,7 +53,7 @@ def test_equal_files_stay_one_and_what_a_call_writes_keeps_its_name():
 def test_a_record_of_the_laboratory_is_drawn_as_the_command_draws_it(tmp_path):
     path = tmp_path / "layerjam-file-0001.csv"
     path.write_bytes(file_bytes(Call("tensile", (Subject(KAPTON),), SAID).run(), "csv"))
-    taken = Taken(None, "pull", Call("pull", files=(DataFile("pull.csv", path),)))
+    taken = Answer(Call("pull", files=(DataFile("pull.csv", path),)), title="pull")
     assert taken.figure("svg").startswith(b"<?xml")
     assert "pull.csv" in taken.python() and "layerjam-file" not in taken.python()
 

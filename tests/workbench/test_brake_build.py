@@ -51,7 +51,7 @@ def test_the_verdict_is_the_commands(tmp_path):
         names = archive.namelist()
         listed = json.loads(archive.read("choi2018-kapton-build/build.json"))
     assert sorted(names) == [f"choi2018-kapton-build/{name}" for name in folder.result.files]
-    said = json.loads(shown(page).result.json())
+    said = json.loads(shown(page).answer.result.json())
     for key in said.keys() - {"files", "warnings", "file"}:
         assert said[key] == listed[key], key
     assert {*said["warnings"]} <= {*listed["warnings"]}
@@ -64,7 +64,7 @@ def test_a_refusal_is_the_commands_and_makes_nothing(tmp_path):
     assert not found.feasible
     assert found.reason == told.reason
     page = page_of("choi2018-ptfe", cutter="laser")
-    refused = shown(page).result
+    refused = shown(page).answer.result
     assert not refused.feasible
     assert refused.reason.startswith("C15: ")
     table = checks_table(refused)
@@ -75,7 +75,7 @@ def test_a_refusal_is_the_commands_and_makes_nothing(tmp_path):
 
 
 def test_every_check_is_a_row_with_its_number_and_limit():
-    result = shown(page_of()).result
+    result = shown(page_of()).answer.result
     rows = checks_table(result).split("<tr>")[2:]
     assert len(rows) == len(result.checks)
     words = {True: "✓ ok", False: "! look", None: "– not checked"}
@@ -100,7 +100,7 @@ def volume(surface) -> float:
 def test_the_browser_is_given_the_parts_that_are_made():
     """Volumes by the triangles as sent, in 32 bits, and by the closed form of the solids."""
     found = shown(page_of(drawn="mould"))
-    solid = {part.name: part.solid.volume for part in found.result.record.parts}
+    solid = {part.name: part.solid.volume for part in found.answer.result.record.parts}
     sent = {surface.colour: volume(surface) for surface in found.parts.surfaces}
     halves = solid["mould-top"] + solid["mould-bottom"]
     assert sent[PRINTED] == pytest.approx(halves, rel=2e-3)
@@ -110,7 +110,7 @@ def test_the_browser_is_given_the_parts_that_are_made():
     assert sent[PRINTED] == pytest.approx(2 * solid["cap"], rel=2e-3)
     assert sent[PLATE] == pytest.approx(2 * solid["plate"], rel=2e-3)
     assert sent[SILICONE] == pytest.approx(solid["sleeve"], rel=1e-5)
-    lengths = apart.result.record.lengths
+    lengths = apart.answer.result.record.lengths
     sheets = lengths.count * lengths.width * lengths.sheet_length * lengths.thickness
     assert 0.97 * sheets < sent[LEFT] + sent[RIGHT] < sheets  # holes and corners are missing
     assert shown(page_of("choi2018-ptfe", cutter="laser")).parts is None
@@ -150,14 +150,14 @@ SET = {
 
 
 def test_what_is_set_counts_in_the_verdict():
-    result = shown(page_of(**SET)).result
+    result = shown(page_of(**SET)).answer.result
     assert result.brakes == 6
     assert result.film_pieces == 2  # 66 sheets, three times eleven on a piece
     rows = {(check["code"], check["key"]): check for check in result.checks}
     assert rows["C2", "laser-bed"]["ok"]
     assert rows["C2", "print-bed"]["ok"]
     assert rows["C15", "film-and-laser"]["ok"]
-    small = shown(page_of(**{**SET, "print_bed": "145x145x145mm"})).result
+    small = shown(page_of(**{**SET, "print_bed": "145x145x145mm"})).answer.result
     assert not small.feasible
     assert "too large for the printer" in small.reason
 
@@ -175,7 +175,7 @@ def test_what_is_copied_runs_in_a_fresh_process(kind, tmp_path):
     done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     listed = json.loads((tmp_path / call.out / "build.json").read_text("utf-8"))
-    said = json.loads(shown(page).result.json())
+    said = json.loads(shown(page).answer.result.json())
     for key in said.keys() - {"files", "warnings", "file"}:
         assert said[key] == listed[key], key
     assert (tmp_path / call.out / "cut" / "coupon.dxf").is_file()
@@ -185,8 +185,8 @@ def test_what_is_copied_runs_in_a_fresh_process(kind, tmp_path):
 def test_without_the_extra_a_sentence_says_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "manifold3d", None)
     found = shown(page_of())
-    assert found.result is None
-    assert 'pip install "layerjam[build]"' in found.lacking
+    assert found.answer.result is None
+    assert 'pip install "layerjam[build]"' in found.answer.refusal
 
 
 def test_the_brakes_page_loads_nothing_that_draws_or_builds():

@@ -7,8 +7,8 @@ import zipfile
 import pytest
 
 from layerjam.commands.tensile import tensile
+from layerjam.workbench.answer import file_bytes
 from layerjam.workbench.state import State, to_link
-from layerjam.workbench.takeaway import file_bytes
 
 pytestmark = pytest.mark.slow
 

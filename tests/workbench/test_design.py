@@ -17,6 +17,7 @@ from layerjam.device.load import load
 from layerjam.errors import FileError
 from layerjam.report.design_figures import seen_over
 from layerjam.studies.machines.apply import apply
+from layerjam.workbench.answer import Answer
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design import Design
@@ -50,10 +51,11 @@ def small():
 def test_the_page_asks_what_the_verbs_answer(small):
     page = page_of(spec=SMALL)
     assert small.values == design(page.parts["need"].spec()).values
-    many, one = page_of(part="arrays", parallel=3.0).compute()[1]
+    arrays = page_of(part="arrays", parallel=3.0).compute()[1]
+    many, one = (answer.result for answer in arrays)
     assert many.values == array("choi2018-kapton", parallel=3, series=2, vacuum="94.5 kPa").values
     assert one.brakes == 1
-    (told,) = page_of(part="density", ours=60e3).compute()[1]
+    told = page_of(part="density", ours=60e3).compute()[1][0].result
     names = ("choi2018-polyester", "choi2018-ptfe-fiberglass", "choi2018-ptfe")
     assert told.values == compare("choi2018-kapton", *names, vacuum="60 kPa").values
 
@@ -210,11 +212,11 @@ def test_the_page_stands(monkeypatch):
             picked = need.wanted()
             need.take()
             need.walk(1)
-            assert need.taken() is None
+            assert need.panel.shown is None and need.answers() == []
             assert desk.brake.name == name and need.wanted() == picked
             assert not need.results.visible and need.verdict.text == "Searching"
             # what comes late of the search before is not shown either
-            need.draw(Found(before))
+            need.draw(Found(Answer(need.calls()[0], before)))
             assert not need.results.visible
             await until(lambda: need.results.visible)
             assert need._seen() is need._found[1].result is not before

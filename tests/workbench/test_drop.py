@@ -11,6 +11,8 @@ from nicegui import ui
 from layerjam.commands.impact import drop
 from layerjam.commands.index import load
 from layerjam.commands.tuning import tune
+from layerjam.workbench.answer import Answer
+from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import NO_ROPE, OWN, Drop
 from layerjam.workbench.pages.drop_animation import SLOW, series, slowness
@@ -24,18 +26,21 @@ KAPTON = "choi2018-kapton"
 CASE = {"mass": "1 kg", "speed": "1.5 m/s", "rope_stiffness": "16.8 kN/m"}
 
 
+CALL = Call("drop", (Subject(KAPTON),), {"mass": "1 kg"})
+
+
 def page_of(**settings) -> Drop:
     return Drop(Desk(State(page="drop", settings={"drop": settings})))
 
 
 def test_the_page_asks_what_the_verbs_answer():
-    shown, drops, (tuned, _) = page_of().compute()
+    shown, drops, tuned, _ = page_of().compute()
     assert shown == "tuned"
     assert list(drops) == ["none", "full", "tuned"]
     own = drop(KAPTON, **CASE, vacuum="tuned", travel="40 mm")
-    assert drops["tuned"][0].values == own.values
-    assert drops["none"][0].values == drop(KAPTON, **CASE, no_brake=True).values
-    assert tuned.values == tune(KAPTON, **CASE, travel="40 mm").values
+    assert drops["tuned"].result.values == own.values
+    assert drops["none"].result.values == drop(KAPTON, **CASE, no_brake=True).values
+    assert tuned.result.values == tune(KAPTON, **CASE, travel="40 mm").values
 
 
 def test_a_link_brings_the_drop_back():
@@ -50,11 +55,11 @@ def test_a_link_brings_the_drop_back():
 
 def test_without_a_rope_no_brake_is_refused_in_words_and_the_rest_answered():
     page = page_of(on_rope="none", shown="none")
-    shown, drops, _ = page.compute()
-    assert drops["none"] == (None, NO_ROPE)
-    assert drops["full"][0].feasible
-    assert len(page.calls()) == 3
-    assert verdict(*drops[shown]).startswith("Cannot: there is no rope")
+    page.result = shown, drops, *_ = page.compute()
+    assert drops["none"].result is None and drops["none"].refusal == NO_ROPE
+    assert drops["full"].result.feasible
+    assert [answer.call for answer in page.answers()] == page.calls() and len(page.calls()) == 3
+    assert verdict(None, drops[shown].refusal).startswith("Cannot: there is no rope")
 
 
 @pytest.mark.parametrize(
@@ -72,8 +77,8 @@ def test_without_a_rope_no_brake_is_refused_in_words_and_the_rest_answered():
     ],
 )
 def test_what_happened_in_words(settings, words):
-    shown, drops, _ = page_of(**settings).compute()
-    assert verdict(*drops[shown]).startswith(words)
+    shown, drops, *_ = page_of(**settings).compute()
+    assert verdict(drops[shown].result, drops[shown].refusal).startswith(words)
     html = table(drops, shown)
     assert html.count("<tr>") >= 10
     said = notes(drops)
@@ -88,12 +93,12 @@ def test_what_the_fold_more_holds_reaches_the_command(tmp_path):
     file = tmp_path / "made-up.csv"
     file.write_text("time [s],vacuum [kPa]\n" + "".join(f"{i / 100},60\n" for i in range(200)))
     page.more.files["vacuum_history"].files.append(Upload("my log.csv", file))
-    shown, drops, _ = page.compute()
+    shown, drops, *_ = page.compute()
     assert shown == "history"
     own = drop(KAPTON, **CASE, vacuum_history=file, rope_damping="20 N s/m", duration="0.2 s",
                accelerometer="adxl193")  # fmt: skip
-    assert drops["history"][0].peak_force == own.peak_force
-    assert drops["none"][0].accelerometer == "adxl193"
+    assert drops["history"].result.peak_force == own.peak_force
+    assert drops["none"].result.accelerometer == "adxl193"
     words = page.columns()["history"].command()
     assert "--vacuum-history 'my log.csv'" in words and "--vacuum " not in words
     odd = page_of(rope_damping="20 furlongs", atmosphere="12 s")
@@ -101,7 +106,7 @@ def test_what_the_fold_more_holds_reaches_the_command(tmp_path):
 
 
 def test_the_table_holds_no_markup_of_others():
-    html = table({"none": (None, "<script>alert(1)</script>")}, "none")
+    html = table({"none": Answer(CALL, refusal="<script>alert(1)</script>")}, "none")
     assert "<script>" not in html
 
 
@@ -140,7 +145,7 @@ def test_the_page_stands_and_follows_its_controls():
             await user.should_see("Cannot: 5 m/s is too fast for 40 mm", retries=50)
             # full vacuum is shown, it crashes, and the page says what would stop it
             await user.should_see("it crashes, with up to", retries=50)
-            assert page.chart.visible
+            assert page.panel.chart.visible
             before = page.desk.state
             user.find(kind=ui.button, content="23 sheets").click()
             await user.should_see("Stopped in ", retries=50)
@@ -159,8 +164,8 @@ def test_the_page_stands_and_follows_its_controls():
 
 
 def test_a_drop_that_crashes_is_drawn_to_its_standstill_behind_the_travel():
-    shown, drops, _ = page_of(shown="value", vacuum=5e3).compute()
-    stop = drops[shown][0]
+    shown, drops, *_ = page_of(shown="value", vacuum=5e3).compute()
+    stop = drops[shown].result
     made = series(stop.record, None, stop.crash)
     assert made["crash"] == pytest.approx(stop.record.time[-1] * 1e3)
     assert made["last"] > made["crash"]
@@ -185,7 +190,7 @@ def test_what_would_stop_it_is_looked_for_once(monkeypatch):
     asked = []
     real = tuned.other_sheets
     monkeypatch.setattr(tuned, "other_sheets", lambda case: asked.append(case) or real(case))
-    _, drops, (found, _) = page_of(speed=5.0).compute()
+    _, drops, found, _ = page_of(speed=5.0).compute()
     assert len(asked) == 1
     own = drop(KAPTON, **CASE | {"speed": "5 m/s"}, vacuum="tuned", travel="40 mm")
-    assert drops["tuned"][0].reason == own.reason == found.reason
+    assert drops["tuned"].result.reason == own.reason == found.result.reason

@@ -20,6 +20,7 @@ from layerjam.commands.lab import lab_example
 from layerjam.errors import LayerjamError
 from layerjam.measure.readers.workbook import MAX_UNPACKED
 from layerjam.workbench import uploads as up
+from layerjam.workbench.apart import apart
 from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import laboratory, laboratory_chain
@@ -298,8 +299,8 @@ def test_a_brake_is_not_written_over_the_one_it_is_made_from(campaign):
     brake = Subject(fitted.call.out, fitted.brake)
     again.run(campaign_of(rows, tab, brake))
     assert again.done["calibrate"].call.out == "choi2018-kapton-again-calibrated.toml"
-    assert again.done["friction"].call.to_save == [brake.name]
-    assert again.done["calibrate"].call.to_save == []
+    assert [*apart([again.done["friction"].call]).texts] == [brake.name]
+    assert apart([again.done["calibrate"].call]).texts == {}
 
 
 @pytest.mark.slow

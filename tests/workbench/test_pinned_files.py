@@ -20,8 +20,7 @@ from layerjam.workbench.charts import MARKS, marked
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.notebook import notebook
 from layerjam.workbench.pages import pull_pins
-from layerjam.workbench.pages.pull import Pull
-from layerjam.workbench.pages.pull_chart import pulled
+from layerjam.workbench.pages.pull import Pull, chart_of
 from layerjam.workbench.pages.pull_files import Reading
 from layerjam.workbench.pins import MOST, turn_file
 from layerjam.workbench.session import KIND, KeptFile, from_session, kept_files, to_session
@@ -56,9 +55,13 @@ def page():
     made.uploads.close()
 
 
+def pinned(page) -> list[str]:
+    """Labels of what is pinned, once the page has computed."""
+    return [one.label for one in page.compute()[0].pins]
+
+
 def test_a_pinned_file_is_drawn_as_the_file_has_it_and_called_measured(page):
-    _, found, whole, reading, _ = page.result
-    chart = pulled(found, whole, reading, False, files=page.desk.state.files)
+    chart = chart_of(*page.result, False)
     (own,) = [s for s in chart["series"] if s["name"] == "measured, 60 kPa, mine.csv"]
     pairs = [p["value"] if isinstance(p, dict) else p for p in own["data"]]
     x, y = np.array([p for p in pairs if p[1] is not None]).T
@@ -84,9 +87,9 @@ def test_synthetic_files_and_those_without_a_vacuum_say_so():
     page = page_with(made=NAMES["made"], unsaid=b'speed = "1 mm/s"\n')
     for file in page.uploads.files:
         turn_file(page.desk, file.key)
-    labels = pull_pins.labels(page.desk, page.compute()[3])
+    labels = pinned(page)
     page.uploads.close()
-    assert list(labels.values()) == [
+    assert labels == [
         "synthetic, 60 kPa, made.csv",
         "measured, vacuum not stated, unsaid.csv",
     ]
@@ -96,17 +99,16 @@ def test_of_many_files_the_pinned_one_is_named():
     page = page_with(**{f"pull{k}": NAMES["60 kPa"] for k in range(7)})
     key = page.uploads.files[4].key
     turn_file(page.desk, key)
-    _, found, whole, reading, _ = page.compute()
-    chart = pulled(found, whole, reading, False, files=page.desk.state.files)
+    chart = chart_of(*page.compute(), False)
     named = [s["name"] for s in chart["series"] if s["endLabel"]["show"]]
     page.uploads.close()
     assert named == ["computed", "measured, 60 kPa, pull4.csv"]
 
 
 def test_nothing_is_read_again_under_a_slider_and_nothing_of_it_is_in_the_link(page):
-    reading = page.result[3]
+    reading = page.result[2]
     page.desk.put("pull", "vacuum", 50e3)
-    assert page.compute()[3] is reading
+    assert page.compute()[2] is reading
     assert from_link(to_link(page.desk.state)).pins == ()
     key = page.uploads.files[0].key
     assert (
@@ -129,9 +131,9 @@ def test_a_session_carries_it_into_another_tab(page):
     assert len(other.uploads.files) == 2
     other.desk.put_state(opened.state)
     other.desk.files_changed()
-    labels = pull_pins.labels(other.desk, other.compute()[3])
+    labels = pinned(other)
     other.uploads.close()
-    assert list(labels.values()) == ["measured, 60 kPa, mine (2).csv"]
+    assert labels == ["measured, 60 kPa, mine (2).csv"]
 
 
 def test_the_pin_goes_with_the_file_and_undo_draws_nothing_that_is_gone(page):
@@ -146,7 +148,7 @@ def test_the_pin_goes_with_the_file_and_undo_draws_nothing_that_is_gone(page):
     assert desk.state.files == ()
     desk.redo()
     desk.undo()
-    assert pull_pins.labels(desk, page.compute()[3]) == {}
+    assert pinned(page) == []
 
 
 def test_there_is_an_end_to_pins():
@@ -162,18 +164,17 @@ def test_there_is_an_end_to_pins():
 
 def test_figure_and_python_hold_it(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    taken = page.taken()
+    taken = page.result[0]
     assert list(taken.beside) == ["measured, 60 kPa, mine.csv"]
     (tmp_path / "mine.csv").write_bytes(CSV)
     (tmp_path / "mine.csv.toml").write_bytes(NAMES["60 kPa"])
     exec(taken.python(), {})
     assert (tmp_path / "tensile.svg").read_bytes() == taken.figure("svg")
     assert b"measured, 60 kPa" in taken.figure("svg")
-    assert "- `mine.csv`" in notebook(
-        "a", [taken.call], {k: c for k, (c, _) in taken.beside.items()}
-    )
+    assert "- `mine.csv`" in notebook("a", [taken.call], taken.pinned)
     page.desk.put("pull", "model", "judder")  # over time there is nothing to compare
-    assert page.pinned() == {}
+    assert pinned(page) == []
+    assert list(page.copies()[1]) == list(taken.beside), "the page shows what was computed last"
     assert 'result.plot("tensile.svg", force=True, beside=pinned)' in taken.python()
 
 
@@ -216,9 +217,7 @@ def test_a_session_that_would_not_be_opened_is_not_written(monkeypatch):
 
 def test_a_pin_without_its_file_draws_nothing():
     page = Pull(Desk(State(page="pull", pins=(Pin("pull", MEASURED, "0123456789ab"),))))
-    page.result = page.compute()
-    assert page.pins.problem == ""
-    assert page.taken().beside == {}
+    assert page.compute()[0].beside == {} and page.panel.problem == ""
     page.uploads.close()
 
 
@@ -266,15 +265,14 @@ def test_a_click_pins_the_one_file_that_is_there_and_a_second_takes_it_away():
             user.find(pull_pins.TITLE).click()
             await user.should_see("measured, 60 kPa, mine.csv", retries=100)
             await user.should_not_see(pull_pins.TITLE, retries=100)
-            page.pins.unpin(0)
+            page.panel.unpin(page.desk.state.pins[0])
             await user.should_see(pull_pins.TITLE, retries=100)
 
     asyncio.run(use())
 
 
 def test_no_files_no_labels():
-    assert pull_pins.labels(Desk(), Reading()) == {}
-    assert pull_pins.beside(Desk(), Reading()) == {}
+    assert pull_pins.pinned(Desk(), Reading()) == ()
 
 
 def test_a_reload_keeps_files_and_pins_and_a_duplicated_tab_does_not_take_them(page):
@@ -295,9 +293,7 @@ def test_a_reload_keeps_files_and_pins_and_a_duplicated_tab_does_not_take_them(p
     old.files.close()
     reload.forget(old)
     again = Pull(new)
-    assert list(pull_pins.labels(new, again.compute()[3]).values()) == [
-        "measured, 60 kPa, mine.csv"
-    ]
+    assert pinned(again) == ["measured, 60 kPa, mine.csv"]
     new.files.take("more.csv", b"1")
     assert len(set(path.parent.iterdir())) == 3  # two files and a sidecar
     reload.forget(new)

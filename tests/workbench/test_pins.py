@@ -11,13 +11,14 @@ from layerjam.commands.impact import drop
 from layerjam.commands.tensile import tensile
 from layerjam.commands.vacuum_line import rise
 from layerjam.errors import LayerjamError, QuantityError
+from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import Drop
 from layerjam.workbench.pages.drop_animation import series
 from layerjam.workbench.pages.drop_chart import stopped
-from layerjam.workbench.pages.pull import STICK_SLIP, Pull
-from layerjam.workbench.pages.pull_chart import pulled, saw
+from layerjam.workbench.pages.pull import STICK_SLIP, Pull, chart_of
+from layerjam.workbench.pages.pull_chart import saw
 from layerjam.workbench.pages.vacuum import Vacuum, seen_of
 from layerjam.workbench.pins import MOST, call_of, labels, pin_of
 from layerjam.workbench.state import Pin, State, from_link, to_link
@@ -32,32 +33,29 @@ def call(vacuum="60 kPa", brake=KAPTON, **more) -> Call:
 
 
 def test_a_pin_goes_with_the_link_and_gives_the_numbers_of_the_command():
-    pin = pin_of("pull", call("40 kPa"), KAPTON)
+    pin = pin_of("pull", call("40 kPa"))
     state = from_link(to_link(State(page="pull", pins=(pin,))))
     assert state.pins == (pin,)
     page = Pull(Desk(state))
-    page.result = page.compute()
-    _, found, whole, reading, _ = page.result
-    (kept,) = page.pins.shown
+    page.result = answer, whole, reading, band = page.compute()
+    (kept,) = answer.pins
     own = tensile(KAPTON, vacuum="40 kPa", speed="1 mm/s", travel="20 mm")
-    assert kept.result.values == own.values
+    assert kept.answer.result.values == own.values
     # not computed twice
-    again = kept.result
-    page.compute()
-    assert page.pins.shown[0].result is again
-    chart = pulled(found, whole, reading, False, {kept.label: kept.result})
+    assert page.compute()[0].pins[0].answer is kept.answer
+    chart = chart_of(answer, whole, reading, band, False)
     quiet = chart["series"][-1]
     assert quiet["name"] == kept.label
     assert max(y for _, y in quiet["data"]) == pytest.approx(own.peak_force, rel=1e-5)
-    assert "beside=pinned" in page.taken().python()
-    assert list(page.pinned().values()) == [call("40 kPa")]
+    assert "beside=pinned" in answer.python()
+    assert list(page.copies()[1].values()) == [call("40 kPa")]
     page.uploads.close()
 
 
 @pytest.mark.slow
 def test_a_sawtooth_is_pinned_and_drawn_beside_another():
     said = {"vacuum": "60 kPa", "speed": "1 mm/s"}
-    kept = pin_of("pull", Call(STICK_SLIP, (Subject(KAPTON),), said), KAPTON)
+    kept = pin_of("pull", Call(STICK_SLIP, (Subject(KAPTON),), said))
     pinned = call_of(kept).run()
     shown = Call(STICK_SLIP, (Subject(KAPTON),), {**said, "vacuum": "40 kPa"}).run()
     whole = Call("show", (Subject(KAPTON),)).run()
@@ -95,8 +93,7 @@ def test_a_link_can_ask_for_nothing_but_curves_of_the_page(pin):
     with pytest.raises(LayerjamError):
         call_of(pin)
     page = Pull(Desk(State(page="pull", pins=(pin,))))
-    page.compute()
-    assert page.pins.shown == ()
+    assert page.compute()[0].pins == ()
     page.uploads.close()
 
 
@@ -105,18 +102,17 @@ def test_a_drop_is_pinned_and_drawn_with_its_own_end():
     pins = (Pin("drop", "drop", KAPTON, {**options, "vacuum": "60 kPa"}),)
     page = Drop(Desk(State(page="drop", pins=pins, settings={"drop": {"shown": "full"}})))
     call = page.columns()["full"]
-    page.pins.compute(call)
-    assert list(page.pinned()) == ["60 kPa"]
     own, slower = call.run(), drop(KAPTON, vacuum="60 kPa", **options)
-    page.result = ("full", {"full": (own, "")}, (None, ""))
+    answer = Answer(call, own, pins=page.panel.beside(call))
+    assert list(answer.pinned) == ["60 kPa"]
     assert slower.stopping_time > own.stopping_time
-    chart = stopped(series(own.record), None, page.pins.drawn, False)
+    beside = {label: one.result for label, one in answer.beside.items()}
+    chart = stopped(series(own.record), None, beside, False)
     quiet = [s for s in chart["series"] if s["name"] == "60 kPa"]
     ends = (slower.peak_force, slower.record.travel[-1] * 1e3, slower.peak_deceleration)
     for one, most in zip(quiet, ends, strict=True):
         assert max(y for _, y in one["data"]) == pytest.approx(most, rel=1e-4)
     assert chart["xAxis"][0]["max"] == pytest.approx(slower.stopping_time * 1e3, rel=1e-4)
-    assert list(page.taken().beside) == ["60 kPa"]
     page.desk.files.close()
 
 
@@ -126,20 +122,19 @@ def test_steps_of_a_vacuum_line_are_pinned_apart_from_its_regulator():
         Pin("vacuum", "regulate", "choi2018", {"target": "80 kPa", "safe_state": "release"}),
     )
     page = Vacuum(Desk(State(page="vacuum", pins=pins)))
-    page.compute()
-    (step,) = page.pins.shown
-    assert page.loop_pins.shown == ()  # nothing is regulated yet
+    (answer,) = page.compute()  # nothing is regulated yet
+    (step,) = answer.pins
     own = rise("choi2018", target="80 kPa")
-    assert step.result.rise_time == own.rise_time
-    time, vacuum, end = seen_of(step.result)
+    assert step.answer.result.rise_time == own.rise_time
+    time, vacuum, end = seen_of(step.answer.result)
     assert time[-1] <= end and vacuum[-1] > own.target
-    assert step.place == 0 and step.label == "80 kPa"
+    assert step.pin is pins[0] and step.label == "80 kPa"
     page.desk.files.close()
 
 
 def test_what_comes_from_a_dropped_file_is_not_kept(tmp_path):
     with pytest.raises(QuantityError, match="dropped"):
-        pin_of("pull", call(interfaces=DataFile("a.csv", tmp_path / "a.csv")), KAPTON)
+        pin_of("pull", call(interfaces=DataFile("a.csv", tmp_path / "a.csv")))
 
 
 def test_pin_drag_unpin_and_undo_on_the_page():
@@ -151,17 +146,19 @@ def test_pin_drag_unpin_and_undo_on_the_page():
             await user.should_see("as shown", retries=100)
             page.desk.put("pull", "vacuum", 50e3)
             await user.should_see("94.5 kPa", retries=100)
-            assert len(page.chart.options["series"]) == 2
-            first = np.array(page.chart.options["series"][0]["data"])[:, 1].max()
-            assert np.array(page.chart.options["series"][1]["data"])[:, 1].max() > first
-            page.pins.unpin(0)
+            assert len(page.panel.chart.options["series"]) == 2
+            first = np.array(page.panel.chart.options["series"][0]["data"])[:, 1].max()
+            assert np.array(page.panel.chart.options["series"][1]["data"])[:, 1].max() > first
+            page.panel.unpin(page.desk.state.pins[0])
             assert page.desk.state.pins == ()
             page.desk.undo()
             assert len(page.desk.state.pins) == 1
             await page.settled()
             for k in range(MOST + 2):
                 page.desk.put("pull", "vacuum", 20e3 + 1e3 * k)
-                page.pins.pin()
+                await asyncio.sleep(0)
+                await page.settled()
+                page.panel.pin()
             assert len(page.desk.state.pins) == MOST
 
     asyncio.run(use())

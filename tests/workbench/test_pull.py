@@ -14,7 +14,7 @@ from layerjam.commands.stick_slip import stick_slip
 from layerjam.commands.tensile import tensile
 from layerjam.device.load import load
 from layerjam.simulate.record import Outcome
-from layerjam.workbench import takeaway
+from layerjam.workbench.answer import file_bytes
 from layerjam.workbench.charts import round_up
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.outcomes import PULLS, of_pull, of_slide
@@ -52,8 +52,8 @@ def measured(scale: float = 1.0) -> bytes:
 
 def test_each_model_asks_its_verb(page_of):
     page = page_of(vacuum=60e3, travel=0.03)
-    assert page.compute()[1].values == tensile(KAPTON, **PULL).values
-    stack = page_of(vacuum=60e3, travel=0.03, model="stack").compute()[1]
+    assert page.compute()[0].result.values == tensile(KAPTON, **PULL).values
+    stack = page_of(vacuum=60e3, travel=0.03, model="stack").compute()[0].result
     assert stack.values == tensile(KAPTON, **PULL, model="stack").values
     call = page_of(vacuum=60e3, model="judder", damping=5.0).calls()[0]
     assert call.command() == (
@@ -64,7 +64,7 @@ def test_each_model_asks_its_verb(page_of):
 @pytest.mark.slow
 def test_the_saw_is_that_of_stick_slip_and_its_copy(page_of):
     page = page_of(vacuum=60e3, model="judder", damping=5.0)
-    answer = page.compute()[1]
+    answer = page.compute()[0].result
     own = stick_slip(KAPTON, vacuum="60 kPa", speed="1 mm/s", damping="5 N s/m")
     assert answer.values == own.values
 
@@ -73,8 +73,8 @@ def test_files_are_held_against_the_model_and_what_is_left_over_is_drawn(page_of
     page = page_of(vacuum=20e3)
     page.uploads.take("../../a pull.csv.toml", b'vacuum = "60 kPa"\n')
     page.uploads.take("../../a pull.csv", measured(1.1))
-    _, answer, whole, reading, _ = page.compute()
-    assert [c.name for c in page.calls()] == ["tensile", "pull", "validate"]
+    page.result = answer, whole, reading, _ = page.compute()
+    assert [c.call.name for c in page.answers()] == ["tensile", "pull", "validate"]
     assert not reading.lacking
     (curve,) = reading.curves
     assert curve.vacuum == 60e3
@@ -82,8 +82,8 @@ def test_files_are_held_against_the_model_and_what_is_left_over_is_drawn(page_of
     np.testing.assert_allclose(curve.residual, 0.1 * curve.model, rtol=0.02)
     np.testing.assert_array_equal(curve.residual, curve.measured - curve.model)
     assert list(reading.named(p) for p in reading.understood.understood) == ["a pull.csv"]
-    assert page.calls()[2].command() == "layerjam validate choi2018-kapton 'a pull.csv'"
-    chart = pulled(answer, whole, reading, False)
+    assert page.answers()[2].call.command() == "layerjam validate choi2018-kapton 'a pull.csv'"
+    chart = pulled(answer.result, whole, reading, False)
     below = [s for s in chart["series"] if s["yAxisIndex"] == 1]
     assert [s["name"] for s in below] == ["60 kPa, a pull.csv, left over"]
     drawn = [y for _, y in below[0]["data"] if y is not None]
@@ -91,29 +91,30 @@ def test_files_are_held_against_the_model_and_what_is_left_over_is_drawn(page_of
     # cursor: every curve has its points at the same places
     assert len({tuple(x for x, _ in s["data"]) for s in chart["series"]}) == 1
     # read once: dragging the vacuum leaves the files alone
-    assert page.compute()[3] is reading
+    assert page.compute()[2] is reading
 
 
 def test_a_file_without_a_vacuum_takes_the_one_given_for_it(page_of):
     page = page_of(vacuum=20e3, files_vacuum=60e3)
     page.uploads.take("pull.csv", measured())
-    reading = page.compute()[3]
+    reading = page.compute()[2]
     assert reading.lacking
     assert reading.curves[0].vacuum == 60e3
     assert reading.curves[0].mape < 0.01
     page.desk.put("pull", "files_vacuum", 30e3)
-    assert page.compute()[3].curves[0].vacuum == 30e3
+    assert page.compute()[2].curves[0].vacuum == 30e3
 
 
 @pytest.mark.parametrize("rubbish", [b"", b"\x00\xff" * 500, b"no numbers here\n", b"a,b\n1,2\n"])
 def test_rubbish_is_refused_in_words_and_the_pull_stays(page_of, rubbish):
     page = page_of()
     page.uploads.take("rubbish.csv", rubbish)
-    _, answer, _, reading, _ = page.compute()
-    assert answer.peak_force > 0
-    assert "rubbish.csv" in reading.problem
-    assert "layerjam-" not in reading.problem
-    assert "/" not in reading.problem.replace("and/or", "")
+    answer, _, reading, _ = page.compute()
+    assert answer.result.peak_force > 0
+    (problem,) = (one.refusal for one in reading.answers)
+    assert "rubbish.csv" in problem
+    assert "layerjam-" not in problem
+    assert "/" not in problem.replace("and/or", "")
 
 
 def test_no_file_no_question(page_of):
@@ -136,17 +137,17 @@ def test_the_force_axis_stands_still_while_vacuum_is_dragged():
 @pytest.mark.parametrize("ending", ["svg", "png"])
 def test_the_figure_taken_away_is_that_of_the_command(page_of, tmp_path, capsys, ending):
     page = page_of(vacuum=60e3, travel=0.03)
-    answer = page.compute()[1]
+    answer = page.compute()[0].result
     out = tmp_path / f"figure.{ending}"
     command = shlex.split(page.calls()[0].command())[1:]
     assert main([*command, "--figure", str(out), "--json"]) == 0
     capsys.readouterr()
-    assert takeaway.file_bytes(answer, ending) == out.read_bytes()
+    assert file_bytes(answer, ending) == out.read_bytes()
 
 
 def test_the_record_taken_away_reads_back(tmp_path):
     answer = tensile(KAPTON, **PULL)
-    text = takeaway.file_bytes(answer, "csv").decode()
+    text = file_bytes(answer, "csv").decode()
     assert text.startswith("# layerjam")
     assert load(KAPTON).name in text
 

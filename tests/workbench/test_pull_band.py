@@ -14,12 +14,11 @@ from layerjam.device.load import load
 from layerjam.errors import LayerjamError
 from layerjam.identify.calibration.law_spread import LawSpread
 from layerjam.identify.shape import SHAPE
-from layerjam.workbench import takeaway
+from layerjam.workbench import answer as answers
 from layerjam.workbench.charts import Curve, band
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.pull import PIN_BAND, Pull
+from layerjam.workbench.pages.pull import PIN_BAND, Pull, chart_of
 from layerjam.workbench.pages.pull_band import known
-from layerjam.workbench.pages.pull_chart import pulled
 from layerjam.workbench.pins import BAND, call_of
 from layerjam.workbench.state import Pin, State, from_link, to_link
 from layerjam.workbench.takeaway import curves_csv
@@ -43,10 +42,8 @@ def page():
 
 def drawn(page):
     """The chart of what the page computes now."""
-    _, found, whole, reading, shown = page.compute()
-    bands = {one.label: one.beside for one in page.pins.shown if one.beside}
-    bands |= {"": shown} if shown else {}
-    return found, shown, pulled(found, whole, reading, False, page.pins.drawn, (), bands)
+    answer, whole, reading, shown = page.result = page.compute()
+    return answer.result, shown, chart_of(answer, whole, reading, shown, False)
 
 
 def test_past_the_peak_the_band_is_that_of_the_friction(page):
@@ -84,32 +81,31 @@ def test_the_ground_is_enclosed_by_both_edges():
 
 
 def test_only_a_brake_calibrated_here_and_only_its_own_law_has_a_band(page):
-    assert known(page.desk, page.pull_call()) is not None
+    assert known(page.desk, page.calls()[0]) is not None
     for value in ("stack", "judder", "lumped"):
         page.desk.put("pull", "model", value)
-        assert (known(page.desk, page.pull_call()) is None) == (value != "lumped")
+        assert (known(page.desk, page.calls()[0]) is None) == (value != "lumped")
     page.desk.put_brake(CALIBRATED + "# edited\n")
-    assert known(page.desk, page.pull_call()) is None
+    assert known(page.desk, page.calls()[0]) is None
     assert drawn(page)[1] is None
 
 
 def test_a_pinned_band_goes_with_the_link_and_needs_no_calibration_there(page):
     _, before, _ = drawn(page)
-    text = known(page.desk, page.pull_call()).text()
-    pin = Pin("pull", "tensile", CALIBRATED, {**page.pull_call().options, BAND: text})
+    text = known(page.desk, page.calls()[0]).text()
+    pin = Pin("pull", "tensile", CALIBRATED, {**page.calls()[0].options, BAND: text})
     other = Pull(Desk(from_link(to_link(State(page="pull", pins=(pin,))))))
     _, shown, chart = drawn(other)
     assert shown is None
-    (one,) = other.pins.shown
-    assert one.beside.half_width == pytest.approx(before.half_width, rel=1e-12)
+    (one,) = other.result[0].pins
+    assert one.more.half_width == pytest.approx(before.half_width, rel=1e-12)
     _, quiet, low, high, _ = chart["series"]
     assert quiet["endLabel"]["formatter"] == "{a}, 95 % of 5 pulls"
     for edge, side in ((low, "lower"), (high, "upper")):
         assert edge["name"] == f"{one.label}, 95 % of 5 pulls, {side}"
-    assert BAND not in one.call.options
-    again = one.beside
-    other.compute()
-    assert other.pins.shown[0].beside is again  # once
+    assert BAND not in one.answer.call.options
+    again = one.more
+    assert other.compute()[0].pins[0].more is again  # once
     other.uploads.close()
 
 
@@ -117,8 +113,7 @@ def test_a_pinned_band_goes_with_the_link_and_needs_no_calibration_there(page):
 def test_a_band_that_a_link_made_up_is_refused_in_words(text):
     said = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "20 mm", BAND: text}
     page = Pull(Desk(State(page="pull", pins=(Pin("pull", "tensile", KAPTON, said),))))
-    page.compute()
-    assert page.pins.shown == () and page.pins.problem.startswith("band")
+    assert page.compute()[0].pins == () and page.panel.problem.startswith("band")
     page.uploads.close()
 
 
@@ -144,29 +139,29 @@ def test_the_button_is_there_with_the_band_and_pins_it():
             page.desk.put("pull", "vacuum", 50e3)
             await user.should_see("94.5 kPa", retries=100)
             await page.settled()
-            assert sum("areaStyle" in s for s in page.chart.options["series"]) == 2
+            assert sum("areaStyle" in s for s in page.panel.chart.options["series"]) == 2
 
     asyncio.run(use())
 
 
 def test_the_figure_that_is_taken_away_shows_the_bands(page, monkeypatch):
     """The page's own and a pin's, each around its own curve, named once."""
-    said = {**page.pull_call().options, "vacuum": "60 kPa"}
+    said = {**page.calls()[0].options, "vacuum": "60 kPa"}
     text = SPREAD.error(60e3, 1e-3).text()
     pin = Pin("pull", "tensile", CALIBRATED, {**said, BAND: text})
     page.desk.state = replace(page.desk.state, pins=(pin,))
-    page.result = page.compute()
+    shown, _, _, band = page.compute()
     figures = []
-    monkeypatch.setattr(takeaway, "save", lambda figure, path: figures.append(figure))
-    finish = page.taken().finish
+    monkeypatch.setattr(answers, "save", lambda figure, path: figures.append(figure))
+    finish = shown.finish
     monkeypatch.setattr(Path, "read_bytes", lambda path: b"")
-    assert page.taken().figure("svg") == b"" and finish is not None
+    assert shown.figure("svg") == b"" and finish is not None
     (axes,) = figures[0].axes
-    (pinned,) = page.pins.shown
+    (pinned,) = shown.pins
     parts = [c for c in axes.collections if isinstance(c, PolyCollection)]
     for part, one, found in (
-        (parts[0], pinned.beside, pinned.result),
-        (parts[1], page.result[4], page.result[1]),
+        (parts[0], pinned.more, pinned.answer.result),
+        (parts[1], band, shown.result),
     ):
         x, y = part.get_paths()[0].vertices.T
         force = np.interp(x * 1e-3, found.record.elongation, found.record.force)

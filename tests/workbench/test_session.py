@@ -117,7 +117,7 @@ def test_a_dropped_session_is_opened_and_another_json_is_not():
                 await asyncio.sleep(0.02)
             assert page.desk.state == STATE
             await page.settled()
-            (pinned,) = page.pins.shown
-            assert pinned.call.subjects[0].name == PTFE
+            (pinned,) = page.panel.shown.pins
+            assert pinned.answer.call.subjects[0].name == PTFE
 
     asyncio.run(use())

@@ -15,10 +15,11 @@ from layerjam.commands.vacuum_line import rise
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import LayerjamError
+from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call, Subject, as_python
 from layerjam.workbench.charts import Curve, options, stacked
 from layerjam.workbench.notebook import notebook
-from layerjam.workbench.takeaway import Taken, curves_csv
+from layerjam.workbench.takeaway import curves_csv
 
 KAPTON = "choi2018-kapton"
 
@@ -28,9 +29,9 @@ def pull(vacuum: str) -> Call:
     return Call("tensile", (Subject(KAPTON),), said)
 
 
-def taken() -> Taken:
+def taken() -> Answer:
     high, low = pull("90 kPa"), pull("60 kPa")
-    return Taken(high.run(), "a-pull", high, {"60 kPa": (low, low.run())})
+    return Answer(high, high.run(), pins=(Pinned("60 kPa", Answer(low, low.run())),))
 
 
 def test_the_copied_python_draws_the_figure_that_the_button_gives(tmp_path, monkeypatch):
@@ -40,7 +41,7 @@ def test_the_copied_python_draws_the_figure_that_the_button_gives(tmp_path, monk
         exec(shown.python(), {})
     assert (tmp_path / "tensile.svg").read_bytes() == shown.figure("svg")
     # the pinned curve is in it: without it the figure is another
-    assert shown.figure("svg") != Taken(shown.result, "a-pull", shown.call).figure("svg")
+    assert shown.figure("svg") != Answer(shown.call, shown.result).figure("svg")
     assert b"60 kPa" in shown.figure("svg")
 
 

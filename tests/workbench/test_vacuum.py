@@ -34,7 +34,7 @@ def test_nothing_is_regulated_until_a_safe_state_is_chosen():
 
 def test_the_page_asks_what_the_verbs_answer():
     page = page_of(safe_state="release", fault="sensor-nan", fault_at=8.0)
-    (risen, _), (loop, _) = page.compute()
+    risen, loop = (answer.result for answer in page.compute())
     assert risen.values == rise("choi2018", target="94.5 kPa").values
     own = regulate("choi2018", target="94.5 kPa", safe_state="release", fault="sensor-nan",
                    fault_at="8 s", **SEEN)  # fmt: skip
@@ -57,8 +57,9 @@ def test_a_line_with_a_sensor_takes_its_own():
 @pytest.mark.parametrize("fault", [f for f in fault_choice().words if f != "none"])
 def test_the_verdict_in_words(fault):
     page = page_of(safe_state="release", fault=fault, fault_at=0.5, duration=10.0)
-    loop, refused = page.compute()[1]
-    assert not refused
+    answer = page.compute()[1]
+    loop = answer.result
+    assert not answer.refusal
     words = verdict(loop)
     assert words.startswith("From 0.5 s on ")
     assert ("reported nothing" in words) == (loop.outcome == "HEALTHY")
@@ -69,12 +70,12 @@ def test_the_verdict_in_words(fault):
 
 def test_refusals_are_words_and_leave_the_other_answer():
     page = page_of(safe_state="hold", sample_time=0.5)  # beyond the slider; within the bounds
-    (risen, _), (loop, refused) = page.compute()
-    assert risen is not None and loop is None
-    assert refused.startswith("sample_time: 0.5 s is not allowed")
+    risen, loop = page.compute()
+    assert risen.result is not None and loop.result is None
+    assert loop.refusal.startswith("sample_time: 0.5 s is not allowed")
     tight = edit_line("choi2018", {"leak.laminar": "5 mL/s"}).text
-    (risen, _), (loop, refused) = page_of(tight, safe_state="hold").compute()
-    assert not risen.feasible and "target" in refused
+    risen, loop = page_of(tight, safe_state="hold").compute()
+    assert not risen.result.feasible and "target" in loop.refusal
 
 
 def test_the_page_stands_and_the_line_can_be_changed():

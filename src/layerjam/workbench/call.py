@@ -33,6 +33,11 @@ class Subject:
     name: str
     file: BrakeFile | LineFile | DesignSpecification | None = None
 
+    @property
+    def text(self) -> str:
+        """The name in the catalogue, or the TOML text."""
+        return self.name if self.file is None else self.file.text
+
 
 @dataclass(frozen=True)
 class DataFile:
@@ -79,12 +84,6 @@ class Call:
     def names(self) -> dict[str, str]:
         """{name under which a file lies: the user's name for it}."""
         return {file.path.name: file.shown for file in self.data}
-
-    @property
-    def to_save(self) -> list[str]:
-        """Names of subjects that the user has to save before what is copied can run."""
-        given = [*self.subjects, *(v for v in self.options.values() if isinstance(v, Subject))]
-        return [] if self.made else [s.name for s in given if s.file is not None]
 
     def run(self, by: Callable[..., Any] | None = None, **more: Any) -> Any:
         """The result, with the user's names of files; raises LayerjamError as the command does.

@@ -10,8 +10,8 @@ from nicegui import Client, background_tasks, run, ui
 
 from layerjam.commands.pull_by_pull import HEADS, TITLE, cells
 from layerjam.commands.wording import in_words
-from layerjam.errors import LayerjamError
 from layerjam.workbench import live
+from layerjam.workbench.answer import Answer, answers_in
 from layerjam.workbench.call import Call, Options, result_fields
 from layerjam.workbench.controls import Choice, Control, Slider, number, word
 from layerjam.workbench.desk import Desk
@@ -20,7 +20,7 @@ from layerjam.workbench.memory import settle_later
 from layerjam.workbench.runner import Runner
 from layerjam.workbench.spoken import in_print
 from layerjam.workbench.tables import html
-from layerjam.workbench.widgets import QUIET, Alert, dressed, heading, hint, named, one_line
+from layerjam.workbench.widgets import QUIET, Alert, dressed, heading, hint, named
 
 
 class Asking:
@@ -75,26 +75,36 @@ class View(Asking):
     """A page, or a part of one: it fills its slot in `build`, once, when it is first opened.
 
     `compute` runs in a thread and calls commands only, through `calls`; `draw` runs on the event
-    loop.
+    loop. The `result` between them holds the calls that it came from: what is shown, copied and
+    pinned is one computation, even if the next one was stopped.
     """
 
     built = False
+    result: Any = None
 
     def build(self) -> None:
         """Fill the slot."""
         raise NotImplementedError
 
     def calls(self) -> Sequence[Call]:
-        """The calls behind what is shown, as they can be copied."""
+        """The calls that the inputs of now ask for."""
         return ()
 
-    def pinned(self) -> Mapping[str, Call]:
-        """The calls behind pinned curves, by their labels."""
-        return {}
-
     def compute(self) -> Any:
-        """The results of the calls."""
-        return [call.run() for call in self.calls()]
+        """The answers to the calls."""
+        return [Answer(call, call.run()) for call in self.calls()]
+
+    def answers(self) -> Sequence[Answer]:
+        """What is shown, in order; empty while nothing is."""
+        return answers_in(self.result)
+
+    def copies(self) -> tuple[Sequence[Call], Mapping[str, Call]]:
+        """The calls behind what is shown, or asked for while nothing is; and those of pins."""
+        answers, pinned = self.answers(), dict[str, Call]()
+        for answer in answers:
+            for label, call in answer.pinned.items():
+                pinned[f"{label}, {call.name}" if label in pinned else label] = call
+        return [answer.call for answer in answers] or self.calls(), pinned
 
     def draw(self, result: Any) -> None:
         """Show what `compute` returned."""
@@ -109,7 +119,6 @@ class Page(View):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.dark = False
-        self.result: Any = None
         self.problem: Alert | None = None
         self.client: Client | None = None
         self.prepare: Callable[[], None] = lambda: None
@@ -164,14 +173,6 @@ class Page(View):
         """Wait until nothing is being computed (for tests)."""
         while self.runner.running:
             await asyncio.sleep(0.01)
-
-
-def answered(call: Call, **more: Any) -> tuple[Any, str]:
-    """The result, or the refusal in words: where one of several calls may be refused alone."""
-    try:
-        return call.run(**more), ""
-    except LayerjamError as err:
-        return None, one_line(err)
 
 
 class Figures:

@@ -204,9 +204,8 @@ def _session(desk: Desk) -> None:
 
 async def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
     page = pages.get(desk.state.page)
-    calls = [] if page is None else list(page.calls())
     try:
-        pinned = {} if page is None else page.pinned()
+        calls, pinned = ([], {}) if page is None else page.copies()
         own = apart(calls, pinned if how == "python" else {})
         text = "\n".join(c.command() for c in own.calls)
         if how == "python":

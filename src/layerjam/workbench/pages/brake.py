@@ -10,7 +10,9 @@ from nicegui import ui
 from layerjam.commands.edit import BRAKE_FIELDS, edit, stale
 from layerjam.design.uneven import uneven
 from layerjam.device.load import catalogue, load
+from layerjam.units import parse
 from layerjam.workbench import live
+from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, vacuum_asked
 from layerjam.workbench.desk import Desk
@@ -154,15 +156,22 @@ class Brake(Page):
         """What is shown, and whether that is the build."""
         return (True, self.making.compute()) if self._builds() else (False, super().compute())
 
+    def answers(self) -> Sequence[Answer]:
+        """What is shown: the brake and its force, or the build."""
+        if self.result is None or self.result[0] != self._builds():
+            return []
+        builds, found = self.result
+        return [found.answer] if builds else found
+
     def draw(self, result: Any) -> None:
         """Picture, numbers, notes and sources; or the build."""
         builds, found = result
         if builds:
             self.making.draw(found)
             return
-        shown, force, *other = found
-        brake = self.desk.brake.brake
-        slip, vacuum = self.value("slip"), self.value("vacuum")
+        shown, force, *other = (answer.result for answer in found)
+        brake, drawn = self.desk.brake.brake, found[1].call.options
+        slip, vacuum = (parse(drawn[key], u, key) for key, u in (("slip", "m"), ("vacuum", "Pa")))
         stack = stack_of(brake, slip, vacuum / brake.site.atmosphere)
         words = in_words(brake, stack, slip)
         self.view.show(stack, words, self.dark)

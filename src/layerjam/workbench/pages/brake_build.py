@@ -16,6 +16,7 @@ from layerjam.errors import MissingExtraError
 from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.alone import Tell, alone
+from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Options, key_of
 from layerjam.workbench.controls import Choice, choice
 from layerjam.workbench.more import More
@@ -72,11 +73,13 @@ WORDS: Mapping[bool | None, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class Found:
-    """What is said of a build, or the sentence that an optional part is not installed."""
+    """What is said of a build, and its drawn parts.
 
-    result: Built | None = None
+    The refusal is the sentence that an optional part is not installed.
+    """
+
+    answer: Answer
     parts: Parts | None = None
-    lacking: str = ""
 
 
 @dataclass(frozen=True)
@@ -149,16 +152,17 @@ class BuildPart(View):
 
     def compute(self) -> Found:
         """The verdict and the drawn parts; no file is made."""
+        call, mould = self.call(), self.word(DRAWN) == "mould"
         try:
-            result = self.call().run(by=verdict)
+            result = call.run(by=verdict)
         except MissingExtraError as error:
-            return Found(lacking=one_line(error))
-        mould = self.word(DRAWN) == "mould"
-        return Found(result, parts_of(result.record, mould) if result.feasible else None)
+            return Found(Answer(call, refusal=one_line(error)))
+        parts = parts_of(result.record, mould) if result.feasible else None
+        return Found(Answer(call, result), parts)
 
     def draw(self, found: Found) -> None:
         """Show the verdict."""
-        result = found.result
+        result = found.answer.result
         self.after.set_text("")
         self.picture.set_visibility(found.parts is not None)
         if found.parts is not None:
@@ -166,7 +170,7 @@ class BuildPart(View):
         self.button.set_enabled(result is not None and result.feasible)
         if result is None:
             self.verdict.set_text("")
-            self.reason.say(found.lacking)
+            self.reason.say(found.answer.refusal)
             return
         can = "It can be built as drawn" if result.feasible else "It cannot be built as drawn"
         self.verdict.set_text(can)

@@ -7,6 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
+from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, choice
 from layerjam.workbench.desk import Desk
@@ -74,8 +75,13 @@ class Design(Page):
         part = self.part()
         return part, part.compute()
 
+    def answers(self) -> Sequence[Answer]:
+        """What the open part shows."""
+        return self.part().answers()
+
     def draw(self, result: Any) -> None:
         """Show them where the part is still open."""
         part, found = result
         if part is self.part():
+            part.result = found
             part.draw(found)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from layerjam.workbench import live, takeaway
+from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, with_readout
 from layerjam.workbench.controls import Control, asked, by_key, vacuum_asked
@@ -13,7 +14,8 @@ from layerjam.workbench.more import More
 from layerjam.workbench.outcomes import of_pull
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.design_part import PAGE, Part
-from layerjam.workbench.widgets import chart, columns, hint, status
+from layerjam.workbench.panel import Panel
+from layerjam.workbench.widgets import columns, hint, status
 
 MM = 1e3
 WIDE, LONG = 20, 10
@@ -38,7 +40,7 @@ class Arrays(Part):
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self.more = More(page, "array", OWN)
-        self._found: Any = None
+        self.panel = Panel(self.desk, PAGE, f"{PAGE}-array")
 
     def controls(self) -> Mapping[str, Control]:
         """How many, and their vacuum."""
@@ -59,8 +61,8 @@ class Arrays(Part):
         with main:
             self.outcome = status(f"{PAGE}-array-outcome")
             what = "Force over elongation of the array and of one brake"
-            self.chart = chart(f"{PAGE}-array-chart", what)
-            takeaway.row(f"{PAGE}-array", self.chart, self.taken)
+            self.panel.build(f"{PAGE}-array-chart", what)
+            self.panel.build_row()
             hint(
                 "In series the weakest slips first; once it slides the others relax, and the "
                 "next slips only when the first is on its stop: the teeth of the curve."
@@ -74,18 +76,13 @@ class Arrays(Part):
         more = {"vacuum": vacuum, **self.more.options()}
         return [Call("array", here, {**counts, **more}), Call("array", here, more)]
 
-    def taken(self) -> takeaway.Taken | None:
-        """What the chart shows now."""
-        if self._found is None:
-            return None
-        (whole, one), (call, single) = self._found, self.calls()
-        beside = {"one brake": (single, one)} if whole.brakes > 1 else {}
-        return takeaway.Taken(whole, f"{self.desk.brake.name}-array", call, beside)
-
-    def draw(self, found: Any) -> None:
+    def draw(self, found: Sequence[Answer]) -> None:
         """Curves, totals and notes."""
-        self._found = whole, one = found
-        live.draw(self.chart, array_chart(whole, one, self.page.dark))
+        answer, one = found
+        whole = answer.result
+        beside = (Pinned("one brake", one),) if whole.brakes > 1 else ()
+        made = array_chart(whole, one.result, self.page.dark)
+        self.panel.draw(replace(answer, pins=beside), made)
         self.figures.fill(whole)
         self.outcome.set_text(of_pull(whole))
         self.notes.fill(whole.warnings)

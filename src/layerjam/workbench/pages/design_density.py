@@ -11,7 +11,8 @@ from nicegui import ui
 from layerjam.device.load import devices, load
 from layerjam.report.style import GREY
 from layerjam.units import show
-from layerjam.workbench import live, takeaway
+from layerjam.workbench import live
+from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import COLORS, ink_of
 from layerjam.workbench.controls import Control, by_key, vacuum_asked
@@ -19,8 +20,9 @@ from layerjam.workbench.more import More
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.design_front import PALE, points_chart, scatter
 from layerjam.workbench.pages.design_part import PAGE, Part
+from layerjam.workbench.panel import Panel
 from layerjam.workbench.tables import html
-from layerjam.workbench.widgets import chart, dressed, hint
+from layerjam.workbench.widgets import dressed, hint
 
 GRAMS = 1e3
 SYMBOLS = (
@@ -39,7 +41,7 @@ class Density(Part):
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self.more = More(page, "compare", ("vacuum",))
-        self._found: Any = None
+        self.panel = Panel(self.desk, PAGE, f"{PAGE}-density")
 
     def controls(self) -> Mapping[str, Control]:
         """The vacuum of ours."""
@@ -55,8 +57,9 @@ class Density(Part):
             self.slider("ours")
             self.more.build()
         what = "Force over mass, both logarithmic; the table below has the numbers"
-        self.chart = chart(f"{PAGE}-density-chart", what, "width: 100%; height: max(540px, 60vh)")
-        takeaway.row(f"{PAGE}-density", self.chart, self.taken)
+        look = "width: 100%; height: max(540px, 60vh)"
+        self.panel.build(f"{PAGE}-density-chart", what, look)
+        self.panel.build_row()
         self.sheet = dressed(live.Words(""), f"{PAGE}-sheet", "text-sm")
         self.missing = hint("")
         self.table = dressed(live.Table(), f"{PAGE}-density-table", "w-full")
@@ -70,17 +73,11 @@ class Density(Part):
             Call("compare", (here, *others), {"vacuum": self.text("ours"), **self.more.options()})
         ]
 
-    def taken(self) -> takeaway.Taken | None:
-        """What the chart shows now."""
-        if self._found is None:
-            return None
-        return takeaway.Taken(self._found, f"{self.desk.brake.name}-compare", self.calls()[0])
-
-    def draw(self, found: Any) -> None:
+    def draw(self, answers: Sequence[Answer]) -> None:
         """Picture, what a sheet adds, table."""
-        (found,) = found
-        self._found = found
-        live.draw(self.chart, density_chart(found, self.page.dark))
+        (answer,) = answers
+        found = answer.result
+        self.panel.draw(answer, density_chart(found, self.page.dark))
         sheet = found.sheet
         self.sheet.set_text(
             f"One more sheet in {sheet['brake']} at {show(sheet['vacuum'], 'Pa')}: "

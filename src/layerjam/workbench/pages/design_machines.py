@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from nicegui import ui
 
 from layerjam.units import show
+from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.controls import Choice, menu
 from layerjam.workbench.page import Notes, Page
@@ -19,9 +20,9 @@ from layerjam.workbench.widgets import dressed, fold, hint, status
 
 
 class Shown(NamedTuple):
-    """A result and its drawings."""
+    """An answer and its drawings."""
 
-    result: Any
+    answer: Answer
     pictures: list[tuple[str, str]]
     """(SVG text, caption)."""
 
@@ -64,13 +65,15 @@ class Machines(Part):
         """The result and its drawings; each machine once a tab."""
         name = self.word(self.choice)
         if name not in self._known:
-            result = self.calls()[0].run(progress=self.page.runner.tell)
-            self._known[name] = Shown(result, result.pictures(self.page.runner.tell))
+            (call,) = self.calls()
+            result = call.run(progress=self.page.runner.tell)
+            pictures = result.pictures(self.page.runner.tell)
+            self._known[name] = Shown(Answer(call, result), pictures)
         return self._known[name]
 
-    def draw(self, found: Any) -> None:
+    def draw(self, found: Shown) -> None:
         """Everything."""
-        result = found.result
+        result = found.answer.result
         self.verdict.set_text(result.conclusion)
         self.limits.set_content(limits_table(result))
         drawings = enumerate(found.pictures)

@@ -19,17 +19,18 @@ from layerjam.device.load import catalogue
 from layerjam.errors import FileError, LayerjamError
 from layerjam.report.design_figures import seen_over
 from layerjam.units import show
-from layerjam.workbench import live, takeaway
+from layerjam.workbench import live
+from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import read_any
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design_form import Form
 from layerjam.workbench.pages.design_part import PAGE, Part, words
+from layerjam.workbench.panel import Panel
 from layerjam.workbench.runner import Stopped
 from layerjam.workbench.widgets import (
     button,
-    chart,
     columns,
     dressed,
     fold,
@@ -53,11 +54,16 @@ TABLES = (
 
 
 class Found(NamedTuple):
-    """A result, or why there is none and at which line."""
+    """An answer, or why there is none and at which line."""
 
-    result: Any = None
+    answer: Answer | None = None
     problem: str = ""
     line: int | None = None
+
+    @property
+    def result(self) -> Any:
+        """The answer's result."""
+        return None if self.answer is None else self.answer.result
 
     @property
     def design(self) -> Any:
@@ -89,8 +95,7 @@ class NeedPart(Part):
         self.form = Form(self.desk, self.written)
         self._found: tuple[object, Found] = (None, Found())
         self._drawn: tuple[object, ...] = ()
-        self._front: tuple[object, Any] = (None, None)
-        """What was asked, and its result: the front that stands on the page."""
+        self.panel = Panel(self.desk, PAGE)
 
     # ---- what is asked
 
@@ -121,8 +126,7 @@ class NeedPart(Part):
 
     def _seen(self) -> Any:
         """The result whose front is on the page; None while another one is being searched for."""
-        asked, result = self._front
-        return result if asked == self._asked() else None
+        return None if self.panel.shown is None else self.panel.shown.result
 
     def compute(self) -> Found:
         """The result to the specification; nothing twice, and nothing anew that was stopped."""
@@ -133,7 +137,9 @@ class NeedPart(Part):
 
     def _search(self) -> Found:
         try:
-            return Found(self.calls()[0].run(progress=self.page.runner.tell))
+            (call,) = self.calls()
+            result = call.run(progress=self.page.runner.tell)
+            return Found(Answer(call, result, title=f"{plain_name(result.name)}-design"))
         except FileError as err:
             return Found(None, err.reason, err.line)
         except LayerjamError as err:
@@ -193,22 +199,24 @@ class NeedPart(Part):
             button(text, self.take, f"{PAGE}-take", "move_down", how=look)
         what = "The front; the buttons above walk along it"
         size = "width: 100%; height: max(400px, 50vh)"
-        self.chart = chart(f"{PAGE}-front", what, size, self._clicked)
+        self.panel.build(f"{PAGE}-front", what, size, self._clicked)
         self.looked = status(f"{PAGE}-picked", "font-medium")
         self.tables: dict[str, live.Table] = {}
         for title, key, is_open in TABLES:
             with fold(title, is_open=is_open):
                 self.tables[key] = dressed(live.Table(), f"{PAGE}-{key}", "w-full")
-        takeaway.row(PAGE, self.chart, self.taken)
+        self.panel.build_row()
 
     def _changed(self, what: str) -> None:
         if what == "undo":
             self.editor.set_value(self.spec_text()[0])
-        if self._front[1] is not None and self._seen() is None:
+        if self.panel.shown is not None and self._found[0] != self._asked():
             self._wait()
 
     def _wait(self) -> None:
         """Another front is being searched for: the buttons of the one before go with it."""
+        self.panel.draw(None, None)
+        self.result = None
         self.verdict.set_text("Searching")
         self.results.set_visibility(False)
 
@@ -225,7 +233,7 @@ class NeedPart(Part):
         same = next((n for n, shipped in examples().items() if shipped == text), text)
         file = self.desk.brake
         own = self.desk.state.brake not in catalogue() and f'"{file.name}.toml"' in text
-        self._found, self._front = (None, Found()), (None, None)
+        self._found = (None, Found())
         self._wait()
         self.desk.put(PAGE, "picked", float(front.CHOSEN))
         if own:
@@ -286,13 +294,6 @@ class NeedPart(Part):
         many = f"; the design is {count} of them" if count > 1 else ""
         ui.notify(f"{file.name} is on the desk, used at {show(design['vacuum'], 'Pa')}{many}")
 
-    def taken(self) -> takeaway.Taken | None:
-        """The front that is shown now."""
-        result = self._seen()
-        if result is None:
-            return None
-        return takeaway.Taken(result, f"{plain_name(result.name)}-design", self.calls()[0])
-
     # ---- what is shown
 
     def draw(self, found: Found) -> None:
@@ -300,21 +301,22 @@ class NeedPart(Part):
         asked, of_now = self._found
         if of_now is not found or asked != self._asked():
             return
-        self._front = (asked, found.design)
         self.trouble.set_content(problem(found, self.spec_text()[0]))
         result = found.result
         self.results.set_visibility(found.design is not None)
         self.verdict.set_text("" if result is None else front.verdict(result))
         self.notes.fill([] if result is None else result.warnings)
         if found.design is None:
+            self.panel.draw(None, None)
             return
         names = self._axes(result)
         number, design = front.picked(result, self.wanted())
-        now = (result, names, number, self.page.dark)
-        if self._drawn[:1] and self._drawn[0] is result and self._drawn[1:] == now[1:]:
+        now = (names, number, self.page.dark)
+        if self.panel.shown is found.answer and self._drawn == now:
             return
         self._drawn = now
-        live.draw(self.chart, front.front_chart(result, names, number, self.page.dark))
+        chart = front.front_chart(result, names, number, self.page.dark)
+        self.panel.draw(found.answer, chart)
         self.looked.set_text(f"Looked at: {named(design)}")
         self.tables["comparison"].set_content(front.comparison(result, number))
         for make in (front.forbidden, front.chances, front.slopes):

@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from nicegui import ui
 
 from layerjam.commands.impact import not_tuned
-from layerjam.units import show
-from layerjam.workbench import live, takeaway
+from layerjam.units import parse, show
+from layerjam.workbench import live
+from layerjam.workbench.answer import Answer, answered
 from layerjam.workbench.call import Call, Options
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu, vacuum_asked
-from layerjam.workbench.desk import Desk
+from layerjam.workbench.desk import Desk, read_any
 from layerjam.workbench.heroes import Heroes
 from layerjam.workbench.more import More
-from layerjam.workbench.page import Notes, Page, answered
+from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.drop_animation import SLOW, Animation, series
 from layerjam.workbench.pages.drop_chart import stopped
 from layerjam.workbench.pages.drop_outcome import GOOD, Advice, heroes, verdict
 from layerjam.workbench.pages.drop_table import MODES, notes, table
-from layerjam.workbench.pins import Pins
+from layerjam.workbench.panel import Panel
 from layerjam.workbench.runner import waiting_line
-from layerjam.workbench.widgets import chart, columns, dressed, status
+from layerjam.workbench.widgets import columns, dressed, status
 
 ARRIVES = Choice(
     "arrives",
@@ -73,7 +75,7 @@ class Drop(Page):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.more = More(self, "drop", OWN)
-        self.pins = Pins(desk, self.name, self._drawn)
+        self.panel = Panel(desk, self.name)
 
     def controls(self) -> Mapping[str, Control]:
         """Bounds that the brake sets."""
@@ -117,16 +119,17 @@ class Drop(Page):
             self.heroes = Heroes(name)
             self.verdict = status("drop-verdict", "text-lg")
             self.advice = Advice(self.desk, self._rope)
-            self.pins.build()
+            self.panel.build_pins()
             with ui.row().classes("w-full items-start gap-4"):
                 stage = ui.column().style("width: 270px; flex: none")
                 with ui.element("div").style("flex: 1; min-width: 300px; position: relative"):
                     what = "Force, travel and deceleration over time"
-                    self.chart = chart("drop-chart", what, "width: 100%; height: max(460px, 62vh)")
+                    look = "width: 100%; height: max(460px, 62vh)"
+                    self.panel.build("drop-chart", what, look)
                     cursor = ui.element("div")
                 with stage:
-                    self.animation = Animation(self.chart, cursor)
-            takeaway.row(name, self.chart, self.taken)
+                    self.animation = Animation(self.panel.chart, cursor)
+            self.panel.build_row()
             self.table = dressed(live.Table(), "drop-table", "w-full")
             self.bound = dressed(live.Words(""), "drop-bound", "text-sm")
             self.notes = Notes()
@@ -177,86 +180,74 @@ class Drop(Page):
 
     def calls(self) -> Sequence[Call]:
         """The drops of the table, and the tuning that knows the bound."""
+        return [*self.columns().values(), self._tuning()]
+
+    def _tuning(self) -> Call:
         said = {**self._common(), "travel": self.text("travel")}
         site = {k: v for k, v in self.more.options().items() if k == "atmosphere"}
-        tune = Call("tune", (self.desk.brake_subject(),), {**said, **site})
-        return [*self.columns().values(), tune]
+        return Call("tune", (self.desk.brake_subject(),), {**said, **site})
 
     def compute(self) -> Any:
         """Every drop alone: one that is refused leaves the others."""
-        drops, tune = self.columns(), self.calls()[-1]
+        drops, tuned = self.columns(), answered(self._tuning())
         shown = "history" if "history" in drops else self.word(SHOWN)
-        self.pins.compute(drops.get(shown, drops["full"]))
-        found: dict[str, tuple[Any, str]] = {"none": (None, NO_ROPE)}
-        tuned, refused = answered(tune)
+        pins = self.panel.beside(drops.get(shown, drops["full"]))
+        found: dict[str, Answer] = {}
         for mode, call in drops.items():
-            if mode == "tuned" and tuned is not None and not tuned.feasible:
+            if mode == "tuned" and tuned.result is not None and not tuned.result.feasible:
                 # what would do instead takes long to find: it is not looked for twice
-                found[mode] = (not_tuned(tuned), "")
+                found[mode] = Answer(call, not_tuned(tuned.result))
             else:
                 found[mode] = answered(call, progress=self.runner.tell)
-        return shown, found, (tuned, refused)
+        found.setdefault("none", Answer(drops["full"], refusal=NO_ROPE))
+        return shown, found, tuned, pins
+
+    def answers(self) -> Sequence[Answer]:
+        """The drops of the table that were asked for, and the tuning."""
+        if self.result is None:
+            return []
+        _, drops, tuned, _ = self.result
+        return [*(one for one in drops.values() if one.refusal != NO_ROPE), tuned]
 
     def draw(self, result: Any) -> None:
         """Verdict, stage, charts, table."""
-        shown, drops, (tuned, _) = result
-        stop, refusal = drops[shown]
-        said = verdict(stop, refusal)
-        if shown == "tuned" and stop is not None and stop.record is None and drops["full"][0]:
-            stop, refusal = drops["full"]
-            said = f"{said} Shown is full vacuum: {verdict(stop, refusal)}"
+        shown, drops, tuned, pins = result
+        mode, stop = shown, drops[shown].result
+        said = verdict(stop, drops[shown].refusal)
+        failed = stop is None or stop.outcome not in GOOD
+        if shown == "tuned" and stop is not None and stop.record is None and drops["full"].result:
+            mode, stop = "full", drops["full"].result
+            said = f"{said} Shown is full vacuum: {verdict(stop, '')}"
         self.verdict.set_text(said)
         self.heroes.fill(heroes(stop))
-        failed = drops[shown][0] is None or drops[shown][0].outcome not in GOOD
-        self.advice.fill(tuned, self.value("mass"), failed and shown != "none")
+        asked = tuned.call.options
+        mass = parse(asked["mass"], "kg", "mass")
+        self.advice.fill(tuned.result, mass, failed and shown != "none")
         record = stop.record if stop is not None else None
         slow = None if self.word(SLOWLY) == "auto" else float(self.word(SLOWLY))
         made = None if record is None else series(record, slow, stop.crash)
-        floor = None if tuned is None else tuned.floor_g
-        self.pins.fill()
-        self.chart.set_visibility(made is not None)
+        floor = None if tuned.result is None else tuned.result.floor_g
+        title = f"{drops[mode].name}-{mode}"
+        answer, chart = replace(drops[mode], pins=pins, title=title), None
         if made is not None:
-            self._draw_charts(made, floor)
+            quiet = {label: one.result for label, one in answer.beside.items()}
+            brake: Any = read_any("brake", tuned.call.subjects[0].text)
+            g = brake.brake.site.gravity
+            least = None if floor is None else floor * g - (0.0 if asked.get("horizontal") else g)
+            chart = stopped(made, least, quiet, self.dark)
+        self.panel.draw(answer, chart)
         self.animation.load(made)
         self.table.set_content(table(drops, shown))
-        self.bound.set_text(self._bound(floor))
+        self.bound.set_text(bound(floor, asked))
         self.notes.fill(notes(drops))
 
-    def _bound(self, floor: float | None) -> str:
-        if floor is None:
-            return ""
-        formula = "v²/2gd" if self._flat() else "v²/2gd + 1"
-        return (
-            f"No brake at all stops it within {self.text('travel')} and the stretch of the rope "
-            f"with a peak below {show(floor, '1', 3)} g ({formula}: the force constant throughout)."
-        )
 
-    def _drawn(self) -> Call | None:
-        """The drop that is drawn now."""
-        taken = self.taken()
-        return None if taken is None else taken.call
-
-    def pinned(self) -> Mapping[str, Call]:
-        """The calls behind the pinned curves."""
-        return self.pins.calls
-
-    def taken(self) -> takeaway.Taken | None:
-        """The drop that is drawn now."""
-        if self.result is None:
-            return None
-        shown, drops, _ = self.result
-        calls = self.columns()
-        for mode in (shown, "full"):
-            stop = drops[mode][0]
-            if mode in calls and stop is not None and stop.record is not None:
-                name = f"{self.desk.brake.name}-drop-{mode}"
-                return takeaway.Taken(stop, name, calls[mode], self.pins.beside)
-        return None
-
-    def _draw_charts(self, made: Mapping[str, Any], floor: float | None) -> None:
-        """Force, distance and deceleration; the bound is that of `floor` [g]."""
-        bound = None
-        if floor is not None:
-            g = self.desk.brake.brake.site.gravity
-            bound = floor * g - (0.0 if self._flat() else g)
-        live.draw(self.chart, stopped(made, bound, self.pins.drawn, self.dark))
+def bound(floor: float | None, asked: Mapping[str, Any]) -> str:
+    """The bound [g] of any brake, for what a tuning was asked, in words."""
+    if floor is None:
+        return ""
+    formula = "v²/2gd" if asked.get("horizontal") else "v²/2gd + 1"
+    return (
+        f"No brake at all stops it within {asked['travel']} and the stretch of the rope "
+        f"with a peak below {show(floor, '1', 3)} g ({formula}: the force constant throughout)."
+    )

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from html import escape
 from types import MappingProxyType
-from typing import Any
 
+from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
 
 MODES = MappingProxyType(
@@ -44,13 +44,13 @@ OUTCOMES = MappingProxyType(
 )
 
 
-Drops = Mapping[str, tuple[Any, str]]
-"""{mode: (result, or None; refusal)}."""
+Drops = Mapping[str, Answer]
+"""{mode: answer}."""
 
 
 def notes(drops: Drops) -> list[str]:
     """Warnings of the drops, each with whose it is unless all drops of the brake say it."""
-    said = {mode: stop.warnings for mode, (stop, _) in drops.items() if stop is not None}
+    said = {mode: one.result.warnings for mode, one in drops.items() if one.result is not None}
     by_brake = [warnings for mode, warnings in said.items() if mode != "none"]
     made = []
     for mode, warnings in said.items():
@@ -62,7 +62,8 @@ def notes(drops: Drops) -> list[str]:
 
 def table(drops: Drops, shown: str) -> str:
     """HTML of the table; what cannot be says so across its column."""
-    fine = {mode: dict(stop.rows()) for mode, (stop, _) in drops.items() if stop and stop.feasible}
+    stops = {mode: answer.result for mode, answer in drops.items()}
+    fine = {mode: dict(stop.rows()) for mode, stop in stops.items() if stop and stop.feasible}
     named = {key.replace("_", " ") for key in LEFT_OUT}
     names = [key.replace("_", " ") for key in ROWS]
     names += [n for texts in fine.values() for n in texts if n not in named]
@@ -73,13 +74,13 @@ def table(drops: Drops, shown: str) -> str:
         key = name.replace(" ", "_")
         what = escape(about.get(key, ""))
         cells = [f'<th scope="row" title="{what}">{escape(name.capitalize())}</th>']
-        for mode, (stop, refusal) in drops.items():
+        for mode, stop in stops.items():
             if mode in fine:
                 ident = f'data-testid="drop-{mode}-{key}"'
                 text = _cell(key, fine[mode].get(name, "–"))
                 cells.append(f"<td{_mark(mode, shown)} {ident}>{escape(text)}</td>")
             elif i == 0:
-                why = refusal if stop is None else str(stop.reason)
+                why = drops[mode].refusal if stop is None else str(stop.reason)
                 ident = f'data-testid="drop-{mode}-outcome"'
                 said = f"cannot: {escape(why)}"
                 cells.append(f'<td rowspan="{len(names)}" class="cannot" {ident}>{said}</td>')

@@ -11,7 +11,8 @@ from nicegui import ui
 from layerjam.errors import LayerjamError
 from layerjam.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench import spoken
-from layerjam.workbench.call import Call, Options, key_of
+from layerjam.workbench.answer import Answer
+from layerjam.workbench.call import Options, key_of
 from layerjam.workbench.controls import Choice, choice, chosen, menu
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import FilesHere
@@ -172,10 +173,10 @@ class Laboratory(Page):
         brake, folder = self.desk.brake_subject(), self.uploads.folder
         return Campaign(self.rows, brake, asked, folder, self.runner.tell)
 
-    def calls(self) -> Sequence[Call]:
+    def answers(self) -> Sequence[Answer]:
         """The steps that are shown, in order, and the report where one was made."""
         made = [self.chain.done.get(name) for name in (*STEPS, "report")]
-        return [done.call for done in made if done is not None and done.result is not None]
+        return [Answer(done.call, done.result) for done in made if done and done.result is not None]
 
     def compute(self) -> list[Row]:
         """Read what is new, then friction, calibration and validation as far as files go."""

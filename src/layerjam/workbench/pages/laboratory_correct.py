@@ -15,13 +15,14 @@ from layerjam.identify.provenance import renamed
 from layerjam.measure.preview import Preview, preview
 from layerjam.measure.sidecar import Facts
 from layerjam.units import show, spec_of
-from layerjam.workbench import live, takeaway
+from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, parameters
 from layerjam.workbench.charts import Curve, options
 from layerjam.workbench.columns import ColumnTable
 from layerjam.workbench.controls import with_unit
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.laboratory_files import Row
+from layerjam.workbench.panel import Panel
 from layerjam.workbench.pins import turn_file
 from layerjam.workbench.proposals import CALIBRATE, FACTS, VALIDATE
 from layerjam.workbench.said import (
@@ -38,7 +39,6 @@ from layerjam.workbench.spoken import on_page
 from layerjam.workbench.widgets import (
     Alert,
     button,
-    chart,
     dressed,
     field,
     fold,
@@ -70,8 +70,9 @@ class Correct:
                 self._words = ui.column().classes("gap-1").style("flex:1; min-width:300px")
                 with ui.column().classes("gap-1").style("flex:1; min-width:320px") as self._curve:
                     look = "width:100%; height:260px"
-                    self._chart = chart("laboratory-record", "Measured curve", look)
-                    takeaway.row("laboratory-record", self._chart, self._taken)
+                    self._panel = Panel(desk, "laboratory", "laboratory-record")
+                    self._panel.build("laboratory-record", "Measured curve", look)
+                    self._panel.build_row()
             self._below = ui.column().classes("w-full gap-3")
         self.box.set_visibility(False)
 
@@ -123,13 +124,11 @@ class Correct:
         axes: dict[str, Any] = {"x": "elongation [mm]", "y": "force [N]"}
         made = options(curves, y_range=(None, None), dark=dark, **axes)
         made["grid"] = {"left": 62, "right": 24 if alone else 110, "top": 16, "bottom": 44}
-        live.draw(self._chart, made)
-
-    def _taken(self) -> takeaway.Taken | None:
-        """The files that are drawn, as the command that looks at pulls draws them."""
-        drawn = tuple(r.upload for r in self.rows[:SHOWN] if r.traces)
-        name = Path(drawn[0].shown).stem if len(drawn) == 1 else "records"
-        return takeaway.Taken(None, name, Call("pull", files=drawn)) if drawn else None
+        # the command that looks at pulls draws these files, when its figure is asked for
+        files = tuple(r.upload for r in self.rows[:SHOWN] if r.traces)
+        name = Path(files[0].shown).stem if len(files) == 1 else "records"
+        answer = Answer(Call("pull", files=files), title=name) if files else None
+        self._panel.draw(answer, made)
 
     def _form(self) -> None:
         said = edits_of(self.desk).get(self._keys[0], {})

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nicegui import run, ui
+from nicegui import ui
 
-from layerjam.errors import LayerjamError
 from layerjam.report.style import BLUE, GREY
 from layerjam.units import show
-from layerjam.workbench import live, takeaway
+from layerjam.workbench import takeaway
+from layerjam.workbench.answer import Answer, file_bytes
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, vacuum_asked
 from layerjam.workbench.desk import Desk
@@ -24,13 +24,11 @@ from layerjam.workbench.pages import pull_band, pull_pins
 from layerjam.workbench.pages.pull_chart import pulled, saw
 from layerjam.workbench.pages.pull_files import Measured, Reading, laid_out, read, show_errors
 from layerjam.workbench.pages.pull_sheets import SheetBySheet
+from layerjam.workbench.panel import Panel
 from layerjam.workbench.peak import PeakSetting
-from layerjam.workbench.pins import BAND, Pins
+from layerjam.workbench.pins import BAND
 from layerjam.workbench.runner import waiting_line
-from layerjam.workbench.widgets import button, chart, columns, fold, one_line, status
-
-if TYPE_CHECKING:
-    from layerjam.report.style import Figure
+from layerjam.workbench.widgets import button, columns, fold, status
 
 STICK_SLIP = "judder"
 """The word in links; they outlive names."""
@@ -66,9 +64,9 @@ class Pull(Page):
         self.more_of_saw = More(self, STICK_SLIP, ("vacuum", "speed", "damping"))
         self._read: tuple[object, Reading] = (None, Reading())
         self._whole: tuple[object, Any] = (None, None)
-        self.pins = Pins(desk, self.name, self.pull_call)
-        self.pins.besides = pull_band.of_pin
-        self.peak = PeakSetting(desk, self.name, self.pull_call, self._full)
+        self.panel = Panel(desk, self.name)
+        self.panel.besides = pull_band.of_pin
+        self.peak = PeakSetting(desk, self.name, lambda: self.calls()[0], self._full)
 
     def controls(self) -> Mapping[str, Control]:
         """Bounds that the brake sets."""
@@ -106,18 +104,19 @@ class Pull(Page):
             self.heroes = Heroes(self.name)
             with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
                 self.outcome = status("pull-outcome")
-                self.pins.build()
+                self.panel.build_pins()
                 self.pin_band = button(PIN_BAND, self._pin_with_band, "pull-pin-band", "push_pin")
                 self.pin_band.set_visibility(False)
-                self.pin_files = pull_pins.PinFiles(self.desk, self.pins)
+                self.pin_files = pull_pins.PinFiles(self.desk, self.panel)
             with self.while_(lambda: not self._saws()):
                 self.peak.build()
-            self.chart = chart("pull-chart", "Force over elongation")
-            self.by_sheet = SheetBySheet(self.chart)
-            self.peak.on(self.chart)
-            with takeaway.row(self.name, self.chart, self.taken):
-                button("record as CSV", self._record, "pull-record", how=takeaway.QUIET)
-                compare = self._comparison
+            self.panel.build("pull-chart", "Force over elongation")
+            self.by_sheet = SheetBySheet(self.panel.chart)
+            self.peak.on(self.panel.chart)
+            with self.panel.build_row():
+                record = partial(self._give, f"tensile {STICK_SLIP}", "csv")
+                button("record as CSV", record, "pull-record", how=takeaway.QUIET)
+                compare = partial(self._give, "validate", "svg")
                 self.compared = button("comparison as SVG", compare, "pull-comparison")
                 self.compared.set_visibility(False)
             self.errors = Box(show_errors, "w-full gap-1 overflow-auto")
@@ -136,33 +135,37 @@ class Pull(Page):
         """Whether the pull sticks and slips."""
         return self.word(MODEL) == STICK_SLIP
 
-    def pull_call(self) -> Call:
-        """The pull that is drawn."""
+    def calls(self) -> Sequence[Call]:
+        """The pull."""
         subjects = (self.desk.brake_subject(),)
         said = self.texts("vacuum", "speed")
         if self._saws():
             if self.value("damping"):
                 said["damping"] = self.text("damping")
-            return Call(STICK_SLIP, subjects, {**said, **self.more_of_saw.options()})
+            return [Call(STICK_SLIP, subjects, {**said, **self.more_of_saw.options()})]
         said["travel"] = self.text("travel")
         if self.word(MODEL) != "lumped":
             said["model"] = self.word(MODEL)
-        return Call("tensile", subjects, {**said, **self.more_of_pull.options()})
+        return [Call("tensile", subjects, {**said, **self.more_of_pull.options()})]
 
-    def calls(self) -> Sequence[Call]:
+    def answers(self) -> Sequence[Answer]:
         """The pull, and what the measured files were asked."""
-        return [self.pull_call(), *self._read[1].calls]
+        return [] if self.result is None else [self.result[0], *self.result[2].answers]
 
     def compute(self) -> Any:
-        """The pull, the brake's greatest force for the axis, and the measured files."""
-        call = self.pull_call()
-        more = {} if call.name == STICK_SLIP else {"progress": self.runner.tell}
-        result = call.run(**more)
-        if self._whole[0] != self.desk.state.brake:
-            whole = Call("show", (self.desk.brake_subject(),)).run()
-            self._whole = (self.desk.state.brake, whole)
-        self.pins.compute(call)
-        return call, result, self._whole[1], self._files(), self._band(call, result)
+        """The pull, the brake's greatest force for the axis, the measured files, and its band."""
+        (call,) = self.calls()
+        saws = call.name == STICK_SLIP
+        result = call.run(**({} if saws else {"progress": self.runner.tell}))
+        if self._whole[0] != call.subjects[0].text:
+            self._whole = (call.subjects[0].text, Call("show", call.subjects).run())
+        pins, reading, band = self.panel.beside(call), self._files(), self._band(call, result)
+        if not saws:
+            pins = (*pull_pins.pinned(self.desk, reading), *pins)
+        bands = [(one.more, one.answer.result.record, GREY) for one in pins if one.more]
+        bands += [(band, result.record, BLUE)] if band else []
+        shade = partial(pull_band.shade, bands=bands) if bands else None
+        return Answer(call, result, pins=pins, finish=shade), self._whole[1], reading, band
 
     def _band(self, call: Call, result: Any) -> pull_band.Band | None:
         """The 95 % of the pull that is shown, where they are known."""
@@ -170,18 +173,10 @@ class Pull(Page):
         return None if error is None else pull_band.band(error, result.record, call)
 
     def _pin_with_band(self) -> None:
-        error = pull_band.known(self.desk, self.pull_call())
+        shown = self.panel.shown
+        error = None if shown is None else pull_band.known(self.desk, shown.call)
         if error is not None:
-            self.pins.pin(**{BAND: error.text()})
-
-    def pinned(self) -> Mapping[str, Call]:
-        """The calls behind the pinned curves."""
-        files = {label: call for label, (call, _) in self._pinned_files().items()}
-        return {**files, **self.pins.calls}
-
-    def _pinned_files(self) -> dict[str, tuple[Call, Any]]:
-        """The measured curves that are pinned and drawn, as calls with their results."""
-        return {} if self._saws() else pull_pins.beside(self.desk, self._read[1])
+            self.panel.pin(**{BAND: error.text()})
 
     def _files(self) -> Reading:
         """The files as they were read, or anew where files, brake or their vacuum changed."""
@@ -196,67 +191,42 @@ class Pull(Page):
 
     def draw(self, result: Any) -> None:
         """Curve and numbers."""
-        call, found, whole, reading, band = result
-        saws = call.name == STICK_SLIP
-        pinned = self.pins.drawn
-        drawn = Reading() if saws else reading
-        self.pin_files.fill(drawn)
+        answer, whole, reading, band = result
+        found, saws = answer.result, answer.call.name == STICK_SLIP
+        self.pin_files.fill(Reading() if saws else reading)
         self.pin_band.set_visibility(band is not None)
-        files = pull_pins.labels(self.desk, drawn)
-        self.pins.fill(files)
         self.of_files.set_visibility(reading.lacking)
         self.compared.set_visibility(bool(reading.curves) and not saws)
         self.errors.set_visibility(not saws)
-        if saws:
-            live.draw(self.chart, saw(found, whole, self.dark, pinned))
-        else:
-            bands = {one.label: one.beside for one in self.pins.shown if one.beside}
-            bands |= {"": band} if band else {}
-            made = pulled(found, whole, reading, self.dark, pinned, files, bands)
-            live.draw(self.chart, made)
+        self.panel.draw(answer, chart_of(answer, whole, reading, band, self.dark))
+        if not saws:
             self.peak.fill(found.peak_force)
         (self.saw if saws else self.pulled).fill(found)
-        self.by_sheet.fill(None if saws else found.motion, self.desk.brake.brake.sheets)
+        self.by_sheet.fill(None if saws else found.motion, found.record.brake.brake.sheets)
         self.heroes.fill(heroes(found))
         self.outcome.set_text(of_slide(found) if saws else of_pull(found))
         self.measured.fill(reading)
         self.errors.fill(reading)
         self.notes.fill(found.warnings)
 
-    def taken(self) -> takeaway.Taken | None:
-        """What the chart shows now."""
-        if self.result is None:
-            return None
-        call, found, *_ = self.result
-        name = f"{self.desk.brake.name}-{call.name}"
-        beside = {**self._pinned_files(), **self.pins.beside}
-        return takeaway.Taken(found, name, call, beside, self._shading())
+    async def _give(self, command: str, ending: str) -> None:
+        for answer in self.answers():
+            if answer.call.name in command.split() and answer.result is not None:
+                make = partial(file_bytes, answer.result, ending)
+                await takeaway.give(make, f"{answer.name}.{ending}")
 
-    def _shading(self) -> Callable[[Figure], None] | None:
-        """What draws the bands of the chart into its figure; None where there are none."""
-        call, found, _, _, band = self.result
-        own = [(band, found.record, BLUE)] if band else []
-        kept = [(one.beside, one.result.record, GREY) for one in self.pins.shown if one.beside]
-        shown = [] if call.name == STICK_SLIP else [*kept, *own]
-        return partial(pull_band.shade, bands=shown) if shown else None
 
-    async def _record(self) -> None:
-        if self.result is not None:
-            call, found, *_ = self.result
-            await self._give(found, "csv", call.name)
-
-    async def _comparison(self) -> None:
-        if self.result is not None and self.result[3].compared:
-            await self._give(self.result[3].compared, "svg", "validate")
-
-    async def _give(self, shown: Any, ending: str, name: str) -> None:
-        try:
-            content = await run.io_bound(takeaway.file_bytes, shown, ending)
-        except LayerjamError as err:
-            ui.notify(one_line(err), type="warning")
-            return
-        if content is not None:  # None: the program is being ended
-            ui.download.content(content, f"{self.desk.brake.name}-{name}.{ending}")
+def chart_of(
+    answer: Answer, whole: Any, reading: Reading, band: pull_band.Band | None, dark: bool
+) -> dict[str, Any]:
+    """The chart of a pull with what is pinned, or of one that sticks and slips."""
+    name, pins = answer.call.name, answer.pins
+    computed = {one.label: one.answer.result for one in pins if one.answer.call.name == name}
+    if name == STICK_SLIP:
+        return saw(answer.result, whole, dark, computed)
+    files = [one.pin.subject for one in pins if one.pin and one.answer.call.files]
+    bands = {one.label: one.more for one in pins if one.more} | ({"": band} if band else {})
+    return pulled(answer.result, whole, reading, dark, computed, files, bands)
 
 
 def heroes(found: Any) -> list[Hero]:

@@ -46,9 +46,9 @@ class Band(NamedTuple):
 def known(desk: Desk, call: Call) -> LawError | None:
     """How sure the law of a pull is.
 
-    None where this tab did not calibrate the brake on the desk, or the pull asks for another law.
+    None where this tab did not calibrate the pulled brake, or the pull asks for another law.
     """
-    spread = desk.laws.get(desk.state.brake)
+    spread = desk.laws.get(call.subjects[0].text)
     if spread is None or call.name != "tensile" or call.options.keys() != ASKED:
         return None
     vacuum, speed = _condition(call)

@@ -15,10 +15,11 @@ from layerjam.identify.validation.metrics import CurveError
 from layerjam.measure.trace import Trace
 from layerjam.units import show
 from layerjam.workbench import live
+from layerjam.workbench.answer import Answer, answered
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import FilesHere
-from layerjam.workbench.page import Box, Notes, answered, checks
+from layerjam.workbench.page import Box, Notes, checks
 from layerjam.workbench.proposals import ASIDE, FRICTION
 from layerjam.workbench.said import edits_of, sidecar_text
 from layerjam.workbench.spoken import on_page
@@ -55,12 +56,19 @@ class Reading:
     """What the files say (`pull`) and how the brake compares (`validate`), or why not."""
 
     files: tuple[Upload, ...] = ()
-    calls: tuple[Call, ...] = ()
-    understood: Any = None
-    compared: Any = None
-    problem: str = ""
+    answers: tuple[Answer, ...] = ()
     lacking: bool = False
     """Whether a file does not say at which vacuum it was pulled."""
+
+    @property
+    def understood(self) -> Any:
+        """The result of `pull`."""
+        return self.answers[0].result if self.answers else None
+
+    @property
+    def compared(self) -> Any:
+        """The result of `validate`."""
+        return self.answers[1].result if len(self.answers) > 1 else None
 
     def named(self, path: str) -> str:
         """The user's name of a file."""
@@ -112,14 +120,12 @@ def read(
     """Both commands on the files; refusals as words, in the user's names."""
     if not files:
         return Reading()
-    pull = Call("pull", files=files)
-    understood, problem = answered(pull, progress=tell)
-    if understood is None:
-        return Reading(files, (pull,), problem=problem)
-    lacking = any(row["vacuum"] is None for row in understood.pulls)
+    pull = answered(Call("pull", files=files), progress=tell)
+    if pull.result is None:
+        return Reading(files, (pull,))
+    lacking = any(row["vacuum"] is None for row in pull.result.pulls)
     validate = Call("validate", (brake,), {"vacuum": vacuum} if lacking else {}, files)
-    compared, problem = answered(validate, progress=tell)
-    return Reading(files, (pull, validate), understood, compared, problem, lacking)
+    return Reading(files, (pull, answered(validate, progress=tell)), lacking)
 
 
 class Measured:
@@ -138,7 +144,7 @@ class Measured:
     def fill(self, reading: Reading) -> None:
         """Show what was made of the files."""
         if self.list.fill(reading):
-            self._trouble.say(reading.problem)
+            self._trouble.say("".join(answer.refusal for answer in reading.answers))
 
     def _show(self, reading: Reading) -> None:
         for file in reading.files:

@@ -6,42 +6,38 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from nicegui import ui
 
+from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.pull_files import Reading
-from layerjam.workbench.pins import Pins
+from layerjam.workbench.panel import Panel
+from layerjam.workbench.state import MEASURED
 from layerjam.workbench.widgets import button, dressed
 
 TITLE = "Pin a measured curve"
 
 
-def labels(desk: Desk, reading: Reading) -> dict[str, str]:
-    """{key: label} of the pinned files that are drawn."""
-    kept = desk.state.files
-    named = {one.file.key: one.label for one in reversed(reading.measured)}
-    return {key: named[key] for key in kept if key in named}
-
-
-def beside(desk: Desk, reading: Reading) -> dict[str, tuple[Call, Any]]:
-    """{label: (call, result)} of the pinned files, as a chart gives them away."""
-    made = {}
-    for key, label in labels(desk, reading).items():
-        file = next(one.file for one in reading.measured if one.file.key == key)
-        own = [pair for pair in reading.understood.record if Path(pair[0].path) == file.path]
-        result = replace(reading.understood, record=own)
-        made[label] = (Call("pull", files=(file,)), result)
-    return made
+def pinned(desk: Desk, reading: Reading) -> tuple[Pinned, ...]:
+    """The measured curves that are pinned and there, each with its file's own answer."""
+    named, made = {one.file.key: one for one in reversed(reading.measured)}, []
+    for pin in desk.state.pins:
+        one = named.get(pin.subject) if pin.command == MEASURED else None
+        if one is not None:
+            path, record = one.file.path, reading.understood.record
+            own = [pair for pair in record if Path(pair[0].path) == path]
+            result = replace(reading.understood, record=own)
+            made.append(Pinned(one.label, Answer(Call("pull", files=(one.file,)), result), pin=pin))
+    return tuple(made)
 
 
 class PinFiles:
     """A button that pins a dropped pull: at once where there is one, else one of a list."""
 
-    def __init__(self, desk: Desk, pins: Pins) -> None:
-        self._desk, self._pins = desk, pins
+    def __init__(self, desk: Desk, panel: Panel) -> None:
+        self._desk, self._panel = desk, panel
         self._names: Mapping[str, str] = {}
         self._shown: object = None
         self._button = button(TITLE, self._asked, "pull-pin-file", "push_pin")
@@ -64,11 +60,11 @@ class PinFiles:
         with self._list:
             for key, name in reversed(self._names.items()):
                 text = f"✓ {name}" if key in kept else name
-                item = ui.menu_item(text, partial(self._pins.pin_file, key))
+                item = ui.menu_item(text, partial(self._panel.pin_file, key))
                 dressed(item, f"pull-pin-file-{key}", role="menuitem")
 
     def _asked(self) -> None:
         if len(self._names) == 1:
-            self._pins.pin_file(next(iter(self._names)))
+            self._panel.pin_file(next(iter(self._names)))
         else:
             self._menu.open()

@@ -11,13 +11,14 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.device.load import devices, load
-from layerjam.units import show
+from layerjam.units import parse, show
 from layerjam.workbench import live
+from layerjam.workbench.answer import Answer, answered
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import Curve, options, round_up, with_readout
 from layerjam.workbench.controls import Control, by_key, vacuum_asked
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.page import Page, answered
+from layerjam.workbench.page import Page
 from layerjam.workbench.pages.drop_animation import Animation, series
 from layerjam.workbench.pages.records import opener
 from layerjam.workbench.runner import waiting_line
@@ -140,27 +141,28 @@ class Start(Page):
     def compute(self) -> Any:
         """The pull, the same at full vacuum once for a brake, and the drop."""
         pull, *drops = self.calls()
-        found = pull.run()
-        if self._full[0] != self.desk.state.brake:
+        found = Answer(pull, pull.run())
+        if self._full[0] != pull.subjects[0].text:
             control = self.controls()["vacuum"]
             full = {**pull.options, "vacuum": control.text(control.high)}
             whole = Call("tensile", pull.subjects, full).run()
-            self._full = (self.desk.state.brake, whole)
-        return found, self._full[1], answered(drops[0]) if drops else None
+            self._full = (pull.subjects[0].text, whole)
+        return found, self._full[1], *map(answered, drops)
 
     def draw(self, result: Any) -> None:
         """The brake, how much it holds, its curve, and what happened to the kilogram."""
-        found, full, fall = result
-        brake = self.desk.brake.brake
+        answer, full, *fall = result
+        found, brake = answer.result, self.desk.brake.brake
+        vacuum = parse(answer.call.options["vacuum"], "Pa", "vacuum")
         self.hero.set_text(show(found.peak_force, "N", DIGITS))
         self.words.set_text(holds(found, brake.site.gravity))
         live.draw(self.chart, force_chart(found, full, self.dark))
-        stack = stack_of(brake, 0.0, self.value("vacuum") / brake.site.atmosphere)
+        stack = stack_of(brake, 0.0, vacuum / brake.site.atmosphere)
         self.view.show(stack, in_words(brake, stack, 0.0), self.dark)
-        if fall is None:
+        if not fall:
             return
-        stop, refusal = fall
-        self.happened.set_text(fell(stop, refusal))
+        stop = fall[0].result
+        self.happened.set_text(fell(stop, fall[0].refusal))
         record = stop.record if stop is not None and stop.feasible else None
         self.animation.load(None if record is None else series(record))
         if self._play:

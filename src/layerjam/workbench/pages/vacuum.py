@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -15,7 +16,8 @@ from layerjam.control.faults import PROVOKED
 from layerjam.control.settings import KINDS, SAFE_STATES
 from layerjam.fluid.parts import parts as known_parts
 from layerjam.units import show
-from layerjam.workbench import live, takeaway
+from layerjam.workbench import live
+from layerjam.workbench.answer import Answer, answered
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import NAMED, Curve, options, room_of, stacked
 from layerjam.workbench.controls import (
@@ -31,10 +33,10 @@ from layerjam.workbench.controls import (
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.heroes import Hero, Heroes
 from layerjam.workbench.more import More
-from layerjam.workbench.page import Figures, Notes, Page, answered
+from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.records import Editor, Kind
-from layerjam.workbench.pins import Pins
-from layerjam.workbench.widgets import chart, columns, dressed, fold, heading, hint, status
+from layerjam.workbench.panel import Panel
+from layerjam.workbench.widgets import columns, dressed, fold, heading, hint, status
 
 LINE = Kind(
     "line",
@@ -118,10 +120,8 @@ class Vacuum(Page):
         about = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
         self.law = Choice("kind", {k: k for k in KINDS}, "pi", label="Law", help=about)
         self.safe, self.fault = safe_choice(), fault_choice()
-        self.pins = Pins(desk, self.name, lambda: self._drawn(0), only="rise")
-        self.loop_pins = Pins(
-            desk, self.name, lambda: self._drawn(1), "vacuum-loop", only="regulate"
-        )
+        self.steps = Panel(desk, self.name, only="rise")
+        self.loop = Panel(desk, self.name, "vacuum-loop", only="regulate")
 
     def controls(self) -> Mapping[str, Control]:
         """Bounds that the line sets."""
@@ -173,23 +173,23 @@ class Vacuum(Page):
         self.heroes = Heroes(self.name)
         with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
             self.rise_words = status("vacuum-rise-words")
-            self.pins.build()
+            self.steps.build_pins()
         narrow = "width: 260px; flex: none"
         with ui.row().classes("w-full beside items-start gap-4"):
             look = "flex: 1; min-width: 0; height: max(260px, 30vh)"
-            self.steps = chart("vacuum-chart", "Vacuum over time, pump full on", look)
+            self.steps.build("vacuum-chart", "Vacuum over time, pump full on", look)
             with ui.column().style(narrow):
                 self.rise_figures = Figures(self.name, "rise", RISE)
-        takeaway.row(self.name, self.steps, lambda: self.taken(0))
+        self.steps.build_row()
         heading("Regulator")
         self.verdict = status("vacuum-verdict", text=NOT_CHOSEN)
         with ui.row().classes("w-full beside items-start gap-4") as self.regulated:
             with ui.column().classes("gap-0").style("flex: 1; min-width: 0"):
                 what = "Vacuum and command over time, regulated"
-                self.loop = chart("vacuum-loop", what, "width: 100%; height: max(430px, 46vh)")
-                self.loop_pins.build()
+                self.loop.build("vacuum-loop", what, "width: 100%; height: max(430px, 46vh)")
+                self.loop.build_pins()
                 hint(KEY)
-                takeaway.row("vacuum-loop", self.loop, lambda: self.taken(1))
+                self.loop.build_row()
             with ui.column().style(narrow):
                 self.loop_figures = Figures("vacuum-loop", "regulate", LOOP)
                 what = "Longest until a fault is detected, at this vacuum"
@@ -217,55 +217,30 @@ class Vacuum(Page):
             said |= {"fault": self.word(self.fault), "fault_at": self.text("fault_at")}
         return [*made, Call("regulate", subjects, {**said, **more})]
 
-    def taken(self, which: int) -> takeaway.Taken | None:
-        """What a chart shows now: of the step (0) or of the regulator (1)."""
-        found = self.result or []
-        if which >= len(found) or found[which][0] is None:
-            return None
-        call = self.calls()[which]
-        beside = (self.pins, self.loop_pins)[which].beside
-        return takeaway.Taken(found[which][0], f"{self.desk.line.name}-{call.name}", call, beside)
-
-    def _drawn(self, which: int) -> Call | None:
-        taken = self.taken(which)
-        return None if taken is None else taken.call
-
-    def pinned(self) -> Mapping[str, Call]:
-        """The calls behind the pinned curves."""
-        made = dict(self.pins.calls)
-        for label, call in self.loop_pins.calls.items():
-            made[f"{label}, regulated" if label in made else label] = call
-        return made
-
-    def compute(self) -> Any:
+    def compute(self) -> list[Answer]:
         """Each alone: a step that is refused leaves the regulator, and the other way round."""
-        calls = self.calls()
-        self.pins.compute(calls[0])
-        for loop in calls[1:]:
-            self.loop_pins.compute(loop)
-        return [answered(call) for call in calls]
+        panels = zip((self.steps, self.loop), self.calls(), strict=False)
+        return [replace(answered(call), pins=panel.beside(call)) for panel, call in panels]
 
-    def draw(self, result: Any) -> None:
+    def draw(self, result: Sequence[Answer]) -> None:
         """Both charts and what is said of them."""
-        (rise, refused), *loops = result
-        self.pins.fill()
-        self.loop_pins.fill()
-        self._draw_rise(rise, refused)
-        self.regulated.set_visibility(bool(loops) and loops[0][0] is not None)
-        said = list(rise.warnings) if rise is not None else []
-        if not loops:
-            self.verdict.set_text(NOT_CHOSEN)
-        elif loops[0][0] is None:
-            self.verdict.set_text(f"Cannot: {loops[0][1]}")
+        rise, *loops = result
+        self._draw_rise(rise)
+        regulated = [loop for loop in loops if loop.result is not None]
+        self.regulated.set_visibility(bool(regulated))
+        if not regulated:
+            self.loop.draw(None, None)
+            self.verdict.set_text(f"Cannot: {loops[0].refusal}" if loops else NOT_CHOSEN)
         else:
-            self._draw_loop(loops[0][0])
-            said += loops[0][0].warnings
+            self._draw_loop(regulated[0])
+        said = [w for one in (rise, *regulated) if one.result for w in one.result.warnings]
         self.notes.fill(list(dict.fromkeys(said)))
 
-    def _draw_rise(self, rise: Any | None, refused: str) -> None:
-        self.steps.set_visibility(rise is not None)
+    def _draw_rise(self, answer: Answer) -> None:
+        rise = answer.result
         if rise is None:
-            self.rise_words.set_text(f"Cannot: {refused}.")
+            self.steps.draw(answer, None)
+            self.rise_words.set_text(f"Cannot: {answer.refusal}.")
             self.heroes.fill([])
             return
         words = f"Cannot: {rise.reason}."
@@ -277,7 +252,7 @@ class Vacuum(Page):
         self.heroes.fill(heroes(rise))
         time, vacuum, end = seen_of(rise)
         wanted = rise.target / KPA
-        quiet = {label: seen_of(other) for label, other in self.pins.drawn.items()}
+        quiet = {label: seen_of(other.result) for label, other in answer.beside.items()}
         longest = max(end, *(last for *_, last in quiet.values()), 0.0)
         marks = [
             (float(np.interp(part * rise.target, vacuum, time)), part * wanted, word, "quiet")
@@ -293,11 +268,12 @@ class Vacuum(Page):
         axes: dict[str, Any] = {"x": "time [s]", "y": "vacuum [kPa]", "x_range": (0, longest)}
         made = options(curves, marks=marks, dark=self.dark, **axes)
         made["series"][1]["endLabel"]["color"] = made["xAxis"]["axisLabel"]["color"]
-        live.draw(self.steps, made)
+        self.steps.draw(answer, made)
 
-    def _draw_loop(self, result: Any) -> None:
+    def _draw_loop(self, answer: Answer) -> None:
+        result = answer.result
         _, loop = result.record
-        pins = {label: other.record[1] for label, other in self.loop_pins.drawn.items()}
+        pins = {label: other.result.record[1] for label, other in answer.beside.items()}
         end = result.duration
         begins, said = result.fault_at, result.fault_time
         stop = end if said is None else said
@@ -332,7 +308,7 @@ class Vacuum(Page):
                 series["endLabel"]["offset"] = [0, shift]
             for series in part["series"][own:]:
                 series["endLabel"] |= dict(width=NAMED - 8, overflow="truncate")
-        live.draw(self.loop, stacked(parts, (1.7, 1)))
+        self.loop.draw(answer, stacked(parts, (1.7, 1)))
         # error and ripple are those of a target that the safe state has given up
         given_up = () if result.outcome == "HEALTHY" else ("steady_error", "ripple")
         self.loop_figures.fill(result, but=given_up)
