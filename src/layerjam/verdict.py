@@ -180,11 +180,12 @@ def judge(
     accept: Mapping[str, str] | None = None,
     numbers: Sequence[str] = (),
     file: object = "",
+    date: str | None = None,
 ) -> Verdict:
     """Return the verdict of some checks, given {name of a failed check: reason to accept it}.
 
     `numbers` are the dotted paths of the numbers that the checks concern and `file` is the file
-    that will store the acceptances. Raises UnknownNameError for a name that is not among the
+    that will store the acceptances; `date` (ISO) is today unless given. Raises UnknownNameError for a name that is not among the
     checks, and QuantityError for a check that has not failed.
     """
     known = tuple(c for c in checks if c is not None)
@@ -204,7 +205,7 @@ def judge(
             Acceptance(
                 check=found[0].name,
                 reason=reason,
-                date=datetime.now(UTC).date().isoformat(),
+                date=date or datetime.now(UTC).date().isoformat(),
                 finding="; ".join(dict.fromkeys(c.sentence for c in found)),
                 numbers=tuple(numbers),
                 file=str(file or ""),

@@ -8,13 +8,16 @@ import json
 import shutil
 import sys
 import zipfile
+from datetime import datetime
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import pytest
 from rocrate.rocrate import ROCrate
 
 from layerjam.commands.calibration import calibrate
+from layerjam.commands.left_out import LeftOut
 from layerjam.commands.publish import Published, Recomputed, publish, recompute
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.measure.sidecar import Facts, write_facts
@@ -34,7 +37,7 @@ def tests(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for path in made.friction:
         write_facts(path, Facts(normal_force=2.45, brake=BRAKE, synthetic=True), force=True)
     calibrate(BRAKE, made.pulls, out=folder / "calibrated.toml")
-    (folder / "notes.txt").write_text("the third pull was done after lunch\n")
+    (folder / "my notes ü.txt").write_text("the third pull was done after lunch\n")
     (folder / "run.ljrun").write_bytes(b"SQLite format 3\0 as it is")
     return folder
 
@@ -83,8 +86,9 @@ def test_the_description_is_an_ro_crate(published: Published) -> None:
     assert read.license["identifier"] == "CC-BY-4.0"
     names = [one["name"] for one in read.root_dataset["author"]]
     assert names == ["Ada Lovelace", "Émilie du Châtelet"]
-    described = {e.id: e for e in read.data_entities if e.type == "File"}
+    described = {unquote(e.id): e for e in read.data_entities if e.type == "File"}
     assert {*described} == {*published.files} - {"ro-crate-metadata.json"}
+    assert "sha256" not in described.pop("checksums.sha256")  # it holds that of the description
     for name, entity in described.items():
         assert entity["sha256"] == hashlib.sha256((root / name).read_bytes()).hexdigest()
     (action,) = [e for e in read.contextual_entities if e.type == "CreateAction"]
@@ -137,11 +141,17 @@ def test_a_published_number_that_was_polished_is_found(
     assert found.changed_files == ["report/results.json"]
 
 
-def test_what_others_add_is_no_difference(published: Published, tmp_path: Path) -> None:
-    copy = again(published, tmp_path)
-    (copy / "my-notes.txt").write_text("mine")
-    found = recompute(copy)
-    assert found.equal and found.added_files == ["my-notes.txt"]
+def test_a_dataset_published_on_another_day_recomputes(
+    published: Published, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Later(datetime):
+        @classmethod
+        def now(cls, tz: Any = None) -> Any:
+            return datetime(2031, 2, 3, tzinfo=tz)
+
+    for module in ("identify.provenance", "commands.report", "verdict"):
+        monkeypatch.setattr(f"layerjam.{module}.datetime", Later)
+    assert recompute(published.folder).equal
 
 
 def test_a_dataset_of_an_older_version_still_recomputes() -> None:
@@ -149,6 +159,26 @@ def test_a_dataset_of_an_older_version_still_recomputes() -> None:
     assert found.versions["published"]["layerjam"] == "0.1.0"
     assert found.equal, found.differs
     assert found.numbers > 200
+
+
+def test_options_and_files_left_out_are_part_of_it(tests: Path, tmp_path: Path) -> None:
+    pulls = [tests / f"pull-{n}.csv" for n in (1, 2, 3)]
+    out = tmp_path / "out"
+    why = {str(pulls[2]): "the enclosure was torn"}
+    found = publish(
+        tests, out=out, brake=BRAKE, pulls=pulls, atmosphere="98 kPa", left_out=LeftOut(exclude=why)
+    )
+    said = json.loads((out / "recipe.json").read_text())
+    assert said["options"] == {
+        "atmosphere": 98e3,
+        "exclude": {"data/pull-3.csv": "the enclosure was torn"},
+    }
+    assert {*said["unused"]} == {
+        *(f"data/friction-{n}.csv" for n in (1, 2, 3)),
+        *(f"data/{p.name}" for p in tests.glob("check-*.csv")),
+    }
+    assert found.calibrated_on == 3
+    assert recompute(out).equal
 
 
 def test_a_missing_measurement_is_named(published: Published, tmp_path: Path) -> None:
@@ -172,15 +202,12 @@ def test_only_a_dataset_is_replaced(tests: Path, published: Published, tmp_path:
     assert [p.name for p in mine.parent.iterdir()] == ["mine"]
 
 
-def test_only_writing_needs_the_extra(
-    tests: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_pdf_is_not_passed_over_without_typst(
+    published: Published, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in [m for m in sys.modules if m.split(".")[0] == "rocrate"]:
-        monkeypatch.setitem(sys.modules, name, None)
-    monkeypatch.setitem(sys.modules, "rocrate", None)
+    monkeypatch.setitem(sys.modules, "typst", None)
     with pytest.raises(MissingExtraError, match=r"layerjam\[publish\]"):
-        publish(tests, out=tmp_path / "never", brake=BRAKE)
-    assert recompute(OLDER).equal
+        recompute(published.folder)
 
 
 def test_a_campaign_that_does_not_say_its_brake(tmp_path: Path) -> None:
@@ -205,6 +232,7 @@ def test_a_refused_measurement_is_published_and_counts_nowhere(tmp_path: Path) -
     root = tmp_path / "out"
     said = json.loads((root / "recipe.json").read_text())
     assert list(said["unused"]) == [f"data/{broken.name}"]
+    assert said["unused"][f"data/{broken.name}"]["use"] == "calibrate"
     assert f"data/{broken.name}" not in (*said["calibrate"], *said["validate"])
     assert found.calibrated_on == len(said["calibrate"])
     assert (root / "data" / broken.name).read_bytes() == broken.read_bytes()
@@ -225,11 +253,8 @@ def test_a_refusal_names_the_users_own_file(tmp_path: Path) -> None:
 
 def test_a_broken_dataset_is_one_sentence(published: Published, tmp_path: Path) -> None:
     copy = again(published, tmp_path)
-    (copy / "report" / "results.json").write_text("{")
-    with pytest.raises(FileError, match="no results"):
-        recompute(copy)
-    (copy / "checksums.sha256").unlink()
-    with pytest.raises(FileError, match=r"checksums\.sha256"):
+    (copy / "recipe.json").write_text("{")
+    with pytest.raises(FileError, match=r"recipe\.json"):
         recompute(copy)
     with zipfile.ZipFile(tmp_path / "empty.zip", "w"):
         pass

@@ -182,7 +182,7 @@ def test_pip_is_content_with_all(bare: Environment) -> None:
     names = bare.offer("all")
     done = bare.install("all")
     assert done.returncode == 0, done.stderr
-    assert {"matplotlib", "rocrate", "nicegui", "sqlalchemy", "pyserial"} <= names
+    assert {"matplotlib", "pypdfium2", "nicegui", "sqlalchemy", "pyserial"} <= names
 
 
 def test_the_environment_sees_nothing_else(bare: Environment) -> None:

@@ -41,7 +41,7 @@ BENCH = (
     "--safe-state", "release", "--vent-rest", "open",
 )  # fmt: skip
 SAID = ("--title", "The demo's campaign", "--licence", "CC0-1.0", "--author", "The demo")
-USED = ("ezdxf", "jinja2", "manifold3d", "matplotlib", "rocrate.rocrate", "typst")
+USED = ("ezdxf", "jinja2", "manifold3d", "matplotlib", "pypdfium2", "typst")
 """What its steps need of the extras, asked for before the first one."""
 MARKER = ".made-by-layerjam-demo"
 """A file in the folder that says that the demo made it, and so may make it anew."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,13 +11,17 @@ from layerjam.commands.declare import Progress, taken
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.left_out import LeftOut
 from layerjam.commands.measurements import Measurements
+from layerjam.commands.quantities import brake_file
 from layerjam.commands.reading import FileOptions
 from layerjam.commands.report import HowTested, stages
+from layerjam.dataset import checksums, crate
+from layerjam.dataset.campaign import campaign
+from layerjam.dataset.people import Stated
 from layerjam.dataset.recipe import RECIPE, Recipe
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError
-from layerjam.identify.provenance import renamed
-from layerjam.report.folder import plain
+from layerjam.records.folders import write_files
+from layerjam.report.folder import json_text, plain
 from layerjam.verdict import read_acceptances
 
 if TYPE_CHECKING:
@@ -27,23 +31,77 @@ USES = ("friction", "calibrate", "validate")
 STAGES = ("friction", "calibration", "validation")
 
 
-def computed(
-    root: Path, brake: str, used: Mapping[str, Sequence[str]], how: HowTested, tell: Progress
-) -> BrakeReport:
-    """The stages of a dataset, from its own files."""
-    there = {use: [str(root / name) for name in files] for use, files in used.items()}
-    measured = Measurements(
-        friction=there["friction"], pulls=there["calibrate"], validate=there["validate"]
+def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> tuple[Recipe, BrakeReport]:
+    """Write into the folder `out` what follows from the inputs of a dataset in `root`.
+
+    These are report, calibrated brake, recipe and README. Returns the recipe with the files that
+    were refused and the measurements that no stage was given, and the report. Raises LayerjamError
+    for inputs from which nothing follows.
+    """
+    from layerjam.report import brake_files
+
+    how, stated = how_of(recipe, root), recipe.stated
+    refused = [(name, one.get("use")) for name, one in recipe.unused.items()]
+    files = {
+        use: [*getattr(recipe, use), *(name for name, stage in refused if stage == use)]
+        for use in USES
+    }
+    there = {use: [str(root / name) for name in names] for use, names in files.items()}
+    content = stages(
+        brake_file(load(root / recipe.brake), how.atmosphere),
+        Measurements(
+            friction=there["friction"], pulls=there["calibrate"], validate=there["validate"]
+        ),
+        how,
+        tell,
+        command="layerjam publish; `layerjam recompute` computes it again",
+        date=stated and stated.date,
+        names={str(root / name): name for names in files.values() for name in names},
     )
-    names = {str(root / name): name for files in used.values() for name in files}
-    said = "layerjam publish; `layerjam recompute` computes it again"
-    return stages(load(root / brake), measured, how, tell, command=said, names=names)
+    brake_files.write(content, out / crate.REPORT, say=lambda what: tell(what, 0.8))
+    used, unused = _apart(root, files, content)
+    given = {name for names in files.values() for name in names}
+    for name in campaign(root / crate.RAW, how.options).measurements:
+        if f"{crate.RAW}/{name}" not in given:
+            unused[f"{crate.RAW}/{name}"] = {"use": "", "why": "no stage was given this file"}
+    recipe = replace(recipe, **used, unused=unused)
+    texts = {RECIPE: recipe.text()}
+    if stated is not None:
+        texts[crate.README] = crate.readme(
+            recipe, stated, content.file.name, content.synthetic, content.accepted
+        )
+    if content.calibration is not None or content.friction is not None:
+        texts[crate.FITTED] = content.file.text
+    write_files(out, texts)
+    return recipe, content
 
 
-def values_of(content: BrakeReport, root: Path, used: Mapping[str, Sequence[str]]) -> Any:
-    """The stages' values as JSON has them, files called by their paths inside the dataset."""
-    values = plain({stage: content.stages.get(stage) for stage in STAGES})
-    return renamed(values, {str(root / name): name for files in used.values() for name in files})
+def describe(
+    root: Path, files: Iterable[str], recipe: Recipe, stated: Stated, content: BrakeReport
+) -> str:
+    """Text of ro-crate-metadata.json for these files of a dataset in `root`."""
+    brake, synthetic = content.file.name, content.synthetic
+    return json_text(crate.metadata(root, files, recipe, stated, brake, synthetic))
+
+
+def _apart(
+    root: Path, files: Mapping[str, Sequence[str]], content: BrakeReport
+) -> tuple[dict[str, tuple[str, ...]], dict[str, dict[str, str]]]:
+    """The files that served, by their use, and {path: use and reason} of those refused."""
+    kept: dict[str, tuple[str, ...]] = {}
+    unused: dict[str, dict[str, str]] = {}
+    for use, stage in zip(USES, STAGES, strict=True):
+        served = {file.sha256 for file in content.files if file.role == stage}
+        reasons = {name: reason for name, at, reason in content.refused if at == stage}
+        for file in files[use]:
+            path, name = root / file, Path(file).name
+            digest = checksums.sha256(path) if path.is_file() else ""
+            if digest in served or name not in reasons:
+                kept[use] = (*kept.get(use, ()), file)
+                served.discard(digest)  # a second file of the same content was refused
+            else:
+                unused[file] = {"use": use, "why": reasons[name]}
+    return {use: kept.get(use, ()) for use in USES}, unused
 
 
 def options_of(how: HowTested) -> dict[str, Any]:
@@ -54,7 +112,7 @@ def options_of(how: HowTested) -> dict[str, Any]:
         for f in fields(record)
         if getattr(record, f.name) != f.default
     }
-    for name in ("depth", "vacuum"):
+    for name in ("depth", "vacuum", "atmosphere"):
         if getattr(how, name) != getattr(HowTested(), name):
             made[name] = getattr(how, name)
     reasons = how.left_out.reasons()
@@ -75,12 +133,18 @@ def how_of(recipe: Recipe, root: Path) -> HowTested:
         unknown = [name for name in said if name not in own]
         if unknown:
             raise FileError(root / RECIPE, f"option {unknown[0][:60]!r} is not known here")
+        raw = f"{crate.RAW}/"
+        exclude = {
+            str(root / name) if name.startswith(raw) else name: reason
+            for name, reason in dict(said.get("exclude", {})).items()
+        }
         return HowTested(
             test=taken(FrictionTest, test),
             options=taken(FileOptions, reading),
             depth=said.get("depth", "exact"),
             vacuum=said.get("vacuum"),
-            left_out=LeftOut(exclude=said.get("exclude", ())),
+            atmosphere=said.get("atmosphere"),
+            left_out=LeftOut(exclude=exclude),
             accept=read_acceptances(said.get("accept", {})),
         )
     except (LayerjamError, TypeError, ValueError) as err:

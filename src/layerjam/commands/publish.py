@@ -18,11 +18,17 @@ from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import Notice
 from layerjam.units import show
 
-SHOWN = 12
-"""Differences that the table lists."""
+SHOWN = 6
+"""Differences of a file that the table lists."""
 Author = Annotated[
     Sequence[str], Help("Who made it, with the ORCID iD if known.", metavar="NAME[,ORCID]")
 ]
+
+
+def _names(files: Sequence[str]) -> str:
+    """How many files, and the first of their names."""
+    more = ", ..." if len(files) > 4 else ""
+    return f"{len(files)}" + (f": {', '.join(files[:4])}{more}" if files else "")
 
 
 @result
@@ -36,6 +42,7 @@ class Published(Result):
     validated_on: int = number("1", "pulls that it was validated on")
     crate: str | None = fact("its description for repositories")
     checksums: str | None = fact("SHA-256 of every file")
+    fingerprint: str | None = fact("digest of the checksums: it changes with every file")
     report: str | None = fact("the page")
     licence: str | None = fact("licence")
     authors: Sequence[Mapping[str, str]] = fact("who made it", listed=False)
@@ -128,13 +135,16 @@ class Recomputed(Result):
     equal: bool = fact("whether every number and every file is as published")
     numbers: int = number("1", "numbers compared")
     differs: Sequence[Mapping[str, Any]] = fact(
-        "numbers that came out otherwise", shown=lambda found: str(len(found))
+        "numbers and words that came out otherwise", shown=lambda found: str(len(found))
     )
-    changed_files: Sequence[str] = fact(
-        "files that are not as published",
-        shown=lambda found: f"{len(found)}" + (f": {', '.join(found[:4])}" if found else ""),
+    changed_files: Sequence[str] = fact("files that are not as published", shown=_names)
+    added_files: Sequence[str] = fact(
+        "files without a checksum", shown=lambda found: _names(found) if found else ""
     )
-    added_files: Sequence[str] = fact("files that were not published", listed=False)
+    not_compared: Mapping[str, str] = fact(
+        "parts of files that were not compared, and why", listed=False
+    )
+    fingerprint: str | None = fact("digest of the checksums: it changes with every file")
     versions: Mapping[str, Mapping[str, str]] = fact("programs then and now", listed=False)
 
     @property
@@ -143,17 +153,21 @@ class Recomputed(Result):
         return 0 if self.equal else 1
 
     def lines(self) -> Iterator[str]:
-        """The first differences, and the versions."""
+        """The first differences of each file, what was not compared, and the versions."""
         then, now = self.versions["published"], self.versions["recomputed"]
-        if self.differs:
-            yield from ("", "number: published, recomputed, relative difference")
-        for one in self.differs[:SHOWN]:
-            share = "" if one["share"] is None else f", {show(one['share'], '1', 2)}"
-            yield f"  {one['number']}: {_number(one['published'])}, " + (
-                f"{_number(one['recomputed'])}{share}"
-            )
-        if len(self.differs) > SHOWN:
-            yield f"  and {len(self.differs) - SHOWN} more (--json lists all)"
+        for file in dict.fromkeys(one["file"] for one in self.differs):
+            rows = [one for one in self.differs if one["file"] == file]
+            yield from ("", f"{file}: published, recomputed, relative difference")
+            for one in rows[:SHOWN]:
+                share = "" if one["share"] is None else f", {show(one['share'], '1', 2)}"
+                yield f"  {one['number']}: {_number(one['published'])}, " + (
+                    f"{_number(one['recomputed'])}{share}"
+                )
+            if len(rows) > SHOWN:
+                yield f"  and {len(rows) - SHOWN} more (--json lists all)"
+        if self.not_compared:
+            yield from ("", "not compared:")
+        yield from (f"  {file}: {why}" for file, why in self.not_compared.items())
         yield ""
         for name in dict.fromkeys((*then, *now)):
             was, has = then.get(name, "not stated"), now.get(name, "not here")
@@ -172,18 +186,21 @@ def recompute(
     *,
     progress: Progress | None = None,
 ) -> Recomputed:
-    """Compute every number of a published dataset again from its raw files, and say which differ.
+    """Compute a published dataset again from its raw files, and list everything that differs.
 
-    Two numbers are the same up to a relative difference of 1e-6. A file that does not hold what its
-    checksum says is named, whatever the numbers do. Nothing is written. Raises FileError for what
-    is no dataset.
+    Numbers, tables, page, PDF, figures, calibrated brake and description are derived again. Two
+    numbers are the same up to a relative difference of 1e-6. A file that does not hold what its
+    checksum says, has no checksum, or is missing is named, whatever the numbers do. If other
+    versions of the programs wrote the dataset, words and drawings may differ: then the numbers in
+    them are compared, and `not_compared` lists the rest. Nothing is written. Raises FileError for
+    a folder that is not a dataset.
     """
-    from layerjam.commands.recomputing import again
+    from layerjam.commands.recomputing import recompute_dataset
 
-    found = again(Path(dataset), progress or (lambda _what, _share: None))
+    found = recompute_dataset(Path(dataset), progress or (lambda _what, _share: None))
     then, now = found["versions"]["published"], found["versions"]["recomputed"]
     notices = []
     if not found["equal"] and then != now:
-        said = "other versions computed this; a difference may be theirs and not the data's"
-        notices.append(Notice(said, "other-versions"))
+        sentence = "other versions computed this; the versions, not the data, may explain a "
+        notices.append(Notice(f"{sentence}difference", "other-versions"))
     return Recomputed.of(**found, warnings=notices)

@@ -4,31 +4,29 @@ from __future__ import annotations
 
 import os
 import shutil
-import tempfile
-import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from layerjam.commands.dataset_stages import STAGES, USES, computed, options_of
+from layerjam.commands.dataset_stages import USES, derive, describe, options_of
 from layerjam.commands.declare import Progress
+from layerjam.commands.left_out import OF
 from layerjam.commands.measurements import Measurements
 from layerjam.commands.quantities import AnyBrake, brake_file
 from layerjam.commands.report import HowTested
 from layerjam.dataset import campaign as campaigns
-from layerjam.dataset import checksums, crate
+from layerjam.dataset import checksums
+from layerjam.dataset.crate import BRAKE, LINE, METADATA, RAW, REPORT, RESULTS
 from layerjam.dataset.people import Stated
 from layerjam.dataset.recipe import RECIPE, Recipe, versions
 from layerjam.device.file import BrakeFile
-from layerjam.errors import FileError, FitError, Notice
+from layerjam.errors import FileError, Notice
 from layerjam.fluid.file import load_line
+from layerjam.records.folders import hidden_folder, replace_folder, write_files
 
 if TYPE_CHECKING:
     from layerjam.report.brake_report import BrakeReport
-
-RAW, BRAKE, LINE, FITTED = "data", "brake.toml", "line.toml", "brake-calibrated.toml"
-REPORT, RESULTS, README = "report", "report/results.json", "README.md"
 
 
 def write(
@@ -48,7 +46,6 @@ def write(
     """
     from layerjam.report import page
 
-    crate.require()  # first: its extra brings the page's too
     page.check_extras()
     notices = stated.notices()
     _writable(folder, out, force)
@@ -56,31 +53,30 @@ def write(
     found = campaigns.campaign(folder, how.options)
     file, given = _tested(brake, found, how.atmosphere), _given(found, measurements)
     other = None if line is None else load_line(line).text
-    staging = out.absolute().parent / f".layerjam-dataset-{uuid.uuid4().hex}"
     try:
-        _copy(found, staging)
-        texts = {BRAKE: file.text or file.rendered(file.name), LINE: other}
-        _write(staging, {name: text for name, text in texts.items() if text is not None})
-        try:
-            recipe, content = _computed(staging, given, how, stated, tell)
-        except FileError as err:
-            raise _where_it_lies(err, staging, folder) from None
-        stops = bool(content.verdict.failed)
-        if not stops:
-            _describe(staging, recipe, stated, content)
-            _replace(staging, out)
+        with hidden_folder(out.absolute().parent) as hidden:
+            staging = hidden / "dataset"
+            _copy(found, staging)
+            texts = {BRAKE: file.text or file.rendered(file.name), LINE: other}
+            write_files(staging, {name: text for name, text in texts.items() if text is not None})
+            try:
+                recipe, content = _derive(staging, found, given, how, stated, tell)
+            except FileError as err:
+                raise _where_it_lies(err, staging, folder) from None
+            stops = bool(content.verdict.failed)
+            if not stops:
+                replace_folder(staging, out)
     except OSError as err:
         raise FileError(out, f"cannot be written: {err.strerror or err}") from None
-    finally:
-        shutil.rmtree(staging, ignore_errors=True)
     return file, dict(
         folder=None if stops else str(out),
         files=[] if stops else checksums.inside(out),
         friction_tests=len(recipe.friction),
         calibrated_on=len(recipe.calibrate),
         validated_on=len(recipe.validate),
-        crate=None if stops else str(out / crate.METADATA),
+        crate=None if stops else str(out / METADATA),
         checksums=None if stops else str(out / checksums.NAME),
+        fingerprint=None if stops else checksums.sha256(out / checksums.NAME),
         report=None if stops else str(out / REPORT / "report.html"),
         licence=stated.licence,
         authors=[vars(one) for one in stated.authors],
@@ -111,57 +107,42 @@ def _notices(content: BrakeReport) -> Iterator[Notice]:
         )
 
 
-def _computed(
-    staging: Path, given: Measurements, how: HowTested, stated: Stated, tell: Progress
+def _derive(
+    staging: Path,
+    found: campaigns.Campaign,
+    given: Measurements,
+    how: HowTested,
+    stated: Stated,
+    tell: Progress,
 ) -> tuple[Recipe, BrakeReport]:
     """Everything that follows from the raw files, written beside them."""
-    from layerjam.report import brake_files
-
-    used = _divided(staging, given, how, tell)
-    content = computed(staging, BRAKE, used, how, tell)
-    for one in content.verdict.failed:
-        raise FitError(f"check '{one.name}' failed: {one.sentence}; nothing was written")
-    brake_files.write(content, staging / REPORT, say=lambda what: tell(what, 0.8))
-    used, unused = _apart(staging, used, content)
+    options = options_of(how)
+    if "exclude" in options:
+        named = options["exclude"].items()
+        options["exclude"] = {_inside(found, name): reason for name, reason in named}
     recipe = Recipe(
         versions=versions(),
         brake=BRAKE,
         results=RESULTS,
-        options=options_of(how),
-        unused=unused,
-        **{use: tuple(files) for use, files in used.items()},
+        options=options,
+        stated=stated,
+        **_divided(staging, given, how, tell),
     )
-    texts = {RECIPE: recipe.text(), README: _readme(stated, recipe, content)}
-    if content.calibration is not None or content.friction is not None:
-        texts[FITTED] = content.file.text
-    _write(staging, texts)
-    _write(staging, {checksums.NAME: checksums.written(staging, checksums.inside(staging))})
+    recipe, content = derive(staging, recipe, staging, tell)
+    description = describe(staging, checksums.inside(staging), recipe, stated, content)
+    write_files(staging, {METADATA: description})
+    write_files(staging, {checksums.NAME: checksums.written(staging, checksums.inside(staging))})
     return recipe, content
 
 
-def _apart(
-    staging: Path, used: Mapping[str, list[str]], content: BrakeReport
-) -> tuple[dict[str, list[str]], dict[str, str]]:
-    """The files that served, by their use, and {path: why} of those that were refused."""
-    kept: dict[str, list[str]] = {}
-    unused: dict[str, str] = {}
-    for use, stage in zip(USES, STAGES, strict=True):
-        served = {file.sha256 for file in content.files if file.role == stage}
-        why = {name: said for name, at, said in content.refused if at == stage}
-        kept[use] = []
-        for file in used[use]:
-            digest, name = checksums.sha256(staging / file), Path(file).name
-            if digest in served or name not in why:
-                kept[use].append(file)
-                served.discard(digest)  # a second file of the same content was refused
-            else:
-                unused[file] = why[name]
-    return kept, unused
-
-
-def _write(folder: Path, texts: Mapping[str, str]) -> None:
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+def _inside(found: campaigns.Campaign, name: str) -> str:
+    """A file, or a specimen of one, by its path inside the dataset; a bare name stays as it is."""
+    path, of, specimen = name.partition(OF)
+    try:
+        (own,) = campaigns.within(found.folder, [path])
+    except FileError:
+        return name
+    return f"{RAW}/{own}{of}{specimen}"
 
 
 def _writable(folder: Path, out: Path, force: bool) -> None:
@@ -237,68 +218,3 @@ def _divided(
         use: [Path(str(p)).relative_to(staging).as_posix() for p in _listed(files)]
         for use, files in parts.items()
     }
-
-
-def _readme(stated: Stated, recipe: Recipe, content: BrakeReport) -> str:
-    """What a stranger reads first."""
-    lines = [f"# {stated.name}", ""]
-    if content.synthetic:
-        lines += ["**Synthetic**: files here were written by a program, not measured.", ""]
-    for one in content.accepted:
-        lines += [f"**Accepted**: {one.notice()}", ""]
-    lines += [
-        f"Brake: {content.file.name}. {len(recipe.friction)} friction tests, "
-        f"{len(recipe.calibrate)} pulls to calibrate on, {len(recipe.validate)} to validate on.",
-        *(f"Not used: `{name}`, {why}" for name, why in recipe.unused.items()),
-        "",
-        f"- `{RAW}/`: the files as they came from the machine, with their sidecars",
-        f"- `{BRAKE}`: the brake before, `{FITTED}`: after friction tests and calibration",
-        f"- `{REPORT}/report.html`: the page; `{RESULTS}`: every number",
-        f"- `{RECIPE}`: which file was used for what, and how",
-        f"- `{checksums.NAME}`: `sha256sum --check {checksums.NAME}` finds changed files",
-        "",
-        "To compute every number again:",
-        "",
-        f'    pip install "layerjam[report]=={recipe.versions["layerjam"]}"',
-        "    layerjam recompute .",
-        "",
-        f"Licence: {stated.licence or crate.NO_LICENCE}",
-        "",
-    ]
-    return "\n".join(lines)
-
-
-def _describe(staging: Path, recipe: Recipe, stated: Stated, content: BrakeReport) -> None:
-    names = checksums.inside(staging)
-    kind = "Synthetic tests" if content.synthetic else "Tests"
-    about = crate.About(
-        name=stated.name,
-        description=f"{kind} of the layer-jamming brake {content.file.name}: "
-        f"{len(recipe.friction)} friction tests and {len(recipe.calibrate)} + "
-        f"{len(recipe.validate)} pulls (calibration + validation), with all that was computed "
-        "from them.",
-        date=stated.date,
-        licence=stated.licence,
-        authors=stated.authors,
-        versions=recipe.versions,
-        made_from=[recipe.brake, *recipe.friction, *recipe.calibrate, *recipe.validate],
-        numbers=[name for name in names if name == FITTED or name.startswith(f"{REPORT}/")],
-    )
-    digests = {name: checksums.sha256(staging / name) for name in names}
-    crate.write_metadata(staging, digests, about)
-
-
-def _replace(staging: Path, out: Path) -> None:
-    """Put the finished folder in its place; the one before is there until the new one is."""
-    old = None
-    if out.exists():
-        old = Path(tempfile.mkdtemp(prefix=".layerjam-old-", dir=out.parent)) / "dataset"
-        os.replace(out, old)
-    try:
-        os.replace(staging, out)
-    except OSError:
-        if old is not None:
-            os.replace(old, out)
-        raise
-    if old is not None:
-        shutil.rmtree(old.parent, ignore_errors=True)

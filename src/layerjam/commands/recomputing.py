@@ -1,41 +1,135 @@
-"""What `recompute` does with a published dataset."""
+"""What `recompute` does with a published dataset: derive all again, compare file by file."""
 
 from __future__ import annotations
 
 import json
+import tempfile
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from layerjam.commands.dataset_stages import STAGES, USES, computed, how_of, values_of
+from layerjam.commands.dataset_stages import STAGES, derive, describe
 from layerjam.commands.declare import Progress
-from layerjam.dataset import checksums, comparison, crate
-from layerjam.dataset.recipe import read_recipe, versions
+from layerjam.dataset import checksums, crate
+from layerjam.dataset.comparison import (
+    Difference,
+    by_name,
+    count,
+    differences,
+    file_differences,
+    number_differences,
+    without,
+)
+from layerjam.dataset.crate import BRAKE, LINE, METADATA, RAW, README, REPORT, RESULTS
+from layerjam.dataset.recipe import FORMAT, RECIPE, Recipe, read_recipe, versions
 from layerjam.dataset.unpack import opened
-from layerjam.errors import FileError
+from layerjam.errors import FileError, LayerjamError, MissingExtraError
 
 
-def again(source: Path, tell: Progress) -> dict[str, Any]:
-    """Compute a dataset's numbers once more; what the result's keys say of it."""
-    with opened(source) as root:
-        recipe, listed = read_recipe(root), checksums.read(root)
-        changed = checksums.changed(root, listed)
-        known = {*listed, checksums.NAME, crate.METADATA}
-        added = [name for name in checksums.inside(root) if name not in known]
+@dataclass
+class _Comparison:
+    """A dataset in `root`, what its files are compared with, and what came out so far."""
+
+    root: Path
+    recipe: Recipe
+    changed: Collection[str]
+    numbers: int = 0
+    found: list[Difference] = field(default_factory=list)
+    not_compared: dict[str, str] = field(default_factory=dict)
+
+    def file(self, name: str, recomputed: bytes) -> None:
+        """Compare a published file; by its numbers alone if other versions wrote it."""
+        path = self.root / name
+        if not path.is_file():
+            if self.recipe.format == FORMAT and name not in self.changed:
+                self.found.append(Difference("the file", name, None, "computed"))
+            return
+        published = path.read_bytes()
+        self.numbers += count(name, recomputed)
+        found = list(file_differences(name, published, recomputed))
+        if found and (others := self._others()):
+            try:
+                found = list(self._numbers(name, published, recomputed))
+            except ValueError:
+                found = [Difference("text", name, "cannot be read", None)]
+            if not found:
+                self.not_compared[name] = f"its words and drawings: {others}"
+        self.found += found
+
+    def description(self, recomputed: str) -> None:
+        """Compare ro-crate-metadata.json, without the files whose checksum differs already."""
+        path = self.root / METADATA
         try:
-            published = json.loads((root / recipe.results).read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError):
-            raise FileError(root / recipe.results, "holds no results that can be read") from None
-        used = {use: list(getattr(recipe, use)) for use in USES}
-        content = computed(root, recipe.brake, used, how_of(recipe, root), tell)
-        made = values_of(content, root, used)
-    wanted = {stage: published.get(stage) for stage in STAGES if published.get(stage)}
-    differs = list(comparison.differences(wanted, made, recipe.results))
-    return dict(
-        equal=not (differs or changed),
-        numbers=comparison.count(wanted),
-        differs=[vars(one) for one in differs],
-        changed_files=changed,
-        added_files=added,
-        versions={"published": dict(recipe.versions), "recomputed": versions()},
-        record=differs,
-    )
+            published = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+        except (ValueError, RecursionError):
+            published = {}
+        left_out = {crate.address(name) for name in self.changed}
+        was, now = (by_name(without(d, left_out)) for d in (published, json.loads(recomputed)))
+        self.found += differences(was, now, METADATA, words=True)
+
+    def _numbers(self, name: str, published: bytes, recomputed: bytes) -> Iterator[Difference]:
+        if name != RESULTS:
+            return number_differences(name, published, recomputed)
+        whole = (json.loads(text) for text in (published, recomputed))
+        was, now = ({s: one[s] for s in STAGES if one.get(s)} for one in whole)
+        return differences(was, now, name)
+
+    def _others(self) -> str:
+        """Which other versions wrote the dataset, in words; empty if these did."""
+        then, now = self.recipe.versions, versions()
+        other = [f"{n} {v}, here {now.get(n, 'none')}" for n, v in then.items() if now.get(n) != v]
+        if self.recipe.format < FORMAT:
+            other.append(f"form {self.recipe.format} of the recipe")
+        return "; ".join(other)
+
+
+def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
+    """Compute everything in a dataset again; what the result's keys say of it."""
+    with opened(source) as root, tempfile.TemporaryDirectory(prefix="layerjam-again-") as made:
+        recipe, (listed, strange) = read_recipe(root), checksums.read(root)
+        changed = checksums.changed(root, listed)
+        unlisted = {checksums.NAME, *((METADATA,) if recipe.format < FORMAT else ())}
+        added = [n for n in checksums.everything(root) if n not in {*listed, *unlisted}]
+        if (root / REPORT / "report.pdf").is_file():
+            with MissingExtraError.without("the PDF of a dataset (typst)", "publish"):
+                import typst  # noqa: F401
+        if strange or not listed:
+            changed.append(checksums.NAME)
+        work = _Comparison(root, recipe, changed)
+        work.found += [Difference(f"line {n}", checksums.NAME, t, None) for n, t in strange]
+        try:
+            again, content = derive(root, recipe, Path(made), tell)
+        except LayerjamError as error:
+            work.found.append(_failure(error, root))
+        else:
+            names = sorted(checksums.inside(Path(made)), key=lambda name: name != RESULTS)
+            for name in names:
+                work.file(name, (Path(made) / name).read_bytes())
+            inputs = {BRAKE, LINE, METADATA, checksums.NAME, *(() if recipe.stated else (README,))}
+            for name in sorted({*listed} - inputs - {*names, *changed}):
+                if not name.startswith(f"{RAW}/"):
+                    work.found.append(Difference("the file", name, "published", None))
+            if recipe.stated is not None:
+                files = [name for name in listed if name not in changed]
+                work.description(describe(root, files, again, recipe.stated, content))
+        fingerprint = root / checksums.NAME
+        return dict(
+            equal=not (work.found or changed or added),
+            numbers=work.numbers,
+            differs=[vars(one) for one in work.found],
+            changed_files=changed,
+            added_files=added,
+            not_compared=work.not_compared,
+            fingerprint=checksums.sha256(fingerprint) if fingerprint.is_file() else None,
+            versions={"published": dict(recipe.versions), "recomputed": versions()},
+            record=work.found,
+        )
+
+
+def _failure(error: LayerjamError, root: Path) -> Difference:
+    """The difference that nothing can be computed from the files as they are."""
+    path = Path(error.path) if isinstance(error, FileError) else root / RECIPE
+    inside = path.is_relative_to(root)
+    name = path.relative_to(root).as_posix() if inside else RECIPE
+    return Difference(f"nothing can be computed: {error}", name, None, None)

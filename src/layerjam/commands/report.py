@@ -85,7 +85,8 @@ class _Work:
         """Return the verdict of a stage, whose checks concern `numbers`; the report adds it."""
         failed = {key_of(c.name) for c in checks if c.level == "failed"}
         own = {name: why for name, why in self.how.accept.items() if key_of(name) in failed}
-        found, before = judge(checks, own, numbers), self.report.verdict
+        found = judge(checks, own, numbers, date=self.report.date)
+        before = self.report.verdict
         self.report.checks[stage] = checks
         self.report.verdict = Verdict(
             checks=(*before.checks, *found.checks),
@@ -312,6 +313,7 @@ def _calibration(work: _Work, files: Sequence[Measured], without: LeftOut) -> No
         excluded=found.excluded,
         files=found.made_from["files"],
         accepted=verdict.decisions,
+        date=work.report.date,
     )
     work.take_over(BrakeFile.read(text, file.name))
     work.keep("calibration", found, found.traces)

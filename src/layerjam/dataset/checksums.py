@@ -7,8 +7,6 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from layerjam.errors import FileError
-
 NAME = "checksums.sha256"
 _LINE = re.compile(r"([0-9a-f]{64}) [ *](.+)")
 
@@ -21,7 +19,12 @@ def sha256(path: Path) -> str:
 
 def inside(folder: Path) -> list[str]:
     """Every file below a folder by its path with slashes, sorted; links are left out."""
-    found = (p for p in folder.rglob("*") if p.is_file() and not p.is_symlink())
+    return sorted(n for n in everything(folder) if not (folder / n).is_symlink())
+
+
+def everything(folder: Path) -> list[str]:
+    """Every file and link below a folder by its path with slashes, sorted."""
+    found = (p for p in folder.rglob("*") if p.is_symlink() or p.is_file())
     return sorted(p.relative_to(folder).as_posix() for p in found)
 
 
@@ -30,20 +33,25 @@ def written(folder: Path, names: Iterable[str]) -> str:
     return "".join(f"{sha256(folder / name)}  {name}\n" for name in names)
 
 
-def read(folder: Path) -> dict[str, str]:
-    """{path: digest} of a dataset's list; FileError where it is missing or broken."""
-    path = folder / NAME
+def read(folder: Path) -> tuple[dict[str, str], list[tuple[int, str]]]:
+    """{path: digest} of a dataset's list, and (number, text) of lines that do not belong there.
+
+    These are lines that are not a checksum and a path, and second lines for one path. A list that
+    is missing or not text has no line.
+    """
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = (folder / NAME).read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError):
-        raise FileError(path, "is missing or no text; without it nothing can be compared") from None
-    made = {}
+        lines = []
+    listed: dict[str, str] = {}
+    strange = []
     for number, line in enumerate(lines, 1):
         match = _LINE.fullmatch(line)
-        if match is None:
-            raise FileError(path, "is no line of a checksum and a path", number)
-        made[match.group(2)] = match.group(1)
-    return made
+        if match is None or match.group(2) in listed:
+            strange.append((number, line))
+        else:
+            listed[match.group(2)] = match.group(1)
+    return listed, strange
 
 
 def changed(folder: Path, listed: Mapping[str, str]) -> list[str]:

@@ -1,20 +1,21 @@
-"""The description of a dataset that repositories read: RO-Crate 1.1."""
+"""The description of a dataset, for repositories (RO-Crate 1.1) and for people."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+from urllib.parse import quote
 
 from layerjam._version import __version__
-from layerjam.dataset.people import SPDX, Author
-from layerjam.errors import MissingExtraError
-
-if TYPE_CHECKING:
-    from rocrate.rocrate import ROCrate
+from layerjam.dataset import checksums
+from layerjam.dataset.people import SPDX, Stated
+from layerjam.dataset.recipe import RECIPE, Recipe
+from layerjam.verdict import Acceptance
 
 METADATA = "ro-crate-metadata.json"
+RAW, BRAKE, LINE, FITTED = "data", "brake.toml", "line.toml", "brake-calibrated.toml"
+REPORT, RESULTS, README = "report", "report/results.json", "README.md"
 NO_LICENCE = "No licence was stated: all rights remain with the authors."
 TYPES = {
     ".csv": "text/csv",
@@ -29,94 +30,131 @@ TYPES = {
     ".sha256": "text/plain",
     ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
 }
-SOFTWARE = "#layerjam"
+CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.org/sha256"}]
+"""RO-Crate 1.1's own words end before schema.org took `sha256`."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class About:
-    """What a dataset says of itself.
-
-    `date` (ISO) of publication, `made_from` its raw files, `numbers` what was computed of them.
-    """
-
-    name: str
-    description: str
-    date: str
-    licence: str | None
-    authors: Sequence[Author]
-    versions: Mapping[str, str]
-    made_from: Sequence[str]
-    numbers: Sequence[str]
-
-
-def require() -> None:
-    """Raise MissingExtraError where the library is not installed."""
-    with MissingExtraError.without("a published dataset (rocrate)", "publish"):
-        import rocrate.rocrate  # noqa: F401
-
-
-def write_metadata(folder: Path, digests: Mapping[str, str], about: About) -> None:
-    """Write ro-crate-metadata.json for the files {path: SHA-256} of a folder."""
-    from rocrate.model.contextentity import ContextEntity
-    from rocrate.rocrate import ROCrate
-
-    crate = ROCrate(version="1.1")
-    crate.name, crate.description = about.name, about.description
-    crate.datePublished = about.date
-    crate.license = _licence(crate, about.licence)
-    crate.root_dataset["keywords"] = "layer jamming, soft robotics, friction, brake"
-    people = [
-        crate.add(ContextEntity(crate, one.id, {"@type": "Person", "name": one.name}))
-        for one in about.authors
+def readme(
+    recipe: Recipe, stated: Stated, brake: str, synthetic: bool, accepted: Iterable[Acceptance]
+) -> str:
+    """README.md: what a stranger reads first; `brake` is the brake's name."""
+    lines = [f"# {stated.name}", ""]
+    if synthetic:
+        lines += ["**Synthetic**: files here were written by a program, not measured.", ""]
+    for one in accepted:
+        lines += [f"**Accepted**: {one.notice()}", ""]
+    lines += [
+        f"Brake: {brake}. {len(recipe.friction)} friction tests, "
+        f"{len(recipe.calibrate)} pulls to calibrate on, {len(recipe.validate)} to validate on.",
+        *(f"Not used: `{name}`, {one['why']}" for name, one in recipe.unused.items()),
+        "",
+        f"- `{RAW}/`: the files as they came from the machine, with their sidecars",
+        f"- `{BRAKE}`: the brake before, `{FITTED}`: after friction tests and calibration",
+        f"- `{REPORT}/report.html`: the page; `{RESULTS}`: every number",
+        f"- `{RECIPE}`: which file was used for what, and how",
+        f"- `{checksums.NAME}`: `sha256sum --check {checksums.NAME}` finds changed files",
+        "",
+        "To compute every number again:",
+        "",
+        f'    pip install "layerjam[publish]=={recipe.versions["layerjam"]}"',
+        "    layerjam recompute .",
+        "",
+        f"Licence: {stated.licence or NO_LICENCE}",
+        "",
     ]
-    if people:
-        one_or_all = people[0] if len(people) == 1 else people
-        crate.root_dataset["author"] = crate.root_dataset["creator"] = one_or_all
-    for name, digest in digests.items():
-        crate.add_file(folder / name, name, properties=_described(folder / name, digest))
-    _made(crate, about)
-    # RO-Crate 1.1's own words end before schema.org took this one
-    crate.metadata.extra_terms["sha256"] = "https://schema.org/sha256"
-    crate.metadata.write(folder)
+    return "\n".join(lines)
 
 
-def _licence(crate: ROCrate, licence: str | None) -> Any:
-    from rocrate.model.contextentity import ContextEntity
-
-    if licence is None:
-        return NO_LICENCE
-    about = {"@type": "CreativeWork", "name": licence, "identifier": licence}
-    return crate.add(ContextEntity(crate, SPDX + licence, about))
-
-
-def _described(path: Path, digest: str) -> dict[str, Any]:
-    return {
-        "contentSize": str(path.stat().st_size),
-        "encodingFormat": TYPES.get(path.suffix.lower(), "application/octet-stream"),
-        "sha256": digest,
+def metadata(
+    folder: Path,
+    files: Iterable[str],
+    recipe: Recipe,
+    stated: Stated,
+    brake: str,
+    synthetic: bool,
+) -> dict[str, Any]:
+    """ro-crate-metadata.json for files of a folder, as JSON; `brake` is the brake's name."""
+    names = sorted({*files, checksums.NAME} - {METADATA})
+    kind = "Synthetic tests" if synthetic else "Tests"
+    people = [{"@id": one.id, "@type": "Person", "name": one.name} for one in stated.authors]
+    root: dict[str, Any] = {
+        "@id": "./",
+        "@type": "Dataset",
+        "name": stated.name,
+        "description": f"{kind} of the layer-jamming brake {brake}: "
+        f"{len(recipe.friction)} friction tests and {len(recipe.calibrate)} + "
+        f"{len(recipe.validate)} pulls (calibration + validation), with all that was computed "
+        "from them.",
+        "datePublished": stated.date,
+        "keywords": "layer jamming, soft robotics, friction, brake",
+        "license": NO_LICENCE if stated.licence is None else {"@id": SPDX + stated.licence},
+        "hasPart": _references(map(address, names)),
+        "mentions": {"@id": "#computed"},
     }
+    if people:
+        root["author"] = root["creator"] = _references(one["@id"] for one in people)
+    about = {"@id": METADATA, "@type": "CreativeWork", "about": {"@id": "./"}}
+    graph = [
+        about | {"conformsTo": {"@id": "https://w3id.org/ro/crate/1.1"}},
+        root,
+        *(_described(folder, name) for name in names),
+        *people,
+        *_licence(stated),
+        *_computation(recipe, stated, names),
+    ]
+    return {"@context": CONTEXT, "@graph": graph}
 
 
-def _made(crate: ROCrate, about: About) -> None:
+def _references(names: Iterable[str]) -> list[dict[str, str]]:
+    return [{"@id": name} for name in names]
+
+
+def address(name: str) -> str:
+    """A file's path as the relative address that identifies it."""
+    return quote(name)
+
+
+def _licence(stated: Stated) -> list[dict[str, str]]:
+    name = stated.licence
+    if name is None:
+        return []
+    return [{"@id": SPDX + name, "@type": "CreativeWork", "name": name, "identifier": name}]
+
+
+def _described(folder: Path, name: str) -> dict[str, str]:
+    """The entry of a file; the list of checksums has no checksum, since it holds this file's."""
+    path = folder / name
+    about = {
+        "@id": address(name),
+        "@type": "File",
+        "encodingFormat": TYPES.get(path.suffix.lower(), "application/octet-stream"),
+    }
+    if name == checksums.NAME:
+        return about
+    size = str(path.stat().st_size)
+    return about | {"contentSize": size, "sha256": checksums.sha256(path)}
+
+
+def _computation(recipe: Recipe, stated: Stated, names: Sequence[str]) -> list[Mapping[str, Any]]:
     """What was computed from what, and with which programs."""
-    from rocrate.model.contextentity import ContextEntity
-
-    others = ", ".join(f"{k} {v}" for k, v in about.versions.items() if k != "layerjam")
+    others = ", ".join(f"{k} {v}" for k, v in recipe.versions.items() if k != "layerjam")
+    raw = [recipe.brake, *recipe.friction, *recipe.calibrate, *recipe.validate]
     program = {
+        "@id": "#layerjam",
         "@type": "SoftwareApplication",
         "name": "layerjam",
-        "version": __version__,
+        "version": recipe.versions.get("layerjam", __version__),
         "softwareRequirements": others,
         "description": "computes soft layer-jamming brakes; `layerjam recompute` checks this",
     }
-    software = crate.add(ContextEntity(crate, SOFTWARE, program))
+    made = [address(n) for n in names if n == FITTED or n.startswith(f"{REPORT}/")]
     action = {
+        "@id": "#computed",
         "@type": "CreateAction",
         "name": "friction, calibration and validation from the raw files",
-        "endTime": about.date,
-        "instrument": software,
-        "object": [crate.dereference(name) for name in about.made_from],
-        "result": [crate.dereference(name) for name in about.numbers],
+        "endTime": stated.date,
+        "instrument": {"@id": program["@id"]},
+        "object": _references(map(address, raw)),
+        "result": _references(made),
     }
-    made = crate.add(ContextEntity(crate, "#computed", action))
-    crate.root_dataset["mentions"] = made
+    return [program, action]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import date
+from typing import Any, Self
 
 from layerjam.errors import Notice, QuantityError
 
@@ -49,6 +51,17 @@ class Stated:
     licence: str | None
     authors: Sequence[Author]
     date: str
+
+    @classmethod
+    def read(cls, row: Mapping[str, Any]) -> Self:
+        """Return what a recipe states; KeyError, TypeError or ValueError for another table."""
+        authors = [Author(**one) for one in row["authors"]]
+        texts = [row["name"], row["date"], *(t for one in authors for t in vars(one).values())]
+        if not all(isinstance(text, str) for text in texts):
+            raise TypeError("a text is expected")
+        date.fromisoformat(row["date"])
+        licence_notices(row["licence"], authors)
+        return cls(name=row["name"], licence=row["licence"], authors=authors, date=row["date"])
 
     def notices(self) -> list[Notice]:
         """What it lacks for others to use and cite it; QuantityError for what is no licence."""

@@ -5,18 +5,21 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
 from importlib import metadata
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from layerjam._version import __version__
-from layerjam.errors import FileError
+from layerjam.dataset.people import Stated
+from layerjam.errors import FileError, QuantityError
 
 RECIPE = "recipe.json"
-FORMAT = 1
-"""Number of the recipe's form; a program reads its own and every lower one."""
-LIBRARIES = ("numpy", "scipy", "jax")
+FORMAT = 2
+"""Number of the recipe's form; a program reads its own and every lower one. A recipe of form 1 does
+not state title and authors, and its dataset has no checksum of the description."""
+LIBRARIES = ("numpy", "scipy", "jax", "matplotlib", "jinja2", "typst")
 Paths = tuple[str, ...]
 
 
@@ -24,10 +27,11 @@ Paths = tuple[str, ...]
 class Recipe:
     """Files by their paths inside the dataset.
 
-    `options` {name in Python: value} of `report`, where they differ from what is usual; `unused`
-    {file: why} of measurements that were refused.
+    `options` {name in Python: value} of `report`, if they differ from their defaults; `unused`
+    {file: {"use": ..., "why": ...}} of measurements that were refused.
     """
 
+    format: int = FORMAT
     versions: Mapping[str, str]
     brake: str
     results: str
@@ -35,25 +39,27 @@ class Recipe:
     calibrate: Paths = ()
     validate: Paths = ()
     options: Mapping[str, Any] = field(default_factory=dict)
-    unused: Mapping[str, str] = field(default_factory=dict)
+    unused: Mapping[str, Any] = field(default_factory=dict)
+    stated: Stated | None = None
 
     @property
     def files(self) -> Paths:
-        """All that it names."""
-        return (self.brake, self.results, *self.friction, *self.calibrate, *self.validate)
+        """All files that it names."""
+        used = (*self.friction, *self.calibrate, *self.validate)
+        return (self.brake, self.results, *used, *self.unused)
 
     def text(self) -> str:
         """The file's text."""
-        return json.dumps({"format": FORMAT, **asdict(self)}, indent=2, ensure_ascii=False) + "\n"
+        return json.dumps(asdict(self), indent=2, ensure_ascii=False) + "\n"
 
 
 def versions() -> dict[str, str]:
-    """{program: version} of what computes here."""
-    return {
-        "layerjam": __version__,
-        "python": platform.python_version(),
-        **{name: metadata.version(name) for name in LIBRARIES},
-    }
+    """{program: version} of the programs that compute and draw here."""
+    found = {"layerjam": __version__, "python": platform.python_version()}
+    for name in LIBRARIES:
+        with suppress(metadata.PackageNotFoundError):
+            found[name] = metadata.version(name)
+    return found
 
 
 def read_recipe(folder: Path) -> Recipe:
@@ -63,7 +69,7 @@ def read_recipe(folder: Path) -> Recipe:
         plain = json.loads(path.read_text(encoding="utf-8"))
         form = int(plain["format"])
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        raise FileError(path, "is no recipe of `layerjam publish`") from None
+        raise FileError(path, "is not a recipe of `layerjam publish`") from None
     if form > FORMAT:
         newer = f"is of form {form}; this layerjam ({__version__}) reads up to {FORMAT}"
         raise FileError(path, f"{newer}: take a newer one")
@@ -74,19 +80,29 @@ def read_recipe(folder: Path) -> Recipe:
     for name, value in known.items():
         known[name] = _checked(path, name, value)
     made = Recipe(**known)
-    root = folder.resolve()
     for name in made.files:
-        if not (root / name).resolve().is_relative_to(root):
+        inside = PurePosixPath(name)
+        if inside.is_absolute() or ".." in inside.parts or ":" in name or "\\" in name:
             raise FileError(path, f"names a file outside the dataset: {name[:80]!r}")
     return made
 
 
 def _checked(path: Path, name: str, value: Any) -> Any:
     """A value of the kind that its field holds; FileError for another."""
+    if name == "stated":
+        try:
+            return value and Stated.read(value)
+        except (TypeError, KeyError, AttributeError, ValueError, QuantityError):
+            raise FileError(path, f"stated: {str(value)[:60]!r} is not allowed") from None
     if name in ("brake", "results"):
         good = isinstance(value, str)
-    elif name in ("versions", "options", "unused"):
+    elif name == "unused":
         good = isinstance(value, dict)
+        value = {k: v if isinstance(v, dict) else {"use": "", "why": v} for k, v in value.items()}
+    elif name in ("versions", "options"):
+        good = isinstance(value, dict)
+    elif name == "format":
+        good = isinstance(value, int)
     else:
         good = isinstance(value, list) and all(isinstance(v, str) for v in value)
     if not good:

@@ -58,6 +58,12 @@ def _unpack(archive: zipfile.ZipFile, folder: Path, source: Path) -> None:
         raise FileError(source, f"holds {len(entries)} files; at most {MOST_FILES} are read")
     if sum(e.file_size for e in entries) > LARGEST:
         raise FileError(source, f"unfolds to more than {LARGEST // 2**30} GB")
+    names = [entry.filename for entry in entries]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise FileError(
+            source, f"holds {twice[0][:80]!r} twice; programs differ in which they show"
+        )
     for entry in entries:
         inside = PurePosixPath(entry.filename.replace("\\", "/"))
         if inside.is_absolute() or ".." in inside.parts or ":" in entry.filename:

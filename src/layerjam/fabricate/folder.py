@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import ctypes
 import json
 import os
-import secrets
-import shutil
-import tempfile
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 
 from layerjam.errors import FileError
+from layerjam.records.folders import hidden_folder, replace_folder, write_files
 
 LIST = "build.json"
 """The file that names all others of the folder."""
-HERE, EXCHANGE = -100, 2
 
 
 def check_folder(out: str | Path, force: bool) -> Path:
@@ -44,7 +39,7 @@ def _checked(path: Path, force: bool) -> Path:
         raise FileError(path, f"cannot be made: there is no folder {path.parent}")
     if not os.access(path.parent, os.W_OK):
         raise FileError(path, f"cannot be made: the folder {path.parent} is read-only")
-    with tempfile.TemporaryDirectory(prefix=".layerjam-", dir=path.parent):
+    with hidden_folder(path.parent):
         pass  # an administrator may write anywhere, and yet not everywhere
     if path.is_dir():
         if not force:
@@ -76,44 +71,12 @@ def _written(path: Path) -> set[str]:
 def write_folder(out: Path, content: Mapping[str, str | bytes], force: bool = False) -> None:
     """Write {path inside `out`: content}: `out` appears with all of it, or not at all.
 
-    All is made in a hidden neighbour first. An existing folder changes places with it in one step
-    where the system can do that, and is taken away afterwards. Raises FileError.
+    Raises FileError.
     """
     path = check_folder(out, force)
-    made = path.with_name(f".{path.name[:40]}-{secrets.token_hex(8)}")
     try:
-        for name, text in content.items():
-            target = made / name
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(text if isinstance(text, bytes) else text.encode())
-        if path.is_dir():
-            _swap(made, path)
-        else:
-            os.rename(made, path)
+        with hidden_folder(path.parent) as hidden:
+            write_files(hidden / "build", content)
+            replace_folder(hidden / "build", path)
     except OSError as err:
         raise FileError(out, f"cannot be written: {err.strerror or err}") from None
-    finally:
-        shutil.rmtree(made, ignore_errors=True)
-
-
-def _swap(made: Path, path: Path) -> None:
-    """Let two folders change places; elsewhere than on Linux the old one goes away for a moment."""
-    if _exchanged(made, path):
-        return
-    aside = made.with_name(f"{made.name}-old")
-    os.rename(path, aside)
-    try:
-        os.rename(made, path)
-    except OSError:
-        os.rename(aside, path)
-        raise
-    os.rename(aside, made)
-
-
-def _exchanged(one: Path, other: Path) -> bool:
-    """Whether the system exchanged two paths in one step (renameat2 of Linux)."""
-    with suppress(OSError, AttributeError):
-        library = ctypes.CDLL(None, use_errno=True)
-        names = os.fsencode(one), os.fsencode(other)
-        return bool(library.renameat2(HERE, names[0], HERE, names[1], EXCHANGE) == 0)
-    return False

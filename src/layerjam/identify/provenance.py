@@ -99,6 +99,7 @@ def calibrated_text(
     excluded: Sequence[Mapping[str, Any]] = (),
     files: Sequence[Mapping[str, Any]] | None = None,
     accepted: Sequence[Acceptance] = (),
+    date: str | None = None,
 ) -> str:
     """The brake's file with what a calibration found, and a [made_by] table on it.
 
@@ -107,13 +108,13 @@ def calibrated_text(
     SHA-256; of those that were left out by hand (`file`, `because`, `sha256`) the reason too.
     `files` are the entries of those that were used, where the caller has them. Where a program
     wrote any of them, the source of every number that was fitted says so. `accepted` are the failed
-    checks that somebody accepted.
+    checks that somebody accepted; `date` (ISO) is today unless given.
     """
     used = {c.path: c.synthetic for c in found.curves}
     failed = [c.sentence for c in found.checks if not c.passed]
     made_by: dict[str, Any] = {
         "program": f"layerjam {__version__} calibrate",
-        "date": datetime.now(UTC).date().isoformat(),
+        "date": date or datetime.now(UTC).date().isoformat(),
         "depth": depth,
         "window": found.window,
         "verdict": "; ".join(failed) if failed else "all checks passed",

@@ -5,15 +5,13 @@ from __future__ import annotations
 import json
 import math
 import os
-import shutil
-import tempfile
-import uuid
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 from layerjam.errors import FileError
+from layerjam.records.folders import hidden_folder, write_files
 from layerjam.records.windows import reason as system_reason
 
 NAMES = ("report.html", "results.json")
@@ -30,7 +28,7 @@ def check_folder(out: Path, force: bool, names: Sequence[str] = NAMES) -> None:
         there = _nearest(out)
         if not os.access(there, os.W_OK):
             raise FileError(out, f"cannot be made: the folder {there} is read-only")
-        with tempfile.TemporaryDirectory(prefix=".layerjam-", dir=there):
+        with hidden_folder(there):
             pass  # an administrator may write anywhere, and yet not everywhere
     except (OSError, ValueError) as err:
         reason = getattr(err, "strerror", None) or str(err)
@@ -52,26 +50,22 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[st
 
     Everything is made in a folder beside it first. Other files in `out` stay. Raises FileError.
     """
-    staging = _nearest(out.parent) / f".layerjam-report-{uuid.uuid4().hex}"
     try:
-        for name, text in content.items():
-            path = staging / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        if not out.exists():
-            out.parent.mkdir(parents=True, exist_ok=True)
-            os.replace(staging, out)
-            return
-        for name in content:
-            (out / name).parent.mkdir(exist_ok=True)
-            os.replace(staging / name, out / name)
+        with hidden_folder(_nearest(out.parent)) as hidden:
+            made = hidden / "report"
+            write_files(made, content)
+            if not out.exists():
+                out.parent.mkdir(parents=True, exist_ok=True)
+                os.replace(made, out)
+                return
+            for name in content:
+                (out / name).parent.mkdir(exist_ok=True)
+                os.replace(made / name, out / name)
         for name in set(old) - set(content):
             (out / name).unlink(missing_ok=True)
     except OSError as err:
         at = Path(err.filename2 or out)
         raise FileError(out, f"cannot be written: {system_reason(err, at)}") from None
-    finally:
-        shutil.rmtree(staging, ignore_errors=True)
 
 
 def figures_of(drawings: Mapping[str, str]) -> dict[str, str | bytes]:

@@ -1,0 +1,61 @@
+"""Numbers, text and looks of published pages and PDFs."""
+
+from __future__ import annotations
+
+import html
+import importlib.util
+import re
+from typing import Any
+
+NUMBER = re.compile(r"(?<![\w.])([-−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?!\w|\.\w)")
+"""A number that stands alone: not a part of a word, a digest or a version."""
+_HIDDEN = re.compile(r"<(style|script|svg|title)\b.*?</\1>|<!--.*?-->", re.DOTALL)
+_SHOWN = re.compile(r"<!--(.*?)-->", re.DOTALL)
+DPI = 100.0
+SHADES = 48
+"""Of 255: up to this two points of a page look the same; edges shift a little between machines."""
+
+
+def reads_pdf() -> bool:
+    """Whether the library that reads PDFs is installed."""
+    return importlib.util.find_spec("pypdfium2") is not None
+
+
+def numbers(file: str, content: bytes) -> list[float]:
+    """The numbers that a reader of a file sees, in order; a drawing has its words as comments."""
+    if file.endswith(".pdf"):
+        text = "\n".join(pdf_pages(content) or ())
+    elif file.endswith(".svg"):
+        text = "\n".join(_SHOWN.findall(content.decode()))
+    else:
+        text = html.unescape(re.sub(r"<[^>]*>", " ", _HIDDEN.sub(" ", content.decode())))
+    return [float(found.replace("−", "-")) for found in NUMBER.findall(text)]
+
+
+def pdf_pages(content: bytes) -> list[str] | None:
+    """The text of each page; None for bytes that are not a PDF."""
+    import pypdfium2
+
+    try:
+        with pypdfium2.PdfDocument(content) as document:
+            return [_page_text(document[n]) for n in range(len(document))]
+    except pypdfium2.PdfiumError:
+        return None
+
+
+def _page_text(page: Any) -> str:
+    return str(page.get_textpage().get_text_range()).replace("\r\n", "\n")
+
+
+def other_looks(one: bytes, other: bytes) -> int | None:
+    """The first page (from 1) on which two PDFs of equal text look different, or None."""
+    import numpy as np
+    import pypdfium2
+
+    with pypdfium2.PdfDocument(one) as was, pypdfium2.PdfDocument(other) as now:
+        for number in range(len(was)):
+            pages = (was[number], now[number])
+            pair = [page.render(scale=DPI / 72).to_numpy().astype(int) for page in pages]
+            if pair[0].shape != pair[1].shape or np.abs(pair[0] - pair[1]).max() > SHADES:
+                return number + 1
+    return None
