@@ -185,8 +185,8 @@ def judge(
     """Return the verdict of some checks, given {name of a failed check: reason to accept it}.
 
     `numbers` are the dotted paths of the numbers that the checks concern and `file` is the file
-    that will store the acceptances; `date` (ISO) is today unless given. Raises UnknownNameError for a name that is not among the
-    checks, and QuantityError for a check that has not failed.
+    that will store the acceptances; `date` (ISO) is today unless given. Raises UnknownNameError
+    for a name that is not among the checks, and QuantityError for a check that has not failed.
     """
     known = tuple(c for c in checks if c is not None)
     named = {key_of(c.name): c.name for c in known}

@@ -6,6 +6,7 @@ import contextlib
 import stat
 import tempfile
 import zipfile
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
@@ -58,12 +59,9 @@ def _unpack(archive: zipfile.ZipFile, folder: Path, source: Path) -> None:
         raise FileError(source, f"holds {len(entries)} files; at most {MOST_FILES} are read")
     if sum(e.file_size for e in entries) > LARGEST:
         raise FileError(source, f"unfolds to more than {LARGEST // 2**30} GB")
-    names = [entry.filename for entry in entries]
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise FileError(
-            source, f"holds {twice[0][:80]!r} twice; programs differ in which they show"
-        )
+    [(name, times)] = Counter(entry.filename for entry in entries).most_common(1) or [("", 0)]
+    if times > 1:
+        raise FileError(source, f"holds {name[:80]!r} twice; programs differ in which they show")
     for entry in entries:
         inside = PurePosixPath(entry.filename.replace("\\", "/"))
         if inside.is_absolute() or ".." in inside.parts or ":" in entry.filename:
