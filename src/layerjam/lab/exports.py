@@ -6,9 +6,12 @@ imitations, written from what such files look like, not by the machines.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,20 +21,13 @@ from layerjam.errors import FileError, QuantityError
 from layerjam.measure.sidecar import Facts, sidecar_path, write_facts
 from layerjam.measure.trace import Array, Trace
 
-# Names of time, travel and force, then testXpert's for crosshead, travel and force.
-LANGUAGES = {
-    "en": ("Time", "Extension", "Load", "Crosshead absolute", "Standard travel", "Standard force"),
-    "de": ("Zeit", "Weg", "Kraft", "Traversenposition", "Standardweg", "Standardkraft"),
-    "fr": ("Temps", "Déplacement", "Charge", "Traverse absolue", "Course standard",
-           "Force standard"),
-    "es": ("Tiempo", "Desplazamiento", "Carga", "Travesaño absoluto", "Desplazamiento estándar",
-           "Fuerza estándar"),
-    "it": ("Tempo", "Spostamento", "Carico", "Traversa assoluta", "Corsa standard",
-           "Forza standard"),
-    "pt": ("Tempo", "Deslocamento", "Carga", "Travessa absoluta", "Deslocamento padrão",
-           "Força padrão"),
-    "ja": ("時間", "ストローク", "試験力", "クロスヘッド", "標準変位", "標準荷重"),
-}  # fmt: skip
+_DATA: dict[str, Any] = tomllib.loads(
+    files("layerjam.lab").joinpath("layouts.toml").read_text(encoding="utf-8")
+)
+LANGUAGES: dict[str, tuple[str, ...]] = {
+    language: tuple(words) for language, words in _DATA["languages"].items()
+}
+"""Names of time, travel and force, then testXpert's for crosshead, travel and force."""
 ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "latin-1", "cp1252", "cp932")
 
 
@@ -51,7 +47,7 @@ class Layout:
     about: str
     ending: str
     encoding: str
-    head: tuple[str, ...]
+    head: Sequence[str]
     columns: Mapping[str, str]
     name: str = '"{name}"'
     unit: str = '"{unit}"'
@@ -60,7 +56,7 @@ class Layout:
     mark: str = ""
     """Between columns; a comma, or a semicolon beside decimal commas, where it is empty."""
     decimal: str = "."
-    english: tuple[str, ...] = ()
+    english: Sequence[str] = ()
     fixed: bool = False
 
 
@@ -79,99 +75,7 @@ _COLUMNS = {
     "X": (4, "mm"),
     "F": (5, "N"),
 }
-LAYOUTS = {
-    "own": Layout(
-        about="layerjam CSV, SI, every digit",
-        ending=".csv",
-        encoding="utf-8",
-        head=("# layerjam {version} measurement", "# data: {said}", "{names}"),
-        columns={"t": "%r", "m": "%r", "f": "%r"},
-        name="{name} [{unit}]",
-        english=("time", "elongation", "force"),
-        fixed=True,
-    ),
-    "bluehill": Layout(
-        about="Instron Bluehill",
-        ending=".csv",
-        encoding="utf-8",
-        head=(
-            '"Sample description"',
-            '"Operator"|"{said}"',
-            "",
-            "{names}",
-            "{units}",
-            "",
-        ),
-        columns={"t": '"%.6f"', "x": '"%.6f"', "f": '"%.5f"'},
-        unit='"({unit})"',
-        newline="\r\n",
-    ),
-    "testxpert": Layout(
-        about="Zwick testXpert",
-        ending=".TRA",
-        encoding="latin-1",
-        head=(
-            '"Gage length, standard travel"|{length}|"mm"',
-            '"Cross-section"|1|"mm²"',
-            '"Extensometer"|""',
-            '"Load cell"|""',
-            '"Operator"|"{said}"',
-            '"v1"|{speed}|"mm/min"',
-            "{names}",
-            "{units}",
-        ),
-        columns={"t": "%.6g", "c": "%.6g", "F": "%.6g", "X": "%.6g"},
-    ),
-    "mts": Layout(
-        about="MTS TestSuite",
-        ending=".txt",
-        encoding="utf-8",
-        head=(
-            "MTS TestSuite",
-            "Data Acquisition: Timed",
-            "Station Name: {said}",
-            "Test Run Name: repeat {repeat}",
-            "",
-            "{names}",
-            "{units}",
-        ),
-        columns={"x": "%.6f", "f": "%.5f", "t": "%.6f"},
-        name="{name}",
-        unit="{unit}",
-        second="sec",
-        newline="\r\n",
-        mark="\t",
-        english=("Time", "Crosshead", "Load"),
-    ),
-    "trapezium": Layout(
-        about="Shimadzu Trapezium",
-        ending=".csv",
-        encoding="utf-8-sig",
-        head=(
-            '"Key Word"|"Test Type"|"Test Mode"|"Operator"',
-            '""|"Tensile"|"Single"|"{said}"',
-            "",
-            '"1 _ {repeat}"',
-            "{names}",
-            "{units}",
-        ),
-        columns={"t": '"%.9g"', "f": '"%.9g"', "x": '"%.9g"'},
-        second="sec",
-        newline="\r\n",
-        english=("Time", "Stroke", "Force"),
-    ),
-    "plain": Layout(
-        about="columns between tabs, decimal commas",
-        ending=".tsv",
-        encoding="cp1252",
-        head=("{said}", "{names}"),
-        columns={"t": "%.6f", "x": "%.6f", "f": "%.5f"},
-        name="{name} [{unit}]",
-        mark="\t",
-        decimal=",",
-        english=("Time", "Displacement", "Force"),
-    ),
-}
+LAYOUTS = {name: Layout(**about) for name, about in _DATA["layouts"].items()}
 
 
 @dataclass(frozen=True, kw_only=True)
