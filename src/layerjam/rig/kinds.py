@@ -10,7 +10,7 @@ import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from layerjam.control.detection import IN_NOISE, detection_times
 from layerjam.control.faults import OFFSET, FaultInjection, injection_of
@@ -70,26 +70,33 @@ class Case:
         return math.log((self.highest - end) / (self.lowest - end)) / rate
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class FaultKind:
     """A fault: what happens (`text`), at one of which moments, and what must come of it.
 
-    `deadline` gives the time [s] to safe outputs, infinite where nothing is promised; `breaks` does
-    it to the plant. `names` are those by which the board may call it. `host` is what the host does
-    then; the deadline runs from its order to release, or from the last line that the board took.
+    `breaks` does it to the plant. `host` is what the host does then; the deadline runs from its
+    order to release, or from the last line that the board took. A fault that the law has its own
+    promise for `answers` to that; `names` are those by which the board may call it, else that
+    one. Where the law promises nothing, `promise` gives the deadline.
     """
 
     text: str
     moments: tuple[Moment, ...]
-    names: frozenset[str]
-    deadline: Callable[[Case], float]
+    answers: str
     breaks: Callable[[Case, VirtualPlant], None]
+    names: frozenset[str] = frozenset()
+    promise: Callable[[Case], float] | None = None
     host: Host = "talks"
+
+    def deadline(self, case: Case) -> float:
+        """Return the time [s] to safe outputs, infinite if nothing is promised."""
+        return case.detected[self.answers] if self.promise is None else self.promise(case)
 
     def called(self, name: str | None, case: Case) -> bool:
         """Whether the board may call it so; a second sensor may be the first to notice."""
-        disagree = case.second and name == "SENSORS_DISAGREE" and "SENSOR" in str(self.names)
-        return name in self.names or disagree
+        names = self.names or {self.answers}
+        disagree = case.second and name == "SENSORS_DISAGREE" and "SENSOR" in str(names)
+        return name in names or disagree
 
 
 def _injected(name: str) -> Callable[[Case, VirtualPlant], None]:
@@ -102,15 +109,13 @@ def _injected(name: str) -> Callable[[Case, VirtualPlant], None]:
 
 
 def _set(**changes: object) -> Callable[[Case, VirtualPlant], None]:
+    """Set attributes of the plant; none of a plant that is sound while the host fails."""
+
     def breaks(_: Case, plant: VirtualPlant) -> None:
         for name, value in changes.items():
             setattr(plant, name, value)
 
     return breaks
-
-
-def _nothing(_: Case, __: VirtualPlant) -> None:
-    """The plant is sound; it is the host that fails."""
 
 
 def _rail(case: Case, plant: VirtualPlant) -> None:
@@ -134,10 +139,6 @@ def _drifts(case: Case, plant: VirtualPlant) -> None:
 
 def _stalls(case: Case, plant: VirtualPlant) -> None:
     plant.stall = case.size
-
-
-def _law(name: str) -> Callable[[Case], float]:
-    return lambda case: case.detected[name]
 
 
 def _samples(count: int) -> Callable[[Case], float]:
@@ -190,146 +191,117 @@ def _apart(case: Case) -> float:
     return differ / case.size + (made.confirm + 1) * made.sample_time
 
 
-def _law_fault(
-    text: str,
-    moments: tuple[Moment, ...],
-    says: str,
-    names: set[str] | frozenset[str] = frozenset(),
-) -> dict[str, Any]:
-    """A fault that the law answers within its own promise for `says`."""
-    return {
-        "text": text,
-        "moments": moments,
-        "names": frozenset(names or {says}),
-        "deadline": _law(says),
-    }
-
-
 KINDS: dict[str, FaultKind] = {
     "sensor-nan": FaultKind(
-        **_law_fault("the sensor says that it is ill and gives no number", BOTH, "NOT_A_NUMBER"),
-        breaks=_injected("sensor-nan"),
+        "the sensor says that it is ill and gives no number",
+        BOTH,
+        "NOT_A_NUMBER",
+        _injected("sensor-nan"),
     ),
     "sensor-rail": FaultKind(
-        **_law_fault("the sensor shows one end of its range", BOTH, "SENSOR_OUT_OF_RANGE"),
-        breaks=_rail,
+        "the sensor shows one end of its range", BOTH, "SENSOR_OUT_OF_RANGE", _rail
     ),
     "sensor-disconnected": FaultKind(
-        **_law_fault("the sensor's wire is off: no counts", BOTH, "SENSOR_OUT_OF_RANGE"),
-        breaks=_disconnected,
+        "the sensor's wire is off: no counts", BOTH, "SENSOR_OUT_OF_RANGE", _disconnected
     ),
     "sensor-stuck": FaultKind(
-        **_law_fault(
-            "the sensor shows the same number for ever",
-            BOTH,
-            "SENSOR_STUCK",
-            PUMP | {"SENSOR_STUCK"},
-        ),
-        breaks=_injected("sensor-stuck"),
+        "the sensor shows the same number for ever",
+        BOTH,
+        "SENSOR_STUCK",
+        _injected("sensor-stuck"),
+        names=PUMP | {"SENSOR_STUCK"},
     ),
     "sensor-offset": FaultKind(
-        **_law_fault(
-            f"the sensor shows {OFFSET:g} times what counts as none; noticed when vented",
-            HOLDING,
-            "SENSOR_OFFSET",
-            {"SENSOR_OFFSET", "LINE_BLOCKED"},  # a jump while the pump runs is a block's
-        ),
-        breaks=_injected("sensor-offset"),
+        f"the sensor shows {OFFSET:g} times what counts as none; noticed when vented",
+        HOLDING,
+        "SENSOR_OFFSET",
+        _injected("sensor-offset"),
+        # a jump while the pump runs is a block's
+        names=frozenset({"SENSOR_OFFSET", "LINE_BLOCKED"}),
         host="releases",
     ),
     "sensor-drift": FaultKind(
-        text="the reading climbs while the vacuum is held",
-        moments=HOLDING,
-        names=frozenset({"SENSORS_DISAGREE"}),
-        deadline=_apart,
-        breaks=_drifts,
+        "the reading climbs while the vacuum is held",
+        HOLDING,
+        "SENSORS_DISAGREE",
+        _drifts,
+        promise=_apart,
     ),
     "pump-dead": FaultKind(
-        **_law_fault("the pump stops while it pumps", PUMPING, "NO_VACUUM", PUMP),
-        breaks=_injected("pump-dead"),
+        "the pump stops while it pumps", PUMPING, "NO_VACUUM", _injected("pump-dead"), names=PUMP
     ),
     "pump-weak": FaultKind(
-        **_law_fault(
-            "the pump gives half of the flow that counts as weak, while it pumps",
-            PUMPING,
-            "WEAK_PUMP",
-            PUMP,
-        ),
-        breaks=_injected("pump-weak"),
+        "the pump gives half of the flow that counts as weak, while it pumps",
+        PUMPING,
+        "WEAK_PUMP",
+        _injected("pump-weak"),
+        names=PUMP,
     ),
     "pump-dead-holding": FaultKind(
-        text="the pump stops while the vacuum is held; noticed when the leak shows",
-        moments=HOLDING,
+        "the pump stops while the vacuum is held; noticed when the leak shows",
+        HOLDING,
+        "VACUUM_LOST",
+        _injected("pump-dead"),
         names=PUMP | {"VACUUM_LOST"},
-        deadline=_leak_shows,
-        breaks=_injected("pump-dead"),
+        promise=_leak_shows,
     ),
     "vent-stuck-open": FaultKind(
-        text="the vent valve opens and stays so while the pump pumps",
-        moments=PUMPING,
+        "the vent valve opens and stays so while the pump pumps",
+        PUMPING,
+        "WEAK_PUMP",
+        _stuck_open,
         names=PUMP,
-        deadline=_open_shows,
-        breaks=_stuck_open,
+        promise=_open_shows,
     ),
     "vent-stuck-closed": FaultKind(
-        text="the vent valve stays closed when it is to release; the vacuum stays",
-        moments=HOLDING,
+        "the vent valve stays closed when it is to release; the vacuum stays",
+        HOLDING,
+        "SENSOR_OFFSET",
+        _set(injected=FaultInjection(vent=0.0)),
         names=frozenset({"LINE_BLOCKED"}),
-        deadline=_law("SENSOR_OFFSET"),
-        breaks=_set(injected=FaultInjection(vent=0.0)),
         host="releases",
     ),
     "line-blocked": FaultKind(
-        **_law_fault(
-            "the line is blocked while the pump pumps: little is left for it to empty",
-            PUMPING,
-            "LINE_BLOCKED",
-        ),
-        breaks=_injected("line-blocked"),
+        "the line is blocked while the pump pumps: little is left for it to empty",
+        PUMPING,
+        "LINE_BLOCKED",
+        _injected("line-blocked"),
     ),
     "leak": FaultKind(
-        text="a leak opens while the vacuum is held; the full pump holds half of it",
-        moments=HOLDING,
+        "a leak opens while the vacuum is held; the full pump holds half of it",
+        HOLDING,
+        "VACUUM_LOST",
+        _injected("leak"),
         names=PUMP | {"VACUUM_LOST"},
-        deadline=_leaks_out,
-        breaks=_injected("leak"),
+        promise=_leaks_out,
     ),
     "host-silent": FaultKind(
-        text="the host says nothing more",
-        moments=BOTH,
-        names=frozenset({"LEASE_EXPIRED"}),
-        deadline=_lease,
-        breaks=_nothing,
-        host="silent",
+        "the host says nothing more", BOTH, "LEASE_EXPIRED", _set(), promise=_lease, host="silent"
     ),
     "host-deaf": FaultKind(
-        text="the host goes on asking and reads no answer",
-        moments=BOTH,
-        names=frozenset({"LEASE_EXPIRED"}),
-        deadline=_lease,
-        breaks=_nothing,
+        "the host goes on asking and reads no answer",
+        BOTH,
+        "LEASE_EXPIRED",
+        _set(),
+        promise=_lease,
         host="deaf",
     ),
     "tick-late": FaultKind(
-        text="something keeps the core from its samples",
-        moments=BOTH,
-        names=frozenset({"TICK_OVERRUN"}),
-        deadline=_late,
-        breaks=_stalls,
+        "something keeps the core from its samples", BOTH, "TICK_OVERRUN", _stalls, promise=_late
     ),
     "e-stop": FaultKind(
-        text="somebody opens the emergency stop, which also cuts the power of pump and valve",
-        moments=BOTH,
-        names=frozenset({"EMERGENCY_STOP"}),
-        deadline=_samples(ESTOP_SAMPLES),
-        breaks=_set(estop=True),
+        "somebody opens the emergency stop, which also cuts the power of pump and valve",
+        BOTH,
+        "EMERGENCY_STOP",
+        _set(estop=True),
+        promise=_samples(ESTOP_SAMPLES),
     ),
     "supply-low": FaultKind(
-        text="the supply falls below its limit",
-        moments=BOTH,
-        names=frozenset({"SUPPLY_LOW"}),
-        deadline=_samples(SUPPLY_SAMPLES),
-        breaks=_set(supply_low=True),
+        "the supply falls below its limit",
+        BOTH,
+        "SUPPLY_LOW",
+        _set(supply_low=True),
+        promise=_samples(SUPPLY_SAMPLES),
     ),
 }
 NOT_HERE = {
