@@ -14,6 +14,7 @@ import numpy as np
 
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.record import DropRecord, Outcome
+from layerjam.simulate.rope_alone import course, damped, standstill, time_of_peak
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 SAMPLES = 400
@@ -47,19 +48,28 @@ def crash(record: DropRecord) -> Crash | None:
     rope = record.rope_stiffness
     if record.outcome is not Outcome.BOTTOMED_OUT or rope is None:
         return None
-    brake, mass = record.brake.brake, record.mass
-    decay, square = record.rope_damping / (2 * mass), rope / mass
-    sag = record.gravity / square
-    drawn = float(record.force[-1]) / float(working_stiffness(brake))
+    mass, damping = record.mass, record.rope_damping
+    of = damped(mass, rope, damping)
+    sag = record.gravity / of.stiff
+    drawn = float(record.force[-1]) / float(working_stiffness(record.brake.brake))
     stretch = float(record.travel[-1] - record.slip[-1]) - drawn
     speed = float(record.speed_of_mass[-1])
-    after = _instants(stretch - sag, speed, decay, square)
-    place, pace = _swing(after, stretch - sag, speed, decay, square)
+    # as if the weight were less by what the rope bears already: that hangs `sag - stretch` lower
+    left = of.stiff * (sag - stretch)
+    if of.square <= 0:  # no swing: dense where the damper answers
+        slow = of.stiff / (of.decay + math.sqrt(-of.square))
+        after = np.append(0.0, np.geomspace(1e-9, 10.0, 4 * SAMPLES) / slow)
+    else:
+        stands = standstill(mass, speed, rope, damping, left)
+        top = time_of_peak(mass, speed, of, left, stands)
+        after = np.unique(np.append(np.linspace(0.0, stands, SAMPLES), top))
+    place = course(after, stretch - sag, speed, of)
+    pace = course(after, speed, left - 2 * of.decay * speed, of)
     return Crash(
         time=float(record.time[-1]) + after,
         travel=float(record.travel[-1]) + place + sag - stretch,
         speed=pace,
-        force=rope * (place + sag) + record.rope_damping * pace,
+        force=rope * (place + sag) + damping * pace,
     )
 
 
@@ -77,33 +87,3 @@ def with_crash(record: DropRecord, found: Crash) -> DropRecord:
         name: np.append(getattr(record, name), column[1:]) for name, column in after.items()
     }
     return replace(record, **whole)
-
-
-def _instants(start: float, speed: float, decay: float, square: float) -> Array:
-    """Seconds from the end of the travel to the standstill, with that of the greatest force."""
-    beat = square - decay**2
-    if beat <= 0:  # no swing: dense where the damper answers
-        slow = square / (decay + math.sqrt(-beat))
-        return np.append(0.0, np.geomspace(1e-9, 10.0, 4 * SAMPLES) / slow)
-    beat = math.sqrt(beat)
-    # v' at the start; v and, a fixed angle before it, the force's own slope pass through zero
-    slope = -2 * decay * speed - square * start
-    last = math.atan2(speed * beat, -(slope + decay * speed)) / beat
-    top = last - 2 * math.asin(decay / math.sqrt(square)) / beat
-    return np.unique(np.append(np.linspace(0.0, last, SAMPLES), min(max(top, 0.0), last)))
-
-
-def _swing(time: Array, start: float, speed: float, decay: float, square: float) -> Any:
-    """Place [m], counted from where the weight hangs, and speed [m/s] of a damped swing."""
-    beat, push = math.sqrt(abs(square - decay**2)), speed + decay * start
-    if beat < 1e-6 * decay:
-        fades = np.exp(-decay * time)
-        return fades * (start + push * time), fades * (speed - decay * push * time)
-    if square > decay**2:
-        fades, turn, lift = np.exp(-decay * time), np.cos(beat * time), np.sin(beat * time) / beat
-        falls = square * start + decay * speed
-        return fades * (start * turn + push * lift), fades * (speed * turn - falls * lift)
-    fast, slow = decay + beat, square / (decay + beat)
-    late = (speed + fast * start) / (2 * beat) * np.exp(-slow * time)
-    soon = -(speed + slow * start) / (2 * beat) * np.exp(-fast * time)
-    return late + soon, -slow * late - fast * soon

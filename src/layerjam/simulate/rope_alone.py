@@ -46,7 +46,9 @@ class BareDrop(NamedTuple):
         return self.acceleration - self.along
 
 
-class _Damped(NamedTuple):
+class Damped(NamedTuple):
+    """Constants of a mass on a spring with a damper beside it."""
+
     decay: float
     """d [1/s]"""
     square: float
@@ -55,12 +57,13 @@ class _Damped(NamedTuple):
     """w0^2 [1/s^2]"""
 
 
-def _damped(mass: float, spring: float, damping: float) -> _Damped:
+def damped(mass: float, spring: float, damping: float) -> Damped:
+    """Return the constants of a mass [kg] on a spring [N/m] and a damper [N s/m]."""
     decay, natural = damping / (2 * mass), math.sqrt(spring / mass)
-    return _Damped(decay, (natural - decay) * (natural + decay), natural**2)
+    return Damped(decay, (natural - decay) * (natural + decay), natural**2)
 
 
-def _course(time: Any, start: float, slope: float, of: _Damped) -> Any:
+def course(time: Any, start: float, slope: float, of: Damped) -> Any:
     """x(t) from x(0) and x'(0); time [s] may be an array."""
     time = np.asarray(time, float)
     push = slope + of.decay * start
@@ -81,7 +84,7 @@ def standstill(mass: float, speed: float, spring: float, damping: float, gravity
     Overdamped there is one only if speed (d - sqrt(d^2 - w0^2)) > g: a slower mass creeps down to
     where its weight hangs and never swings beyond.
     """
-    of = _damped(mass, spring, damping)
+    of = damped(mass, spring, damping)
     if speed == 0 and gravity == 0:
         return 0.0
     lean = of.decay * speed - gravity
@@ -95,7 +98,7 @@ def standstill(mass: float, speed: float, spring: float, damping: float, gravity
     return speed / lean if split == 0 else math.log1p(2 * speed * split / excess) / (2 * split)
 
 
-def _top(mass: float, speed: float, of: _Damped, gravity: float, stands: float) -> float:
+def time_of_peak(mass: float, speed: float, of: Damped, gravity: float, stands: float) -> float:
     """Time [s] of a greatest force between start and standstill; 0 where there is none."""
     if of.square > 0:
         swing = math.sqrt(of.square)
@@ -123,9 +126,9 @@ def damped_rope_only(
     those of all the time to come. Mass [kg], speed [m/s], spring [N/m], damping [N s/m], gravity
     along the pull [m/s^2]; all closed.
     """
-    of, weight = _damped(mass, spring, damping), mass * gravity
+    of, weight = damped(mass, spring, damping), mass * gravity
     time = standstill(mass, speed, spring, damping, gravity)
-    top = _top(mass, speed, of, gravity, time)
+    top = time_of_peak(mass, speed, of, gravity, time)
     ends = [damping * speed, float(_force([top], mass, speed, of, gravity)[0])]
     sag = gravity**2 / of.stiff
     if math.isinf(time):
@@ -138,11 +141,11 @@ def damped_rope_only(
     return max(ends), time, heat
 
 
-def _force(time: Any, mass: float, speed: float, of: _Damped, gravity: float) -> Array:
+def _force(time: Any, mass: float, speed: float, of: Damped, gravity: float) -> Array:
     """Force of the rope [N] while it is taut."""
     start = gravity - 2 * of.decay * speed
     slope = -2 * of.decay * start - of.stiff * speed
-    return np.asarray(mass * (gravity - _course(time, start, slope, of)))
+    return np.asarray(mass * (gravity - course(time, start, slope, of)))
 
 
 def felt(
@@ -153,7 +156,7 @@ def felt(
     Free fall before counts as 0, bounces after the first are left out. `site` [m/s^2] is what g
     means there.
     """
-    of = _damped(mass, spring, damping)
+    of = damped(mass, spring, damping)
     # as long as it takes to be slack, half a swing and the return, or to fade
     slow = of.decay if of.square > 0 else of.stiff / (of.decay + math.sqrt(-of.square))
     fades = math.inf if slow == 0 else -math.log(FADED) / slow
@@ -175,5 +178,5 @@ def felt(
     if force[0] > 0:
         time, force = np.append(-_INSTANT, time), np.append(0.0, force)
     sag = gravity / of.stiff
-    travel = sag + _course(np.maximum(time, 0.0), -sag, speed, of)
+    travel = sag + course(np.maximum(time, 0.0), -sag, speed, of)
     return BareDrop(time, force / mass, site, travel, mass, gravity)
