@@ -22,8 +22,7 @@ from layerjam.studies.machines import (
 )
 from layerjam.studies.machines.pulse import drive
 from layerjam.studies.machines.registry import load_scenario, scenarios
-from layerjam.studies.machines.restraint import limiter_of
-from layerjam.studies.machines.trial import Trial
+from layerjam.studies.machines.restraint import Trial, limiter_of
 from layerjam.studies.machines.verdict import Result
 from layerjam.units import parse
 from machine_scenarios import changed
@@ -140,7 +139,7 @@ def test_turning_is_moving_with_inertia_over_lever_squared() -> None:
     far = wide.turned("far", wide.trial()[0], limiter_of(100.0, 1e5))
     np.testing.assert_allclose(far.angular, near.angular, rtol=1e-9, atol=1e-6)
     assert far.rotation == pytest.approx(near.rotation, rel=1e-9)
-    assert scenario.head.inertia == pytest.approx(0.0852, rel=1e-3)
+    assert scenario.inertia == pytest.approx(0.0852, rel=1e-3)
 
 
 def test_enough_brakes_in_stiff_straps_keep_the_head_below_the_paper_s_limit(

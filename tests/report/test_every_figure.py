@@ -62,7 +62,7 @@ from layerjam.simulate.drop import drop
 from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.stick_slip import stick_slip
 from layerjam.simulate.tensile import tensile
-from layerjam.studies.machines import figures as machine_figures
+from layerjam.studies.machines import page as machine_figures
 from layerjam.studies.machines.registry import load_scenario, scenarios
 from report.legible import faults
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from layerjam.mechanics.threads import once
 from layerjam.report import style
 from layerjam.studies.choi2018.claims import Claim, claim
-from layerjam.studies.machines import figures
+from layerjam.studies.machines import page
 from layerjam.studies.machines.registry import load_scenario
 from layerjam.studies.machines.verdict import Result
 
 PICTURES = {
-    "seat-belt": figures.belt_over_displacement,
-    "neck-guard": figures.neck_in_time,
-    "ankle-clutch": figures.ankle_stride,
-    "rehabilitation": figures.exercise_in_time,
+    "seat-belt": page.belt_over_displacement,
+    "neck-guard": page.neck_in_time,
+    "ankle-clutch": page.ankle_stride,
+    "rehabilitation": page.exercise_in_time,
 }
 
 

@@ -24,69 +24,18 @@ from layerjam.mechanics.ageing import aged_holding_force
 from layerjam.mechanics.fan import straight
 from layerjam.mechanics.friction import holding_force
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.records.values import value
 from layerjam.simulate.speed import counted
 from layerjam.studies.machines import restraint
 from layerjam.studies.machines.readiness import line_for
 from layerjam.studies.machines.restraint import Strap
-from layerjam.studies.machines.scenario import Array, Curve
-from layerjam.studies.machines.verdict import Bound, Machine, Result
-from layerjam.units import nested, quantity, record, show
+from layerjam.studies.machines.scenario import Array, declared
+from layerjam.studies.machines.verdict import Machine, Result
+from layerjam.units import show
 
 SAMPLES = 1200
 """Of a stride."""
 RATES = np.geomspace(2e-3, 6.0, 400)
 """Stride rates tried [Hz]."""
-BOUNDS = (
-    Bound(
-        "holding force over the spring's greatest, vacuum standing",
-        "holding_margin",
-        "margin",
-        least=True,
-    ),
-    Bound("slip of the clutch in a stride", "slip", "slip"),
-    Bound("stride rate the vacuum can follow", "fastest_stride_rate", "stride_rate", least=True),
-    Bound("time to let go", "release_time", "swing_time"),
-    Bound("mass of the brakes", "mass", "mass"),
-)
-
-
-@record
-class Gait:
-    """How the person walks."""
-
-    stride_rate: float = quantity("Hz", "strides a second", lo=0.01, hi=10)
-    body_mass: float = quantity("kg", "mass of the person", lo=1, hi=500)
-    close: float = quantity("1", "part of the stride at which the clutch closes", hi=0.99)
-    part: Array = value(Curve(unit="1", text="parts of the stride, from heel strike on", hi=1))
-    angle: Array = value(
-        Curve(unit="rad", text="ankle angle, dorsiflexion above zero", lo=-2, hi=2)
-    )
-    moment: Array = value(
-        Curve(
-            unit="N m/kg",
-            text="moment of the ankle over body mass, plantarflexing above zero",
-            lo=-10,
-            hi=10,
-        )
-    )
-
-
-@record
-class Spring:
-    """The spring in series with the clutch."""
-
-    stiffness: float = quantity("N/m", "stiffness of the spring", lo=1, hi=1e7)
-    lever: float = quantity("m", "lever arm about the ankle", lo=1e-3, hi=0.5)
-
-
-@record
-class ClutchLimits:
-    """What it must do."""
-
-    slip: float = quantity("m", "slip of the clutch in a stride", open_lo=True, hi=0.1)
-    margin: float = quantity("1", "holding force over the spring's greatest force", lo=1, hi=10)
-    mass: float = quantity("kg", "mass of all brakes", open_lo=True, hi=100)
 
 
 class Stride(NamedTuple):
@@ -114,13 +63,9 @@ class Record(NamedTuple):
     """Parts of the stride: closing, and where the spring is slack again."""
 
 
-@record
+@declared("ankle-clutch")
 class AnkleClutch(Machine):
     """Everything of the scenario."""
-
-    gait: Gait = nested(Gait)
-    spring: Spring = nested(Spring)
-    limits: ClutchLimits = nested(ClutchLimits)
 
     def together(self) -> None:
         """The gait's curves fit together."""
@@ -204,7 +149,7 @@ class AnkleClutch(Machine):
             "the gait is taken as it is without the device; people walk otherwise with one",
             f"pump_work is the least an ideal pump spends on one jam of {brakes.count} brakes",
         ]
-        found.judge(*BOUNDS)
+        found.judge()
         found.brakes_needed = needed
         found.needed = self.needed(needed, found.own)
         return found

@@ -18,20 +18,21 @@ import pandas
 
 from layerjam.mechanics.pull import peak
 from layerjam.studies.machines.injury import bric, concussion_risk, hic15
-from layerjam.studies.machines.pulse import SHAPES, drive
+from layerjam.studies.machines.pulse import drive
 from layerjam.studies.machines.readiness import VacuumSupply, readiness
 from layerjam.studies.machines.restraint import (
     Body,
     Ride,
     Strap,
+    Trial,
+    first,
     least_stiffness,
     limiter_of,
     ride,
 )
-from layerjam.studies.machines.scenario import Array, word
-from layerjam.studies.machines.trial import Trial, first
-from layerjam.studies.machines.verdict import Bound, Machine, Result
-from layerjam.units import nested, quantity, record, show
+from layerjam.studies.machines.scenario import Array, declared
+from layerjam.studies.machines.verdict import Machine, Result
+from layerjam.units import nested, show
 
 STEPS = 8000
 """Of a blow and four times its length after it."""
@@ -50,66 +51,6 @@ TURN = {
 """What a blow comes to, by key."""
 NEEDED = {"count": "1", "as_built": "1", "mass": "kg", "torque": "N m", "stiffness": "N/m"}
 """What it would take, by key."""
-BOUNDS = (
-    Bound("greatest angular acceleration of the head", "acceleration", "acceleration"),
-    Bound("turn of the head", "rotation", "rotation"),
-    Bound("BrIC", "bric", "bric"),
-    Bound("HIC15 from turning alone", "hic", "hic"),
-    Bound("stiffness of the straps, below which the brakes snap", "stiffness", "fall", least=True),
-    Bound("torque against the wearer's own turning", "felt", "free_torque"),
-)
-
-
-@record
-class Head:
-    """The head with its helmet."""
-
-    mass: float = quantity("kg", "mass of the head", lo=0.1, hi=50)
-    gyration: float = quantity("m", "radius of gyration of the bare head", lo=1e-3, hi=1)
-    helmet_mass: float = quantity("kg", "mass of the helmet", hi=20, default=0.0)
-    helmet_factor: float = quantity(
-        "1", "moment of inertia with the helmet over that without", lo=1, hi=10, default=1.0
-    )
-    height: float = quantity(
-        "m", "from the axis of turning to the centre of gravity with helmet", hi=1
-    )
-
-    @property
-    def inertia(self) -> float:
-        """Moment of inertia with the helmet about the axis of turning [kg m^2]."""
-        own = self.mass * self.gyration**2 * self.helmet_factor
-        return own + (self.mass + self.helmet_mass) * self.height**2
-
-
-@record
-class Blow:
-    """The blow, as the head would turn without brakes."""
-
-    pulse: str = word("half-sine, haversine or trapezoid", *SHAPES)
-    peak: float = quantity("rad/s^2", "greatest angular acceleration", open_lo=True, hi=1e6)
-    duration: float = quantity("s", "length of the blow", lo=1e-4, hi=1)
-
-
-@record
-class Guard:
-    """How the brakes are fastened."""
-
-    lever: float = quantity("m", "lever arm of the brakes about the axis of turning", lo=1e-3, hi=1)
-    stiffness: float = quantity("N/m", "stiffness of helmet, straps and vest", lo=100, hi=1e9)
-    slack: float = quantity("m", "slack of the straps", hi=0.2, default=0.0)
-
-
-@record
-class NeckLimits:
-    """What may not be exceeded."""
-
-    acceleration: float = quantity("rad/s^2", "angular acceleration of the head", lo=1, hi=1e6)
-    rotation: float = quantity("rad", "turn of the head", open_lo=True, hi=6.3)
-    bric: float = quantity("1", "brain injury criterion", open_lo=True, hi=10)
-    hic: float = quantity("1", "HIC15 of the head", open_lo=True, hi=1e5)
-    free_torque: float = quantity(
-        "N m", "torque the wearer may feel when turning the head at will", open_lo=True, hi=1e4
-    )
 
 
 class Turned(NamedTuple):
@@ -136,15 +77,18 @@ class Record(NamedTuple):
     """Chains behind the straps there are, with the greatest angular acceleration `turns`."""
 
 
-@record
+@declared("neck-guard")
 class NeckGuard(Machine):
     """Everything of the scenario."""
 
-    head: Head = nested(Head)
-    blow: Blow = nested(Blow)
-    guard: Guard = nested(Guard)
     supply: VacuumSupply = nested(VacuumSupply)
-    limits: NeckLimits = nested(NeckLimits)
+
+    @property
+    def inertia(self) -> float:
+        """Moment of inertia with the helmet about the axis of turning [kg m^2]."""
+        head = self.head
+        own = head.mass * head.gyration**2 * head.helmet_factor
+        return float(own + (head.mass + head.helmet_mass) * head.height**2)
 
     def trial(self) -> tuple[Trial, float]:
         """(the head under the blow, its change of angular velocity [rad/s] without brakes)."""
@@ -153,7 +97,7 @@ class NeckGuard(Machine):
         unit = {"half-sine": math.pi / 2, "haversine": 2.0, "trapezoid": 1.25}[blow.pulse]
         change, after = blow.peak * blow.duration / unit, 4 * blow.duration
         free, dt, change = drive(blow.pulse, change, blow.duration, after, STEPS, Path())
-        body = Body(self.head.inertia / r**2, 1.0, self.guard.slack)
+        body = Body(self.inertia / r**2, 1.0, self.guard.slack)
         return Trial(self, body, self.guard.stiffness, free * r, dt), change
 
     def turned(self, name: str, trial: Trial, strap: Strap) -> Turned:
@@ -186,7 +130,7 @@ class NeckGuard(Machine):
         force, end = float(guarded.ride.force.max()), float(strap.travel) * brakes.series
         slip = float(guarded.ride.slip[-1])
         found = Result(scenario=self, record=Record((bare, guarded), shown), warnings=ready.said)
-        found.add("kg m^2", inertia=self.head.inertia)
+        found.add("kg m^2", inertia=self.inertia)
         found.add("rad/s", change=change)
         found.take(TURN, bare._asdict(), "bare_")
         found.take(TURN, guarded._asdict(), "")
@@ -205,7 +149,7 @@ class NeckGuard(Machine):
             "only the turning is modelled: HIC15 leaves the blow's straight push out",
         ]
         found.warnings += self.slid(slip, guarded.ride.pace)
-        found.judge(*BOUNDS)
+        found.judge()
         found.limits += ready.limits
         found.brakes_needed = best.get("count")
         found.needed = self.needed(best, ready.time)

@@ -1,18 +1,252 @@
-"""A machine's result as a folder: report.html, results.json and figures, whole or not at all."""
+"""A machine's result as a folder: report.html, results.json and figures, whole or not at all.
+
+The pictures show what happens to the person, and what decides.
+"""
 
 from __future__ import annotations
 
+import functools
+import math
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+
+import numpy as np
 
 from layerjam._version import __version__
 from layerjam.commands.declare import Progress
 from layerjam.commands.wording import in_words
+from layerjam.report import style
 from layerjam.report.folder import figures_of, write_folder
-from layerjam.report.page import NONE, Page, Part, Table, Word, drawn_all, html
-from layerjam.studies.machines.figures import pictures
+from layerjam.report.page import NONE, Page, Part, Picture, Table, Word, drawn_all, html
+from layerjam.report.style import BLUE, FAINT, GREEN, GREY, INK, KN, KPA, MM, MS, ORANGE, RED
+from layerjam.studies.machines import ankle_clutch, neck_guard, rehabilitation, seat_belt
+from layerjam.studies.machines.ankle_clutch import RATES
+from layerjam.studies.machines.rehabilitation import SPEEDS
+from layerjam.studies.machines.scenario import kind_of
 from layerjam.studies.machines.verdict import Result
-from layerjam.units import show
+from layerjam.units import get, show
+
+G = 9.80665
+RADIANS = "[1000 rad/s²]"
+_HOW = ((BLUE, 2.2), (GREY, 1.3), (GREEN, 1.6))
+"""Brakes, webbing alone, limiter."""
+
+
+def pictures(result: Result) -> list[Picture]:
+    """The pictures of a machine's page, in order."""
+    return [
+        Picture(name=name, figure=functools.partial(PICTURES[name], result), caption=caption)
+        for name, caption in kind_of(result.scenario.machine)["pictures"].items()
+    ]
+
+
+@style.styled
+def belt_in_time(result: Result) -> style.Figure:
+    """Chest acceleration and displacement over time, three ways of holding."""
+    record: seat_belt.Record = result.record
+    held, limits = record.held, get(result.scenario, "limits")
+    figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.3)
+    time = held[0].ride.time * MS
+    left.plot(time, record.drive / G, color=FAINT, lw=1.4, label="vehicle")
+    for one, (color, width) in zip(held, _HOW, strict=True):
+        left.plot(time, one.chest / G, color=color, lw=width, label=one.name)
+        right.plot(time, one.ride.way * MM, color=color, lw=width)
+    turns = [float(time[int(np.argmax(one.ride.way))]) for one in held]
+    end = 1.3 * max(*turns, float(time[int(np.flatnonzero(record.drive)[-1])]))
+    top = max(*(float(one.chest.max()) for one in held), float(record.drive.max())) / G
+    allowed = limits.chest / G
+    detail = f"allowed: {allowed:.3g} g, above the picture"
+    if allowed < 1.8 * top:
+        top, detail = max(top, allowed), "grey: deceleration of the vehicle itself"
+        style.level(left, allowed, "allowed")
+    left.set(xlim=(0, end), ylim=(0, 1.45 * top))
+    left.set(xlabel="time [ms]", ylabel="acceleration of the chest [g]")
+    style.key(left, at="upper right")
+    style.title(left, "What the chest feels", detail)
+    longest = max(*(float(one.ride.way.max()) for one in held), limits.space)
+    right.set(xlim=(0, end), ylim=(0, 1.25 * MM * longest))
+    right.set(xlabel="time [ms]", ylabel="displacement of the chest in the vehicle [mm]")
+    style.level(right, limits.space * MM, "space there is")
+    style.title(right, "How far it is thrown", "in the vehicle, from the first instant")
+    return figure
+
+
+@style.styled
+def belt_over_displacement(result: Result) -> style.Figure:
+    """Force in the belt over the chest's displacement."""
+    record: seat_belt.Record = result.record
+    figure, (axes,) = style.canvas(width=6.8, height=4.3)
+    for one, (color, width) in zip(record.held, _HOW, strict=True):
+        to = int(np.argmax(one.ride.way)) + 1
+        force = one.ride.force[:to] * KN
+        axes.plot(one.ride.way[:to] * MM, force, color=color, lw=width, label=one.name)
+    longest = max(float(one.ride.way.max()) for one in record.held)
+    force = max(float(one.ride.force.max()) for one in record.held)
+    limits = get(result.scenario, "limits")
+    axes.set(xlim=(0, 1.15 * MM * max(longest, limits.space)), ylim=(0, 1.35 * KN * force))
+    axes.set(xlabel="displacement of the chest in the vehicle [mm]")
+    axes.set_ylabel("force in the belt [kN]")
+    style.level(axes, limits.belt * KN, "allowed", at=0.5)
+    style.upright(axes, limits.space * MM, "space", RED, at=0.03)
+    style.key(axes, at="upper left")
+    style.title(axes, "Force over displacement", "up to the furthest point; not filtered")
+    return figure
+
+
+@style.styled
+def neck_in_time(result: Result) -> style.Figure:
+    """Angular acceleration and velocity over time."""
+    record: neck_guard.Record = result.record
+    bare, held = record.turned
+    time, case = bare.ride.time * MS, result.scenario
+    allowed = get(case, "limits.acceleration") / 1e3
+    figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.1)
+    for one, color, width in ((bare, GREY, 1.6), (held, BLUE, 2.0)):
+        left.plot(time, one.angular / 1e3, color=color, lw=width, label=one.name)
+        right.plot(time, one.ride.speed / get(case, "guard.lever"), color=color, lw=width)
+    for axes in (left, right):
+        axes.set(xlim=(0, float(time[-1])), xlabel="time [ms]")
+    high = 1.35 * max(bare.acceleration / 1e3, allowed)
+    left.set_ylim(min(-0.4, float(held.angular.min()) / 1e3 * 1.2), high)
+    left.set_ylabel(f"angular acceleration {RADIANS}")
+    right.set_ylabel("angular velocity [rad/s]")
+    style.level(left, allowed, "allowed", at=0.99)
+    style.key(left, at="upper right")
+    detail = f"peak {bare.acceleration:.0f} rad/s² free, {held.acceleration:.0f} rad/s² with brakes"
+    style.title(left, "The blow turns the head", detail)
+    detail = f"BrIC {bare.bric:.2f} free, {held.bric:.2f} with brakes"
+    style.title(right, "How fast it turns", detail)
+    return figure
+
+
+@style.styled
+def neck_over_count(result: Result) -> style.Figure:
+    """Peak over the number of brakes."""
+    record: neck_guard.Record = result.record
+    have, free = result.scenario.brakes.parallel, record.turned[0].acceleration / 1e3
+    allowed = get(result.scenario, "limits.acceleration") / 1e3
+    counts, turns = record.tried.parallel.to_numpy(), record.tried.turns.to_numpy() / 1e3
+    figure, (axes,) = style.canvas(width=6.8, height=3.9)
+    axes.plot(counts, turns, color=BLUE)
+    style.plain(axes)
+    axes.set(xlim=(1, float(counts[-1])), ylim=(0, 1.25 * max(free, allowed)))
+    axes.set(xlabel="number of brakes side by side")
+    axes.set_ylabel(f"greatest angular acceleration {RADIANS}")
+    style.level(axes, free, "free", GREY, at=0.99)
+    style.level(axes, allowed, "allowed", below=True)
+    style.spot(axes, have, turns[have - 1], "this guard", BLUE)
+    style.title(axes, "More brakes", "jammed before the blow, behind the scenario's straps")
+    return figure
+
+
+@style.styled
+def ankle_stride(result: Result) -> style.Figure:
+    """Angle, force and hold along a stride."""
+    record: ankle_clutch.Record = result.record
+    made, ready = record.stride, record.ready
+    part, top = record.part * 100, float(ready.force.max())
+    figure, (upper, lower) = style.canvas(
+        rows=2, width=7.4, height=5.6, sharex=True, height_ratios=(1, 1.6)
+    )
+    upper.plot(part, np.degrees(record.angle), color=INK)
+    upper.set_ylabel("ankle [degrees]")
+    for axes in (upper, lower):
+        axes.axvspan(record.window[0] * 100, record.window[1] * 100, color=FAINT, alpha=0.3)
+    style.title(upper, "One stride", "shaded: the clutch ought to hold; dorsiflexion above zero")
+    lower.plot(part, ready.force, color=GREEN, ls=style.DASHED, label="vacuum standing")
+    lower.plot(part, made.hold, color=ORANGE, lw=1.6, label="what it can hold")
+    lower.plot(part, made.force, color=BLUE, lw=2.2, label="given")
+    lower.set(ylim=(0, 1.35 * top), xlim=(float(part[0]), float(part[-1])), ylabel="force [N]")
+    lower.set_xlabel("part of the stride, from heel strike on [%]")
+    style.key(lower, at="upper left")
+    return figure
+
+
+@style.styled
+def ankle_rates(result: Result) -> style.Figure:
+    """Slip over the stride rate."""
+    record: ankle_clutch.Record = result.record
+    rate, fastest = result.own["stride_rate"], result.own["fastest_stride_rate"]
+    figure, (axes,) = style.canvas(width=6.8, height=3.9)
+    axes.plot(RATES, record.slips * MM, color=BLUE)
+    style.plain(axes)
+    axes.set(xlabel="stride rate [Hz]", ylabel="slip in a stride [mm]")
+    axes.set(xlim=(RATES[0], RATES[-1]), ylim=(0, 1.2 * MM * record.slips.max()))
+    style.level(axes, get(result.scenario, "limits.slip") * MM, "allowed")
+    style.upright(axes, rate, "walking")
+    said = f"holds up to {fastest:.3g} strides a second" if fastest else "holds at no rate tried"
+    style.title(axes, "How fast the vacuum follows", said)
+    return figure
+
+
+@style.styled
+def exercise_in_time(result: Result) -> style.Figure:
+    """Torque and vacuum over time."""
+    record: rehabilitation.Record = result.record
+    asked, vacuum = record.session, record.followed.loop
+    figure, (upper, lower) = style.canvas(
+        rows=2, width=8.4, height=5.2, sharex=True, height_ratios=(1.7, 1)
+    )
+    wanted = np.where(asked.flexing, asked.torque, np.nan)
+    upper.plot(asked.time, wanted, color=GREEN, lw=2.6, alpha=0.7, label="wanted in flexion")
+    upper.plot(asked.time, record.given, color=INK, lw=1.2, label="given")
+    top = 1.35 * float(asked.torque.max())
+    upper.set(ylim=(0, top), ylabel="torque [N m]", xlim=(0, float(asked.time[-1])))
+    detail = "what the brakes give on the way back is not drawn"
+    style.title(upper, "Resistance in flexion", detail)
+    target = vacuum.target * KPA
+    lower.plot(asked.time, target, color=GREEN, lw=1.1, ls=style.DASHED, label="target")
+    lower.plot(asked.time, vacuum.vacuum * KPA, color=BLUE, lw=1.4, label="in the brakes")
+    lower.set(xlabel="time [s]", ylabel="vacuum [kPa]", ylim=(0, 1.5 * float(target.max())))
+    for axes in (upper, lower):
+        style.key(axes, at="upper left", ncols=2)
+    return figure
+
+
+@style.styled
+def exercise_over_angle(result: Result) -> style.Figure:
+    """Torque over angle, and what can be followed over speed."""
+    record: rehabilitation.Record = result.record
+    asked, (grid, reach) = record.session, record.reachable
+    edges = np.flatnonzero(np.diff(asked.flexing.astype(int), prepend=0, append=0))
+    first = slice(int(edges[0]), int(edges[1]))
+    angle, grid = np.degrees(asked.angle[first]), np.degrees(grid)
+    top = 1.25 * max(float(asked.torque.max()), float(reach.max()))
+    figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.1)
+    style.band(left, grid, reach, top, RED, 0.10)
+    left.plot(grid, reach, color=RED, lw=1.3, label="out of reach above")
+    left.plot(angle, asked.torque[first], color=GREEN, lw=2.6, alpha=0.7, label="wanted")
+    left.plot(angle, record.given[first], color=INK, lw=1.2, label="given")
+    left.set(xlim=(angle[0], angle[-1]), ylim=(0, top))
+    left.set(xlabel="flexion [degrees]", ylabel="torque [N m]")
+    style.key(left)
+    style.title(left, "Over the angle", "first flexion; red: more than full vacuum gives")
+    speeds = np.degrees(SPEEDS)
+    right.plot(speeds, record.shares * 100, color=BLUE)
+    style.plain(right)
+    right.set(ylim=(0, 108), xlabel="mean speed of flexion [degrees/s]")
+    right.set_ylabel("can be followed [% of the flexion]")
+    right.set_xlim(float(speeds[0]), float(speeds[-1]))
+    style.level(right, get(result.scenario, "limits.followed") * 100, "least allowed", below=True)
+    style.upright(right, math.degrees(get(result.scenario, "exercise.speed")), "asked", at=0.03)
+    fastest = math.degrees(result.own["fastest_speed"])
+    style.title(right, "Over the speed", f"up to {show(fastest, '1', 3)} degrees a second")
+    return figure
+
+
+PICTURES: dict[str, Callable[[Result], style.Figure]] = {
+    "seat-belt-time": belt_in_time,
+    "seat-belt-force": belt_over_displacement,
+    "neck-guard-time": neck_in_time,
+    "neck-guard-count": neck_over_count,
+    "ankle-clutch-stride": ankle_stride,
+    "ankle-clutch-rate": ankle_rates,
+    "rehabilitation-time": exercise_in_time,
+    "rehabilitation-angle": exercise_over_angle,
+}
+"""What draws each picture; the kind of machine has the captions, in the order of the page."""
+
 
 MET = Word("✓ met", "verdict reproduced")
 MISSED = Word("≠ missed", "verdict differs")

@@ -23,77 +23,16 @@ from layerjam.fluid.line import Sensor
 from layerjam.mechanics.friction import at_speed
 from layerjam.mechanics.limits import self_closing_vacuum
 from layerjam.mechanics.pull import force_limits
-from layerjam.records.values import value
 from layerjam.studies.machines.ankle_clutch import fall_time, last_before
 from layerjam.studies.machines.readiness import line_for
-from layerjam.studies.machines.scenario import Array, Curve, word
-from layerjam.studies.machines.verdict import Bound, Machine, Result
-from layerjam.units import like, nested, quantity, record, show, spec_of
+from layerjam.studies.machines.scenario import Array, declared
+from layerjam.studies.machines.verdict import Machine, Result
+from layerjam.units import show
 
 SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
 """Mean speeds tried [rad/s]."""
 FINE = 512
 """Samples of a flexion on which it is judged what can be followed."""
-BOUNDS = (
-    Bound("error of the torque, RMS, over the greatest wanted", "share_of_error", "error"),
-    Bound("part of the flexion that can be followed", "possible", "followed", least=True),
-    Bound("slip of the brakes", "slip", "usable_travel"),
-    Bound("angle lost at the next flexion", "lost_angle", "lost_angle"),
-    Bound("safe state lets the arm go (1 is yes)", "lets_go", "yes", least=True),
-    Bound("time to let go", "release_time", "release"),
-    Bound("mass of the brakes", "mass", "mass"),
-)
-
-
-@record
-class Exercise:
-    """What the person does: flexion, a hold, extension, a rest; again and again."""
-
-    start: float = quantity("rad", "angle at which flexion starts", hi=6.3)
-    end: float = quantity("rad", "angle at which flexion ends", hi=6.3)
-    speed: float = quantity("rad/s", "mean speed of flexion and extension", lo=1e-3, hi=50)
-    hold: float = quantity("s", "time held flexed", hi=600)
-    rest: float = quantity("s", "time held extended, with the first torque ready", hi=600)
-    repetitions: int = quantity("1", "how often", lo=1, hi=100, whole=True)
-    viscosity: float = quantity(
-        "N m s/rad", "torque wanted for each speed of turning", hi=1e3, default=0.0
-    )
-
-
-@record
-class Resistance:
-    """What resists the flexion, besides viscosity."""
-
-    angle: Array = value(Curve(unit="rad", text="angles of the resistance wanted", lo=-7, hi=7))
-    torque: Array = value(Curve(unit="N m", text="resistance wanted at the angles", hi=1e3))
-
-
-@record
-class Orthosis:
-    """How the brakes are fastened."""
-
-    pulley: float = quantity("m", "radius of the pulley about the joint", lo=1e-3, hi=0.5)
-
-
-@record
-class Control:
-    """The regulator, its sensor and clock."""
-
-    regulator: str = word("bang-bang, pi or scheduled", "bang-bang", "pi", "scheduled")
-    sensor_range: float = like(spec_of(Sensor, "range"))
-    noise: float = like(spec_of(Sensor, "noise"))
-    sample_time: float = like(spec_of(Regulator, "sample_time"))
-
-
-@record
-class RehabilitationLimits:
-    """What it must do."""
-
-    error: float = quantity("1", "error of the torque, RMS, over the greatest wanted", hi=1)
-    followed: float = quantity("1", "part of the flexion that brake and line can follow", hi=1)
-    lost_angle: float = quantity("rad", "angle turned before the cord is taut again", hi=6.3)
-    release: float = quantity("s", "time to let go after a fault", hi=1e3)
-    mass: float = quantity("kg", "mass of all brakes", open_lo=True, hi=100)
 
 
 class Session(NamedTuple):
@@ -121,16 +60,9 @@ class Record(NamedTuple):
     """Torque of all brakes at full vacuum over the angle, and the angle, shape (2, M)."""
 
 
-@record
+@declared("rehabilitation")
 class Rehabilitation(Machine):
     """Everything of the scenario."""
-
-    safe_state: str = word("where a fault ends", "release", "hold")
-    exercise: Exercise = nested(Exercise)
-    resistance: Resistance = nested(Resistance)
-    orthosis: Orthosis = nested(Orthosis)
-    control: Control = nested(Control)
-    limits: RehabilitationLimits = nested(RehabilitationLimits)
 
     def together(self) -> None:
         """Angles, curve and travel fit together."""
@@ -269,7 +201,7 @@ class Rehabilitation(Machine):
             )
         if line.valve is None:
             found.warnings.append("the line has no valve: a fault of the pump leaves the arm held")
-        found.judge(*BOUNDS)
+        found.judge()
         found.brakes_needed = needed
         found.needed = self.needed(needed, found.own)
         return found

@@ -2,31 +2,48 @@
 
 TOML, read with the same reader as brakes and lines: every number with its unit, its kind and its
 source. Beside numbers there are words (one of several, or a path) and curves ("0 2.5 4 deg").
+`kinds/NAME.toml` declares what a scenario of a machine holds, its limits and its pictures.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from layerjam.control.settings import Regulator
 from layerjam.device.brake import mass
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FileError, QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, load_line
+from layerjam.fluid.line import Sensor
 from layerjam.records.changes import paths_of
 from layerjam.records.reader import Reader
+from layerjam.records.shipped import shipped
 from layerjam.records.source import Source
 from layerjam.records.toml import line_of, parse_toml
 from layerjam.records.values import TextSpec, entries, value
 from layerjam.simulate.speed import in_a_machine
-from layerjam.units import QuantitySpec, check, get, nested, parse, quantity, record, show
+from layerjam.units import (
+    QuantitySpec,
+    check,
+    get,
+    like,
+    nested,
+    parse,
+    quantity,
+    record,
+    show,
+    spec_of,
+)
 
 S = TypeVar("S", bound="Scenario")
 Array = npt.NDArray[np.float64]
@@ -42,6 +59,11 @@ class Brakes:
         "1", "brakes end to end in a chain", lo=1, hi=1000, whole=True, default=1
     )
     vacuum: float = quantity("Pa", "vacuum the brakes are used at", lo=1, hi=1.2e5)
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """A field that the machine's kind declares."""
 
     @property
     def count(self) -> int:
@@ -82,6 +104,11 @@ class Scenario:
     line: LineFile = word("catalogue name or path of a vacuum line")
     brakes: Brakes = nested(Brakes)
 
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """A field that the machine's kind declares."""
+
     name: str = ""
     title: str = ""
     sources: Mapping[str, Source] = field(default_factory=dict, repr=False)
@@ -121,13 +148,48 @@ class Scenario:
         """Mass of one brake [kg]."""
         return mass(self.brake.brake)
 
-    @property
-    def mass_of_all(self) -> float:
-        """Mass of all brakes [kg]."""
-        return float(self.brakes.count * self.mass)
-
 
 _NAMES = ("machine", "brake", "line", "safe_state")
+_KNOWN: dict[str, type] = {"Sensor": Sensor, "Regulator": Regulator}
+"""Records in which a quantity is declared that a scenario has too."""
+
+
+@cache
+def kind_of(machine: str) -> dict[str, Any]:
+    """Return what kinds/NAME.toml declares of a kind of machine."""
+    return tomllib.loads(shipped("layerjam.studies.machines", "kinds")[machine])
+
+
+def declared(machine: str) -> Callable[[type[S]], type[S]]:
+    """Return a decorator that gives a scenario's class the fields which its kind declares."""
+
+    def with_fields(cls: type[S]) -> type[S]:
+        for name, about in kind_of(machine)["scenario"].items():
+            made = _declared_field(about)
+            if made is None:
+                own = {key: _declared_field(inner) for key, inner in about.items()}
+                bases = (Brakes,) if name == "brakes" else ()
+                types = {"__annotations__": dict.fromkeys(own, Any)}
+                made = nested(record(type(name.capitalize(), bases, own | types)))
+            cls.__annotations__[name] = Any
+            setattr(cls, name, made)
+        return record(cls)
+
+    return with_fields
+
+
+def _declared_field(about: Mapping[str, Any]) -> Any:
+    """A field of a record, or None if a table of fields is declared."""
+    if "like" in about:
+        owner, name = str(about["like"]).split(".")
+        return like(spec_of(_KNOWN[owner], name))
+    if not isinstance(about.get("text"), str):
+        return None
+    if "unit" not in about:
+        return word(about["text"], *about.get("choices", ()))
+    if about.get("row"):
+        return value(Curve(**{key: entry for key, entry in about.items() if key != "row"}))
+    return quantity(**about)
 
 
 def _in_words(value: Any, spec: Any) -> str:

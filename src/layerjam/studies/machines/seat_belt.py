@@ -23,15 +23,16 @@ from layerjam.studies.machines.restraint import (
     Body,
     Ride,
     Strap,
+    Trial,
+    first,
     least_stiffness,
     limiter_of,
     ride,
     snaps,
 )
-from layerjam.studies.machines.scenario import Array, Brakes, word
-from layerjam.studies.machines.trial import Trial, first
-from layerjam.studies.machines.verdict import Bound, Machine, Result
-from layerjam.units import nested, quantity, record, show
+from layerjam.studies.machines.scenario import Array, declared
+from layerjam.studies.machines.verdict import Machine, Result
+from layerjam.units import nested, show
 
 STEPS = 8000
 MOST_SERIES, MOST_PARALLEL = 24, 1024
@@ -51,66 +52,6 @@ NEEDED = LOADS | {
     "meets_loads": "1",
 }
 """What it would take, by key."""
-BOUNDS = (
-    Bound("displacement of the chest", "excursion", "space"),
-    Bound("acceleration of the chest", "chest_acceleration", "chest"),
-    Bound("force in the belt", "belt_force", "belt"),
-    Bound("stiffness of the belt, below which the brakes snap", "stiffness", "fall", least=True),
-    Bound("mass of the brakes", "mass", "mass"),
-)
-
-
-@record
-class Occupant:
-    """Who wears it."""
-
-    mass: float = quantity("kg", "mass of the occupant", lo=1, hi=500)
-    share: float = quantity("1", "part of the mass that this belt holds", lo=0.01, hi=1)
-
-
-@record
-class Crash:
-    """The car's pulse."""
-
-    pulse: str = word("half-sine, haversine, trapezoid or the path of a log")
-    change: float = quantity("m/s", "change of the car's velocity", lo=0.01, hi=100)
-    duration: float = quantity("s", "length of the pulse", lo=1e-3, hi=2)
-
-
-@record
-class Belt:
-    """The belt without the brakes."""
-
-    stiffness: float = quantity("N/m", "stiffness of the belt's webbing", lo=100, hi=1e9)
-    payout: float = quantity("1", "payout of the belt per displacement of the chest", lo=0.1, hi=3)
-    slack: float = quantity("m", "slack of the belt", hi=0.5, default=0.0)
-
-
-@record
-class BeltBrakes(Brakes):
-    """The brakes, and what vacuum they get."""
-
-    mode: str = word("full or tuned vacuum", "full", "tuned")
-
-
-@record
-class Filters:
-    """Channel frequency classes of SAE J211-1 (60, 180, 600 or 1000)."""
-
-    chest: int = quantity("1", "class for the chest's acceleration", lo=60, hi=1000, whole=True)
-    belt: int = quantity("1", "class for the belt's force", lo=60, hi=1000, whole=True)
-
-
-@record
-class BeltLimits:
-    """What may not be exceeded."""
-
-    chest: float = quantity("m/s^2", "acceleration of the chest", open_lo=True, hi=1e5)
-    belt: float = quantity("N", "force in the belt", open_lo=True, hi=1e6)
-    space: float = quantity(
-        "m", "displacement of the chest before it strikes something", lo=1e-3, hi=5
-    )
-    mass: float = quantity("kg", "mass of all brakes", open_lo=True, hi=1e3)
 
 
 class Held(NamedTuple):
@@ -132,17 +73,11 @@ class Record(NamedTuple):
     held: tuple[Held, ...]
 
 
-@record
+@declared("seat-belt")
 class SeatBelt(Machine):
     """Everything of the scenario."""
 
-    occupant: Occupant = nested(Occupant)
-    crash: Crash = nested(Crash)
-    belt: Belt = nested(Belt)
-    brakes: BeltBrakes = nested(BeltBrakes)
     supply: VacuumSupply = nested(VacuumSupply)
-    filter: Filters = nested(Filters)
-    limits: BeltLimits = nested(BeltLimits)
 
     def trial(self) -> tuple[Trial, float]:
         """(the held part of the occupant in the car's pulse, its change of velocity [m/s])."""
@@ -201,7 +136,7 @@ class SeatBelt(Machine):
                 f"the brakes use up their {show(end, 'm')}; behind it the belt holds on stops"
             )
         found.warnings += self.slid(float(braked.slip[-1]), braked.pace)
-        found.judge(*BOUNDS)
+        found.judge()
         found.limits += ready.limits
         found.brakes_needed = best.get("count")
         found.needed = self.needed(best, least, force)

@@ -12,7 +12,7 @@ import numpy as np
 from layerjam.errors import Notice
 from layerjam.simulate.speed import beyond
 from layerjam.studies.machines.restraint import gathered
-from layerjam.studies.machines.scenario import Scenario
+from layerjam.studies.machines.scenario import Scenario, kind_of
 from layerjam.units import get, record, show
 
 
@@ -60,19 +60,6 @@ class Limit:
         return f"{said} (missed by a factor of {self.factor:.3g})"
 
 
-@dataclass(frozen=True)
-class Bound:
-    """A limit as a machine declares it: its name, the fact it bounds, and the limit by its name.
-
-    The limit is an entry of the scenario's `limits`, or another fact.
-    """
-
-    name: str
-    fact: str
-    limit: str
-    least: bool = False
-
-
 def deciding(limits: Sequence[Limit]) -> Limit:
     """The limit missed by the greatest factor, or the tightest where all are met."""
     return max(limits, key=lambda limit: (not limit.met, limit.factor))
@@ -103,7 +90,7 @@ class Result:
     @property
     def mass(self) -> float:
         """Of all brakes of the scenario [kg]."""
-        return self.scenario.mass_of_all
+        return float(self.scenario.brakes.count * self.scenario.mass)
 
     @property
     def own_units(self) -> dict[str, str]:
@@ -125,19 +112,19 @@ class Result:
         self.bounding |= values
         self.units |= dict.fromkeys(values, unit)
 
-    def judge(self, *bounds: Bound) -> None:
-        """Every bound with its values, as limits."""
+    def judge(self) -> None:
+        """Add the limits that are declared for this kind of machine, with their values."""
         known = self.own | self.bounding
         allowed = known | vars(get(self.scenario, "limits"))
         self.limits += [
             Limit(
-                name=bound.name,
-                value=float(known[bound.fact]),
-                limit=float(allowed[bound.limit]),
-                unit=self.units[bound.fact],
-                least=bound.least,
+                name=bound["name"],
+                value=float(known[bound["fact"]]),
+                limit=float(allowed[bound["limit"]]),
+                unit=self.units[bound["fact"]],
+                least=bound.get("least", False),
             )
-            for bound in bounds
+            for bound in kind_of(self.scenario.machine)["limits"]
         ]
 
     @property
