@@ -25,8 +25,8 @@ from layerjam.kernel import engine
 from layerjam.kernel.compiler import built, compiler_on_path, library
 from layerjam.kernel.kernel import CODE, DEPTH, Kernel
 from layerjam.mechanics.pull import least_stiffness
+from layerjam.rig.machine import Pulled
 from layerjam.simulate.procedure import Procedure, Pull, Return, parse_procedure, simple_pull
-from layerjam.simulate.pulled import Pulled
 from layerjam.simulate.record import Outcome, TensileRecord
 from layerjam.simulate.tensile import tensile
 from strategies import KAPTON, change, one, random_brakes, seeds

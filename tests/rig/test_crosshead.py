@@ -20,12 +20,11 @@ from layerjam.measure.runs import read_run
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.rig.address import address_of
 from layerjam.rig.crosshead import CrossheadLostError, Manual, Trigger, Virtual, patience
-from layerjam.rig.machine import VirtualMachine, check_brake
+from layerjam.rig.machine import Pulled, VirtualMachine, check_brake
 from layerjam.rig.plant import VirtualPlant, behind
 from layerjam.rig.recorder import Block
 from layerjam.rig.telemetry import RECORD
 from layerjam.simulate.procedure import Pull, Return
-from layerjam.simulate.pulled import Pulled
 from rig.test_runs import RUN, ready
 
 PULL = Pull(speed=13e-3, until=40e-3)

@@ -13,9 +13,7 @@ import typer
 from typer.core import TyperCommand
 
 from layerjam.cli.engine import engine
-from layerjam.cli.files import check_figure, check_target
-from layerjam.cli.output import say
-from layerjam.cli.ticker import Ticker
+from layerjam.cli.output import Ticker, check_figure, check_target, say
 from layerjam.cli.typed import TYPED
 from layerjam.commands.declare import (
     PYTHON_ONLY,
