@@ -8,6 +8,7 @@ no source prints is assumed (`ASSUMED`) and says so.
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -27,52 +28,13 @@ from layerjam.units import QuantitySpec, quantities
 FAMILIES: Mapping[str, type] = MappingProxyType({"pump": Pump, "valve": Valve, "sensor": Sensor})
 NEEDED = {"pump": "flow", "valve": "conductance", "sensor": "range"}
 """Without which a part cannot stand in a line; a pump may have its curve instead."""
-ASSUMED: dict[str, dict[str, tuple[object, str]]] = {
-    "pump": {"ultimate": ("0 Pa", "not printed: no gas is taken to be kept back")},
-    "valve": {
-        "critical_ratio": (0.528, "not printed: that of a nozzle without losses is taken"),
-        "delay": ("0 s", "not printed: taken to open at once"),
-    },
-    "sensor": {
-        "lag": ("0 s", "not printed: taken to follow at once"),
-        "noise": ("0 Pa", "not printed: taken as none"),
-        "resolution": ("0 Pa", "not printed: taken as exact"),
-        "offset": ("0 Pa", "not printed: taken as none"),
-    },
-}
+_BESIDE: dict[str, Any] = tomllib.loads(
+    (files("layerjam.fluid") / "catalogue" / "beside.toml").read_text(encoding="utf-8")
+)
+ASSUMED: dict[str, dict[str, tuple[object, str]]] = _BESIDE["assumed"]
 _TEXTS = {word: TextSpec(blank=word == "note") for word in ("name", "kind", "note")}
-_ANY = float("-inf")
 PRINTED: Mapping[str, QuantitySpec] = MappingProxyType(
-    {
-        "free_flow": QuantitySpec("m^3/s", "free air without vacuum", open_lo=True),
-        "ultimate_vacuum": QuantitySpec("Pa", "greatest vacuum", open_lo=True, hi=101325.0),
-        "flow_in_all": QuantitySpec("m^3/s", "flow of all pumps", open_lo=True),
-        "vacuum_reached": QuantitySpec("Pa", "a vacuum that was reached"),
-        "voltage": QuantitySpec("V", "rated voltage"),
-        "tube_bore": QuantitySpec("m", "inner diameter of its tube"),
-        "tube_outer": QuantitySpec("m", "outer diameter of its tube"),
-        "mass": QuantitySpec("kg", "mass"),
-        "cv": QuantitySpec("1", "flow coefficient Cv"),
-        "nominal_flow": QuantitySpec("m^3/s", "free air from 6 to 5 bar gauge"),
-        "rated_flow": QuantitySpec("m^3/s", "flow between pressures that are not printed"),
-        "bore": QuantitySpec("m", "nominal width"),
-        "pressure_least": QuantitySpec("Pa", "least working pressure, gauge", lo=_ANY),
-        "pressure_most": QuantitySpec("Pa", "greatest working pressure, gauge", lo=_ANY),
-        "power": QuantitySpec("W", "electric power"),
-        "range_least": QuantitySpec("Pa", "least pressure it shows", lo=_ANY),
-        "range_most": QuantitySpec("Pa", "greatest pressure it shows", lo=_ANY),
-        "error": QuantitySpec("Pa", "greatest error"),
-        "accuracy": QuantitySpec("1", "accuracy, of the full scale"),
-        "offset_stability": QuantitySpec("1", "stability of its offset, of the full scale"),
-        "response": QuantitySpec("s", "10 to 90 % of a step"),
-        "update": QuantitySpec("s", "time between readings"),
-        "warm_up": QuantitySpec("s", "time to warm up"),
-        "span_output": QuantitySpec("V", "output over the full range"),
-        "output_at_atmosphere": QuantitySpec("V", "output at the atmosphere"),
-        "sensitivity": QuantitySpec("V/Pa", "output per pressure"),
-        "supply": QuantitySpec("V", "supply voltage"),
-        "overpressure": QuantitySpec("Pa", "pressure it stands"),
-    }
+    {name: QuantitySpec(**about) for name, about in _BESIDE["printed"].items()}
 )
 """What data sheets print beside the fields of a line; each in its unit."""
 
