@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from typing import Literal
 
 from layerjam.control.detection import IN_NOISE, detection_times
@@ -19,16 +21,10 @@ from layerjam.rig.plant import COUNTS, VirtualPlant
 
 Moment = Literal["pumping", "holding"]
 Host = Literal["talks", "releases", "silent", "deaf"]
-BOTH: tuple[Moment, ...] = ("pumping", "holding")
-PUMPING: tuple[Moment, ...] = ("pumping",)
-HOLDING: tuple[Moment, ...] = ("holding",)
 ESTOP_SAMPLES, SUPPLY_SAMPLES = 2, 3
 """Samples in which the firmware answers an open emergency stop and a low supply."""
 APART = 0.05
 """Share of the range by which two sensors may differ."""
-PUMP = frozenset({"NO_VACUUM", "WEAK_PUMP"})
-"""A dead pump's last rise, in the decision that it dies in, may still call it weak; so may that of
-a sensor that sticks."""
 DRIFTS = (200.0, 130.0, 100.0, 50.0)
 """Pascals a second by which a drifting sensor climbs."""
 STALLS = (0.12, 1.0)
@@ -76,17 +72,17 @@ class FaultKind:
 
     `breaks` does it to the plant. `host` is what the host does then; the deadline runs from its
     order to release, or from the last line that the board took. A fault that the law has its own
-    promise for `answers` to that; `names` are those by which the board may call it, else that
-    one. Where the law promises nothing, `promise` gives the deadline.
+    promise for `answers` to that; if it has none, `promise` gives the deadline. `names` are those
+    by which the board may call it.
     """
 
     text: str
     moments: tuple[Moment, ...]
     answers: str
     breaks: Callable[[Case, VirtualPlant], None]
-    names: frozenset[str] = frozenset()
-    promise: Callable[[Case], float] | None = None
-    host: Host = "talks"
+    names: frozenset[str]
+    promise: Callable[[Case], float] | None
+    host: Host
 
     def deadline(self, case: Case) -> float:
         """Return the time [s] to safe outputs, infinite if nothing is promised."""
@@ -94,9 +90,8 @@ class FaultKind:
 
     def called(self, name: str | None, case: Case) -> bool:
         """Whether the board may call it so; a second sensor may be the first to notice."""
-        names = self.names or {self.answers}
-        disagree = case.second and name == "SENSORS_DISAGREE" and "SENSOR" in str(names)
-        return name in names or disagree
+        disagree = case.second and name == "SENSORS_DISAGREE" and "SENSOR" in str(self.names)
+        return name in self.names or disagree
 
 
 def _injected(name: str) -> Callable[[Case, VirtualPlant], None]:
@@ -191,119 +186,53 @@ def _apart(case: Case) -> float:
     return differ / case.size + (made.confirm + 1) * made.sample_time
 
 
-KINDS: dict[str, FaultKind] = {
-    "sensor-nan": FaultKind(
-        "the sensor says that it is ill and gives no number",
-        BOTH,
-        "NOT_A_NUMBER",
-        _injected("sensor-nan"),
-    ),
-    "sensor-rail": FaultKind(
-        "the sensor shows one end of its range", BOTH, "SENSOR_OUT_OF_RANGE", _rail
-    ),
-    "sensor-disconnected": FaultKind(
-        "the sensor's wire is off: no counts", BOTH, "SENSOR_OUT_OF_RANGE", _disconnected
-    ),
-    "sensor-stuck": FaultKind(
-        "the sensor shows the same number for ever",
-        BOTH,
-        "SENSOR_STUCK",
-        _injected("sensor-stuck"),
-        names=PUMP | {"SENSOR_STUCK"},
-    ),
-    "sensor-offset": FaultKind(
-        f"the sensor shows {OFFSET:g} times what counts as none; noticed when vented",
-        HOLDING,
-        "SENSOR_OFFSET",
-        _injected("sensor-offset"),
-        # a jump while the pump runs is a block's
-        names=frozenset({"SENSOR_OFFSET", "LINE_BLOCKED"}),
-        host="releases",
-    ),
-    "sensor-drift": FaultKind(
-        "the reading climbs while the vacuum is held",
-        HOLDING,
-        "SENSORS_DISAGREE",
-        _drifts,
-        promise=_apart,
-    ),
-    "pump-dead": FaultKind(
-        "the pump stops while it pumps", PUMPING, "NO_VACUUM", _injected("pump-dead"), names=PUMP
-    ),
-    "pump-weak": FaultKind(
-        "the pump gives half of the flow that counts as weak, while it pumps",
-        PUMPING,
-        "WEAK_PUMP",
-        _injected("pump-weak"),
-        names=PUMP,
-    ),
-    "pump-dead-holding": FaultKind(
-        "the pump stops while the vacuum is held; noticed when the leak shows",
-        HOLDING,
-        "VACUUM_LOST",
-        _injected("pump-dead"),
-        names=PUMP | {"VACUUM_LOST"},
-        promise=_leak_shows,
-    ),
-    "vent-stuck-open": FaultKind(
-        "the vent valve opens and stays so while the pump pumps",
-        PUMPING,
-        "WEAK_PUMP",
-        _stuck_open,
-        names=PUMP,
-        promise=_open_shows,
-    ),
-    "vent-stuck-closed": FaultKind(
-        "the vent valve stays closed when it is to release; the vacuum stays",
-        HOLDING,
-        "SENSOR_OFFSET",
-        _set(injected=FaultInjection(vent=0.0)),
-        names=frozenset({"LINE_BLOCKED"}),
-        host="releases",
-    ),
-    "line-blocked": FaultKind(
-        "the line is blocked while the pump pumps: little is left for it to empty",
-        PUMPING,
-        "LINE_BLOCKED",
-        _injected("line-blocked"),
-    ),
-    "leak": FaultKind(
-        "a leak opens while the vacuum is held; the full pump holds half of it",
-        HOLDING,
-        "VACUUM_LOST",
-        _injected("leak"),
-        names=PUMP | {"VACUUM_LOST"},
-        promise=_leaks_out,
-    ),
-    "host-silent": FaultKind(
-        "the host says nothing more", BOTH, "LEASE_EXPIRED", _set(), promise=_lease, host="silent"
-    ),
-    "host-deaf": FaultKind(
-        "the host goes on asking and reads no answer",
-        BOTH,
-        "LEASE_EXPIRED",
-        _set(),
-        promise=_lease,
-        host="deaf",
-    ),
-    "tick-late": FaultKind(
-        "something keeps the core from its samples", BOTH, "TICK_OVERRUN", _stalls, promise=_late
-    ),
-    "e-stop": FaultKind(
-        "somebody opens the emergency stop, which also cuts the power of pump and valve",
-        BOTH,
-        "EMERGENCY_STOP",
-        _set(estop=True),
-        promise=_samples(ESTOP_SAMPLES),
-    ),
-    "supply-low": FaultKind(
-        "the supply falls below its limit",
-        BOTH,
-        "SUPPLY_LOW",
-        _set(supply_low=True),
-        promise=_samples(SUPPLY_SAMPLES),
-    ),
+_BREAKS: dict[str, Callable[[Case, VirtualPlant], None]] = {
+    "sensor-rail": _rail,
+    "sensor-disconnected": _disconnected,
+    "sensor-drift": _drifts,
+    "pump-dead-holding": _injected("pump-dead"),
+    "vent-stuck-open": _stuck_open,
+    "vent-stuck-closed": _set(injected=FaultInjection(vent=0.0)),
+    "host-silent": _set(),
+    "host-deaf": _set(),
+    "tick-late": _stalls,
+    "e-stop": _set(estop=True),
+    "supply-low": _set(supply_low=True),
 }
+"""What does a fault to the plant, if it is not a fault of the law by that name."""
+_PROMISES: dict[str, Callable[[Case], float]] = {
+    "sensor-drift": _apart,
+    "pump-dead-holding": _leak_shows,
+    "vent-stuck-open": _open_shows,
+    "leak": _leaks_out,
+    "host-silent": _lease,
+    "host-deaf": _lease,
+    "tick-late": _late,
+    "e-stop": _samples(ESTOP_SAMPLES),
+    "supply-low": _samples(SUPPLY_SAMPLES),
+}
+"""The deadline of a fault for which the law promises nothing."""
+
+
+def _kinds() -> Iterator[tuple[str, FaultKind]]:
+    """(name, kind) of every fault of kinds.toml."""
+    text = files("layerjam.rig").joinpath("kinds.toml").read_text(encoding="utf-8")
+    for name, about in tomllib.loads(text).items():
+        yield (
+            name,
+            FaultKind(
+                text=about["text"].format(offset=f"{OFFSET:g}"),
+                moments=tuple(about["moments"]),
+                answers=about["answers"],
+                breaks=_BREAKS.get(name) or _injected(name),
+                names=frozenset(about.get("names", [about["answers"]])),
+                promise=_PROMISES.get(name),
+                host=about.get("host", "talks"),
+            ),
+        )
+
+
+KINDS = dict(_kinds())
 NOT_HERE = {
     "core-locked": "a virtual board has no watchdog; the emulated board has one",
 }
