@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -64,36 +63,3 @@ def unwrapped(
     due = (numbers - begun) * PERIOD
     passed: np.ndarray[Any, Any] = (counts - at - due + COUNT // 2) % COUNT - COUNT // 2 + due
     return at + passed
-
-
-@dataclass(frozen=True)
-class ClockFit:
-    """The host's clock over the board's: host = begin + rate (board - board0)."""
-
-    board0: int
-    begin: float
-    """[ns] of the host at `board0` [us]."""
-    rate: float
-    """Nanoseconds of the host over those of the board."""
-    delay: float
-    """Median delay of a block [ns] over the quickest."""
-
-
-def fit_clock(board_us: np.ndarray[Any, Any], host_ns: np.ndarray[Any, Any]) -> ClockFit:
-    """The line below the arrivals of blocks, shape (N,) each: none comes before it was sent.
-
-    Least squares over the quicker half, five times; then moved down to the quickest.
-    """
-    board0 = int(board_us[0])
-    x = (board_us - board0) * 1e3
-    y = (host_ns - host_ns[0]).astype(float)
-    kept = np.ones(len(x), bool)
-    rate, begin = 1.0, 0.0
-    for _ in range(5):
-        if np.ptp(x[kept]) > 0:
-            rate, begin = np.polyfit(x[kept], y[kept], 1)
-        left = y - rate * x
-        kept = left <= np.median(left)
-    left = y - rate * x
-    begin = float(left.min())
-    return ClockFit(board0, float(host_ns[0]) + begin, float(rate), float(np.median(left) - begin))

@@ -78,52 +78,47 @@ def of_force(file: BrakeFile, speed: float | None) -> list[Notice]:
 
 def in_a_pull(file: BrakeFile, speed: float) -> list[Notice]:
     """What a pull has to say whose crosshead moves at up to a `speed` [m/s]."""
-    if file.brake.speed_law is None:
-        return [UNMEASURED] if speed > SLOW else []
-    if not follows_speed(file.brake):
-        return []
     words = (
         "friction follows the brake's [speed_law] at the speed of the crosshead or cord; while "
         "that stands, the last one counts"
     )
-    return [Notice(words, "speed-law"), *beyond(file, speed)]
+    return _followed(file, words, speed, unmeasured=speed > SLOW)
 
 
 def in_a_stack(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
     """What a pull sheet by sheet has to say whose moves go at speeds [m/s]; the first counts."""
-    first, most = speeds[0], max(speeds)
-    if file.brake.speed_law is None:
-        return [UNMEASURED] if most > SLOW else []
-    if not follows_speed(file.brake):
-        return []
+    first = speeds[0]
     words = (
         f"every interface has the friction of the brake's [speed_law] at {show(first, 'm/s')}, the "
         "speed of the crosshead"
     )
     if any(speed != first for speed in speeds):
         words += " in the first move; the others count with it too (the lumped model follows them)"
-    return [Notice(words, "speed-law"), *beyond(file, first)]
+    return _followed(file, words, first, unmeasured=max(speeds) > SLOW)
 
 
 def in_a_slide(file: BrakeFile, speed: float, fastest: float) -> list[Notice]:
     """What stick–slip at a speed of the crosshead, and a fastest slip [m/s], has to say."""
-    if not follows_speed(file.brake):
-        return in_a_pull(file, speed)
     words = (
         "kinetic friction follows the brake's [speed_law] at the speed of the sliding sheets; "
         "stable_speed and stiffness_needed are closed forms without it and are left out"
     )
-    return [Notice(words, "speed-law"), *beyond(file, fastest)]
+    return _followed(file, words, fastest, unmeasured=speed > SLOW)
 
 
 def in_a_machine(file: BrakeFile) -> list[Notice]:
     """What every machine has to say of the brakes' friction."""
-    if file.brake.speed_law is None:
-        return [UNMEASURED]
-    if not follows_speed(file.brake):
-        return []
     words = (
         "friction follows the brake's [speed_law] at the speed of the sheets; a force that holds "
         "is that of sheets which slide ever so slowly, or the static one"
     )
-    return [Notice(words, "speed-law")]
+    return _followed(file, words, 0.0)
+
+
+def _followed(file: BrakeFile, words: str, fastest: float, unmeasured: bool = True) -> list[Notice]:
+    """How friction follows the speed law, or that there is none if speed counts (`unmeasured`)."""
+    if file.brake.speed_law is None:
+        return [UNMEASURED] if unmeasured else []
+    if not follows_speed(file.brake):
+        return []
+    return [Notice(words, "speed-law"), *beyond(file, fastest)]
