@@ -61,7 +61,7 @@ class MachineResult(Result):
     def pictures(self, progress: Progress) -> list[tuple[str, str]]:
         """(SVG text, caption) of each drawing of the machine's page, in order; words are text."""
         from layerjam.report.svg import drawn
-        from layerjam.studies.machines.figures import pictures
+        from layerjam.studies.machines.page import pictures
 
         made = []
         for picture in pictures(self.record):
