@@ -170,7 +170,8 @@ def declared(machine: str) -> Callable[[type[S]], type[S]]:
                 own = {key: _declared_field(inner) for key, inner in about.items()}
                 bases = (Brakes,) if name == "brakes" else ()
                 types = {"__annotations__": dict.fromkeys(own, Any)}
-                made = nested(record(type(name.capitalize(), bases, own | types)))
+                title = f"{cls.__name__}{name.capitalize()}"
+                made = nested(record(type(title, bases, own | types)))
             cls.__annotations__[name] = Any
             setattr(cls, name, made)
         return record(cls)
