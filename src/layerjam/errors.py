@@ -152,3 +152,8 @@ class CompilerError(LayerjamError):
     """No C compiler is installed, or it does not build what was asked for."""
 
     key = "compiler"
+
+
+def count_of(number: int, noun: str) -> str:
+    """Return a number with its noun, such as "1 pull" or "3 pulls"."""
+    return f"{number} {noun}{'s' * (number != 1)}"

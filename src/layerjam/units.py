@@ -27,14 +27,14 @@ _LONGEST = 120
 _UNIT = re.compile(r"[A-Za-zµ°%\"'/*^·²³⁻¹\s()0-9-]{1,40}")
 
 FACTORS = {
-    "m": {"mm": "1e-3", "m": "1", "µm": "1e-6", "cm": "1e-2"},
+    "m": {"mm": "1e-3", "m": "1", "µm": "1e-6", "nm": "1e-9", "cm": "1e-2"},
     "Pa": {"kPa": "1e3", "Pa": "1", "MPa": "1e6", "GPa": "1e9", "mbar": "1e2", "bar": "1e5"},
     "N": {"N": "1", "mN": "1e-3", "kN": "1e3"},
     "N/m": {"kN/m": "1e3", "N/m": "1", "GN/m": "1e9", "MN/m": "1e6", "N/mm": "1e3"},
     "N/kg": {"kN/kg": "1e3", "N/kg": "1"},
     "kg": {"g": "1e-3", "kg": "1", "mg": "1e-6"},
     "m/s": {"mm/s": "1e-3", "m/s": "1", "cm/s": "1e-2", "mm/min": "1.6666666666667e-5"},
-    "s": {"s": "1", "ms": "1e-3", "min": "60", "h": "3600"},
+    "s": {"s": "1", "ms": "1e-3", "µs": "1e-6", "min": "60", "h": "3600"},
     "J": {"J": "1", "mJ": "1e-3", "kJ": "1e3"},
     "V": {"V": "1", "mV": "1e-3"},
     "m^2": {"cm^2": "1e-4", "m^2": "1", "mm^2": "1e-6"},
@@ -51,7 +51,7 @@ FACTORS = {
 }
 """SI unit: unit: factor, as pint gives it (a test asks it). They save every command the half second
 in which pint is loaded. Values are shown in these units but for _TYPED; first the usual one."""
-_TYPED = {"cm", "mbar", "bar", "MN/m", "N/mm", "cm/s", "mm/min", "h", "kJ", "L/min", "mL/min"}
+_TYPED = {"cm", "mbar", "bar", "N/mm", "cm/s", "mm/min", "h", "kJ", "L/min", "mL/min"}
 # What to offer when a unit is missing, where it is not the first two.
 _HINTS = {
     "m": ("mm", "cm"),

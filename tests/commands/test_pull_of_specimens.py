@@ -37,3 +37,14 @@ def test_refused_specimens_are_counted_as_such(tmp_path: Path) -> None:
         lj.pull([none, tmp_path / "other.csv"])
     with pytest.raises(FileError, match="is an empty name"):
         lj.pull("")
+
+
+def test_a_record_without_a_peak_says_so(tmp_path: Path) -> None:
+    """It rises to its end; a peak "not known at not known" was printed."""
+    path = tmp_path / "x.csv"
+    steps = [f"{i / 100:.2f},{i / 200:.3f},{0.2 * i + 0.3 * (i % 2):.2f}" for i in range(400)]
+    path.write_text("\n".join([HEAD, *steps, ""]))
+    found = lj.pull(path)
+    assert found.pulls[0]["peak_force"] is None
+    printed = "\n".join(found.lines())
+    assert ", no peak" in printed and "not known at" not in printed

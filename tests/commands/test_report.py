@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,20 @@ def test_pulls_alone_are_no_test_and_the_page_says_so(files: Campaign, tmp_path:
     assert "Fit to the calibration's own pulls" in page and "This is no test of the model" in page
     found = [c for c in answer.validation["checks"] if c["name"] == "independent"]
     assert [c["passed"] for c in found] == [False]
+
+
+@pytest.mark.usefixtures("quick")
+def test_one_pull_is_one_pull(files: Campaign, tmp_path: Path) -> None:
+    """One pull has no scatter: its uncertainty is not stated, and never 0.000 %."""
+    answer = run(tmp_path, pulls=files.pulls[:1], accept={})
+    page = json.loads((tmp_path / "out" / "report.html").read_text())
+    assert "Tested: 1 calibration pull, 1 validation pull at 1 condition." in page["lead"]
+    factor = next(n for n in page["numbers"] if n["words"].startswith("scale factor a"))
+    assert "uncertainty not stated" in factor["words"] and "±" not in factor["value"]
+    whole = json.dumps(page, ensure_ascii=False)
+    assert not re.search(r"(?<!\d)0\.000 %", whole)
+    assert "State for a whole budget: pulls that repeat" in whole
+    assert answer.verdict == "passed"
 
 
 @pytest.mark.usefixtures("quick")

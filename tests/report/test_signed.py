@@ -5,10 +5,12 @@ from __future__ import annotations
 import pytest
 from scipy import stats
 
+from layerjam.errors import count_of
 from layerjam.identify.calibration.budget import Budget, Contribution
 from layerjam.measure.certificate import Certificate
 from layerjam.measure.sidecar import Facts
 from layerjam.report.brake_numbers import Number, numbers_of
+from layerjam.report.page import Part
 from layerjam.report.signed import (
     NOT_STATED,
     STATED,
@@ -125,3 +127,17 @@ def test_certificates_are_judged_on_the_days_of_the_tests() -> None:
     early = [("a.csv", Facts(date="2026-02-28", load_cell_certificate=cell))]
     assert "calibrated after the tests" in certificate_problems(early)[0]
     assert certificate_problems([("a.csv", Facts(load_cell_certificate=cell))]) == []
+
+
+def test_a_page_prints_minus_signs_and_a_space_before_percent() -> None:
+    """Sentences of commands have the hyphen of a keyboard; file names and options keep theirs."""
+    said = "pull-3.csv: the law is -0.2% off (95 % interval -3.3% to -0.9%); --area -3 mm, ±1.5%"
+    part = Part(id="p", title="P", text=[said]).shown()
+    assert part["text"] == [
+        "pull-3.csv: the law is −0.2 % off (95 % interval −3.3 % to −0.9 %); --area −3 mm, ±1.5 %"
+    ]
+
+
+def test_one_is_counted_as_one() -> None:
+    found = [count_of(n, "calibration pull") for n in (0, 1, 2)]
+    assert found == ["0 calibration pulls", "1 calibration pull", "2 calibration pulls"]

@@ -23,7 +23,7 @@ from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
 from layerjam.commands.results import Judged, fact, number, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.errors import FitError, Notice
+from layerjam.errors import FitError, Notice, count_of
 from layerjam.measure.trace import Trace
 from layerjam.report.folder import plain
 from layerjam.simulate.quantities import SEED
@@ -260,9 +260,10 @@ def _without_slope(found: Calibration) -> Iterator[Notice]:
     yield from on_speed(found)
     for one in found.fits if found.fit is None else ():
         if one.stiffness is None:
+            samples = count_of(one.pull.rise_samples, "sample")
             yield Notice(
-                f"{Path(one.pull.path).name}: {one.pull.rise_samples} samples on its rise tell no "
-                "stiffness; it counts for the scale factor only (pull more slowly, or sample "
+                f"{Path(one.pull.path).name}: {samples} on its rise, too few for a stiffness; it "
+                "counts for the scale factor only (pull more slowly, or sample "
                 "faster)",
                 "no-slope",
             )

@@ -12,7 +12,7 @@ from typing import Annotated, Any, TypeVar
 
 from layerjam.commands.declare import Help, options
 from layerjam.commands.reading import Measured, several
-from layerjam.errors import QuantityError
+from layerjam.errors import QuantityError, count_of
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
 
@@ -50,7 +50,7 @@ class LeftOut:
         if len(named) != len(reasons):
             raise QuantityError.of(
                 "exclude",
-                f"{len(named)} named, {len(reasons)} reason{'s' * (len(reasons) != 1)} given; "
+                f"{len(named)} named, {count_of(len(reasons), 'reason')} given; "
                 "say of each why it is left out: --exclude FILE --because TEXT",
             )
         for name, why in zip(named, reasons, strict=True):

@@ -169,9 +169,10 @@ def _paragraph(row: Mapping[str, Any]) -> Iterator[str]:
     of = f", specimen {row['specimen']}" if row["specimen"] else ""
     yield Path(row["file"]).name + of
     yield f"  slack {text('slack')}, preload {text('preload')}, onset at {text('onset')}"
-    yield (
-        f"  stiffness {text('stiffness')}, peak {text('peak_force')} at {text('peak_elongation')}"
-    )
+    peak = "no peak"
+    if row["peak_force"] is not None:
+        peak = f"peak {text('peak_force')} at {text('peak_elongation')}"
+    yield f"  stiffness {text('stiffness')}, {peak}"
     if row["steady_slope"] is not None:
         yield (
             f"  after it {text('steady_slope')}, {text('steady_force')} between "

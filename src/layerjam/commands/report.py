@@ -25,7 +25,7 @@ from layerjam.commands.reading import FileOptions, FileVacuum, Measured, several
 from layerjam.commands.results import Result, fact, result
 from layerjam.commands.validation import validate as run_validation
 from layerjam.device.file import BrakeFile
-from layerjam.errors import FitError, Notice
+from layerjam.errors import FitError, Notice, count_of
 from layerjam.measure.trace import Trace
 from layerjam.report.folder import plain
 from layerjam.verdict import Check, Verdict, judge, key_of, read_acceptances, remaining
@@ -275,7 +275,7 @@ def _friction(work: _Work, files: Sequence[Measured]) -> None:
     """Friction into the report; the brake takes it over."""
     from layerjam.identify.friction.reduction import with_friction
 
-    work.tell(f"friction: {len(files)} files", 0.1)
+    work.tell(f"friction: {count_of(len(files), 'file')}", 0.1)
     found = run_friction(files, test=work.how.test, options=work.how.options, progress=work.tell)
     traces, fit = work.report.friction = found.record
     work.keep("friction", found, traces)
@@ -293,7 +293,7 @@ def _calibration(work: _Work, files: Sequence[Measured], without: LeftOut) -> No
     """The fit into the report; the brake takes it over."""
     from layerjam.identify.provenance import calibrated_text
 
-    work.tell(f"calibration: {len(files)} pulls", 0.3)
+    work.tell(f"calibration: {count_of(len(files), 'pull')}", 0.3)
     found = run_calibration(
         work.report.file,
         files,
@@ -324,7 +324,7 @@ def _validation(work: _Work, files: Sequence[Measured], without: LeftOut) -> Non
     """The validation into the report, also before calibration, and what was calibrated on."""
     from layerjam.identify.validation.table import validation_checks
 
-    work.tell(f"validation: {len(files)} pulls", 0.6)
+    work.tell(f"validation: {count_of(len(files), 'pull')}", 0.6)
     report = work.report
     found = run_validation(
         report.file,

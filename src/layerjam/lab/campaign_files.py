@@ -12,7 +12,7 @@ import numpy as np
 
 from layerjam._version import __version__
 from layerjam.device.load import write_whole
-from layerjam.errors import FileError
+from layerjam.errors import FileError, count_of
 from layerjam.lab import faults
 from layerjam.lab.campaign import Campaign
 from layerjam.lab.exports import Form, file_bytes, write_pair
@@ -258,8 +258,8 @@ def readme(campaign: Campaign, folder: Path) -> str:
         "SYNTHETIC. Nothing here was measured.",
         f"Written by the virtual laboratory of layerjam {__version__}, seed {spec.seed}.",
         "",
-        f"{sleds} friction tests and {len(tests) - sleds} pulls, in these layouts: "
-        f"{', '.join(spec.files.layouts)}.",
+        f"{count_of(sleds, 'friction test')} and {count_of(len(tests) - sleds, 'pull')}, in these "
+        f"layouts: {', '.join(spec.files.layouts)}.",
         "Beside each file NAME stands NAME.toml with what the file does not say itself: vacuum,",
         "speed, repeat, brake.",
         "spec.toml is the campaign; layerjam lab spec.toml --out ANOTHER writes it again.",

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from layerjam.errors import count_of
 from layerjam.identify.bayes.model import Prior
 from layerjam.identify.bayes.posterior import BayesFit, Population
 from layerjam.identify.bayes.predictive import Band, force_band, vacuum_band
@@ -80,7 +81,7 @@ class _Level:
         self.far = far = max(float(c.elongation[-1]) for c in curves)
         self.u = np.union1d(np.linspace(0, 0.1 * far, 90), np.linspace(0.1 * far, far, 160))
         self.band: Band = force_band(after, self.u, self.vacuum, measured=True)
-        self.count = f"{len(curves)} curve{'s' * (len(curves) > 1)}"
+        self.count = count_of(len(curves), "curve")
 
     def fill(self, axes: style.Axes, less: Any = 0.0, factor: float = 1.0) -> None:
         """50 and 95 % of the next pull, less some curve."""

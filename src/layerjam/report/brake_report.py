@@ -10,6 +10,7 @@ from typing import Any
 from layerjam._version import __version__
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
+from layerjam.errors import count_of
 from layerjam.identify.calibration.budget import (
     Budget,
     Contribution,
@@ -25,7 +26,7 @@ from layerjam.measure.trace import Trace
 from layerjam.report import brake_figures, brake_tables, figures, signed
 from layerjam.report.brake_numbers import Number, numbers_of
 from layerjam.report.brake_tables import FileUsed
-from layerjam.report.page import Page, Part, Picture, Word
+from layerjam.report.page import Page, Part, Picture, Word, typeset
 from layerjam.units import show
 from layerjam.verdict import Acceptance, Check, Verdict
 
@@ -156,14 +157,10 @@ def _verdict_word(report: BrakeReport) -> Word:
     """Return the verdict of all checks, and how many did not pass."""
     count = len(report.accepted)
     looks = sum(c.level == "warning" for checks in report.checks.values() for c in checks)
-    text = f"Verdict: accepted, {_count(count, 'failed check')}" if count else "Verdict: passed"
+    text = f"Verdict: accepted, {count_of(count, 'failed check')}" if count else "Verdict: passed"
     if looks:
-        text += f", {_count(looks, 'warning')}"
+        text += f", {count_of(looks, 'warning')}"
     return Word(text, "differs" if count else "reproduced")
-
-
-def _count(number: int, word: str) -> str:
-    return f"{number} {word}{'s' * (number != 1)}"
 
 
 def _sentence(text: str) -> str:
@@ -323,7 +320,7 @@ def _said_of_validation(report: BrakeReport, result: Validation) -> list[str]:
 
 
 def _notes(report: BrakeReport, stage: str) -> list[str]:
-    return [f"Note: {note}" for note in report.warnings.get(stage, ())]
+    return [typeset(f"Note: {note}") for note in report.warnings.get(stage, ())]
 
 
 def headline(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]]:
@@ -356,7 +353,7 @@ def _with_uncertainty(number: Number, words: str, found: Budget) -> tuple[str, s
     if found.headline is None:
         return number.text(), f"{words}\nuncertainty not stated: the budget lists what to state"
     missing = len(found.missing)
-    least = f"\nlower bound: {_count(missing, 'line')} not stated" if missing else ""
+    least = f"\nlower bound: {count_of(missing, 'line')} not stated" if missing else ""
     return " ± ".join(found.headline), f"{words}\n{signed.coverage_words(found)}{least}"
 
 
@@ -369,12 +366,12 @@ def _lead(report: BrakeReport) -> str:
     sheets = report.brake.sheets
     counts = []
     if report.friction is not None:
-        counts.append(_count(len(report.friction[0]), "friction test"))
+        counts.append(count_of(len(report.friction[0]), "friction test"))
     if report.calibration is not None:
-        counts.append(_count(len(report.calibration.curves), "calibration pull"))
+        counts.append(count_of(len(report.calibration.curves), "calibration pull"))
     if report.validation is not None:
-        pulls = _count(len(report.validation.curves), "validation pull")
-        counts.append(f"{pulls} at {_count(len(report.validation.conditions), 'condition')}")
+        pulls = count_of(len(report.validation.curves), "validation pull")
+        counts.append(f"{pulls} at {count_of(len(report.validation.conditions), 'condition')}")
     what = f"{report.file.title.rstrip('.')}. " if report.file.title else ""
     size = f"{show(sheets.width, 'm')} wide, {show(sheets.thickness, 'm')} thick"
     return (

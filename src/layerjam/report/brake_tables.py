@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from layerjam.errors import count_of
 from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.curves import speed_of
 from layerjam.identify.friction.reduction import FrictionResult
@@ -100,7 +101,7 @@ def friction_table(result: FrictionResult) -> Table:
         both = [c.of(repeat, "friction", which, n=1, source=name) for c in KINDS]
         rows.append([str(index), *both, name])
     pooled, spread = [], []
-    of: dict[str, Any] = {"n": count, "source": f"{count} repeats"}
+    of: dict[str, Any] = {"n": count, "source": count_of(count, "repeat")}
     for column in KINDS:
         known = [v for r in result.repeats if (v := getattr(r, column.path)) is not None]
         over = over_repeats(known or [math.nan])
@@ -109,7 +110,7 @@ def friction_table(result: FrictionResult) -> Table:
         pooled.append(column.of(result, "friction", "mean", **of, **sure))
         spread.append(scatter.of(result, "friction", "standard deviation", **of))
     rows += [
-        ["mean", *pooled, f"of {count} repeats"],
+        ["mean", *pooled, f"of {count_of(count, 'repeat')}"],
         ["SD", *spread, "between repeats"],
         ["95 %", *(number.interval_text() for number in pooled), "interval of the mean"],
     ]
@@ -363,7 +364,7 @@ def _note(result: Validation, before: Validation | None) -> str:
         text = f"{one.mape_conditions:.1%}"
         return text + (f" ± {one.mape_conditions_sd:.1%}" if one.mape_conditions_sd else "")
 
-    text = f"Mean MAPE of the {len(result.conditions)} conditions ± SD between them: "
+    text = f"Mean MAPE of {count_of(len(result.conditions), 'condition')} ± SD between them: "
     text += words(result)
     if before is not None:
         text += f" (before calibration {words(before)})"

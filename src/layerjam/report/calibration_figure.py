@@ -9,6 +9,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
+from layerjam.errors import count_of
 from layerjam.identify.calibration.forward import FINE, Reduced, law_with_error, reduce
 from layerjam.identify.calibration.law_spread import LawSpread
 from layerjam.identify.calibration.least_squares import JointFit
@@ -66,7 +67,7 @@ def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.
     highest = max(float(c.pull.peak_force) for c in drawn.curves)
     peak = max(float(c.pull.peak_elongation) for c in drawn.curves)
     count = len(drawn.curves)
-    words = f"{file.name}, {count} pull{'s' * (count > 1)}" + ", synthetic data" * synthetic
+    words = f"{file.name}, {count_of(count, 'pull')}" + ", synthetic data" * synthetic
     style.panel(whole, ylabel="force [N]", ylim=(0, highest * 1.15), xlim=(0, None))
     style.title(whole, "Pulls and calibrated law", f"{words}; law dashed")
     style.labels_right(whole, whole.get_xlim()[1], ends)

@@ -8,6 +8,7 @@ import numpy as np
 
 from layerjam.design.arrays import Pulled
 from layerjam.device.file import BrakeFile
+from layerjam.errors import count_of
 from layerjam.identify.friction.reduction import FrictionResult, StickSlip
 from layerjam.identify.validation.metrics import Validation
 from layerjam.measure.trace import Trace
@@ -120,7 +121,7 @@ def friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
         ends += _envelope(panels, result, found, (start, end))
     synthetic = any(t.facts.synthetic for t in traces)
     made = "synthetic data, made by the virtual test machine" if synthetic else "measured"
-    style.title(axes, f"Friction, {count} repeat{'s' * (count > 1)}", f"{made}; {detail}")
+    style.title(axes, f"Friction, {count_of(count, 'repeat')}", f"{made}; {detail}")
     style.labels_right(axes, axes.get_xlim()[1], ends)
     which = "first maximum" if result.standard.first_maximum else "maximum"
     words = (f"circle: {which} of a repeat", INK), ("grey ground: kinetic window", FAINT)
@@ -166,8 +167,8 @@ def validation(file: BrakeFile, result: Validation, synthetic: bool) -> style.Fi
         ends[show(curve.vacuum, "Pa")] = float(curve.model[-1])
     rest.axhline(0, color=FAINT, lw=1)
     words = f"MAPE {result.mape:.2%}, RMSE {show(result.rmse, 'N', 3)}"
-    words += f" over {len(result.curves)} files" + ", synthetic data" * synthetic
-    headline = f"{file.name}: files (blue) and model (dashed)"
+    words += f" over {count_of(len(result.curves), 'file')}" + ", synthetic data" * synthetic
+    headline = f"{file.name}: files (light blue) and model (dashed)"
     style.panel(axes, headline, words, ylabel="force [N]", ylim=(0, None), xlim=(0, None))
     style.labels_right(axes, axes.get_xlim()[1], [(y, text, INK) for text, y in ends.items()])
     style.panel(rest, xlabel="elongation [mm]", ylabel="model − file [N]")

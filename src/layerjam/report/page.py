@@ -28,6 +28,11 @@ LEVELS = {
 """Level of a check: its mark on a page, and the class of the mark."""
 
 
+def typeset(text: str) -> str:
+    """Return a sentence of a command as it is printed: −0.2 % for -0.2%."""
+    return re.sub(r"(?<![^\s(±])-(?=\d)", "−", re.sub(r"(?<=\d)%", " %", text))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Picture:
     """A figure, how to draw it, its file name and caption."""
@@ -79,7 +84,7 @@ class Table:
             "groups": [{"title": title, "span": span} for title, span in self.groups],
             "rows": [[self._cell(cell) for cell in row] for row in self.rows],
             "total": self.total,
-            "note": self.note,
+            "note": typeset(self.note),
             "whole": self.whole,
         }
 
@@ -108,11 +113,11 @@ class Part:
         return {
             "id": self.id,
             "title": self.title,
-            "text": list(self.text),
+            "text": [typeset(text) for text in self.text],
             "tables": [table.shown() for table in self.tables],
             "figures": [{"name": p.name, "caption": p.caption} for p in self.pictures],
             "checks": [
-                {"name": c.name, "mark": mark, "kind": kind, "sentence": c.sentence}
+                {"name": c.name, "mark": mark, "kind": kind, "sentence": typeset(c.sentence)}
                 for c in self.checks
                 for mark, kind in [LEVELS[c.level]]
             ],

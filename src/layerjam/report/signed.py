@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 
+from layerjam.errors import count_of
 from layerjam.identify.calibration.budget import Budget
 from layerjam.measure.certificate import Certificate
 from layerjam.measure.sidecar import Facts
@@ -179,8 +180,7 @@ def _common(facts: Stated, name: str) -> str:
     silent = by.pop("", [])
     parts = [f"{text} ({_first_of(names)})" for text, names in list(by.items())[:MOST]]
     more = [f"and {len(by) - MOST} others"] if len(by) > MOST else []
-    count = f"{len(silent)} file{'s' * (len(silent) > 1)}"
-    rest = [f"{NOT_STATED} for {count}"] if silent else []
+    rest = [f"{NOT_STATED} for {count_of(len(silent), 'file')}"] if silent else []
     return "; ".join([*parts, *more, *rest]) or NOT_STATED
 
 

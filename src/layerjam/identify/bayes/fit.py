@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.errors import FitError, MissingExtraError
+from layerjam.errors import FitError, MissingExtraError, count_of
 from layerjam.identify.bayes.checks import bayes_checks
 from layerjam.identify.bayes.model import Sites, known_of, priors, reduced, start
 from layerjam.identify.bayes.posterior import BayesFit, Population
@@ -149,7 +149,7 @@ def calibrate_bayesian(
     return Calibration(
         values=values,
         standard_errors=errors,
-        errors_rest_on=f"the posterior over {count} pull{'s' * (count > 1)}",
+        errors_rest_on=f"the posterior over {count_of(count, 'pull')}",
         intervals=intervals,
         contributions=(repeats, fitted_enclosure()),
         mountings=mounted.groups,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.errors import FitError
+from layerjam.errors import FitError, count_of
 from layerjam.identify.calibration.after_peak import after_peaks
 from layerjam.identify.calibration.budget import (
     Peak,
@@ -80,7 +80,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     if pull.peak_samples < FEWEST:
         raise FitError.of(
             pull.path,
-            f"has {pull.peak_samples} samples between onset and a fall of {FALL:.0%} "
+            f"has {count_of(pull.peak_samples, 'sample')} between onset and a fall of {FALL:.0%} "
             f"from the peak; at least {FEWEST} are needed to calibrate on it",
         )
     factor = float(scale_factor_of_peak(pull.peak_force, vacuum, brake))

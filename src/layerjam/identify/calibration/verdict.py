@@ -15,7 +15,7 @@ from scipy import special
 
 from layerjam.device.brake import Brake
 from layerjam.device.load import devices, load
-from layerjam.errors import FitError
+from layerjam.errors import FitError, count_of
 from layerjam.identify.calibration.forward import LEAST_ENCLOSURE
 from layerjam.identify.calibration.influence import Influence, distinct
 from layerjam.identify.calibration.intervals import Interval, quantile
@@ -170,13 +170,13 @@ def repeats_agree(fit: JointFit) -> Check:
         return one_pull_only()
     away = fit.own.own[:, 0] - (fit.design @ fit.population.estimate + fit.held)[:, 0]
     shared = int(np.any(fit.design[:, 0] != 0, axis=0).sum())
-    spread, told = _pooled(away, [range(count)], shared), f"{count} pulls"
+    spread, told = _pooled(away, [range(count)], shared), count_of(count, "pull")
     groups = [g for g in fit.groups if len(g) > 1]
     if groups:
         told += " about the law they share"
         alike = _pooled(away, groups)
         if alike <= spread:
-            many = f"{len(groups)} condition{'s' * (len(groups) > 1)}"
+            many = count_of(len(groups), "condition")
             spread, told = alike, f"{sum(map(len, groups))} pulls of {many}"
     noise = np.sqrt(np.abs(np.linalg.pinv(fit.own.information)[:, 0, 0]))
     return repeats(spread, float(np.median(noise)), told)

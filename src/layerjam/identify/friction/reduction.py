@@ -18,7 +18,7 @@ import numpy as np
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.mount import Site
-from layerjam.errors import FileError, FitError
+from layerjam.errors import FileError, FitError, count_of
 from layerjam.identify.friction.agreement import friction_checks
 from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_of
 from layerjam.identify.friction.standards import PAPER, Standard
@@ -176,7 +176,7 @@ def reduce_repeat(
     if inside.sum() < FEWEST:
         raise FileError(
             trace.path,
-            f"only {int(inside.sum())} samples lie between {show(span[0], 'm')} and "
+            f"only {count_of(int(inside.sum()), 'sample')} lie between {show(span[0], 'm')} and "
             f"{show(span[1], 'm')} of travel; at least {FEWEST} are needed",
         )
     mean = float(force[inside].mean())

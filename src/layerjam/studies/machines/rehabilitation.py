@@ -18,7 +18,7 @@ import numpy as np
 from layerjam.control.follow import MARGIN, Following, follow, slew, targets_for
 from layerjam.control.plant import plant_of
 from layerjam.control.settings import Regulator
-from layerjam.errors import QuantityError
+from layerjam.errors import QuantityError, count_of
 from layerjam.fluid.line import Sensor
 from layerjam.mechanics.friction import at_speed
 from layerjam.mechanics.limits import self_closing_vacuum
@@ -216,7 +216,7 @@ class Rehabilitation(Machine):
     def needed(self, needed: int, own: dict[str, Any]) -> str:
         """What it would take, in sentences."""
         words = (
-            f"The torque takes {needed} brake{'s' * (needed != 1)} at full vacuum; there "
+            f"The torque takes {count_of(needed, 'brake')} at full vacuum; there "
             f"{'is one' if self.brakes.parallel == 1 else f'are {self.brakes.parallel}'}. "
         )
         if own["fastest_speed"] == 0:
