@@ -11,6 +11,7 @@ from layerjam._version import __version__
 from layerjam.dataset import checksums
 from layerjam.dataset.people import SPDX, Stated
 from layerjam.dataset.recipe import RECIPE, Recipe
+from layerjam.errors import count_of
 from layerjam.verdict import Acceptance
 
 METADATA = "ro-crate-metadata.json"
@@ -44,8 +45,7 @@ def readme(
     for one in accepted:
         lines += [f"**Accepted**: {one.notice()}", ""]
     lines += [
-        f"Brake: {brake}. {len(recipe.friction)} friction tests, "
-        f"{len(recipe.calibrate)} pulls to calibrate on, {len(recipe.validate)} to validate on.",
+        f"Brake: {brake}. {_counts(recipe)}.",
         *(f"Not used: `{name}`, {one['why']}" for name, one in recipe.unused.items()),
         "",
         f"- `{RAW}/`: the files as they came from the machine, with their sidecars",
@@ -65,6 +65,15 @@ def readme(
     return "\n".join(lines)
 
 
+def _counts(recipe: Recipe) -> str:
+    """Return how many files of each use there are, in words."""
+    return (
+        f"{count_of(len(recipe.friction), 'friction test')}, "
+        f"{count_of(len(recipe.calibrate), 'calibration pull')} and "
+        f"{count_of(len(recipe.validate), 'validation pull')}"
+    )
+
+
 def metadata(
     folder: Path,
     files: Iterable[str],
@@ -81,10 +90,8 @@ def metadata(
         "@id": "./",
         "@type": "Dataset",
         "name": stated.name,
-        "description": f"{kind} of the layer-jamming brake {brake}: "
-        f"{len(recipe.friction)} friction tests and {len(recipe.calibrate)} + "
-        f"{len(recipe.validate)} pulls (calibration + validation), with all that was computed "
-        "from them.",
+        "description": f"{kind} of the layer-jamming brake {brake}: {_counts(recipe)}, with all "
+        "that was computed from them.",
         "datePublished": stated.date,
         "keywords": "layer jamming, soft robotics, friction, brake",
         "license": NO_LICENCE if stated.licence is None else {"@id": SPDX + stated.licence},
