@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -14,7 +15,6 @@ from layerjam.kernel.parameters import Parameters, parameters
 AnyBrake = str | BrakeFile | Brake
 INSTANCE = "layerjam"
 PLUGIN = "layerjam.brake"
-SCENE = "layerjam"
 HELD = 50e3
 """Vacuum of the keyframe [Pa]."""
 
@@ -106,31 +106,8 @@ def mjcf(
 
 def scene(tendon: str, include: str) -> str:
     """A model to look at: 1 kg that hangs half a metre below the ceiling on a cable."""
-    return f"""<mujoco model="a layer-jamming brake">
-  <include file={quoteattr(include)}/>
-  <option timestep="0.0005"/>
-  <statistic center="0 0 -0.3" extent="0.6"/>
-  <worldbody>
-    <light pos="0.5 -1 1"/>
-    <geom type="box" size="0.2 0.2 0.01" pos="0 0 0.01" rgba="0.4 0.45 0.5 1"/>
-    <site name="{SCENE}-ceiling"/>
-    <body name="load" pos="0 0 -0.5">
-      <joint name="down" type="slide" axis="0 0 -1"/>
-      <geom type="box" size="0.035 0.035 0.035" mass="1" rgba="0.84 0.37 0 1"/>
-      <site name="{SCENE}-load"/>
-    </body>
-  </worldbody>
-  <tendon>
-    <spatial name={quoteattr(tendon)} width="0.004" rgba="0 0.45 0.7 1">
-      <site site="{SCENE}-ceiling"/>
-      <site site="{SCENE}-load"/>
-    </spatial>
-  </tendon>
-  <keyframe>
-    <key name="held" ctrl="{HELD:g}"/>
-  </keyframe>
-</mujoco>
-"""
+    text = files("layerjam.interop").joinpath("scene.xml").read_text(encoding="utf-8")
+    return text.format(include=quoteattr(include), tendon=quoteattr(tendon), held=HELD)
 
 
 def attach(

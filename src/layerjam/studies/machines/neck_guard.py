@@ -40,17 +40,6 @@ MOST = 200
 """Brakes side by side that are tried."""
 STIFFER = 2.0 ** np.arange(11)
 """Multiples of the straps' stiffness that are tried."""
-TURN = {
-    "acceleration": "rad/s^2",
-    "speed": "rad/s",
-    "rotation": "rad",
-    "bric": "1",
-    "risk": "1",
-    "hic": "1",
-}
-"""What a blow comes to, by key."""
-NEEDED = {"count": "1", "as_built": "1", "mass": "kg", "torque": "N m", "stiffness": "N/m"}
-"""What it would take, by key."""
 
 
 class Turned(NamedTuple):
@@ -132,15 +121,15 @@ class NeckGuard(Machine):
         found = Result(scenario=self, record=Record((bare, guarded), shown), warnings=ready.said)
         found.add("kg m^2", inertia=self.inertia)
         found.add("rad/s", change=change)
-        found.take(TURN, bare._asdict(), "bare_")
-        found.take(TURN, guarded._asdict(), "")
+        found.take("turn", bare._asdict(), "bare_")
+        found.take("turn", guarded._asdict(), "")
         found.add("1", reduction=1 - guarded.acceleration / bare.acceleration)
         found.add("N", brake_force=force, neck_compression=force)
         found.add("N m", brake_torque=force * lever, locked_torque=locked)
         found.add("m", slip=slip, travel=end)
         found.add("1", bottomed_out=bool(slip >= end * (1 - 1e-9)))
         found.add("s", vacuum_time=ready.time)
-        found.take(NEEDED, best, "needed_")
+        found.take("needed", best, "needed_")
         found.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
         found.bound("N m", felt=locked if self.supply.mode == "standing" else 0.0)
         found.warnings += [

@@ -40,18 +40,6 @@ STIFFER = 2.0 ** np.arange(9)
 """Multiples of the webbing's stiffness that are tried."""
 LEVELS = 40
 """Vacuums tried for the tuned one."""
-LOADS = {"excursion": "m", "chest_acceleration": "m/s^2", "belt_force": "N"}
-"""What a way of holding comes to, by key."""
-NEEDED = LOADS | {
-    "series": "1",
-    "parallel": "1",
-    "count": "1",
-    "mass": "kg",
-    "stiffness": "N/m",
-    "as_built": "1",
-    "meets_loads": "1",
-}
-"""What it would take, by key."""
 
 
 class Held(NamedTuple):
@@ -107,7 +95,7 @@ class SeatBelt(Machine):
         best, least = self.search(trial)
         found = Result(scenario=self, record=Record(trial.drive, made), warnings=ready.said)
         for prefix, one in zip(("", "webbing_", "limiter_"), made, strict=True):
-            found.take(LOADS, one._asdict(), prefix)
+            found.take("loads", one._asdict(), prefix)
         found.add("N", chest_force=float(braked.force.max()) * belt.payout, limiter_force=force)
         found.add("N", steady_force=belt.stiffness * brake.sheets.overlap)
         found.add("m", slip=float(braked.slip[-1]), travel=end)
@@ -124,8 +112,8 @@ class SeatBelt(Machine):
             # what breaks away when the crash comes as soon as the vacuum stands
             rested = float(aged_holding_force(ready.time, vacuum, brake))
             found.add("N", aged_holding_force=rested * brakes.parallel)
-        found.take(NEEDED, best, "needed_")
-        found.take({"belt_force": "N", "belt_force_count": "1"}, least, "least_")
+        found.take("needed", best, "needed_")
+        found.take("least", least, "least_")
         found.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
         if soft:
             found.warnings.append(

@@ -102,9 +102,9 @@ class Result:
         self.own |= values
         self.units |= dict.fromkeys(values, unit)
 
-    def take(self, units: Mapping[str, str], values: Mapping[str, Any], prefix: str) -> None:
-        """The results named in `units`, {key: unit}, with a prefix; what is not there is None."""
-        for key, unit in units.items():
+    def take(self, group: str, values: Mapping[str, Any], prefix: str) -> None:
+        """The results of a group that is declared, with a prefix; what is not there is None."""
+        for key, unit in kind_of(self.scenario.machine)["results"][group].items():
             self.add(unit, **{prefix + key: values.get(key)})
 
     def bound(self, unit: str, **values: Any) -> None:
