@@ -18,8 +18,7 @@ from layerjam.units import get
 from layerjam.workbench import live
 from layerjam.workbench.controls import with_unit
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.brake import KIND, Brake
-from layerjam.workbench.pages.brake_tables import ROWS, comparison, verdict
+from layerjam.workbench.pages.brake import KIND, ROWS, Brake, comparison, verdict
 from layerjam.workbench.pages.records import unit_of
 from layerjam.workbench.scene import MOST, UNIT, StackView, exaggeration, in_words, stack_of
 from layerjam.workbench.state import from_link, to_link

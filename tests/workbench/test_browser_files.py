@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.workbench.pages.laboratory_drop import practice_files
+from layerjam.workbench.pages.laboratory_files import practice_files
 
 pytestmark = pytest.mark.slow
 LONG = 120_000

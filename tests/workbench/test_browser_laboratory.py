@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.workbench.pages.laboratory_drop import practice_files
+from layerjam.workbench.pages.laboratory_files import practice_files
 
 pytestmark = pytest.mark.slow
 LONG = 60_000

@@ -20,7 +20,7 @@ from layerjam.workbench.pages.brake import Brake
 from layerjam.workbench.pages.design import Design
 from layerjam.workbench.pages.drop import Drop
 from layerjam.workbench.pages.laboratory import Laboratory
-from layerjam.workbench.pages.laboratory_drop import practice_files
+from layerjam.workbench.pages.laboratory_files import practice_files
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.vacuum import Vacuum
 from layerjam.workbench.said import put_edits

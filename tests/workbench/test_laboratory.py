@@ -26,8 +26,7 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import laboratory, laboratory_chain
 from layerjam.workbench.pages import laboratory_files as files_of
 from layerjam.workbench.pages.laboratory_chain import Campaign, Chain, stem_of, taken_roles
-from layerjam.workbench.pages.laboratory_drop import practice_files
-from layerjam.workbench.pages.laboratory_files import read_row
+from layerjam.workbench.pages.laboratory_files import practice_files, read_row
 from layerjam.workbench.runner import Stopped
 from layerjam.workbench.said import check_edit, edits_of, put_edits, sidecar_text
 from layerjam.workbench.uploads import Refused, Uploads, clean, in_users_toml, is_sidecar
@@ -290,6 +289,26 @@ def test_sampling_is_never_begun_unasked_and_can_be_stopped(campaign):
     assert "stopped" in chain.instead["calibrate"]
     chain.run(campaign_of(rows, tab, **asked))
     assert "press 'Sample'" in chain.instead["calibrate"]
+
+
+def test_a_step_that_was_stopped_takes_those_that_rest_on_it_along(campaign):
+    """Copied, a validation of the brake before would be one of the brake that was just fitted."""
+    tab, rows, _ = campaign
+    chain = Chain()
+    chain.run(campaign_of(rows, tab))
+    before = [chain.done[name].call for name in ("friction", "calibrate", "validate")]
+
+    def stop(what: str, share: float) -> None:
+        if what == "calibrate: drawing":
+            raise Stopped
+
+    fewer = [row for row in rows if row is not [r for r in rows if r.role == "calibrate"][-1]]
+    with pytest.raises(Stopped):
+        chain.run(campaign_of(fewer, tab, tell=stop))
+    assert list(chain.done) == ["friction", "calibrate"]
+    assert chain.done["friction"].call == before[0] and chain.done["calibrate"].call != before[1]
+    chain.run(campaign_of(rows, tab))
+    assert [chain.done[name].call for name in chain.done] == before
 
 
 def test_a_brake_is_not_written_over_the_one_it_is_made_from(campaign):

@@ -19,7 +19,7 @@ from layerjam.workbench import reload, session
 from layerjam.workbench.charts import MARKS, marked
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.notebook import notebook
-from layerjam.workbench.pages import pull_pins
+from layerjam.workbench.pages import pull_files
 from layerjam.workbench.pages.pull import Pull, chart_of
 from layerjam.workbench.pages.pull_files import Reading
 from layerjam.workbench.pins import MOST, turn_file
@@ -257,22 +257,22 @@ def test_a_click_pins_the_one_file_that_is_there_and_a_second_takes_it_away():
         async with standing(Pull) as (user, pages):
             await user.should_see("Pulled to 40 mm", retries=300)
             page = pages[-1]
-            await user.should_not_see(pull_pins.TITLE)
+            await user.should_not_see(pull_files.TITLE)
             page.uploads.take("mine.csv.toml", NAMES["60 kPa"])
             page.uploads.take("mine.csv", CSV)
             page.desk.files_changed()
-            await user.should_see(pull_pins.TITLE, retries=300)
-            user.find(pull_pins.TITLE).click()
+            await user.should_see(pull_files.TITLE, retries=300)
+            user.find(pull_files.TITLE).click()
             await user.should_see("measured, 60 kPa, mine.csv", retries=100)
-            await user.should_not_see(pull_pins.TITLE, retries=100)
+            await user.should_not_see(pull_files.TITLE, retries=100)
             page.panel.unpin(page.desk.state.pins[0])
-            await user.should_see(pull_pins.TITLE, retries=100)
+            await user.should_see(pull_files.TITLE, retries=100)
 
     asyncio.run(use())
 
 
 def test_no_files_no_labels():
-    assert pull_pins.pinned(Desk(), Reading()) == ()
+    assert pull_files.pinned_files(Desk(), Reading()) == ()
 
 
 def test_a_reload_keeps_files_and_pins_and_a_duplicated_tab_does_not_take_them(page):

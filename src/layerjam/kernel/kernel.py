@@ -77,19 +77,18 @@ def bound(path: Path, precision: Precision) -> tuple[Any, _Structures]:
     """A compiled library, told what its functions take, and its structures."""
     library_, made = ctypes.CDLL(str(path)), _Structures(precision)
     brake, state, real = ctypes.POINTER(made.brake), ctypes.POINTER(made.state), made.real
-    library_.lj_start.argtypes, library_.lj_start.restype = (state, real), None
-    for name in ("lj_move", "lj_peek"):
-        getattr(library_, name).argtypes = (brake, state, real, real, real)
-        getattr(library_, name).restype = real
-    for name in ("lj_tangent", "lj_vacuum_tangent"):
-        getattr(library_, name).argtypes = (brake, state, real)
-        getattr(library_, name).restype = real
-    library_.lj_stored.argtypes, library_.lj_stored.restype = (brake, state), real
-    library_.lj_fault.argtypes = (state,)
-    library_.lj_fault.restype = ctypes.c_char_p
     at = ctypes.c_void_p
-    library_.lj_history.argtypes = (brake, state, ctypes.c_int64, at, at, at)
-    library_.lj_history.restype = None
+    for name, arguments, answer in (
+        ("lj_start", (state, real), None),
+        ("lj_move", (brake, state, real, real, real), real),
+        ("lj_tangent", (brake, state, real), real),
+        ("lj_vacuum_tangent", (brake, state, real), real),
+        ("lj_stored", (brake, state), real),
+        ("lj_fault", (state,), ctypes.c_char_p),
+        ("lj_history", (brake, state, ctypes.c_int64, at, at, at), None),
+    ):
+        function = getattr(library_, name)
+        function.argtypes, function.restype = arguments, answer
     if library_.lj_state_size() != ctypes.sizeof(made.state):
         raise RuntimeError("the compiled lj_state is not that of layerjam.h")
     return library_, made

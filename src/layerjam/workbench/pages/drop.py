@@ -19,9 +19,16 @@ from layerjam.workbench.heroes import Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.drop_animation import SLOW, Animation, series
-from layerjam.workbench.pages.drop_chart import stopped
-from layerjam.workbench.pages.drop_outcome import GOOD, Advice, heroes, verdict
-from layerjam.workbench.pages.drop_table import MODES, notes, table
+from layerjam.workbench.pages.drop_outcome import (
+    GOOD,
+    MODES,
+    Advice,
+    heroes,
+    notes,
+    stopped,
+    table,
+    verdict,
+)
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.widgets import columns, dressed, status

@@ -1,16 +1,22 @@
-"""What a drop came to, in sentences, and buttons that apply what the tuning advises."""
+"""What a drop came to: sentences, charts, the table beside other vacuums, and advice to apply."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
+from html import escape
+from types import MappingProxyType
 from typing import Any
 
 from nicegui import ui
 
 from layerjam.units import show
+from layerjam.workbench.answer import Answer
+from layerjam.workbench.call import result_fields
+from layerjam.workbench.charts import NAMED, Curve, aside, options, room_of, stacked
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.heroes import Hero
+from layerjam.workbench.pages.drop_animation import series
 from layerjam.workbench.resized import with_sheets
 from layerjam.workbench.widgets import button
 
@@ -126,3 +132,148 @@ class Advice:
 
     def _put(self, **settings: Any) -> None:
         self._desk.put_all("drop", settings)
+
+
+MODES = MappingProxyType(
+    {
+        "none": "no brake",
+        "full": "full",
+        "tuned": "tuned",
+        "value": "a value",
+        "history": "a history",
+    }
+)
+ROWS = (
+    "outcome",
+    "vacuum",
+    "slip",
+    "peak_force",
+    "peak_deceleration",
+    "peak_g",
+    "crash_force",
+    "crash_g",
+    "stopping_time",
+    "end_speed",
+    "dissipated_energy",
+)
+"""These come first; below them stands what else a stop has to say."""
+LEFT_OUT = ("feasible", "reason", "speed", "accelerometer", "filter")
+OUTCOMES = MappingProxyType(
+    {
+        "STOPPED": "stopped",
+        "NEVER_SLID": "stopped without slip",
+        "SNAPS": "snaps",
+        "BOTTOMED_OUT": "bottomed out",
+        "FINISHED": "still moving",
+    }
+)
+
+
+Drops = Mapping[str, Answer]
+"""{mode: answer}."""
+
+
+def notes(drops: Drops) -> list[str]:
+    """Warnings of the drops, each with whose it is unless all drops of the brake say it."""
+    said = {mode: one.result.warnings for mode, one in drops.items() if one.result is not None}
+    by_brake = [warnings for mode, warnings in said.items() if mode != "none"]
+    made = []
+    for mode, warnings in said.items():
+        for w in warnings:
+            shared = all(w in other for other in by_brake)
+            made.append(w if shared else f"{MODES[mode]}: {w}")
+    return list(dict.fromkeys(made))
+
+
+def table(drops: Drops, shown: str) -> str:
+    """HTML of the table; what cannot be says so across its column."""
+    stops = {mode: answer.result for mode, answer in drops.items()}
+    fine = {mode: dict(stop.rows()) for mode, stop in stops.items() if stop and stop.feasible}
+    named = {key.replace("_", " ") for key in LEFT_OUT}
+    names = [key.replace("_", " ") for key in ROWS]
+    names += [n for texts in fine.values() for n in texts if n not in named]
+    names = list(dict.fromkeys(names))
+    about = result_fields("drop")
+    rows = []
+    for i, name in enumerate(names):
+        key = name.replace(" ", "_")
+        what = escape(about.get(key, ""))
+        cells = [f'<th scope="row" title="{what}">{escape(name.capitalize())}</th>']
+        for mode, stop in stops.items():
+            if mode in fine:
+                ident = f'data-testid="drop-{mode}-{key}"'
+                text = _cell(key, fine[mode].get(name, "–"))
+                cells.append(f"<td{_mark(mode, shown)} {ident}>{escape(text)}</td>")
+            elif i == 0:
+                why = drops[mode].refusal if stop is None else str(stop.reason)
+                ident = f'data-testid="drop-{mode}-outcome"'
+                said = f"cannot: {escape(why)}"
+                cells.append(f'<td rowspan="{len(names)}" class="cannot" {ident}>{said}</td>')
+        rows.append(f"<tr>{''.join(cells)}</tr>")
+    heads = [f'<th scope="col"{_mark(m, shown)}>{escape(MODES[m])}</th>' for m in drops]
+    return (
+        '<table class="drop-table"><caption class="sr-only">The same drop with no brake, at full '
+        f"vacuum and tuned</caption><thead><tr><td></td>{''.join(heads)}</tr></thead>"
+        f"<tbody>{''.join(rows)}</tbody></table>"
+    )
+
+
+def _mark(mode: str, shown: str) -> str:
+    return ' class="shown"' if mode == shown else ""
+
+
+def _cell(key: str, text: str) -> str:
+    return OUTCOMES.get(text, text) if key == "outcome" else text.replace("^2", "²")
+
+
+RIGHT = 56
+"""Pixels right of the charts without pinned curves."""
+
+
+def stopped(
+    made: Mapping[str, Any], bound: float | None, pins: Mapping[str, Any], dark: bool
+) -> dict[str, Any]:
+    """The three charts of a drop's `series`; `bound` is the least deceleration [m/s²].
+
+    `pins` are other drops by their labels, drawn quietly and named beside the first chart.
+    """
+    time, last = made["time"], made["last"]
+    force = [Curve(time, made["force"])]
+    travel = [Curve(time, made["travel"], name="mass")]
+    if made["slip"]:
+        travel.append(Curve(time, made["slip"], "second", "slip"))
+    deceleration = [Curve(time, made["deceleration"])]
+    if bound is not None:
+        line = Curve([0, last], [bound] * 2, "good", "least", dashed=True, width=1.5)
+        deceleration.append(line)
+    own, end = (len(force), len(travel), len(deceleration)), last
+    for label, other in pins.items():
+        quiet = series(other.record, crash=other.crash)
+        if quiet is None:  # nothing moved
+            continue
+        end = max(end, quiet["last"])
+        for curves, key in zip(
+            (force, travel, deceleration), ("force", "travel", "deceleration"), strict=True
+        ):
+            curves.append(Curve(quiet["time"], quiet[key], "quiet", label, width=1.2))
+    common: dict[str, Any] = {"x_range": (0, end), "dark": dark}
+    common["x"] = "time from the taut rope [ms]"
+    if made["crash"] is not None:
+        common["bands"] = [(min(made["crash"], 0.995 * last), last, "bad")]
+    top = max(range(len(time)), key=made["force"].__getitem__)
+    peak = (time[top], made["force"][top], f"{made['force'][top]:.4g} N", "bad")
+    parts = [
+        options(force, y="force [N]", marks=[peak], **common),
+        options(travel, y="distance [mm]", **common),
+        options(deceleration, y="deceleration [m/s²]", y_range=(None, None), **common),
+    ]
+    # room above the peak for its number
+    parts[0]["yAxis"]["boundaryGap"] = [0, 0.18]
+    parts[0]["series"][0]["markPoint"]["data"][0]["label"] |= aside(time[top], end)
+    for series_, shift in zip(parts[1]["series"][: own[1]], (-6, 7), strict=False):
+        series_["endLabel"]["offset"] = [0, shift]
+    for place, part in enumerate(parts):
+        part["grid"]["right"] = room_of(pins, RIGHT)
+        for series_ in part["series"][own[place] :]:
+            series_["endLabel"] |= dict(show=place == 0, width=NAMED - 8, overflow="truncate")
+    return stacked(parts, (1.1, 1, 1))

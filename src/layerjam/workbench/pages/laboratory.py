@@ -27,8 +27,7 @@ from layerjam.workbench.pages.laboratory_chain import (
     taken_roles,
 )
 from layerjam.workbench.pages.laboratory_correct import Correct
-from layerjam.workbench.pages.laboratory_drop import practice_files
-from layerjam.workbench.pages.laboratory_files import Row, read_row, rows_of
+from layerjam.workbench.pages.laboratory_files import Row, practice_files, read_row, rows_of
 from layerjam.workbench.pages.laboratory_results import Card, show_step
 from layerjam.workbench.pages.laboratory_table import Table
 from layerjam.workbench.runner import waiting_line

@@ -155,7 +155,10 @@ class Chain:
         """Compute a step unless it was; a refusal is a result too."""
         made = self._before(call)
         if made is None:
-            self.done.pop(call.name, None)
+            # a step that rests on this one goes too: copied, it would rest on the new one
+            steps = (*STEPS, "report")
+            for name in steps[steps.index(call.name) :]:
+                self.done.pop(name, None)
             self.instead[call.name] = STOPPED
             made = carried_out(call, given.folder, given.tell)
             if made.result is not None and call.name in STEPS:

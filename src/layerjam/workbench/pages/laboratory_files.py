@@ -1,18 +1,20 @@
-"""The laboratory's files as the page shows them: understood, or refused with what to do."""
+"""The laboratory's files as the page shows them: understood or refused; and practice files."""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from types import MappingProxyType
 
 from layerjam.commands.declare import Progress
 from layerjam.errors import FileError, FitError, MissingExtraError, QuantityError
 from layerjam.identify.provenance import renamed
-from layerjam.measure.sidecar import Facts, read_facts
+from layerjam.measure.sidecar import SIDECAR_ENDING, Facts, read_facts
 from layerjam.measure.trace import Trace
 from layerjam.units import show
-from layerjam.workbench.call import Call, Options
+from layerjam.workbench.call import Call, Options, Subject
 from layerjam.workbench.proposals import refusal_of
 from layerjam.workbench.said import ROLES, Edits, sidecar_text
 from layerjam.workbench.spoken import on_page
@@ -136,3 +138,19 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
 def _in_users_words(said: object, upload: Upload) -> str:
     """A sentence that calls the file as the user does."""
     return str(renamed(str(said), {upload.path.name: upload.shown}))
+
+
+def practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str, bytes]:
+    """Files of the built-in campaign of the virtual laboratory with their sidecars, by name."""
+    place = folder / "practice"
+    shutil.rmtree(place, ignore_errors=True)
+    try:
+        made = Call("lab", (Subject("practice"),)).run(out=place, progress=tell)
+        found = {}
+        for path in map(Path, made.files):
+            for one in (path, path.with_name(path.name + SIDECAR_ENDING)):
+                if one.exists():
+                    found[one.name] = one.read_bytes()
+        return found
+    finally:
+        shutil.rmtree(place, ignore_errors=True)

@@ -20,9 +20,17 @@ from layerjam.workbench.heroes import Hero, Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.outcomes import of_pull, of_slide
 from layerjam.workbench.page import Box, Figures, Notes, Page
-from layerjam.workbench.pages import pull_band, pull_pins
+from layerjam.workbench.pages import pull_band
 from layerjam.workbench.pages.pull_chart import pulled, saw
-from layerjam.workbench.pages.pull_files import Measured, Reading, laid_out, read, show_errors
+from layerjam.workbench.pages.pull_files import (
+    Measured,
+    PinFiles,
+    Reading,
+    laid_out,
+    pinned_files,
+    read,
+    show_errors,
+)
 from layerjam.workbench.pages.pull_sheets import SheetBySheet
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.peak import PeakSetting
@@ -107,7 +115,7 @@ class Pull(Page):
                 self.panel.build_pins()
                 self.pin_band = button(PIN_BAND, self._pin_with_band, "pull-pin-band", "push_pin")
                 self.pin_band.set_visibility(False)
-                self.pin_files = pull_pins.PinFiles(self.desk, self.panel)
+                self.pin_files = PinFiles(self.desk, self.panel)
             with self.while_(lambda: not self._saws()):
                 self.peak.build()
             self.panel.build("pull-chart", "Force over elongation")
@@ -161,7 +169,7 @@ class Pull(Page):
             self._whole = (call.subjects[0].text, Call("show", call.subjects).run())
         pins, reading, band = self.panel.beside(call), self._files(), self._band(call, result)
         if not saws:
-            pins = (*pull_pins.pinned(self.desk, reading), *pins)
+            pins = (*pinned_files(self.desk, reading), *pins)
         bands = [(one.more, one.answer.result.record, GREY) for one in pins if one.more]
         bands += [(band, result.record, BLUE)] if band else []
         shade = partial(pull_band.shade, bands=bands) if bands else None

@@ -1,10 +1,11 @@
-"""Measured pulls on the page Pull: dropped in, understood, held against the brake."""
+"""Measured pulls on the page Pull: dropped in, understood, held against the brake, and pinned."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from pathlib import Path
 from typing import Any
 
 from nicegui import ui
@@ -15,14 +16,16 @@ from layerjam.identify.validation.metrics import CurveError
 from layerjam.measure.trace import Trace
 from layerjam.units import show
 from layerjam.workbench import live
-from layerjam.workbench.answer import Answer, answered
+from layerjam.workbench.answer import Answer, Pinned, answered
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import FilesHere
 from layerjam.workbench.page import Box, Notes, checks
+from layerjam.workbench.panel import Panel
 from layerjam.workbench.proposals import ASIDE, FRICTION
 from layerjam.workbench.said import edits_of, sidecar_text
 from layerjam.workbench.spoken import on_page
+from layerjam.workbench.state import MEASURED
 from layerjam.workbench.tables import html
 from layerjam.workbench.uploads import Upload
 from layerjam.workbench.widgets import Alert, button, dressed, hint
@@ -179,3 +182,56 @@ def show_errors(reading: Reading) -> None:
     live.Table().set_content(made)
     checks(reading.compared)
     Notes().fill(list(dict.fromkeys(reading.compared.warnings)))
+
+
+TITLE = "Pin a measured curve"
+
+
+def pinned_files(desk: Desk, reading: Reading) -> tuple[Pinned, ...]:
+    """The measured curves that are pinned and there, each with its file's own answer."""
+    named, made = {one.file.key: one for one in reversed(reading.measured)}, []
+    for pin in desk.state.pins:
+        one = named.get(pin.subject) if pin.command == MEASURED else None
+        if one is not None:
+            path, record = one.file.path, reading.understood.record
+            own = [pair for pair in record if Path(pair[0].path) == path]
+            result = replace(reading.understood, record=own)
+            made.append(Pinned(one.label, Answer(Call("pull", files=(one.file,)), result), pin=pin))
+    return tuple(made)
+
+
+class PinFiles:
+    """A button that pins a dropped pull: at once where there is one, else one of a list."""
+
+    def __init__(self, desk: Desk, panel: Panel) -> None:
+        self._desk, self._panel = desk, panel
+        self._names: Mapping[str, str] = {}
+        self._shown: object = None
+        self._button = button(TITLE, self._asked, "pull-pin-file", "push_pin")
+        with self._button:
+            where = f'no-parent-event auto-close role="region" aria-label="{TITLE}"'
+            with ui.menu().props(where) as self._menu:
+                self._list = dressed(ui.element("div"), role="menu", aria_label=TITLE)
+        self._button.set_visibility(False)
+
+    def fill(self, reading: Reading) -> None:
+        """Show the pulls of now; nothing moves where they are the same."""
+        kept = self._desk.state.files
+        self._names = {one.file.key: one.about for one in reversed(reading.measured)}
+        shown = (tuple(self._names.items()), kept)
+        if shown == self._shown:
+            return
+        self._shown = shown
+        self._button.set_visibility(len(self._names) > 1 or bool(self._names.keys() - {*kept}))
+        self._list.clear()
+        with self._list:
+            for key, name in reversed(self._names.items()):
+                text = f"✓ {name}" if key in kept else name
+                item = ui.menu_item(text, partial(self._panel.pin_file, key))
+                dressed(item, f"pull-pin-file-{key}", role="menuitem")
+
+    def _asked(self) -> None:
+        if len(self._names) == 1:
+            self._panel.pin_file(next(iter(self._names)))
+        else:
+            self._menu.open()
