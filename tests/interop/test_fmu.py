@@ -161,6 +161,8 @@ def test_snapshots_go_on_bit_for_bit_and_instances_are_apart(made, version):
     assert unit.pull(path[60:], vacuum[60:]).tobytes() == first.tobytes()
     with pytest.raises(Refused, match="not a state of this FMU"):
         unit.restore(middle[:-8])
+    with pytest.raises(Refused, match="state: none is given"):
+        unit.call("SetFMUState" if version == "3" else "SetFMUstate", None)
 
 
 @CC

@@ -158,6 +158,12 @@ def test_the_page_stands_and_follows_its_controls():
             assert page.value("rope_stiffness") == pytest.approx(16.8e3 / 3)
             page.desk.undo()
             assert page.desk.state == before
+            # the same button for another mass sets a third of that one
+            page.desk.put("drop", "mass", 0.98)
+            await asyncio.sleep(0)
+            await page.settled()
+            user.find(kind=ui.button, content="3 brakes").click()
+            assert page.value("mass") == pytest.approx(0.98 / 3)
 
     asyncio.run(use())
 

@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.commands.impact import not_tuned
-from layerjam.units import parse, show
+from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, answered
 from layerjam.workbench.call import Call, Options
@@ -125,7 +125,7 @@ class Drop(Page):
             waiting_line(name, self.runner)
             self.heroes = Heroes(name)
             self.verdict = status("drop-verdict", "text-lg")
-            self.advice = Advice(self.desk, self._rope)
+            self.advice = Advice(self.desk)
             self.panel.build_pins()
             with ui.row().classes("w-full items-start gap-4"):
                 stage = ui.column().style("width: 270px; flex: none")
@@ -146,9 +146,6 @@ class Drop(Page):
 
     def _roped(self) -> bool:
         return self.word(ON_ROPE) == "rope"
-
-    def _rope(self) -> float | None:
-        return self.value("rope_stiffness") if self._roped() else None
 
     def _arrives(self) -> str:
         """Nothing falls into a horizontal stop."""
@@ -228,8 +225,7 @@ class Drop(Page):
         self.verdict.set_text(said)
         self.heroes.fill(heroes(stop))
         asked = tuned.call.options
-        mass = parse(asked["mass"], "kg", "mass")
-        self.advice.fill(tuned.result, mass, failed and shown != "none")
+        self.advice.fill(tuned, failed and shown != "none")
         record = stop.record if stop is not None else None
         slow = None if self.word(SLOWLY) == "auto" else float(self.word(SLOWLY))
         made = None if record is None else series(record, slow, stop.crash)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from html import escape
 from types import MappingProxyType
@@ -10,7 +10,7 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.units import show
+from layerjam.units import parse, show
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
 from layerjam.workbench.charts import NAMED, Curve, aside, options, room_of, stacked
@@ -86,22 +86,20 @@ def heroes(stop: Any | None) -> list[Hero]:
 class Advice:
     """Buttons that set what would stop the mass; each of them was tuned before it is named."""
 
-    def __init__(self, desk: Desk, rope: Callable[[], float | None]) -> None:
-        """`rope` is the stiffness of the rope on the page [N/m], None without one."""
-        self._desk, self._rope = desk, rope
-        self._shown: tuple[Any, ...] = ()
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._shown: list[object] = []
         self._row = ui.row().classes("items-center gap-2")
         self._row.props["data-testid"] = "drop-advice"
 
-    def fill(self, tuned: Any | None, mass: float, failed: bool) -> None:
+    def fill(self, tuned: Answer, failed: bool) -> None:
         """What a tuning found; nothing where the drop did not fail."""
-        ways: list[tuple[str, str, Callable[[], None]]] = []
-        if failed and tuned is not None:
-            ways = list(self._ways(tuned, mass))
-        names = tuple((text, tip) for text, tip, _ in ways)
-        if names == self._shown:
+        ways = list(self._ways(tuned)) if failed and tuned.result is not None else []
+        # the same words may set other numbers: a third of another mass
+        shown: list[object] = [(text, act.args, act.keywords) for text, _, act in ways]
+        if shown == self._shown:
             return
-        self._shown = names
+        self._shown = shown
         self._row.clear()
         with self._row:
             if ways:
@@ -109,8 +107,8 @@ class Advice:
             for key, (text, tip, act) in enumerate(ways):
                 button(text, act, f"drop-advice-{key}", tip=tip)
 
-    def _ways(self, found: Any, mass: float) -> Any:
-        put = self._put
+    def _ways(self, tuned: Answer) -> Iterator[tuple[str, str, partial[None]]]:
+        put, found, asked = self._put, tuned.result, tuned.call.options
         if found.feasible:
             there = f"{show(found.vacuum, 'Pa')} of vacuum"
             yield there, "The vacuum that is tuned to the travel", partial(put, shown="tuned")
@@ -119,10 +117,8 @@ class Advice:
             tip = "The same brake with as many sheets"
             yield f"{count} sheets", tip, partial(with_sheets, self._desk, count)
         if found.brakes_needed is not None:
-            count, rope = int(found.brakes_needed), self._rope()
-            share = {"mass": mass / count}
-            if rope is not None:
-                share["rope_stiffness"] = rope / count
+            count, parts = int(found.brakes_needed), {"mass": "kg", "rope_stiffness": "N/m"}
+            share = {k: parse(asked[k], unit, k) / count for k, unit in parts.items() if k in asked}
             tip = f"Side by side: shows one of them, with 1/{count} of the mass and of the rope"
             yield f"{count} brakes", tip, partial(put, shown="tuned", **share)
         if found.travel_needed is not None:

@@ -227,6 +227,8 @@ fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
 fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
 {
     unit *one = component;
+    if (state == NULL)
+        return refuse(component, "state: none is given");
     memcpy(&one->model, state, sizeof one->model);
     return fmi2OK;
 }

@@ -278,6 +278,8 @@ fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state)
 fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state)
 {
     unit *one = instance;
+    if (state == NULL)
+        return refuse(instance, "state: none is given");
     memcpy(&one->model, state, sizeof one->model);
     return fmi3OK;
 }
