@@ -146,6 +146,8 @@ def posterior(name: str) -> BayesFit:
         enclosure_factor=about(1.0, 0.05),
         scale_factor_sd=about(0.03, 0.2),
         stiffness_sd=about(0.02, 0.2),
+        scale_factor_mounting_sd=None,
+        stiffness_mounting_sd=None,
         correlation=np.zeros(shape),
         curve_scale_factor=about(a, 0.02, count),
         curve_stiffness=about(k, 0.03, count),

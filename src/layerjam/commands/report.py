@@ -262,6 +262,7 @@ def _result(content: BrakeReport, written: Written | None) -> Report:
     return Report.of(
         written,
         content.verdict,
+        numbers=written and written.numbers,
         **stages,
         calibrated_on_the_same=list(content.seen),
         excluded=[{"file": f, "stage": s, "because": why} for f, s, why in content.excluded],

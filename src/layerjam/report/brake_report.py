@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from layerjam._version import __version__
@@ -132,7 +133,6 @@ def page(report: BrakeReport) -> Page:
     )
     stated, identity = report.stated, report.identity
     parts += [signed.circumstances(stated), files, signed.place_to_sign(identity)]
-    accepted = [one.notice() for one in report.accepted]
     number = identity["report number"]
     return Page(
         title=f"Test report: {report.file.name}",
@@ -142,7 +142,7 @@ def page(report: BrakeReport) -> Page:
         verdicts=[_verdict_word(report)],
         banner=[
             *([SYNTHETIC] if report.synthetic else []),
-            *map(_sentence, accepted),
+            *map(_accepted_sentence, report.accepted),
             *signed.certificate_problems(stated),
         ],
         numbers=headline(report, parts),
@@ -163,8 +163,13 @@ def _verdict_word(report: BrakeReport) -> Word:
     return Word(text, "differs" if count else "reproduced")
 
 
-def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}."
+def _accepted_sentence(one: Acceptance) -> str:
+    """Return who decided what about a failed check."""
+    finding = f" ({one.finding})" if one.finding else ""
+    place = f", as {Path(one.file).name} states" if one.file else ""
+    return typeset(
+        f"Check '{one.check}' failed{finding}. Accepted on {one.date}{place}: {one.reason}."
+    )
 
 
 def _stages(report: BrakeReport) -> list[Part]:
@@ -352,6 +357,9 @@ def _with_uncertainty(number: Number, words: str, found: Budget) -> tuple[str, s
     """Return a number with its expanded uncertainty, and the words below it."""
     if found.headline is None:
         return number.text(), f"{words}\nuncertainty not stated: the budget lists what to state"
+    if (found.expanded or 0.0) >= 1:
+        reach = f"± {found.headline[1]} reaches zero"
+        return number.text(), f"{words}\nnot determined: expanded uncertainty {reach}"
     missing = len(found.missing)
     least = f"\nlower bound: {count_of(missing, 'line')} not stated" if missing else ""
     return " ± ".join(found.headline), f"{words}\n{signed.coverage_words(found)}{least}"
