@@ -63,7 +63,7 @@ def check_whole(path: str) -> None:
 def run(path: str, own: Mapping[str, Any]) -> Content:
     """A run, with the brake, the line, the board and the calibration of its sensor inside it.
 
-    Raises FileError for a file that is no run, or not a whole one.
+    Raises FileError for a file that is not a run, or not a whole one.
     """
     base = opened(path, whole=True)
     try:
@@ -253,7 +253,7 @@ def _covariance(rows: Any) -> str | None:
 
 
 def _any_synthetic(files: Any) -> bool | None:
-    """Whether a file of a list is marked synthetic; None where none is: nobody says."""
+    """Return True if a file of a list is marked synthetic, else None: nobody says."""
     marked = any(isinstance(one, dict) and one.get("synthetic") is True for one in files or ())
     return True if marked else None
 
@@ -328,7 +328,7 @@ def _comments(head: bytes) -> list[str]:
 
 
 def _brake_above(comments: list[str]) -> str | None:
-    """The text of the brake that a simulated record holds in its head, None where there is none."""
+    """Return the text of the brake in the head of a simulated record, or None."""
     if "brake:" not in comments:
         return None
     lines = comments[comments.index("brake:") + 1 :]

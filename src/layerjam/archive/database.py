@@ -87,7 +87,7 @@ class Database:
     def writing(self) -> Iterator[Connection]:
         """One transaction that writes, after all others: whole or not at all.
 
-        Makes the database where there is none. Raises RecordsError.
+        Makes the database if there is none. Raises RecordsError.
         """
         with self._errors_named():
             if self.file is not None:
@@ -101,7 +101,7 @@ class Database:
 
     @contextlib.contextmanager
     def reading(self) -> Iterator[Connection | None]:
-        """A view of the records that does not move; None where there is no database yet."""
+        """A view of the records that does not move, or None if there is no database yet."""
         if self.file is not None and not self.file.exists():
             yield None
             return
@@ -168,7 +168,7 @@ def _bring_up(db: Connection, where: str) -> None:
 
 
 def _engine(url: URL) -> Engine:
-    """SQLite checks foreign keys only where each connection asks it to."""
+    """SQLite checks foreign keys only if each connection asks it to."""
     if url.drivername != "sqlite":
         options = {"connect_timeout": REACHED}
         return create_engine(

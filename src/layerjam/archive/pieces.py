@@ -33,7 +33,7 @@ class Piece:
 
 @dataclass(frozen=True, kw_only=True)
 class Content:
-    """A file: `file` are the columns of `files`, `what` the record it is, where it is one.
+    """A file: `file` are the columns of `files`, `what` the record it is, if it is one.
 
     `others` are records inside it that stand for themselves, by the role in which it comes from
     them; `notes` is what is to be said of it.

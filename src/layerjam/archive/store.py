@@ -163,7 +163,7 @@ def refusal(db: Connection, content: Content) -> str | None:
 
 
 def _why_withdrawn(db: Connection, ident: str) -> str | None:
-    """Why a record was withdrawn, None where it was not."""
+    """Return the reason for which a record was withdrawn, or None."""
     found = db.execute(select(WITHDRAWN.c.why).where(WITHDRAWN.c.id == ident)).scalar()
     return None if found is None else str(found)
 
@@ -220,7 +220,7 @@ def stamp() -> dict[str, str]:
 
 
 def user() -> str:
-    """Who is at work, as the system knows; empty where it does not."""
+    """Return the name of the user, or an empty text if the system knows none."""
     with suppress(OSError, KeyError, ImportError):
         return getpass.getuser()
     return ""

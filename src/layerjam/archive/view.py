@@ -72,7 +72,7 @@ def _synthetic(db: Connection, marked: Iterable[str]) -> set[str]:
 
 
 def show(database: Database, ident: str) -> Shown:
-    """One record by its id, or the first characters of it; RecordsError where there is none."""
+    """One record by its id, or the first characters of it; RecordsError if there is none."""
     with database.reading() as db:
         whole = resolve_record_id(db, ident, database.where)
         if db is None:  # which `resolve_record_id` has refused
@@ -187,7 +187,7 @@ def _state(file: Mapping[str, Any], folders: Sequence[str | Path]) -> str:
 
 
 def _digest(path: Path) -> str | None:
-    """SHA-256 of a file, None where it cannot be read."""
+    """SHA-256 of a file, or None if it cannot be read."""
     try:
         return sha256(str(path)) if path.is_file() else None
     except OSError:
