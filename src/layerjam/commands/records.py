@@ -178,10 +178,9 @@ def records_add(
 
     given = [files] if isinstance(files, str | Path) else list(files)
     made = add(database, given, serial)
-    return RecordsAdded(
-        ids=made.ids,
+    return RecordsAdded.of(
+        made,
         also_added=made.others,
-        refused=made.refused,
         database=database.where,
         warnings=[
             *(Notice(f"{path}: {text}", "record") for path, text in made.notes),
@@ -242,12 +241,7 @@ def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
     from layerjam.archive.view import show
 
     made = show(database, ident)
-    return RecordShown(
-        record_=made.record,
-        derived_from=made.derived_from,
-        used_by=made.used_by,
-        unlinked=made.unlinked,
-    )
+    return RecordShown.of(made, record_=made.record)
 
 
 @command(
