@@ -28,7 +28,9 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     out = []
     for number in range(8):
         factor = 0.9 * (1 + 0.01 * random.standard_normal()) * (1.2 if number == 5 else 1.0)
-        trace = virtual.pull(with_shape(KAPTON, factor, 12e4, 1.0), 60e3, 0.013, 0.04)
+        trace = virtual.pull(
+            with_shape(KAPTON, factor, 12e4, 1.0), 60e3, 0.013, 0.04, repeat=number
+        )
         out.append(virtual.write_own(trace, folder / f"pull-{number}.csv"))
     return out
 
@@ -97,7 +99,9 @@ def specimens(path: Path, labels: tuple[str, ...]) -> Path:
     lines = []
     for number, label in enumerate(labels):
         factor = 0.9 * (1 + 0.01 * random.standard_normal()) * (1.2 if number == 1 else 1.0)
-        trace = virtual.pull(with_shape(KAPTON, factor, 12e4, 1.0), 60e3, 0.013, 0.04)
+        trace = virtual.pull(
+            with_shape(KAPTON, factor, 12e4, 1.0), 60e3, 0.013, 0.04, repeat=number
+        )
         rows = zip(trace.time, 1e3 * trace.elongation, trace.force, strict=True)
         lines += [label, "Time (s),Extension (mm),Load (N)"]
         lines += [f"{t:.6f},{u:.6f},{f:.5f}" for t, u, f in rows] + [""]
@@ -177,7 +181,7 @@ def test_on_the_command_line_and_in_the_report(
     assert main(command) == 0
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Left out by hand" in page and "pull-5.csv (calibration): the grip slipped" in page
-    assert "Pull by pull" in page
+    assert "<caption>Each pull</caption>" in page
     results = json.loads((out / "results.json").read_text(encoding="utf-8"))
     assert {e["file"] for e in results["excluded"]} == {"pull-5.csv", "pull-2.csv"}
-    assert "pull by pull" in (out / "numbers.csv").read_text(encoding="utf-8")
+    assert "calibration pull: scale factor a" in (out / "numbers.csv").read_text(encoding="utf-8")

@@ -47,16 +47,32 @@ def each(
     """`use` of every trace and of every file that can be used, and {file: why} of the others.
 
     What `use` returns is kept, so that it should not hold a long record. `without` names specimens
-    of files that are left out.
+    of files that are left out. A record that was exported twice counts once; the second is refused.
     """
     from layerjam.measure.readers.read import open_traces
+    from layerjam.measure.same_record import Records
+
+    records = Records()
+
+    def use_once(trace: Trace) -> T:
+        path = trace.path or "an earlier trace"
+        name = f"{path}, specimen {trace.specimen}" if trace.specimen else path
+        same = records.find_same(trace)
+        if same is not None:
+            raise FitError(
+                f"holds the same record as {same}, exported with another sampling or number "
+                "format; it counts once"
+            )
+        found = use(trace)
+        records.add(name, trace)
+        return found
 
     def opened(source: Measured) -> Opened[T]:
         if isinstance(source, Trace):
-            return [("", partial(use, source))]
+            return [("", partial(use_once, source))]
         out = (without or {}).get(str(source), ())
         return [
-            (one.label, None if one.label in out else partial(_used, use, one, options))
+            (one.label, None if one.label in out else partial(_used, use_once, one, options))
             for one in open_traces(source, options)
         ]
 
