@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -13,9 +14,9 @@ from layerjam.commands.declare import Help, OutFile, command
 from layerjam.commands.drop_rig import DropRigOptions
 from layerjam.commands.lines import LineInput
 from layerjam.commands.pressure_log import End, Start, window
-from layerjam.commands.quantities import BrakeInput, Overwrite
+from layerjam.commands.quantities import Accept, BrakeInput, Overwrite
 from layerjam.commands.regulator import RegulatorSettings, regulator_of
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Judged, Result, fact, number, result
 from layerjam.control.settings import Regulator, validate
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
@@ -23,6 +24,7 @@ from layerjam.fluid.file import LineFile
 from layerjam.rig.address import Address, address_of
 from layerjam.simulate.procedure import Procedure, Pull, parse_procedure
 from layerjam.units import QuantitySpec, exact_text, show
+from layerjam.verdict import Verdict, judge
 
 if TYPE_CHECKING:
     from layerjam.rig.crosshead import Crosshead
@@ -35,8 +37,8 @@ FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
 
 
 @result
-class RunRecorded(Result):
-    """How a procedure on a bench ended; `record` is the Executed."""
+class RunRecorded(Judged):
+    """How a procedure on a bench ended; `record` is the Executed, None if a check failed before."""
 
     outcome: str = fact("FINISHED, or what ended it")
     reason: str | None = fact("why it did not finish")
@@ -47,7 +49,7 @@ class RunRecorded(Result):
     steps: Sequence[Mapping[str, Any]] = fact("each step and when it was done", listed=False)
     fault: str | None = fact("fault that ended it")
     fault_time: float | None = number("s", "time of that fault")
-    file: str = fact("file of the run")
+    file: str | None = fact("file of the run; null if a check failed")
     simulated: bool = fact("whether no hardware was behind it")
     shots: Sequence[Mapping[str, Any]] | None = fact(
         "each record of the accelerometer; null without --shot", listed=False, default=None
@@ -55,8 +57,8 @@ class RunRecorded(Result):
 
     @property
     def exit_code(self) -> int:
-        """1 where the procedure did not finish."""
-        return 0 if self.outcome == FINISHED else 1
+        """4 if a check failed, 1 where the procedure did not finish."""
+        return super().exit_code or (0 if self.outcome == FINISHED else 1)
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
@@ -142,6 +144,7 @@ def bench_run(
     out: Annotated[
         str | Path, OutFile("File of the run.", metavar="FILE.ljrun", endings=(".ljrun",))
     ],
+    accept: Accept = (),
     force: Overwrite = False,
 ) -> RunRecorded:
     """Carry out a procedure on a bench and record every sample.
@@ -150,7 +153,8 @@ def bench_run(
     board. With `shot` the accelerometer of a falling mass waits from the first hold on, and every
     drop is kept in the file. Whatever happens, the last act is safe outputs and a closed file;
     Ctrl-C ends it with OPERATOR_STOPPED. Raises QuantityError for what the bench cannot do,
-    InstrumentError where it refuses, FileError for the file.
+    InstrumentError where it refuses, FileError for the file. Nothing moves if a check of the
+    regulator fails; the file stores the failed checks that `accept` accepts.
     """
     from layerjam.rig.procedure_bench import open_procedure_bench
 
@@ -160,13 +164,16 @@ def bench_run(
         raise QuantityError.of(
             "vent rest", "it must be declared; write open or closed, as the valve is without power"
         )
-    rig = drop.rig(brake)
+    rig, verdict = drop.rig(brake), _verdict(regulator, steps, accept, out)
+    if verdict.failed:
+        return _not_begun(steps, verdict, str(address), notices)
     with open_procedure_bench(_at(str(address), steps)) as bench:
         bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
         bench.regulator = regulator
         moved = _crosshead(crosshead, bench, brake, line, steps)
         meta = {"brake": brake.name, "brake_toml": brake.rendered(brake.name)}
         meta["line_toml"] = line.rendered(line.name)
+        meta["accepted"] = json.dumps([one.written() for one in verdict.decisions])
         made = bench.run(
             steps, out=out, crosshead=moved, meta=meta, force=force, rig=rig, say=_report
         )
@@ -175,11 +182,39 @@ def bench_run(
         notices.append(Notice("nothing fell: the accelerometer was not triggered", "no-shot"))
     return RunRecorded.of(
         made,
+        verdict,
         steps=[vars(step) for step in made.steps],
         shots=None if made.shots is None else [vars(shot) for shot in made.shots],
         file=str(made.file),
         warnings=notices,
         record=made,
+    )
+
+
+def _verdict(
+    regulator: Regulator, steps: Procedure, accept: Mapping[str, str], out: str | Path
+) -> Verdict:
+    """Return the verdict of a regulator at the highest vacuum of a procedure, if it has one."""
+    from layerjam.control.checks import step_check
+
+    highest = steps.highest_vacuum()
+    return judge([step_check(regulator, highest)] if highest else [], accept, file=out)
+
+
+def _not_begun(steps: Procedure, verdict: Verdict, address: str, notices: list[str]) -> RunRecorded:
+    """Return the result of a run that a failed check forbids."""
+    waiting = {"started": None, "ended": None, "reached": False}
+    return RunRecorded.of(
+        verdict,
+        outcome="NOT_BEGUN",
+        reason="a check of the regulator failed, so that nothing was moved",
+        run_id="",
+        samples=0,
+        gaps=0,
+        duration=0.0,
+        steps=[{"text": step.text(), **waiting} for step in steps.steps],
+        simulated=address_of(address).simulated,
+        warnings=notices,
     )
 
 
@@ -318,6 +353,7 @@ def bench_export(
     first, last = window(start, end)
     made = export(run, out, start=first, end=last, force=force)
     return RunExported.of(
+        Verdict(decisions=made.run.decisions),
         made.run,
         file=str(made.file),
         sidecar=None if made.sidecar is None else str(made.sidecar),

@@ -117,7 +117,7 @@ class Result:
             elif f.default is MISSING and "None" in str(f.type):
                 given[f.name] = None
         for one in known:
-            if isinstance(one, Verdict):
+            if isinstance(one, Verdict) and (one.checks or one.decisions):
                 given |= {name: getattr(one, name) for name in JUDGED}
                 if issubclass(cls, Judged):
                     given["checks"] = plain(one.checks)
@@ -392,7 +392,7 @@ MARKS = {"passed": "ok  ", "note": "note", "warning": "LOOK", "failed": "FAIL"}
 class Judged(Result):
     """A result whose numbers were judged by checks, rows of `name`, `level` and `sentence`."""
 
-    checks: Sequence[Mapping[str, Any]] = fact("checks of the numbers", listed=False)
+    checks: Sequence[Mapping[str, Any]] = fact("checks of the numbers", default=(), listed=False)
 
     def check_lines(self) -> Iterator[str]:
         """Return one line a check."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -106,7 +106,6 @@ class Reading(Judged):
     accelerometer: str | None = fact("the sensor", default=None)
     filter: str | None = fact("the filter after it", default=None)
     saturated: bool | None = fact("whether the sensor's range was left", default=None)
-    checks: Sequence[Mapping[str, Any]] = fact("checks of the reading", default=(), listed=False)
 
 
 @result
@@ -177,9 +176,8 @@ def reading(
     made = seen(signal, sensor, channel_class(how.filter_class))
     if gravity is None:
         gravity = signal.brake.brake.site.gravity if isinstance(signal, DropRecord) else 9.80665
-    checks = [*_checks(made, signal, sensor)]
     return Reading.of(
-        judge(checks, accept) if checks else None,
+        judge(_checks(made, signal, sensor), accept),
         measured_peak=made.peak,
         measured_peak_g=made.peak / gravity if gravity else None,
         measured_peak_time=made.time_of_peak,

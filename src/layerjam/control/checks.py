@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from layerjam.control.closed_loop import ClosedLoop
 from layerjam.control.settings import Regulator
 from layerjam.units import show
 from layerjam.verdict import Check, check
+
+if TYPE_CHECKING:
+    from layerjam.control.closed_loop import ClosedLoop
 
 RIPPLE = 2.0
 """Multiple of the regulator's own band (`idle_band`) up to which the vacuum is held."""

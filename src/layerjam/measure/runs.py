@@ -6,6 +6,7 @@ holds.
 
 from __future__ import annotations
 
+import json
 import math
 import sqlite3
 from collections.abc import Mapping, Sequence
@@ -21,6 +22,7 @@ from layerjam.errors import FileError, QuantityError
 from layerjam.measure.shots import SCHEMA as SHOTS
 from layerjam.measure.shots import Shot, shots_in
 from layerjam.units import show
+from layerjam.verdict import Acceptance
 
 APPLICATION_ID = 0x4C4A5255
 FORMAT = 1
@@ -87,6 +89,15 @@ class Run:
     def outcome(self) -> str | None:
         """How it ended; None for a run that nobody closed."""
         return self.meta.get("outcome") or None
+
+    @property
+    def decisions(self) -> tuple[Acceptance, ...]:
+        """The failed checks that somebody accepted before the run."""
+        try:
+            rows = [Acceptance.read(row) for row in json.loads(self.meta.get("accepted") or "[]")]
+        except (ValueError, TypeError, QuantityError) as error:
+            raise FileError(self.path, f"its accepted checks cannot be read: {error}") from None
+        return tuple(replace(row, file=self.path) for row in rows)
 
     @property
     def interrupted(self) -> bool:
