@@ -102,7 +102,12 @@ class Acceptance:
                 "each [[accepted]] table holds the texts check, reason and date, and may hold "
                 "finding and a list of numbers",
             )
-        return cls(**{**row, "numbers": tuple(numbers)})
+        return cls.of_row({**row, "numbers": numbers})
+
+    @classmethod
+    def of_row(cls, row: Mapping[str, Any]) -> Self:
+        """Return the acceptance in a row of a JSON answer."""
+        return cls(**{**row, "numbers": tuple(row["numbers"])})
 
     def written(self) -> dict[str, Any]:
         """Return the table for a file; empty entries are left out."""

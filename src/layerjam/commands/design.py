@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from layerjam.commands.declare import Input, Progress, command, precision
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.quantities import Accept
+from layerjam.commands.results import Judged, fact, number, result
 from layerjam.errors import Notice, QuantityError
 from layerjam.units import QuantitySpec, show
+from layerjam.verdict import Acceptance, judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,7 +43,7 @@ class Designed:
 
 
 @result
-class DesignResult(Result):
+class DesignResult(Judged):
     """The best design, the front, the runner-up and why it lost; or why there is none.
 
     `record` is a Designed.
@@ -169,7 +171,9 @@ SpecInput = Annotated[
     place=10,
     examples=("layerjam design wrist", "layerjam design stop --figure front.svg"),
 )
-def design(spec: SpecInput, *, progress: Progress | None = None) -> DesignResult:
+def design(
+    spec: SpecInput, *, accept: Accept = (), progress: Progress | None = None
+) -> DesignResult:
     """Find the best brake for a set of requirements.
 
     Beside it: the front, the runner-up and why it lost, what forbids better ones. `feasible` is
@@ -189,7 +193,7 @@ def design(spec: SpecInput, *, progress: Progress | None = None) -> DesignResult
     killed = impossible(search, progress)
     if killed is not None:
         return infeasible(DesignResult, search, killed)
-    return best(DesignResult, search, search.all(progress))
+    return best(DesignResult.of, search, search.all(progress), accept)
 
 
 def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
@@ -215,7 +219,8 @@ def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
     point = changed(grid.point(int(number)), more)
     name = f"{plain_name(spec.name)}-{number}{'-refined' if refined is not None else ''}"
     with precision():
-        return design_file(spec, point, grid.values(int(number)), name)
+        accepted = [Acceptance.of_row(row) for row in made.accepted]
+        return design_file(spec, point, grid.values(int(number)), name, accepted)
 
 
 def infeasible(
@@ -237,8 +242,12 @@ def infeasible(
     )
 
 
-def best(make: Callable[..., R], search: Search, found: SweepResult) -> R:
-    """The result from what a search found."""
+def best(
+    make: Callable[..., R], search: Search, found: SweepResult, accept: Mapping[str, str]
+) -> R:
+    """The result from what a search found; `accept` are {check: reason}."""
+    from layerjam.design.checks import design_checks
+    from layerjam.design.design_file import design_file
     from layerjam.design.merit import MERITS
     from layerjam.design.refine import refine, sensitivities
     from layerjam.design.robust import robustness
@@ -257,7 +266,12 @@ def best(make: Callable[..., R], search: Search, found: SweepResult) -> R:
         refined = None
     point = spec.grid.point(numbers[0])
     chances = robustness(spec, point)
+    number = int(numbers[0])
+    with precision():
+        file = design_file(spec, point, spec.grid.values(number), "the design")
+        checks = [*design_checks(file, chosen["vacuum"], chances)]
     return make(
+        judge(checks, accept),
         name=spec.name,
         feasible=True,
         designs=spec.grid.size,
@@ -275,20 +289,17 @@ def best(make: Callable[..., R], search: Search, found: SweepResult) -> R:
         robustness={k: chance._asdict() for k, chance in chances.items()},
         warnings=[
             *_notices(spec),
-            *_of_the_chosen(spec, int(numbers[0])),
+            *_of_the_chosen(spec, file),
             *_about(spec, len(front), runner is None, bool(chances)),
         ],
         record=Designed(spec, search, refined),
     )
 
 
-def _of_the_chosen(spec: DesignSpecification, number: int) -> Iterator[Notice]:
+def _of_the_chosen(spec: DesignSpecification, file: BrakeFile) -> Iterator[Notice]:
     """What spacers would change in the brake that was chosen, and whether its film is sold."""
-    from layerjam.design.design_file import design_file
     from layerjam.device.gauge import unsold
 
-    with precision():
-        file = design_file(spec, spec.grid.point(number), spec.grid.values(number), "the design")
     known = {notice.key for notice in spec.brake.fanning()}
     yield from (notice for notice in file.fanning() if notice.key not in known)
     yield from unsold(file)

@@ -334,7 +334,9 @@ class Result:
             for path, why in refused.items():
                 out += wrapped(f"  {path}: {why}", "", width)
         for failed in self.failed_checks:
-            out += wrapped(f"{failed['name']}: {failed['reason']}", "FAILED: ", width)
+            # the reason stands among the checks already
+            reason = "" if isinstance(self, Judged) else f": {failed['reason']}"
+            out += wrapped(f"{failed['name']}{reason}", "FAILED: ", width)
         if self.failed_checks:
             name = self.failed_checks[0]["name"]
             how = f'nothing was written; to use the numbers anyway: --accept "{name}=REASON"'

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from layerjam.commands.declare import Help, Progress, command
 from layerjam.commands.design import DesignResult, SpecInput, best, infeasible
+from layerjam.commands.quantities import Accept
 from layerjam.commands.results import STOPPED, fact, number, result
 from layerjam.errors import Notice
 
@@ -54,6 +55,7 @@ def sweep(
         str | None, Help("Dask cluster, e.g. tcp://10.0.0.1:8786.", metavar="ADDRESS")
     ] = None,
     block: Count | None = None,
+    accept: Accept = (),
     progress: Progress | None = None,
 ) -> DesignSweep:
     """Compute every design of a specification, in blocks on disk.
@@ -70,7 +72,7 @@ def sweep(
 
     search = Search(spec, BLOCK if block is None else block)
     total = search.blocks()
-    make = functools.partial(DesignSweep, out=str(out), blocks=total)
+    make = functools.partial(DesignSweep.of, out=str(out), blocks=total)
     killed = impossible(search)
     if killed is not None:
         never = functools.partial(make, complete=False, blocks_done=0, blocks_found=0, bytes=0)
@@ -104,7 +106,7 @@ def sweep(
         whole = functools.partial(
             make, complete=True, blocks_done=total, blocks_found=before, bytes=store.bytes()
         )
-        return best(whole, search, found)
+        return best(whole, search, found, accept)
 
 
 def _made(

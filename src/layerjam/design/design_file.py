@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
@@ -16,15 +16,24 @@ from layerjam.device.workshop import FilmCutting, Making
 from layerjam.records.source import Source
 from layerjam.records.values import entries
 from layerjam.units import get, quantities
+from layerjam.verdict import Acceptance, remaining
 
 CARRIED = (*OF_A_FIT, "stiffness_measured", "fittings_mass")
 """Numbers of one built brake, which another one need not share."""
 
 
 def design_file(
-    spec: DesignSpecification, point: Point, values: Mapping[str, Any], name: str
+    spec: DesignSpecification,
+    point: Point,
+    values: Mapping[str, Any],
+    name: str,
+    accepted: Sequence[Acceptance] = (),
 ) -> BrakeFile:
-    """One brake of a design, read back from its own text; `values` are the design in words."""
+    """One brake of a design, read back from its own text; `values` are the design in words.
+
+    `accepted` are the failed checks of the design that somebody accepted; those of the given brake
+    stay as far as its numbers do.
+    """
     base = spec.brake
     made = _plain(brake_of(point, base.brake))
     made = replace(
@@ -46,12 +55,16 @@ def design_file(
         else:
             sources[path] = Source(kind="inferred", text=f"chosen by the design {spec.name}")
     making, said = _making(film, base)
+    replaced = {path for path, source in sources.items() if source != base.sources.get(path)}
+    earlier = remaining(base.accepted, replaced - {*CARRIED})
+    kept = [one for one in earlier if one not in accepted]
     file = BrakeFile(
         name=name,
         brake=made,
         making=making,
         sources=sources | said,
         text="",
+        accepted=(*kept, *accepted),
         title=f"{spec.name}, designed from {base.name}",
     )
     return BrakeFile.read(file.rendered(name), name)

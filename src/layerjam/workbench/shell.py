@@ -147,12 +147,17 @@ def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.da
     return heads
 
 
+CHECKED = {"passed": "passed", "accepted": "failed check"}
+"""Verdict of the numbers in a brake's file, as the header shows it."""
+
+
 def _brake(desk: Desk) -> None:
-    """Which brake all pages compute, and where its numbers come from; leads to its page."""
+    """The brake that all pages compute, the origin and the verdict of its numbers."""
     look = "flat no-caps dense color=white"
     with dressed(ui.button(on_click=lambda: desk.turn("brake")), "brake-here", "brake-here", look):
         name = dressed(ui.label(), "brake-here-name", "brake-here-name")
         word = dressed(ui.label(), "brake-here-origin", "brake-here-origin")
+        checked = dressed(ui.label(), "brake-here-verdict", "brake-here-origin")
         tip = ui.tooltip("")
 
     def fill(what: str) -> None:
@@ -161,7 +166,14 @@ def _brake(desk: Desk) -> None:
             came = origin(file)
             name.set_text(file.title if known and file.title else file.name)
             word.set_text(came.word)
-            tip.set_text(f"{file.name}: {came.sentence}")
+            decisions = [str(one.notice()) for one in file.accepted]
+            tip.set_text(". ".join([f"{file.name}: {came.sentence}", *decisions]))
+            checked.set_text(CHECKED.get(file.verdict or "", ""))
+            checked.set_visibility(file.verdict is not None)
+            if decisions:
+                checked.classes("brake-here-failed")
+            else:
+                checked.classes(remove="brake-here-failed")
 
     desk.watch(fill)
     fill("brake")
