@@ -81,10 +81,11 @@ def new(
     Raises FileError where `out` exists and `force` is not set, or the name will not do.
     """
     # the title names the brake it was; the new one is its owner's to name
-    text = replace(load(start), title="").rendered(name)
+    file = replace(load(start), title="")
+    text = file.rendered(name)
     BrakeFile.read(text, f"brake named '{name[:80]}'")
     write_whole(out, text, force)
-    return NewBrake(name=name, file=str(out))
+    return NewBrake(name=name, file=str(out)).judged_by([file])
 
 
 @result
