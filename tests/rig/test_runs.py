@@ -28,9 +28,8 @@ from layerjam.measure.runs import read_run
 from layerjam.measure.sidecar import read_facts
 from layerjam.rig.address import address_of
 from layerjam.rig.driver import Bench
-from layerjam.rig.execute import Execution
+from layerjam.rig.execute import Execution, ProcedureBench
 from layerjam.rig.plant import behind
-from layerjam.rig.procedure_bench import ProcedureBench
 from layerjam.rig.recorder import Recorder, described, log
 from layerjam.rig.run_file import RunFile
 from layerjam.rig.settling import scatter

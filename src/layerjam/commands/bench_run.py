@@ -156,7 +156,7 @@ def bench_run(
     InstrumentError where it refuses, FileError for the file. Nothing moves if a check of the
     regulator fails; the file stores the failed checks that `accept` accepts.
     """
-    from layerjam.rig.procedure_bench import open_procedure_bench
+    from layerjam.rig.execute import open_procedure_bench
 
     steps = parse_procedure(procedure)
     regulator, notices = _regulator(line, steps, settings)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from layerjam.rig.address import Address
-    from layerjam.rig.procedure_bench import ProcedureBench
+    from layerjam.rig.execute import ProcedureBench
 
 
 def open(address: str | Address) -> ProcedureBench:
     """The bench at an address; see `layerjam.rig.driver.open_bench`."""
-    from layerjam.rig.procedure_bench import open_procedure_bench
+    from layerjam.rig.execute import open_procedure_bench
 
     return open_procedure_bench(address)

@@ -15,8 +15,9 @@ import numpy as np
 
 from layerjam.control.settings import FAULTS
 from layerjam.errors import LayerjamError, QuantityError
+from layerjam.rig.address import Address
 from layerjam.rig.crosshead import Crosshead, CrossheadLostError
-from layerjam.rig.driver import Bench
+from layerjam.rig.driver import Bench, opened
 from layerjam.rig.line import LineError
 from layerjam.rig.recorder import (
     DISK_FULL,
@@ -412,3 +413,14 @@ def _unlock(bench: Bench, lease: float) -> None:
     with contextlib.suppress(LayerjamError):
         bench.lease = lease
         bench.unlock()
+
+
+class ProcedureBench(Bench):
+    """A bench with `run`, which carries out a procedure; what `layerjam.rig.open` gives."""
+
+    run = execute
+
+
+def open_procedure_bench(address: str | Address) -> ProcedureBench:
+    """Return the bench at an address; see `layerjam.rig.driver.open_bench`."""
+    return opened(address, ProcedureBench)

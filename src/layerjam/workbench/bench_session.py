@@ -22,9 +22,8 @@ from layerjam.control.settings import Regulator, validate
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.rig.address import address_of
-from layerjam.rig.execute import Executed
+from layerjam.rig.execute import Executed, ProcedureBench, open_procedure_bench
 from layerjam.rig.plant import HEALTHY, behind
-from layerjam.rig.procedure_bench import ProcedureBench, open_procedure_bench
 from layerjam.rig.recorder import Block
 from layerjam.rig.stop import Stop
 from layerjam.rig.telemetry import PERIOD
