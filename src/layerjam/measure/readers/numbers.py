@@ -32,6 +32,7 @@ def _pattern(decimal: str, thousands: str) -> str:
 
 
 _CELL = {style: re.compile(_pattern(*style), re.ASCII) for style in _STYLES}
+_CLOCK = re.compile(r"(\d{1,4}):([0-5]\d):([0-5]\d(?:[.,]\d+)?)", re.ASCII)
 _CELLS = {style: re.compile(rf"(?:{_pattern(*style)}\n)*", re.ASCII) for style in _STYLES}
 """The same for many cells, a line each."""
 
@@ -62,7 +63,8 @@ def _read(
             return _one_by_one(rows, columns, style), style
         except FileError as error:
             errors.append(error)
-    raise errors[0]
+    # the style that reads furthest is that of the file: it fails where the file is damaged
+    raise max(errors, key=lambda error: error.line or 0)
 
 
 def same(rows: Rows, columns: Sequence[Column], decimal: str | None) -> bool:
@@ -86,7 +88,8 @@ def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Sty
     asked = rows.table.separator == "," and b'"' not in rows.body
     if asked:
         known = [s for s in known if s[0] == "." and s[1] != ","]
-    fits = fit(known, (fields[i] for fields in rows.sample() for i in indices))
+    cells = (fields[i] for fields in rows.sample() for i in indices)
+    fits = fit(known, (cell for cell in cells if clock_seconds(cell) is None))
     if decimal is None and not asked and {(".", ","), (",", ".")} <= set(fits):
         # Nothing in the sample tells 1.234 from 1,234; then every cell is asked.
         every = [fields[i] for _, fields in rows for i in indices]
@@ -100,7 +103,7 @@ def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Sty
                 how=" (--decimal)",
                 asks="decimal",
             )
-    return fits or [s for s in known if s in _PLAIN][:1] or [(decimal or ".", "")]
+    return fits or [s for s in known if s in _PLAIN] or [(decimal or ".", "")]
 
 
 def _at_once(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Array] | None:
@@ -157,11 +160,20 @@ def _one_by_one(rows: Rows, columns: Sequence[Column], style: Style) -> list[Arr
             cell = fields[column.index]
             text = cell.replace(thousands, "") if thousands else cell
             fits = _CELL[style].fullmatch(cell)
-            number = float(text.replace(decimal, ".")) if fits else np.inf
-            if not isfinite(number):
+            number = float(text.replace(decimal, ".")) if fits else clock_seconds(cell)
+            if number is None or not isfinite(number):
                 raise _bad_cell(rows, line, fields, column)
             numbers.append(number)
     return [np.array(numbers) for numbers in made]
+
+
+def clock_seconds(cell: str) -> float | None:
+    """Clock time such as 00:53:18.250 [s]; None for another text."""
+    match = _CLOCK.fullmatch(cell)
+    if match is None:
+        return None
+    hours, minutes, seconds = match.groups()
+    return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds.replace(",", "."))
 
 
 def _bad_cell(rows: Rows, line: int, fields: list[str], column: Column) -> FileError:

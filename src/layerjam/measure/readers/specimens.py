@@ -26,7 +26,7 @@ from layerjam.measure.readers.columns import (
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.heads import stated_units
 from layerjam.measure.readers.lines import Lines, read_lines
-from layerjam.measure.readers.numbers import read_columns, same
+from layerjam.measure.readers.numbers import clock_seconds, read_columns, same
 from layerjam.measure.readers.rows import Rows, Table, no_row_of_numbers
 from layerjam.measure.readers.table import (
     Block,
@@ -35,7 +35,7 @@ from layerjam.measure.readers.table import (
     headless,
     under_one_head,
 )
-from layerjam.measure.readers.unit_words import ROLES, unit_role
+from layerjam.measure.readers.unit_words import CLOCK, ROLES, unit_role
 from layerjam.measure.readers.words import plain
 from layerjam.measure.synthetic import SYNTHETIC, says_synthetic
 from layerjam.measure.trace import FEWEST_ROWS, Trace, checked
@@ -109,7 +109,7 @@ def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
     if (order := options.by_order) is not None:
         wants = PULL if "elongation" in said else _wanted(source, options)
         return [replace(s, wants=wants) for s in _by_order(lines, blocks, len(order))]
-    blocks = [_with_stated_units(lines, b) for b in blocks]
+    blocks = [_with_clock(lines, _with_stated_units(lines, b)) for b in blocks]
     wants = PULL
     if not any(_fits(b, said, PULL) for b in blocks):
         wants = _wanted(source, options)
@@ -184,6 +184,23 @@ def _with_stated_units(lines: Lines, block: Block) -> Block:
     head = table.header
     units = tuple(u or stated.get(named_role(n) or "") for n, u in head.columns)
     header = replace(head, units=units, style=head.style or "stated")
+    return replace(block, table=replace(table, header=header))
+
+
+def _with_clock(lines: Lines, block: Block) -> Block:
+    """A block whose columns of clock time, as its first row shows them, have that as their unit."""
+    table = block.table
+    if table is None:
+        return block
+    head = table.header
+    units = [
+        CLOCK if not unit and clock_seconds(cell) is not None else unit
+        for cell, unit in zip(lines.fields(block.first), head.units, strict=False)
+    ]
+    if CLOCK not in units:
+        return block
+    whole = (*units, *head.units[len(units) :])
+    header = replace(head, units=whole, style=head.style or "stated")
     return replace(block, table=replace(table, header=header))
 
 
@@ -276,7 +293,8 @@ def _side_by_side(
     rows = Rows(source, table, shared=whole)
     if not whole:
         title = block.title if several else ""
-        label = next((c for c in head.label[:1] if _counts(c)), "") or title
+        numbered = next((n for n in head.names[:1] if n.isdigit()), "")  # 1,Time,Load
+        label = next((c for c in head.label[:1] if _counts(c)), "") or numbered or title
         return [Specimen(rows, head, form, label)]
     found = []
     for k, header in enumerate(groups, 1):

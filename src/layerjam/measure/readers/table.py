@@ -82,7 +82,8 @@ def blocks_of(lines: Lines) -> list[Block]:
     """
     filled = np.flatnonzero(~lines.blank)
     number = lines.number[filled]
-    for place in np.flatnonzero(number[1:] & ~number[:-1])[: 2 * _MOST_BLOCKS] + 1:
+    # a head may hold a number, and follow rows of numbers: 2,Time,Load
+    for place in np.flatnonzero(number & ~lines.pure[filled])[: 2 * _MOST_BLOCKS]:
         _words_first(lines, filled, number, int(place))
     if len(filled) and number[0]:
         _words_first(lines, filled, number, 0)

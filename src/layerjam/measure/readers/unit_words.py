@@ -23,6 +23,8 @@ _KNOWN = {
     for size, words in sizes.items()
     for word in words.split()
 }
+CLOCK = "hh:mm:ss"
+_KNOWN[CLOCK] = "time", Fraction(1)
 # Where upper and lower case differ in meaning.
 _CASED = {
     "N": ("force", Fraction(1)),
