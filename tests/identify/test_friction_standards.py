@@ -182,10 +182,24 @@ def test_the_interval_is_students() -> None:
     found = over_repeats(values)
     error = np.std(values, ddof=1) / 3**0.5
     low, high = student.interval(0.95, 2, loc=0.25, scale=error)
-    assert (found.low, found.high) == (pytest.approx(low), pytest.approx(high))
+    signed = over_repeats(values, positive=False)
+    assert (signed.low, signed.high) == (pytest.approx(low), pytest.approx(high))
+    # of the logarithm, whose error is the relative one to first order (scipy's log-normal ends)
+    reach = student.interval(0.95, 2, loc=np.log(0.25), scale=error / 0.25)
+    assert (found.low, found.high) == pytest.approx(np.exp(reach))
     assert found.standard_error == pytest.approx(error) and found.mean == pytest.approx(0.25)
     one = over_repeats([0.3])
     assert one.sd is one.low is one.high is one.standard_error is None and one.mean == 0.3
+
+
+@pytest.mark.parametrize("values", [[0.24, 2.4e-4, 0.25], [0.1, 0.9], [1e-9, 1.0, 2.0, 3.0]])
+def test_the_interval_of_a_positive_quantity_stays_above_zero(values: list[float]) -> None:
+    """One file of another unit: Student's interval about the mean would reach below zero."""
+    found, signed = over_repeats(values), over_repeats(values, positive=False)
+    assert signed.low is not None and signed.low < 0
+    assert found.low is not None and found.high is not None
+    assert 0 < found.low < found.mean < found.high
+    assert found.low * found.high == pytest.approx(found.mean**2)
 
 
 def test_the_interval_covers_the_truth_as_often_as_it_says() -> None:

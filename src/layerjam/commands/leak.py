@@ -118,7 +118,7 @@ def leak(
     found = fit_leak(log["time"], read.absolute, atmosphere=around, window=span, temperature=warm)
     best = found.fits[found.best]
     lean, low, high = best.flow_interval(found.mean, around)
-    slow, fast = best.series.interval(lambda v: float(v[1]))
+    slow, fast = best.rate_interval()
     gas = float(np.mean(warm))
 
     def held(rate: float) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
@@ -36,8 +37,24 @@ class OverRepeats:
         return asdict(self) | {"level": LEVEL}
 
 
-def over_repeats(values: Sequence[float]) -> OverRepeats:
-    """Mean, SD, standard error and 95 % t interval of one value a repeat; at least one."""
+def interval_ends(value: float, reach: float, positive: bool = True) -> tuple[float, float]:
+    """Return the ends of an interval that reaches `reach` to either side of a value.
+
+    That of a positive quantity is symmetric about the value's logarithm, so that it never reaches
+    zero; if the reach is small, both are the same. A flow out counts as positive with its sign.
+    """
+    if not positive or value == 0:
+        return value - reach, value + reach
+    spread = math.exp(min(reach / abs(value), 500.0))
+    low, high = sorted((value / spread, value * spread))
+    return low, high
+
+
+def over_repeats(values: Sequence[float], positive: bool = True) -> OverRepeats:
+    """Mean, SD, standard error and 95 % t interval of one value a repeat; at least one.
+
+    `positive` is whether the quantity is so by nature.
+    """
     from scipy.special import stdtrit
 
     found = np.asarray(values, float)
@@ -49,6 +66,5 @@ def over_repeats(values: Sequence[float]) -> OverRepeats:
     sd = float(found.std(ddof=1))
     error = sd / count**0.5
     reach = float(stdtrit(count - 1, 0.5 + LEVEL / 2)) * error
-    return OverRepeats(
-        mean=mean, sd=sd, standard_error=error, low=mean - reach, high=mean + reach, repeats=count
-    )
+    low, high = interval_ends(mean, reach, positive)
+    return OverRepeats(mean=mean, sd=sd, standard_error=error, low=low, high=high, repeats=count)

@@ -111,9 +111,9 @@ class Budget:
         """The value and its expanded uncertainty as text, such as ("1.243", "0.022").
 
         The uncertainty has two significant digits, the value as many decimals (GUM, 7.2.6). None if
-        no contribution was stated.
+        no contribution was stated, or if the uncertainty is not below the (positive) value.
         """
-        if not self.expanded:
+        if not self.expanded or self.expanded >= 1:
             return None
         return rounded(self.value, self.value * self.expanded)
 

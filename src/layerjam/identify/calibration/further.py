@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
-from layerjam.identify.calibration.intervals import LEVEL, Population
+from layerjam.identify.calibration.intervals import Population
+from layerjam.identify.repeats import LEVEL
 
 SURE = 0.8
 """Chance that as many pulls as `Needed.sure` are enough."""

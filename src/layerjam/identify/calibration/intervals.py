@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
-LEVEL = 0.95
+from layerjam.identify.repeats import LEVEL, interval_ends
+
 RESAMPLES = 2000
 
 
@@ -74,10 +75,7 @@ class Interval:
         """
         error, degrees = combine(parts)
         factor = coverage_factor(parts)
-        low, high = value - factor * error, value + factor * error
-        if positive:
-            reach = math.exp(min(factor * error / value, 500.0))
-            low, high = value / reach, value * reach
+        low, high = interval_ends(value, factor * error, positive)
         return cls(
             low=low,
             high=high,

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.errors import FitError, Notice
-from layerjam.identify.repeats import LEVEL
+from layerjam.identify.repeats import LEVEL, interval_ends
 from layerjam.identify.straight import straight_line
 from layerjam.measure.trace import Array
 from layerjam.units import show
@@ -77,7 +77,7 @@ def fit_ageing(
     fit = AgeingFit(
         hold=10**at,
         static=static,
-        static_interval=(static - level, static + level),
+        static_interval=interval_ends(static, level),
         ageing=line.slope,
         ageing_interval=(line.slope - turn, line.slope + turn),
         sd=sd,

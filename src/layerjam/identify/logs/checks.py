@@ -29,7 +29,7 @@ def leak_checks(found: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
     """Return the checks of a hold; `logged` says whether its temperature was logged."""
     advice = "something else happens too (a valve, cooling, a wall that gives)"
     yield _law(best.series, best.curve(found.time, found.atmosphere), advice)
-    yield interval_check("leak", best.rate, *best.series.interval(lambda v: float(v[1])))
+    yield interval_check("leak", best.rate, *best.rate_interval())
     if not logged:
         level: Level = "failed" if abs(found.heat) <= DRIFTS else "warning"
         what = "cooling" if found.heat < 0 else "warming"

@@ -17,6 +17,7 @@ from functools import lru_cache
 import numpy as np
 
 from layerjam.errors import FitError
+from layerjam.identify.repeats import interval_ends
 from layerjam.measure.trace import Array
 
 BINS = 150
@@ -62,10 +63,12 @@ class Series:
 
         return float(t.ppf(0.5 + level / 2, self.freedom))
 
-    def interval(self, what: Callable[[Array], float], level: float = 0.95) -> tuple[float, float]:
-        """The interval of a function of the parameters, to first order."""
-        middle, half = float(what(self.values)), self.quantile(level) * self.error(what)
-        return middle - half, middle + half
+    def interval(
+        self, what: Callable[[Array], float], level: float = 0.95, positive: bool = False
+    ) -> tuple[float, float]:
+        """The interval of a function of the parameters, to first order; `positive` by nature."""
+        half = self.quantile(level) * self.error(what)
+        return interval_ends(float(what(self.values)), half, positive)
 
     def error(self, what: Callable[[Array], float]) -> float:
         """Standard error of a function of the parameters, to first order."""

@@ -115,13 +115,17 @@ class LeakFit:
         """Pressure as read [Pa absolute, zero included] at times [s] from the window's start."""
         return pressure(self.model, time, self.start, self.rate, atmosphere) + (self.zero or 0.0)
 
+    def rate_interval(self) -> tuple[float, float]:
+        """95 % interval of the rate."""
+        return self.series.interval(lambda v: float(v[1]), positive=True)
+
     def flow_interval(self, p: float, atmosphere: float) -> tuple[float, float, float]:
         """q/V [Pa/s] at a pressure, and its 95 % interval."""
 
         def at(values: Array) -> float:
             return flow(self.model, p, float(values[1]), atmosphere)
 
-        return (at(self.series.values), *self.series.interval(at))
+        return (at(self.series.values), *self.series.interval(at, positive=True))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -23,6 +23,7 @@ import numpy as np
 from layerjam.errors import FitError
 from layerjam.identify.logs.correlated import Series, fit_series
 from layerjam.identify.logs.leak import CLEAR
+from layerjam.identify.repeats import interval_ends
 from layerjam.measure.trace import Array
 from layerjam.units import show
 
@@ -102,8 +103,8 @@ class PumpDown:
         return float(self.series.values[2])
 
     def interval(self, index: int) -> tuple[float, float]:
-        """95 % interval of a parameter of `series`."""
-        return self.series.interval(lambda v: float(v[index]), LEVEL)
+        """95 % interval of a parameter of `series`; all are positive by nature."""
+        return self.series.interval(lambda v: float(v[index]), LEVEL, positive=True)
 
     def known(self, value: float, se: float) -> Known:
         """A number that follows from the rate, with the interval of this fit."""
@@ -125,10 +126,7 @@ class Known:
     @property
     def interval(self) -> tuple[float, float]:
         """95 % interval, of the logarithm: volumes and flows are above zero."""
-        if self.value <= 0:
-            return self.value - self.quantile * self.se, self.value + self.quantile * self.se
-        spread = float(np.exp(self.quantile * self.se / self.value))
-        return self.value / spread, self.value * spread
+        return interval_ends(self.value, self.quantile * self.se)
 
 
 def window_of(time: Array, absolute: Array, given: tuple[float | None, float | None]) -> Array:

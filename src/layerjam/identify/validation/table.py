@@ -105,7 +105,7 @@ def _drift(curve: CurveError) -> float:
 
 
 def _mean_check(name: str, values: Sequence[float], words: str) -> Check:
-    found = over_repeats(values)
+    found = over_repeats(values, positive=False)
     sentence, small = words.format(percent(found.mean)), abs(found.mean) < SMALL
     if found.low is None or found.high is None:
         return check(name, small, f"{sentence} (one pull)")
