@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 from typing import NamedTuple
+
+import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.identify.calibration.intervals import combine, coverage_factor
@@ -154,12 +156,12 @@ def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
     """Return the line of the enclosure's force, which `peaks` take as the brake's file has it."""
     stronger = with_shape(brake, brake.scale_factor, brake.stiffness_measured, 1 + STEP)
     stated = brake.enclosure.force_uncertainty is not None
-    words = "as the brake's file states it" if stated else "default, the brake's file states none"
+    words = "as the brake's file states" if stated else "default: the brake's file states none"
     return Contribution(
         what="enclosure's force",
-        basis=f"SD {brake.enclosure.force_sd:.2g} of it, {words}",
+        basis=f"SD {brake.enclosure.force_sd:.2g} of it ({words})",
         standard=brake.enclosure.force_sd,
-        sensitivity=_mean(_change(p, stronger, p, brake) for p in peaks),
+        sensitivity=_change(peaks, brake, other=stronger),
         supply="" if stated else f"{ENCLOSURE} in the brake's file, with its source (enclosure)",
     )
 
@@ -186,17 +188,17 @@ def budget(
     geometry, whose `sd` counts. The friction has no line: the budget is that of the product of
     factor and friction, which every force contains. `friction_lines` adds those of the friction.
     """
-    of_force = _mean(_change(p, brake, Peak(p.force * (1 + STEP), p.vacuum)) for p in peaks)
-    of_vacuum = _mean(_change(p, brake, Peak(p.force, p.vacuum * (1 + STEP))) for p in peaks)
-    over = _mean(1 / p.vacuum for p in peaks)
+    over = float(np.mean([1 / p.vacuum for p in peaks]))
     cell, gauge = limits.get("load_cell"), limits.get("gauge")
     where = "each pull's sidecar"
     lines = (
-        _limit("load cell", cell, of_force, f"load_cell_limit in {where}"),
+        _limit(
+            "load cell", cell, _change(peaks, brake, force=1 + STEP), f"load_cell_limit in {where}"
+        ),
         _limit(
             "vacuum gauge",
             None if gauge is None else gauge * over,
-            of_vacuum,
+            _change(peaks, brake, vacuum=1 + STEP),
             f"gauge_limit in {where}",
             "" if gauge is None else show(gauge, "Pa"),
         ),
@@ -273,17 +275,24 @@ def _geometry(
             what=words,
             basis="not stated" if sd is None else f"SD {sd:.2g} of it, from the brake's file",
             standard=sd,
-            sensitivity=_mean(_change(p, longer, p, brake) for p in peaks),
+            sensitivity=_change(peaks, brake, other=longer),
             supply=f"sd of {path} in the brake's file" if sd is None else "",
         )
 
 
-def _change(at: Peak, brake: Brake, other: Peak, before: Brake | None = None) -> float:
-    """Relative change of the factor, per relative change of an input."""
-    factor = float(scale_factor_of_peak(at.force, at.vacuum, before or brake))
-    return (float(scale_factor_of_peak(other.force, other.vacuum, brake)) / factor - 1) / STEP
+def _change(
+    peaks: Sequence[Peak],
+    brake: Brake,
+    *,
+    force: float = 1.0,
+    vacuum: float = 1.0,
+    other: Brake | None = None,
+) -> float:
+    """Mean relative change of the factor of `peaks`, per relative change `STEP` of an input.
 
-
-def _mean(values: Iterable[float]) -> float:
-    every = list(values)
-    return sum(every) / len(every)
+    The change is that of their `force` and `vacuum`, given as factors, or that of the brake.
+    """
+    forces, vacuums = np.array(peaks).T
+    before = np.asarray(scale_factor_of_peak(forces, vacuums, brake))
+    after = np.asarray(scale_factor_of_peak(forces * force, vacuums * vacuum, other or brake))
+    return float(np.mean(after / before - 1)) / STEP

@@ -75,8 +75,8 @@ def estimates(
         scatter[name] = found and (size * found[0], found[1])
         again = resampled[name]
         again = again and (size * again[0], again[1])
-        intervals[name] = _interval(name, value, scatter[name], common, method)
-        bootstrap[name] = _interval(name, value, again, common, BOOTSTRAP)
+        intervals[name] = interval_of(name, value, scatter[name], common, method)
+        bootstrap[name] = interval_of(name, value, again, common, BOOTSTRAP)
     names = [c.name for c in curves]
     alike = {condition_words(curves[group[0]]): group for group in groups}
     logs = {name: values[name] for name in logarithmic}
@@ -109,7 +109,7 @@ def covariance_of(population: Population, contrasts: Contrasts) -> dict[str, dic
     }
 
 
-def _interval(
+def interval_of(
     name: str,
     value: float,
     found: tuple[float, float] | None,

@@ -213,7 +213,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
         mounted.groups,
         {a: enclosure.relative or 0.0},
     )
-    rest = f"{scatter_words(mounted.groups, count)}, and the enclosure's force ({enclosure.basis})"
+    rest = f"{scatter_words(mounted.groups, count)}, and the enclosure's force, {enclosure.basis}"
     if count == 1:
         rest = "nothing: the record is free of noise"
         noise, error = one.pull.noise / one.pull.peak_force, one.pull.stiffness_se
