@@ -24,7 +24,7 @@ from layerjam.report.signed import (
 
 def rows(*facts: Facts) -> dict[str, str]:
     part = circumstances([(f"pull-{k}.csv", one) for k, one in enumerate(facts, 1)])
-    return {str(name): str(said) for name, said in part.tables[0].rows}
+    return {str(name): said.text for name, said in part.tables[0].rows}
 
 
 def test_every_thing_has_a_row_and_says_when_nobody_stated_it() -> None:
@@ -127,6 +127,19 @@ def test_certificates_are_judged_on_the_days_of_the_tests() -> None:
     early = [("a.csv", Facts(date="2026-02-28", load_cell_certificate=cell))]
     assert "calibrated after the tests" in certificate_problems(early)[0]
     assert certificate_problems([("a.csv", Facts(load_cell_certificate=cell))]) == []
+
+
+def test_numbers_stand_right_although_the_first_is_not_stated() -> None:
+    """Two lines of a budget, and facts that look like numbers and are words."""
+    lines = (
+        Contribution(what="repeats", basis="one", standard=None, sensitivity=1.0, supply="more"),
+        Contribution(what="load cell", basis="limit", standard=0.004, sensitivity=1.0),
+    )
+    assert budget_table(Budget(contributions=lines)).shown()["right"] == [
+        False, False, True, True, True
+    ]  # fmt: skip
+    part = circumstances([("a.csv", Facts(number="17", load_cell_limit=0.005))])
+    assert part.tables[0].shown()["right"] == [False, False]
 
 
 def test_a_page_prints_minus_signs_and_a_space_before_percent() -> None:

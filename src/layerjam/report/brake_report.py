@@ -356,7 +356,8 @@ def headline(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]
 def _with_uncertainty(number: Number, words: str, found: Budget) -> tuple[str, str]:
     """Return a number with its expanded uncertainty, and the words below it."""
     if found.headline is None:
-        return number.text(), f"{words}\nuncertainty not stated: the budget lists what to state"
+        digits = replace(number, standard_error=None).text()
+        return digits, f"{words}\nuncertainty not stated: the budget lists what to state"
     if (found.expanded or 0.0) >= 1:
         reach = f"± {found.headline[1]} reaches zero"
         return number.text(), f"{words}\nnot determined: expanded uncertainty {reach}"

@@ -77,16 +77,24 @@ class Table:
 
     def shown(self) -> dict[str, Any]:
         """As the templates take it, all of it text."""
+        rows = [[self._cell(cell) for cell in row] for row in self.rows]
         return {
             "id": self.id,
             "caption": self.caption,
             "head": list(self.head),
             "groups": [{"title": title, "span": span} for title, span in self.groups],
-            "rows": [[self._cell(cell) for cell in row] for row in self.rows],
+            "rows": rows,
+            "right": [self._is_right(i, rows) for i in range(len(self.head))],
             "total": self.total,
             "note": typeset(self.note),
             "whole": self.whole,
         }
+
+    def _is_right(self, column: int, shown: Sequence[Sequence[Mapping[str, str]]]) -> bool:
+        """Whether a column is one of numbers, some of which may be missing."""
+        cells = [row[column] for row in self.rows]
+        first = bool(shown) and shown[0][column]["kind"] == "number"
+        return first or any(not isinstance(cell, str | Word) for cell in cells)
 
     def _cell(self, cell: Any) -> dict[str, str]:
         if not isinstance(cell, str):

@@ -15,7 +15,7 @@ from layerjam.identify.calibration.budget import Budget
 from layerjam.measure.certificate import Certificate
 from layerjam.measure.sidecar import Facts
 from layerjam.report.brake_numbers import Cell, Number
-from layerjam.report.page import NONE, Part, Table
+from layerjam.report.page import NONE, Part, Table, Word
 from layerjam.units import QuantitySpec, show
 
 NOT_STATED = "not stated"
@@ -86,10 +86,10 @@ def identity(facts: Stated, number: str, customer: str, issued: str) -> dict[str
 
 def circumstances(facts: Stated) -> Part:
     """Who tested what with which apparatus, one row for each thing; and the certificates."""
-    rows: list[list[Cell]] = []
+    rows: list[list[str | Word]] = []
     for name in STATED:
         words = name.replace("_limit", ", limit of error").replace("_", " ")
-        rows.append([words, _common(facts, name)])
+        rows.append([words, Word(_common(facts, name), "stated")])
     return Part(
         id="circumstances",
         title="Who, what and with which apparatus",
@@ -280,7 +280,8 @@ def place_to_sign(stated: Mapping[str, str]) -> Part:
         for words, how in REQUIRED.items()
         if NOT_STATED in stated[words]
     ]
-    rows = [*([words, text] for words, text in stated.items()), *([line, BLANK] for line in LINES)]
+    rows = [[words, Word(text, "stated")] for words, text in stated.items()]
+    rows += [[line, Word(BLANK)] for line in LINES]
     return Part(
         id="signature",
         title="Signed",

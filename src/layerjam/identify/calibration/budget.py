@@ -131,7 +131,7 @@ def rounded(value: float, uncertainty: float) -> tuple[str, str]:
 def scatter_words(mountings: Sequence[Sequence[int]], count: int) -> str:
     """What an interval of `count` pulls, in these mountings, rests on."""
     if len(mountings) == count:
-        return f"the scatter between {count} pulls"
+        return "one pull" if count == 1 else f"the scatter between {count} pulls"
     return f"the scatter between {len(mountings)} mountings of {count} pulls"
 
 
