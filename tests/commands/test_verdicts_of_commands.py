@@ -239,3 +239,49 @@ def test_every_command_that_reads_a_brake_reports_its_acceptance(
         assert answer["verdict"] == "accepted", words[0]
         assert [row["reason"] for row in answer["accepted"]] == ["new operator"], words[0]
         assert sum("new operator" in said for said in answer["warnings"]) == 1, words[0]
+
+
+def pulls(folder: Path, factors: Any) -> list[Path]:
+    """Pulls of the model at 60 and 80 kPa with their sidecars, forces times a factor each."""
+    made = []
+    for number, factor in enumerate(factors):
+        vacuum = ("60 kPa", "80 kPa")[number % 2]
+        pull = lj.tensile("choi2018-kapton", vacuum=vacuum, speed="13 mm/s", travel="30 mm")
+        frame = pull.to_frame()
+        path = written(
+            folder / f"pull-{number}.csv",
+            **{
+                "time [s]": frame["time"].to_numpy(),
+                "elongation [mm]": frame["elongation"].to_numpy() * 1e3,
+                "force [N]": frame["force"].to_numpy() * factor,
+            },
+        )
+        Path(f"{path}.toml").write_text(f'vacuum = "{vacuum}"\n')
+        made.append(path)
+    return made
+
+
+def test_validation_names_a_pull_in_another_unit(tmp_path: Path) -> None:
+    good = lj.validate("choi2018-kapton", pulls(tmp_path, (1.0, 1.01, 0.99, 1.02)))
+    assert good.verdict == "passed"
+    wrong = lj.validate("choi2018-kapton", pulls(tmp_path, (1.0, 1.01, 4.4482216, 1.02)))
+    assert wrong.exit_code == 4 and failed(wrong) >= {"pulls"}
+    reason = next(c["reason"] for c in wrong.failed_checks if c["name"] == "pulls")
+    assert "pull-2.csv" in reason and "lbf" in reason and "--exclude" in reason
+    every = lj.validate("choi2018-kapton", pulls(tmp_path, [1e-3 * 4.45] * 4))
+    assert "model" in failed(every)
+
+
+def test_a_chosen_design_is_checked() -> None:
+    from layerjam.design.checks import design_checks
+    from layerjam.mechanics.pull import peak
+
+    file = lj.load("choi2018-kapton")
+    sheets, film = file.brake.sheets, file.brake.film
+    force = float(peak(94.5e3, sheets.usable_travel, file.brake).force)
+    # the sheets of one side share the force: the fewer of both sides
+    stress = force / ((sheets.count // 2) * sheets.width * sheets.thickness)
+    for strength, level in ((stress * 1.01, "passed"), (stress * 0.99, "failed")):
+        weak = replace(file, brake=replace(file.brake, film=replace(film, strength=strength)))
+        (found,) = design_checks(weak, 94.5e3, {})
+        assert found.level == level

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import layerjam as lj
 from layerjam.workbench.pages.laboratory_files import practice_files
 
 pytestmark = pytest.mark.slow
@@ -130,4 +131,19 @@ def test_a_pull_is_pinned_and_a_reload_and_a_session_keep_it(tab, two, tmp_path)
     tab.wait_for_selector(pinned, timeout=LONG)
     tab.click(at("pull-file-remove"))
     tab.wait_for_selector(pinned, state="detached", timeout=LONG)
+    assert not tab.errors
+
+
+def test_the_header_shows_a_failed_check_that_was_accepted(tab):
+    row = '[[accepted]]\ncheck = "agreement"\nreason = "new operator"\ndate = "2026-11-24"\n'
+    text = f"{lj.load('choi2018-kapton').text}\n{row}"
+    tab.wait_for_selector(at("brake-here-name"), timeout=LONG)
+    assert not tab.is_visible(at("brake-here-verdict"))
+    User(tab).drop(("mine.toml", text))
+    tab.wait_for_selector(at("brake-here-verdict"), timeout=LONG)
+    assert tab.inner_text(at("brake-here-verdict")) == "failed check"
+    tab.hover(at("brake-here"))
+    tab.wait_for_selector("text=new operator", timeout=LONG)
+    head = tab.locator("header").bounding_box()
+    assert head["height"] < 100  # one row, as without it
     assert not tab.errors
