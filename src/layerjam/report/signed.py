@@ -220,7 +220,8 @@ def budget_table(found: Budget, product: Budget | None = None) -> Table:
     _add_totals(rows, extra, found, "the scale factor", "all lines")
     note = (
         "Each over the value. Limits of error count as rectangular, over the root of three. k is "
-        "Student's quantile of 95 % for the effective degrees of freedom ν (GUM, annex G.4)."
+        "Student's quantile of 95 % for the effective degrees of freedom ν (GUM, annex G.4), or "
+        "more if the sum would else be below a single line's own expanded uncertainty."
     )
     if not found.whole:
         if found.combined is not None:
