@@ -24,7 +24,7 @@ HIGH = S.count * S.thickness
 
 def spec(vary: str, constraints: list[str], objectives: list[str], more: str = "", top: str = ""):
     return (
-        f'name = "known"\nbrake = "choi2018-kapton"\n{top}'
+        f'name = "known"\nbrake = "choi2018-kapton"\nwithout = ["buildable", "drawn_mass"]\n{top}'
         f"constraints = {json.dumps(constraints)}\nobjectives = {json.dumps(objectives)}\n"
         f"{more}\n[vary]\n{vary}\n"
     )

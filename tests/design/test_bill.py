@@ -22,6 +22,7 @@ from layerjam.fabricate.choices import choices
 
 VARIED = """
 brake = "choi2018-kapton"
+without = ["buildable", "drawn_mass"]
 constraints = [{constraints}]
 objectives = [{objectives}]
 [vary]

@@ -22,6 +22,7 @@ STOP = {"mass": "5 kg", "speed": "1 m/s", "travel": "50 mm", "force": "1 kN"}
 SMALL = """
 name = "small: / brake"
 brake = "choi2018-kapton"
+without = ["buildable", "drawn_mass"]
 constraints = ["holding_force >= 300 N", "mass <= 60 g"]
 objectives = ["minimise mass", "maximise energy_capacity"]
 [[film]]

@@ -28,6 +28,7 @@ SPEC = """
 name = "swept"
 brake = "choi2018-kapton"
 line = "choi2018"
+without = ["buildable", "drawn_mass"]
 constraints = ["holding_force >= 150 N", "length <= 110 mm"]
 objectives = ["minimise mass", "maximise energy_capacity"]
 [vary]

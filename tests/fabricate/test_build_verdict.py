@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pypdfium2
 import pytest
 
@@ -15,10 +16,14 @@ from built_parts import KAPTON, some_brakes
 from layerjam.cli.main import main
 from layerjam.commands.build import verdict
 from layerjam.device.file import BrakeFile
+from layerjam.device.load import load
 from layerjam.device.workshop import Build
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.fabricate.checks import seal_check
+from layerjam.fabricate.choices import choices
+from layerjam.fabricate.drawing import drawing
 from layerjam.fabricate.lengths import lengths
+from layerjam.mechanics.limits import clamp_stress, greatest_force
 
 THIN = KAPTON.with_(thickness="25.4 um")
 
@@ -179,3 +184,54 @@ def test_the_error_names_what_was_typed_and_its_line(name: str) -> None:
     text = [*KAPTON.text.split("\n"), "[build]", *rows.split("\n")]
     *_, line = (k for k, words in enumerate(text, 1) if words.startswith(f"{name} = "))
     assert caught.value.line == line
+
+
+SCREWS = ((3.2e-3, 6.5e-3, 5.03e-6), (4.3e-3, 8e-3, 8.78e-6), (5.3e-3, 9.5e-3, 14.2e-6))
+"""Hole and clamped length [m] for M3, M4 and M5, and the thread's stress area [m²] (ISO 898-1)."""
+
+
+def sensible_brakes(seed: int, count: int) -> list[BrakeFile]:
+    """Brakes like those of the catalogue, in sizes that somebody would make.
+
+    Whoever chose them left a margin of two on the film's strength, and took the smallest screws of
+    class 8.8 that hold the sheets by friction.
+    """
+    rng = np.random.default_rng(seed)
+    made: list[BrakeFile] = []
+    while len(made) < count:
+        file = load(("choi2018-kapton", "choi2018-polyester", "choi2018-ptfe")[len(made) % 3])
+        overlap, free = float(rng.uniform(30e-3, 100e-3)), float(rng.uniform(8e-3, 15e-3))
+        changes = {
+            "count": int(rng.integers(4, 26)),
+            "thickness": float(rng.choice([0.127e-3, 0.178e-3, 0.254e-3])),
+            "width": float(rng.uniform(12e-3, 60e-3)),
+            "overlap": overlap,
+            "usable_travel": 0.8 * overlap,
+            "free_left": free,
+            "free_right": free,
+        }
+        for hole, clamped, area in SCREWS:
+            sizes = {"length": overlap + free + clamped, "clamped_length": clamped}
+            brake = file.brake.with_(**changes, **sizes, screw_hole=hole)
+            force, screws = float(greatest_force(brake)), max(1, round(brake.sheets.width / 20e-3))
+            strength = brake.film.strength
+            weak = strength is not None and float(clamp_stress(force, brake)) > strength / 2
+            holds = 2 * brake.film.kinetic * screws * 0.75 * 580e6 * area
+            if force <= holds and not weak:
+                made.append(file.with_(**changes, **sizes, screw_hole=hole))
+                break
+    return made
+
+
+@pytest.mark.slow
+def test_false_alarms_of_sensible_brakes() -> None:
+    """The shares that the page on building states, of 120 brakes."""
+    alarms: dict[str, int] = {}
+    for file in sensible_brakes(17, 120):
+        found = drawing(file, choices(file), float(greatest_force(file.brake)))
+        for code in {check.code for check in found.checks if check.level in ("warning", "failed")}:
+            alarms[code] = alarms.get(code, 0) + 1
+    hard = {code: n for code, n in alarms.items() if code not in ("C6", "C8", "C12", "C13", "C14")}
+    assert sum(hard.values()) <= 6, alarms  # 5 %
+    assert alarms.keys() <= {"C6", "C13", "C14", *hard}, alarms
+    print(alarms)

@@ -11,13 +11,13 @@ import numpy as np
 import pypdfium2
 import pytest
 
-from layerjam.commands.build import greatest_force
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.fabricate.bom import bom_csv, items
 from layerjam.fabricate.choices import choices
 from layerjam.fabricate.drawing import Drawing, drawing
 from layerjam.fabricate.lengths import lengths
+from layerjam.mechanics.limits import greatest_force
 from layerjam.report.assembly import assembly
 
 KAPTON = load("choi2018-kapton")

@@ -14,7 +14,7 @@ from layerjam.design.specification import examples
 pytestmark = pytest.mark.slow
 LONG = 90_000
 SMALL = (
-    'name = "small"\nbrake = "choi2018-kapton"\n'
+    'name = "small"\nbrake = "choi2018-kapton"\nwithout = ["buildable", "drawn_mass"]\n'
     'constraints = ["holding_force >= 300 N", "mass <= 60 g"]\n'
     'objectives = ["minimise mass", "maximise energy_capacity"]\n'
     "[vary]\ncount = { from = 5, to = 41, step = 2 }\n"

@@ -30,6 +30,7 @@ from workbench.standing import standing
 
 SMALL = """name = "small <b>"
 brake = "choi2018-kapton"
+without = ["buildable", "drawn_mass"]
 constraints = ["holding_force >= 300 N", "mass <= 60 g", "width <= 20 mm"]
 objectives = ["minimise mass", "maximise energy_capacity"]
 [vary]

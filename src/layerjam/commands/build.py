@@ -13,7 +13,6 @@ from layerjam.commands.array import PARALLEL, SERIES
 from layerjam.commands.declare import REGISTRY, Help, Input, Progress, command, precision
 from layerjam.commands.quantities import Accept, BrakeInput, Overwrite
 from layerjam.commands.results import Result, fact, number, result
-from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.workshop import CUTTERS, Build, SizeSpec
 from layerjam.errors import Notice, QuantityError
@@ -288,18 +287,10 @@ def _can_write_step() -> bool:
 
 def _drawn(file: BrakeFile, chosen: Choices, parallel: int, series: int) -> Drawing:
     from layerjam.fabricate.drawing import drawing
+    from layerjam.mechanics.limits import greatest_force
 
     with chosen.located():
-        return drawing(file, chosen, greatest_force(file.brake), parallel, series)
-
-
-def greatest_force(brake: Brake) -> float:
-    """The greatest force [N] at the site's full vacuum, static friction of all sheets included."""
-    from layerjam.mechanics import friction, pull
-
-    vacuum = brake.site.atmosphere
-    peak = pull.peak(vacuum, brake.sheets.usable_travel, brake).force
-    return max(float(peak), float(friction.holding_force(vacuum, brake)))
+        return drawing(file, chosen, float(greatest_force(file.brake)), parallel, series)
 
 
 def _cannot(error: Any, file: BrakeFile, brakes: int) -> Built:

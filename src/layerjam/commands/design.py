@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
@@ -156,8 +156,7 @@ def _spec(value: str | Path | DesignSpecification, _: Mapping[str, Any]) -> Desi
     from layerjam.fabricate.drawn_mass import Draws
 
     spec = load_spec(value) if isinstance(value, str | Path) else value
-    draws = Draws(choices(spec.brake).build)
-    return replace(spec, evaluation=replace(spec.evaluation, draw=draws))
+    return spec.drawn_by(Draws(choices(spec.brake).build, spec.brake.making.enclosure))
 
 
 SpecInput = Annotated[

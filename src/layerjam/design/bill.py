@@ -1,71 +1,96 @@
-"""The bill of a design: film, plastic and mass as the parts would be drawn, one brake at a time.
+"""The bill of a design: film, plastic and mass of the drawn parts, and the margin of `build`.
 
-How a brake is drawn stands on a higher floor (`fabricate`); it is handed over as a function. Its
-lengths go in steps (screws, nuts), so it is called for every design, and neither traced nor
+How a brake is drawn stands on a higher floor (`fabricate`); it is handed over as a function of
+brakes whose sheets are arrays. Its lengths go in steps (screws, nuts), so it is neither traced nor
 interpolated.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
 from layerjam.design.merit import DRAWN_MERITS, Point, brake_of, can_be_built
 from layerjam.device.brake import Brake
+from layerjam.mechanics.limits import greatest_force
 
-SHAPE = ("count", "width", "thickness", "length", "overlap", "free_left", "free_right")
-"""What of the sheets the drawn parts depend on."""
+SHEETS = (
+    "count",
+    "width",
+    "thickness",
+    "length",
+    "overlap",
+    "free_left",
+    "free_right",
+    "usable_travel",
+)
+FILM = ("density", "kinetic", "strength")
+"""Numbers of sheets and film that the drawn parts and their checks depend on."""
 
 
 class Bill(NamedTuple):
-    """What one brake is made of."""
+    """What one brake is made of, arrays of many; NaN where its parts would not fit together."""
 
-    film_area: float
+    film_area: Any
     """Sheets and spacers [m²]."""
-    printed: float
+    printed: Any
     """Printed parts that stay in it [m³]."""
-    tools: float
+    tools: Any
     """Mould and core, which serve any number of brakes [m³]."""
-    mass: float
+    mass: Any
     """As drawn, of what has a mass before it is weighed [kg]."""
+    margin: Any
+    """Least margin of all checks of `build`: below 1 it refuses or fails."""
 
 
-Draw = Callable[[Brake], Bill | None]
-"""What draws a brake; None where its parts would not fit together."""
+class Draw(Protocol):
+    """Draws brakes."""
+
+    def __call__(self, brake: Brake, force: Any) -> Bill:
+        """Return the bills of brakes of arrays at their greatest forces [N]."""
+
+    def reason(self, brake: Brake, force: float) -> str | None:
+        """Return why one brake cannot be built, or None."""
+
+
+@jax.jit
+def _columns(point: Point, base: Brake) -> Any:
+    """Return a row for each number of SHEETS and FILM, then five more, of a row of designs.
+
+    These are the wall, the greatest force of one brake at the site's full vacuum, the brakes of the
+    design, and whether the design is a brake at all.
+    """
+    made = brake_of(point, base)
+    rows = [getattr(made.sheets, name) for name in SHEETS]
+    rows += [getattr(made.film, name) for name in FILM]
+    rows += [made.enclosure.wall, greatest_force(made), point.series * point.parallel]
+    return jnp.stack(jnp.broadcast_arrays(*rows, can_be_built(point, made)))
 
 
 def bills(point: Point, base: Brake, draw: Draw) -> dict[str, npt.NDArray[np.float64]]:
-    """DRAWN_MERITS of designs, in the broadcast shape of the point; NaN where none can be drawn.
+    """DRAWN_MERITS of a row of designs; NaN where none can be drawn.
 
-    `series` times `parallel` brakes, cast in one mould. Designs of one shape are drawn once.
+    `series` times `parallel` brakes, cast in one mould.
     """
-    made = brake_of(point, base)
-    known = [getattr(made.sheets, name) for name in SHAPE]
-    known += [made.film.density, made.enclosure.wall, point.series * point.parallel]
-    rows = np.broadcast_arrays(*(np.asarray(v, float) for v in known), can_be_built(point, made))
-    table = np.stack([row.ravel() for row in rows])
-    fine, brakes = table[-1] > 0, table[-2]
-    shapes, place = np.unique(table[:-2, fine].T, axis=0, return_inverse=True)
-    nothing = Bill(math.nan, math.nan, math.nan, math.nan)
-    drawn = [draw(_brake(shape.tolist(), base)) or nothing for shape in shapes]
-    each = np.array(drawn, float).reshape(len(shapes), len(Bill._fields)).T[:, place.ravel()]
-    area, printed, tools, mass = each
-    found = np.full((len(DRAWN_MERITS), table.shape[1]), math.nan)
-    found[:, fine] = (area * brakes[fine], printed * brakes[fine] + tools, mass * brakes[fine])
-    return {n: row.reshape(rows[0].shape) for n, row in zip(DRAWN_MERITS, found, strict=True)}
-
-
-def _brake(shape: Any, base: Brake) -> Brake:
-    """One brake of plain numbers; what the shape does not say is the base's."""
-    *lengths, density, wall = shape
-    return replace(
+    table = np.asarray(_columns(point, base))
+    fine = table[-1] > 0
+    *sheets, density, kinetic, strength, wall, force, brakes = table[:-1, fine]
+    some = replace(
         base,
-        sheets=replace(base.sheets, **dict(zip(SHAPE, lengths, strict=True))),
-        film=replace(base.film, density=density),
+        sheets=replace(base.sheets, **dict(zip(SHEETS, sheets, strict=True))),
+        film=replace(base.film, density=density, kinetic=kinetic, strength=strength),
         enclosure=replace(base.enclosure, wall=wall),
+        weighed_mass=None,
     )
+    found = np.full((len(DRAWN_MERITS), table.shape[1]), np.nan)
+    if fine.any():
+        one = draw(some, force)
+        found[:, fine] = (
+            one.film_area * brakes, one.printed * brakes + one.tools, one.mass * brakes, one.margin
+        )  # fmt: skip
+    return dict(zip(DRAWN_MERITS, found, strict=True))

@@ -163,8 +163,9 @@ class Boxes:
                 held = {o: o.holds(self.search.quantity(o.name, rows, numbers)) for o in rules}
                 alive &= ~(sure & built & ~held[c])
                 good = np.all([built, *held.values()], axis=0)
-                if whole and good.any():
-                    return Proof(FEASIBLE, int(numbers[np.argmax(good)]))
+                if good.any():  # what is left out may still exclude it, bounds cannot
+                    number = int(numbers[np.argmax(good)])
+                    return Proof(FEASIBLE, number) if whole else Proof(UNKNOWN)
             single = (low == high).all(axis=1)
             if (single & alive).any() and not whole:
                 return Proof(UNKNOWN)

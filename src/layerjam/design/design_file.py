@@ -34,11 +34,7 @@ def design_file(
     `accepted` are the failed checks of the design that somebody accepted; those of the given brake
     stay as far as its numbers do.
     """
-    base = spec.brake
-    made = _plain(brake_of(point, base.brake))
-    made = replace(
-        made, sheets=replace(made.sheets, count=int(made.sheets.count)), rope=base.brake.rope
-    )
+    base, made = spec.brake, design_brake(spec, point)
     film = str(values["film"])
     film_sources = _film_sources(film, base)
     sources = {}
@@ -68,6 +64,13 @@ def design_file(
         title=f"{spec.name}, designed from {base.name}",
     )
     return BrakeFile.read(file.rendered(name), name)
+
+
+def design_brake(spec: DesignSpecification, point: Point) -> Brake:
+    """Return one brake of a design as a record of plain numbers."""
+    made = _plain(brake_of(point, spec.brake.brake))
+    sheets = replace(made.sheets, count=int(made.sheets.count))
+    return replace(made, sheets=sheets, rope=spec.brake.brake.rope)
 
 
 def plain_name(text: str) -> str:

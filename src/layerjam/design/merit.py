@@ -75,12 +75,15 @@ MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
             "m^3", "plastic to print for all brakes, one mould and core included, as drawn"
         ),
         "drawn_mass": QuantitySpec("kg", "mass of all brakes, as drawn"),
+        "buildable": QuantitySpec(
+            "1", "least margin of the checks of `build` that refuse or fail; 1 is built"
+        ),
     }
 )
 """Every figure of merit with its unit and meaning; those that need more than a brake come last."""
 LINE_MERITS = ("rise_time", "gas_work")
 STOP_MERITS = ("stop_slip", "stop_peak")
-DRAWN_MERITS = ("film_area", "print_volume", "drawn_mass")
+DRAWN_MERITS = ("film_area", "print_volume", "drawn_mass", "buildable")
 LATE_MERITS = (*STOP_MERITS, *DRAWN_MERITS)
 """Merits that are computed only for designs that may yet be chosen."""
 

@@ -36,7 +36,8 @@ FILM = tuple(n for n in Stock._fields if n != "strength")
 NEAR = 1e-5
 """Relative step for slopes of closed forms that are not traced: of the line, of a drawn brake."""
 ACCURACY = 1e-9
-ROUNDS = 200
+ROUNDS, DRAWN_ROUNDS = 200, 40
+"""Rounds of the search; fewer if drawn parts matter, whose steps it cannot follow to the end."""
 BAD = 1e3
 """Cost of a design that is none; ln of a merit is never near."""
 
@@ -86,7 +87,7 @@ class Smooth:
         self.order = tuple(sorted(own))
         self.brakes = float(point.series) * float(point.parallel)
         self.among = [i for i, n in enumerate(self.names) if among is None or n in among]
-        self.last: tuple[bytes, dict[str, float]] = (b"", {})
+        self.last: tuple[bytes, dict[str, Array]] = (b"", {})
 
     def at(self, x: Array) -> dict[str, float]:
         """ln of every merit and of every variable in `names`."""
@@ -102,27 +103,38 @@ class Smooth:
         asked = self.spec.evaluation
         if asked.draw is None:
             return {n: np.full(len(x), math.nan) for n in DRAWN_MERITS}
-        point = changed(self.point, dict(zip(self.names, x.T, strict=True)))
-        return bills(point, asked.base, asked.draw)
+        padded = np.pad(x, ((0, -len(x) % 32), (0, 0)), "edge")  # each length compiles once
+        point = changed(self.point, dict(zip(self.names, padded.T, strict=True)))
+        return {n: row[: len(x)] for n, row in bills(point, asked.base, asked.draw).items()}
+
+    def _stencil(self, x: Array) -> dict[str, Array]:
+        """DRAWN_MERITS at x, and a step of NEAR above and below it in each variable of `among`.
+
+        Asked for several times at one place, and drawn once.
+        """
+        if self.last[0] != x.tobytes():
+            step = (NEAR * np.diag(np.where(x > 0, x, 1e-3)))[self.among]
+            places = np.concatenate([x[None, :], x + step, np.maximum(x - step, 0.0)])
+            self.last = (x.tobytes(), self.drawn(places))
+        return self.last[1]
 
     def _bill(self, x: Array) -> dict[str, float]:
-        """ln of DRAWN_MERITS; asked for several times at one place, and drawn once."""
-        if self.last[0] != x.tobytes():
-            found = {n: _log(float(row[0])) for n, row in self.drawn(x[None, :]).items()}
-            self.last = (x.tobytes(), found)
-        return self.last[1]
+        """ln of DRAWN_MERITS."""
+        return {n: _log(float(row[0])) for n, row in self._stencil(x).items()}
 
     def _drawn_slopes(self, x: Array) -> dict[str, Array]:
         """d ln(merit)/d variable by differences of NEAR, to one side if the other is no brake."""
-        step = (NEAR * np.diag(np.where(x > 0, x, 1e-3)))[self.among]
-        up, down = x + step, np.maximum(x - step, 0.0)
-        found, here = self.drawn(np.concatenate([up, down])), self._bill(x)
+        near = x[self.among]
+        step = NEAR * np.where(near > 0, near, 1e-3)
         out = {}
-        for name, values in found.items():
-            high, low = np.split(np.log(values), 2)
-            over = np.where(np.isfinite(high), (up - x).sum(axis=1), 0.0)
-            under = np.where(np.isfinite(low), (x - down).sum(axis=1), 0.0)
-            rise = np.where(over > 0, high, here[name]) - np.where(under > 0, low, here[name])
+        for name, values in self._stencil(x).items():
+            with np.errstate(invalid="ignore", divide="ignore"):
+                here, *sides = np.split(np.log(values), [1, 1 + len(near)])
+            over, under = (
+                np.where(np.isfinite(side), size, 0.0)
+                for side, size in zip(sides, (step, np.minimum(step, near)), strict=True)
+            )
+            rise = np.where(over > 0, sides[0], here) - np.where(under > 0, sides[1], here)
             out[name] = np.zeros(len(x))
             out[name][self.among] = rise / np.where(over + under > 0, over + under, math.nan)
         return out
@@ -244,6 +256,7 @@ class LocalSearch:
         """The best place found; None where none meets the constraints."""
         from scipy.optimize import minimize
 
+        spec = self.smooth.spec
         first = (self.smooth.start[self.places] - self.low) / (self.high - self.low)
         first = np.clip(first, 0.0, 1.0)
         kept = {
@@ -258,11 +271,11 @@ class LocalSearch:
             method="SLSQP",
             constraints=[kept] if self.live else [],
             bounds=[(0.0, 1.0)] * len(first),
-            options={"ftol": ACCURACY, "maxiter": ROUNDS},
+            options={"ftol": ACCURACY, "maxiter": DRAWN_ROUNDS if spec.drawn else ROUNDS},
         )
         y = np.clip(made.x, 0.0, 1.0)
-        # SLSQP ends a rounding outside: undone by steps towards the start
-        for share in (0.0, 1e-9, 1e-7, 1e-5, 1e-3):
+        # SLSQP ends a rounding outside, or beyond a step of the drawn parts: back to the start
+        for share in (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 0.03, 0.1, 0.3, 1.0):
             back = y + share * (first - y)
             if (self.room(back) >= -ACCURACY).all():
                 return np.asarray(back)

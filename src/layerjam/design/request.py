@@ -12,7 +12,13 @@ import numpy as np
 
 from layerjam.design.grid import Array
 from layerjam.design.merit import VARIABLES, StickSlipPull
-from layerjam.design.requirements import Constraint, ConstraintSpec, Objective, ObjectiveSpec
+from layerjam.design.requirements import (
+    DEFAULTS,
+    Constraint,
+    ConstraintSpec,
+    Objective,
+    ObjectiveSpec,
+)
 from layerjam.design.stopping import StopRequirement
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
@@ -132,6 +138,9 @@ class DesignRequest:
     )
     constraints: tuple[Constraint, ...] = value(ListSpec(each=ConstraintSpec()), ())
     objectives: tuple[Objective, ...] = value(ListSpec(each=ObjectiveSpec()))
+    without: tuple[str, ...] = value(
+        ListSpec(each=TextSpec(text="constraint that is off", choices=DEFAULTS), single=True), ()
+    )
     stop: StopRequirement | None = nested(StopRequirement, default=None)
     judder: StickSlipPull | None = nested(StickSlipPull, default=None)
     scatter: ScatterRequest | None = nested(ScatterRequest, default=None)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
+from layerjam.design.bill import Draw
 from layerjam.design.grid import Evaluation, Grid
 from layerjam.design.merit import DRAWN_MERITS, MERITS, VARIABLES
 from layerjam.device.file import BrakeFile
@@ -35,7 +36,7 @@ class Constraint:
         return NAMEABLE[self.name].unit
 
     def __str__(self) -> str:
-        return self.saying(show(self.limit, self.unit))
+        return self.name if self == BUILDABLE else self.saying(show(self.limit, self.unit))
 
     def saying(self, limit: str) -> str:
         """The constraint as a sentence, its limit in the words given."""
@@ -50,6 +51,12 @@ class Constraint:
         """How far a value misses it, over the limit; 0 where it holds."""
         over = value - self.limit if self.most else self.limit - value
         return max(over, 0.0) / abs(self.limit) if self.limit else math.inf
+
+
+BUILDABLE = Constraint("buildable", False, 1.0)
+"""Holds if `build` neither refuses a design nor finds it too weak."""
+DEFAULTS = ("buildable", "drawn_mass")
+"""Names by which a request turns off `BUILDABLE`, and limits on the mass as drawn."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +167,26 @@ class DesignSpecification:
     scatter: Scatter | None
     text: str = field(repr=False)
     notes: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    """Those of DEFAULTS that do not apply."""
+
+    def drawn_by(self, draw: Draw) -> DesignSpecification:
+        """Return the specification with what draws its brakes, and the constraints it allows.
+
+        Each design must be `BUILDABLE`, and a limit on the mass applies to the mass as drawn.
+        """
+        rules = self.constraints
+        if "drawn_mass" not in self.without:
+            rules = tuple(
+                replace(c, name="drawn_mass") if c.name == "mass" and c.most else c for c in rules
+            )
+        if "buildable" not in self.without and BUILDABLE not in rules:
+            rules = (*rules, BUILDABLE)
+        return replace(
+            self,
+            constraints=tuple(dict.fromkeys(rules)),
+            evaluation=replace(self.evaluation, draw=draw),
+        )
 
     @property
     def drawn(self) -> tuple[str, ...]:

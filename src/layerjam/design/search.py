@@ -7,7 +7,7 @@ depend on how many cores there are or in which order they finish.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.design.grid import PIECE, Array, Kernel, Numbers
-from layerjam.design.merit import DRAWN_MERITS, LATE_MERITS, MERITS, STOP_MERITS
+from layerjam.design.merit import LATE_MERITS, MERITS, STOP_MERITS
 from layerjam.design.pareto import front
 from layerjam.design.requirements import DesignSpecification
 from layerjam.errors import QuantityError
@@ -113,10 +113,11 @@ class Search:
         values = self.kernel.merits(numbers)
         built = np.isfinite(values[self.row["mass"]])
         numbers, values = numbers[built], values[:, built]
+        # what is drawn is known sooner than the end of a stop, and rules many out
+        drawn = self._drawn(numbers, values)
         if self.spec.evaluation.stop is not None:
-            values = np.concatenate([values, self._stops(numbers, values)])
-        if self.spec.drawn:
-            values = np.concatenate([values, self._drawn(numbers, values)])
+            values = np.concatenate([values, self._stops(numbers, values, drawn)])
+        values = np.concatenate([values, drawn])
         asked = np.stack([self.quantity(name, values, numbers) for name in self.wanted])
         held = self.held(asked)
         low, high = (np.where(np.isfinite(values), values, end) for end in (math.inf, -math.inf))
@@ -132,16 +133,20 @@ class Search:
         )
         return self._thinned(run)
 
-    def _stops(self, numbers: Numbers, values: Array) -> Array:
+    def _stops(self, numbers: Numbers, values: Array, drawn: Array) -> Array:
         """The stop's merits of designs that may meet all but one constraint, else NaN."""
-        near = self._near(numbers, values, LATE_MERITS) & self.may_stop(values)
+        broken = self._broken(numbers, values)
+        for c in self.spec.constraints:
+            if c.name in self.spec.drawn:
+                broken += ~c.holds(drawn[self.spec.drawn.index(c.name)])
+        near = (broken <= 1) & self.may_stop(values)
         made = np.full((len(STOP_MERITS), len(numbers)), math.nan)
         made[:, near] = self.kernel.stops(numbers[near])
         return made
 
     def _drawn(self, numbers: Numbers, values: Array) -> Array:
         """The drawn merits of designs that may meet all but one constraint, else NaN."""
-        near = self._near(numbers, values, DRAWN_MERITS)
+        near = self._broken(numbers, values) <= 1
         made = np.full((len(self.spec.drawn), len(numbers)), math.nan)
         made[:, near] = self.drawn(numbers[near])
         return made
@@ -151,15 +156,13 @@ class Search:
         found = self.kernel.drawn(numbers) if self.spec.drawn else {}
         return np.array([found[n] for n in self.spec.drawn]).reshape(-1, len(numbers))
 
-    def _near(
-        self, numbers: Numbers, values: Array, later: Collection[str]
-    ) -> npt.NDArray[np.bool_]:
-        """Designs that meet all constraints but one, those on merits that come later left out."""
+    def _broken(self, numbers: Numbers, values: Array) -> Numbers:
+        """How many constraints each design breaks, those on merits that come later left out."""
         broken = np.zeros(len(numbers), int)
         for c in self.spec.constraints:
-            if c.name not in later:
+            if c.name not in LATE_MERITS:
                 broken += ~c.holds(self.quantity(c.name, values, numbers))
-        return np.asarray(broken <= 1)
+        return broken
 
     def may_stop(self, values: Array) -> npt.NDArray[np.bool_]:
         """Designs whose whole travel and stretch take up the energy that the mass brings."""

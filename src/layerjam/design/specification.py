@@ -149,6 +149,7 @@ def specification(
         scatter=_scatter(request, file),
         text=request.text() if text is None else text,
         notes=tuple(notes),
+        without=request.without,
     )
 
 

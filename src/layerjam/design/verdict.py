@@ -9,9 +9,17 @@ from typing import Any
 import numpy as np
 
 from layerjam.design.bounds import UNBUILDABLE, Exclusion, by
+from layerjam.design.design_file import design_brake
 from layerjam.design.merit import STOP_MERITS
-from layerjam.design.requirements import NAMEABLE, DesignSpecification, Objective
+from layerjam.design.requirements import (
+    BUILDABLE,
+    NAMEABLE,
+    Constraint,
+    DesignSpecification,
+    Objective,
+)
 from layerjam.design.search import Search, SweepResult, Told
+from layerjam.mechanics.limits import greatest_force
 from layerjam.units import show
 
 SHOWN = 5e-5
@@ -72,13 +80,24 @@ def forbidden(search: Search, found: SweepResult, told: Told) -> list[dict[str, 
         design = search.design(found.numbers[at])
         value = float(design[constraint.name])
         gain = -math.expm1(told.scores[at] - score)
+        said = refusal(search, constraint, found.numbers[at])
+        said = said or f"{constraint.name} {show(value, constraint.unit)}"
         reason = (
-            f"{constraint} keeps out {named(design)}: {constraint.name} "
-            f"{show(value, constraint.unit)}; weighted, it would be {percent(gain, sign='')} better"
+            f"{constraint} keeps out {named(design)}: {said}; weighted, it would be "
+            f"{percent(gain, sign='')} better"
         )
         row = {"constraint": str(constraint), "design": design, "value": value}
         out.append({**row, "short": constraint.short(value), "gain": gain, "reason": reason})
     return out
+
+
+def refusal(search: Search, c: Constraint, number: int) -> str:
+    """Return why `build` refuses a design, empty for another constraint than `BUILDABLE`."""
+    draw = search.spec.evaluation.draw
+    if c.name != BUILDABLE.name or draw is None:
+        return ""
+    brake = design_brake(search.spec, search.spec.grid.point(int(number)))
+    return draw.reason(brake, float(greatest_force(brake))) or ""
 
 
 def binding(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
@@ -106,7 +125,9 @@ def why_none(search: Search, found: SweepResult, told: Told) -> Exclusion:
     if reached:
         _, i, value = min((constraints[i].short(value), i, value) for i, value in reached.items())
         c = constraints[i]
-        reason = f"{c} is not met on this grid while the others hold{by(c, value)}"
+        nearest = refusal(search, c, found.numbers[told.reach[i]])
+        reason = f"{c} is not met on this grid while the others hold"
+        reason += f"; of the nearest design {nearest}" if nearest else by(c, value)
         return Exclusion(str(c), reason, value)
     worst = int(np.argmax(found.failed))
     c = constraints[worst]

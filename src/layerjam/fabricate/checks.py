@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
-from layerjam.device.workshop import Build, Casting, changed_input
+from layerjam.device.workshop import M5, Build, Casting, changed_input
 from layerjam.errors import Notice, QuantityError
 from layerjam.fabricate.cap import pin_hole
 from layerjam.fabricate.lengths import (
     ATMOSPHERES,
     KEY_DEPTH,
+    M5_LEAST,
     PORT_WALL,
     Lengths,
     ellipse_girth,
@@ -120,7 +121,7 @@ def _length_words(value: float, need: float, said: str, remedy: str, ok: bool | 
 
 
 def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
-    """C4: room for heads and nuts."""
+    """C4: room for heads, nuts and the thread of a fitting."""
     thread, wall = lengths.thread, mm(build.wall)
     for side in lengths.sides[: 1 if lengths.same_caps else 2]:
         yield _length_check(
@@ -139,6 +140,15 @@ def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
             size + mm(build.fit) + 2 * wall,
             f"{{value}} of width a screw; a {what} of {thread.name} with its walls needs {{need}}",
             ": fewer screws (mount.screws), wider sheets, or a smaller mount.screw_hole",
+        )
+    if build.port == M5:
+        yield _length_check(
+            "C4",
+            "port-thread",
+            lengths.head / 2,
+            M5_LEAST,
+            "the port's thread is {value} deep; M5 in printed resin needs {need}",
+            ": a larger build.pin_wall",
         )
 
 
@@ -322,18 +332,18 @@ def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
     for part in parts:
         if not part.printed:
             continue
-        excess = np.min(
-            [
-                np.max([size - room for size, room in zip(turned, bed, strict=True)], axis=0)
-                for turned in permutations(part.solid.size)
-            ],
-            axis=0,
-        )
+        turns = [
+            np.maximum.reduce(
+                np.broadcast_arrays(*(side - room for side, room in zip(turned, bed, strict=True)))
+            )
+            for turned in permutations(part.solid.size)
+        ]
+        excess = np.minimum.reduce(np.broadcast_arrays(*turns))
         yield Check(
             code="C2",
             key="print-bed",
             words=partial(_printer_words, part.name, part.solid.size, bed),
-            value=np.max(part.solid.size, axis=0) * 1e-3,
+            value=np.maximum.reduce(np.broadcast_arrays(*part.solid.size)) * 1e-3,
             limit=max(bed) * 1e-3,
             unit="m",
             passes=excess <= 1e-9,

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +18,7 @@ from layerjam.fabricate.lengths import Lengths, Side, mm
 from layerjam.fabricate.nest import SLACK, Piece, Wanted, nest, nest_least, too_large
 from layerjam.fabricate.outline import Outline, sheet, spacer
 from layerjam.fabricate.svg import svg
-from layerjam.fabricate.verdicts import Check, say
+from layerjam.fabricate.verdicts import ROUNDING, Check, say
 from layerjam.units import show
 
 LARGEST = (1169.0, 777.0)
@@ -150,6 +152,25 @@ def _along(parts: Sequence[Wanted], bed: Sequence[float]) -> tuple[float, float]
     widest = max(part.outline.width for part in parts)
     longest = max(part.outline.length for part in parts)
     return (short, long) if widest > short and longest <= short else (long, short)
+
+
+def stock_margin(parts: Sequence[Wanted], build: Build) -> Any:
+    """Return how many times stock and laser bed hold each part: 1 or more can be cut."""
+    around, most = mm(build.kerf) + 2 * mm(build.margin), math.inf
+    sizes = [(p.outline.length + around, p.outline.width + around) for p in parts]
+    rooms = [room for room in (_stock(build),) if room]
+    if build.laser_bed:
+        bed = sorted(map(mm, build.laser_bed), reverse=True)
+        rooms = rooms or [(bed[0], bed[1]), (bed[1], bed[0])]
+        if (stock := _stock(build)) is not None:
+            most = min(b / s for b, s in zip(bed, sorted(stock, reverse=True), strict=True))
+    if not rooms:
+        return math.inf
+    held = [
+        np.min(np.broadcast_arrays(*(room[k] / size[k] for size in sizes for k in (0, 1))), axis=0)
+        for room in rooms
+    ]
+    return np.minimum(np.max(held, axis=0), most) * (1 + ROUNDING)
 
 
 Excess = tuple[str, str, float]

@@ -68,8 +68,8 @@ def core_force(lengths: Lengths, modulus: float) -> float:
     192 E I δ/ℓ³, a beam clamped at both ends (Euler and Bernoulli), about its weaker axis.
     """
     found = lengths.mould
-    sides = sorted((found.inner_width, found.inner_height))
-    inertia = sides[1] * sides[0] ** 3 / 12
+    sides = found.inner_width, found.inner_height
+    inertia = np.maximum(*sides) * np.minimum(*sides) ** 3 / 12
     return 192 * modulus * inertia / found.casting**3 * BEND * 1e-3
 
 

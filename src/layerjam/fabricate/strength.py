@@ -227,7 +227,7 @@ def tray_factor(build: Build, lengths: Lengths) -> float:
     middle = sum(w * (b * b - a * a) / 2 for w, a, b in pieces) / area
     inertia = sum(w * ((b - middle) ** 3 - (a - middle) ** 3) / 3 for w, a, b in pieces)
     ends = (high - middle, low - middle)
-    return 1 / area + max(-middle * end for end in ends) / inertia
+    return 1 / area + np.maximum(*(-middle * end for end in ends)) / inertia
 
 
 def _pascals(stress: float) -> str:

@@ -9,8 +9,9 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.fan import concentration, force_of
-from layerjam.mechanics.friction import sheets_at
+from layerjam.mechanics.friction import holding_force, sheets_at
 from layerjam.mechanics.law import implicit_root, law, safe_sqrt, within
+from layerjam.mechanics.pull import peak
 from layerjam.mechanics.stiffness import sheet_section
 
 
@@ -34,6 +35,13 @@ def sheet_stress(force: Any, brake: Brake) -> Any:
     """
     force = force * concentration(brake)
     return force / (jnp.floor(brake.sheets.count / 2) * sheet_section(brake))
+
+
+def greatest_force(brake: Brake) -> Any:
+    """Greatest force [N] at the site's full vacuum, static friction of all sheets included."""
+    vacuum = brake.site.atmosphere
+    top = peak(vacuum, brake.sheets.usable_travel, brake).force
+    return jnp.maximum(top, holding_force(vacuum, brake))
 
 
 @law

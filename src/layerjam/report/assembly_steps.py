@@ -10,7 +10,7 @@ from layerjam.device.workshop import M5
 from layerjam.fabricate.bom import bolt, mould_thread
 from layerjam.fabricate.cutting import PUNCHED_BELOW
 from layerjam.fabricate.drawing import Drawing
-from layerjam.fabricate.lengths import mm
+from layerjam.fabricate.lengths import M5_LEAST, M5_PITCH, mm, nut_overhang
 from layerjam.fabricate.masses import screw_name
 from layerjam.fabricate.silicone import cavity
 from layerjam.units import show
@@ -113,20 +113,35 @@ def caps(made: Drawing) -> list[Step]:
             f"it is sealed.{sides}"
         ),
         Step(
-            "Wash and cure them, then clear the bores: blow through each cap from the port to "
-            "the tray."
+            "Uncured resin and solvent harm skin, eyes and lungs: work in moving air, best under "
+            "extraction, away from flames, with safety glasses and nitrile gloves. Wash and cure "
+            "the parts, then clear the bores: blow through each cap from the port to the tray."
         ),
         Step(f"{port} Do it now: later the chips would end in the stack."),
         Step(
             f"Try everything dry: {screw_name(found)} falls through plate and shelf; the "
             f"{thread.name} nut slides into its pocket from the front and does not turn; the "
             f"plate drops into the tray; the {_m(mm(build.pin))} dowel slides through the head."
+            f"{_flush(made)}"
         ),
         Step(
             "Break every edge that the enclosure will touch, neck and tray first, and feel for "
             "burrs: a nick there is a leak."
         ),
     ]
+
+
+def _flush(made: Drawing) -> str:
+    """The nuts' front corners, where they would stand proud of the tray."""
+    found = made.lengths
+    proud = nut_overhang(found)
+    if proud <= 0:
+        return " No nut stands proud of the tray."
+    return (
+        f" The front corner of each {found.thread.name} nut reaches up to {_m(round(proud, 2))} "
+        "beyond the tray's face, where it would cut the enclosure: file that corner off, until no "
+        "nut stands proud of the tray."
+    )
 
 
 def sleeve(made: Drawing) -> list[Step]:
@@ -198,13 +213,17 @@ def stack(made: Drawing) -> list[Step]:
             f"towards each other.{_level(made)}"
         ),
         Step(
+            f"Stand a rod or a drill of {found.thread.size - found.thread.pitch:g} mm in the nut "
+            "below each screw hole: every layer goes over it and stays in its place."
+        ),
+        Step(
             f"Stack from below as drawn above: a left sheet, a spacer behind it in the right cap; "
             f"then a right sheet, and a spacer in the left cap; and so on. The left cap holds "
             f"{left.sheets} sheets and {left.spacers} spacers, the right cap {right.sheets} and "
             f"{right.spacers}: {found.count} layers in each. {faces}"
         ),
         Step(
-            "A screw through each hole as a pin keeps the layers in place. Lay the plates on and "
+            "Lay the plates on, take out one rod after the other, put its screw there, and "
             f"tighten {screw}. {_said(made, 'C8')} Tighten again after an hour and after a "
             "day: plastic creeps under the screw, and the clamp holds by its force alone."
         ),
@@ -239,16 +258,19 @@ def close(made: Drawing) -> list[Step]:
         ends = f"{_m(found.left.reach)} behind the left cap's face and "
         ends += f"{_m(found.right.reach)} behind the right one's"
     fitting = (
-        "Screw the fittings with a washer or thread tape"
+        f"Screw the fittings, with a washer or thread tape, at least {_m(M5_LEAST)} "
+        f"({M5_LEAST / M5_PITCH:.0f} turns; the thread is {_m(found.head / 2)} deep) and by hand "
+        "only: a thread in printed resin strips"
         if build.port == M5
-        else f"Glue the {_m(mm(float(build.port)))} tubes"
+        else f"Glue the {_m(mm(float(build.port)))} tubes in"
     )
     return [
         Step(
-            "Take the brake off the jig and pull out the dowels. Wet the enclosure inside with "
-            "isopropyl alcohol, widen it with your fingers, and pull it over one head and cap and "
-            "along the stack until it covers both necks. No talc and no oil: the sheets work by "
-            "friction. Let the alcohol dry."
+            "Take the brake off the jig and pull out the dowels. In moving air, with safety "
+            "glasses and away from flames, wet the enclosure inside with isopropyl alcohol. Widen "
+            "it with your fingers, and pull it over one head and cap and along the stack until it "
+            "covers both necks. No talc and no oil: the sheets work by friction. Let the alcohol "
+            "dry."
         ),
         Step(
             f"The enclosure ends {ends}, at the head. "
@@ -260,8 +282,8 @@ def close(made: Drawing) -> list[Step]:
             f"cut the ends flush. {_said(made, 'C11')}"
         ),
         Step(
-            f"{fitting} into both ports: one takes the line to the pump or the valve, the other a "
-            "sensor or a plug."
+            f"{fitting}. Both ports get one: the first takes the line to the pump or the valve, "
+            "the other a sensor or a plug."
         ),
         Step("Put the dowels back. The brake hangs on them, and on nothing else."),
     ]
@@ -303,6 +325,7 @@ def tools(made: Drawing) -> str:
         "calliper and a balance that shows 0.1 g",
         *(["a tap M5 x 0.8"] if build.port == M5 else ["glue for the tubes"]),
         f"a syringe or mixing cartridge that holds {cast}",
+        "safety glasses, nitrile gloves, moving air or extraction for resin and solvent",
         "a cup, vinyl gloves and a sealer for printed moulds",
         "side cutters, thread tape, isopropyl alcohol, soapy water",
         "a board for the jig",
