@@ -135,6 +135,7 @@ def test_what_fifty_random_requests_propose_is_built() -> None:
         for number in [*numbers, *([None] if made.refined else [])]:
             assert refused(made, number) is None, (request.title, number)
             proposed += 1
+        print(request.title, proposed, flush=True)
     assert proposed >= 60
 
 

@@ -30,9 +30,9 @@ from workbench.standing import standing
 
 SMALL = """name = "small <b>"
 brake = "choi2018-kapton"
-without = ["buildable", "drawn_mass"]
 constraints = ["holding_force >= 300 N", "mass <= 60 g", "width <= 20 mm"]
 objectives = ["minimise mass", "maximise energy_capacity"]
+without = ["buildable", "drawn_mass"]
 [vary]
 count = [11, 21, 31]
 width = { from = "10 mm", to = "30 mm", step = "5 mm" }

@@ -82,7 +82,9 @@ class Draws:
             sum(row.mass for row in mass_rows(brake, self.build, found, made)),
         )
         film_area, printed, tools, mass = (np.where(fits, row, np.nan) for row in amounts)
-        return Bill(film_area, printed, tools, mass, np.min(np.broadcast_arrays(*every), axis=0))
+        # a search ends a rounding beyond its limits, which a build would refuse
+        margin = np.min(np.broadcast_arrays(*every), axis=0) * (1 - 4 * ROUNDING)
+        return Bill(film_area, printed, tools, mass, margin)
 
     def _geometry(self, brake: Brake, found: Lengths) -> Iterator[Any]:
         """Margins of the rules that are errors in a build."""

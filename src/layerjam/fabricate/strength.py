@@ -45,20 +45,21 @@ def strength_checks(
 ) -> Iterator[Check]:
     """C7, C8 and C9 at a force [N] on the brake."""
     clamp = _clamp(force, brake, build, lengths, friction_source)
-    yield from _sheets(force, brake, lengths, clamp.margin() >= 1)
+    yield from _sheets(force, brake, lengths, clamp.margin())
     yield clamp
     yield from _cap(force, preload(force, brake, lengths), build, lengths)
 
 
-def _sheets(force: Any, brake: Brake, lengths: Lengths, held: Any) -> Iterator[Check]:
+def _sheets(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iterator[Check]:
     """C7: the sheets of the side with fewer of them, at the screws' holes.
 
     A sheet with its hole is a lug on a pin: force over the section left beside the holes, over the
     holes' projection, and over two planes of shear from each hole to the sheet's end. These are
     taken as short as the strip behind the hole, and bear 1/sqrt(3) of the strength (von Mises).
     The section bears the force on either load path; the other two only if friction in the clamp
-    does not carry it (`held`).
+    does not carry it, whose margin is `clamp`.
     """
+    held = clamp >= 1
     few, many, hole = lengths.count // 2, lengths.screws, lengths.hole
     net = lengths.width - many * hole
     shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
@@ -82,6 +83,7 @@ def _sheets(force: Any, brake: Brake, lengths: Lengths, held: Any) -> Iterator[C
             unit="Pa",
             otherwise="failed",
             applies=True if where == "net section" else ~np.asarray(held),
+            other=clamp,
         )
 
 

@@ -38,6 +38,8 @@ class Check:
     unit: str = "1"
     otherwise: Literal["refused", "failed", "warning"] = "warning"
     applies: Any = True
+    other: Any = math.inf
+    """Margin if it does not apply: that of the load path which carries the load instead."""
     passes: Any = None
 
     def margin(self) -> Any:
@@ -49,7 +51,7 @@ class Check:
         load, room = (self.value, self.limit) if self.at_most else (self.limit, self.value)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(np.asarray(load) <= 0, math.inf, np.divide(room, load))
-        return np.where(self.applies, share * (1 + ROUNDING), math.inf)
+        return np.where(self.applies, share * (1 + ROUNDING), self.other)
 
     @property
     def ok(self) -> bool | None:
