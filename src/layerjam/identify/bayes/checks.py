@@ -9,13 +9,23 @@ import numpy as np
 
 from layerjam.identify.bayes.model import Data, Sites, forces
 from layerjam.identify.bayes.posterior import BayesFit, agreement_of
-from layerjam.identify.checks import Check, check, no_trend, plausible, stiffness_possible
+from layerjam.identify.checks import (
+    GROSS,
+    Check,
+    check,
+    no_trend,
+    plausible,
+    stiffness_possible,
+)
 from layerjam.identify.curves import Curve
 from layerjam.identify.shape import SHAPE
 from layerjam.mechanics.stiffness import stiffness_before_slip
+from layerjam.verdict import Level
 
 R_HAT = 1.01
 """Above this, chains that began apart have not met."""
+FAR_APART = 1.1
+"""Above this, the numbers depend on where a chain began (Gelman and Rubin 1992)."""
 ESS = 400
 """Independent draws that a 90 % interval's ends need."""
 NARROWED = 0.5
@@ -80,7 +90,8 @@ def _converged(fit: BayesFit) -> Check:
     sentence = f"R-hat is at most {value:.4f} ({word}); chains agree below {R_HAT}"
     if not (strict and loose):
         sentence = f"R-hat is {value:.4f} for {word}: the chains do not agree; take more draws"
-    return check("chains agree", strict and loose, sentence)
+    level: Level = "failed" if hats[worst] > FAR_APART else "warning"
+    return check("chains agree", strict and loose, sentence, level=level)
 
 
 def _divergences(fit: BayesFit) -> Check:
@@ -109,7 +120,8 @@ def _repeats(fit: BayesFit) -> Check:
         return check("repeats", False, sentence)
     sentence = f"scale factors of {count} curves scatter by {scatter:.1%}"
     why = ": more than films do; one of the curves may be another brake or vacuum"
-    return check("repeats", scatter < 0.15, sentence, why)
+    level: Level = "failed" if scatter > GROSS else "warning"
+    return check("repeats", scatter < 0.15, sentence, why, level)
 
 
 def _identifiable(fit: BayesFit) -> Check:
