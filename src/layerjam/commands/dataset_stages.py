@@ -14,12 +14,13 @@ from layerjam.commands.measurements import Measurements
 from layerjam.commands.quantities import brake_file
 from layerjam.commands.reading import FileOptions
 from layerjam.commands.report import HowTested, stages
-from layerjam.dataset import checksums, crate
+from layerjam.dataset import crate
 from layerjam.dataset.campaign import campaign
 from layerjam.dataset.people import Stated
 from layerjam.dataset.recipe import RECIPE, Recipe
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError
+from layerjam.identify.provenance import sha256
 from layerjam.records.folders import write_files
 from layerjam.report.folder import json_text, plain
 from layerjam.verdict import read_acceptances
@@ -95,7 +96,7 @@ def _apart(
         reasons = {name: reason for name, at, reason in content.refused if at == stage}
         for file in files[use]:
             path, name = root / file, Path(file).name
-            digest = checksums.sha256(path) if path.is_file() else ""
+            digest = sha256(path) if path.is_file() else ""
             if digest in served or name not in reasons:
                 kept[use] = (*kept.get(use, ()), file)
                 served.discard(digest)  # a second file of the same content was refused

@@ -153,7 +153,7 @@ class Recomputed(Result):
         return 0 if self.equal else 1
 
     def lines(self) -> Iterator[str]:
-        """The first differences of each file, what was not compared, and the versions."""
+        """Yield the first differences of each file, the parts not compared, and the versions."""
         then, now = self.versions["published"], self.versions["recomputed"]
         for file in dict.fromkeys(one["file"] for one in self.differs):
             rows = [one for one in self.differs if one["file"] == file]

@@ -1,4 +1,4 @@
-"""What `publish` writes."""
+"""The dataset that `publish` writes."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from layerjam.dataset.recipe import RECIPE, Recipe, versions
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, Notice
 from layerjam.fluid.file import load_line
+from layerjam.identify.provenance import sha256
 from layerjam.records.folders import hidden_folder, replace_folder, write_files
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def write(
         validated_on=len(recipe.validate),
         crate=None if stops else str(out / METADATA),
         checksums=None if stops else str(out / checksums.NAME),
-        fingerprint=None if stops else checksums.sha256(out / checksums.NAME),
+        fingerprint=None if stops else sha256(out / checksums.NAME),
         report=None if stops else str(out / REPORT / "report.html"),
         licence=stated.licence,
         authors=[vars(one) for one in stated.authors],
@@ -96,7 +97,7 @@ def _where_it_lies(error: FileError, staging: Path, folder: Path) -> FileError:
 
 
 def _notices(content: BrakeReport) -> Iterator[Notice]:
-    """What whoever publishes should know of the numbers."""
+    """Notices about the numbers, for whoever publishes them."""
     if content.synthetic:
         yield Notice("synthetic: written by a program, not measured", "synthetic")
     if content.seen:

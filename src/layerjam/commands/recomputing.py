@@ -1,4 +1,4 @@
-"""What `recompute` does with a published dataset: derive all again, compare file by file."""
+"""`recompute`: derive everything in a published dataset again, and compare file by file."""
 
 from __future__ import annotations
 
@@ -25,11 +25,12 @@ from layerjam.dataset.crate import BRAKE, LINE, METADATA, RAW, README, REPORT, R
 from layerjam.dataset.recipe import FORMAT, RECIPE, Recipe, read_recipe, versions
 from layerjam.dataset.unpack import opened
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
+from layerjam.identify.provenance import sha256
 
 
 @dataclass
 class _Comparison:
-    """A dataset in `root`, what its files are compared with, and what came out so far."""
+    """Comparison of a dataset in `root` with its recomputed files, as far as it went."""
 
     root: Path
     recipe: Recipe
@@ -85,7 +86,7 @@ class _Comparison:
 
 
 def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
-    """Compute everything in a dataset again; what the result's keys say of it."""
+    """Compute everything in a dataset again, and return the values of the result's keys."""
     with opened(source) as root, tempfile.TemporaryDirectory(prefix="layerjam-again-") as made:
         recipe, (listed, strange) = read_recipe(root), checksums.read(root)
         changed = checksums.changed(root, listed)
@@ -121,7 +122,7 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
             changed_files=changed,
             added_files=added,
             not_compared=work.not_compared,
-            fingerprint=checksums.sha256(fingerprint) if fingerprint.is_file() else None,
+            fingerprint=sha256(fingerprint) if fingerprint.is_file() else None,
             versions={"published": dict(recipe.versions), "recomputed": versions()},
             record=work.found,
         )

@@ -12,6 +12,7 @@ from layerjam.dataset import checksums
 from layerjam.dataset.people import SPDX, Stated
 from layerjam.dataset.recipe import RECIPE, Recipe
 from layerjam.errors import count_of
+from layerjam.identify.provenance import sha256
 from layerjam.verdict import Acceptance
 
 METADATA = "ro-crate-metadata.json"
@@ -38,7 +39,7 @@ CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.o
 def readme(
     recipe: Recipe, stated: Stated, brake: str, synthetic: bool, accepted: Iterable[Acceptance]
 ) -> str:
-    """README.md: what a stranger reads first; `brake` is the brake's name."""
+    """README.md, which a stranger reads first; `brake` is the brake's name."""
     lines = [f"# {stated.name}", ""]
     if synthetic:
         lines += ["**Synthetic**: files here were written by a program, not measured.", ""]
@@ -139,11 +140,11 @@ def _described(folder: Path, name: str) -> dict[str, str]:
     if name == checksums.NAME:
         return about
     size = str(path.stat().st_size)
-    return about | {"contentSize": size, "sha256": checksums.sha256(path)}
+    return about | {"contentSize": size, "sha256": sha256(path)}
 
 
 def _computation(recipe: Recipe, stated: Stated, names: Sequence[str]) -> list[Mapping[str, Any]]:
-    """What was computed from what, and with which programs."""
+    """The computation: its raw files, its results, and the programs."""
     others = ", ".join(f"{k} {v}" for k, v in recipe.versions.items() if k != "layerjam")
     raw = [recipe.brake, *recipe.friction, *recipe.calibrate, *recipe.validate]
     program = {

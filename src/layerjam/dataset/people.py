@@ -45,7 +45,7 @@ class Author:
 
 @dataclass(frozen=True, kw_only=True)
 class Stated:
-    """What the user says of a dataset: its name, an SPDX licence, who made it, the day (ISO)."""
+    """Statements of the user about a dataset: name, SPDX licence, authors, and day (ISO)."""
 
     name: str
     licence: str | None
@@ -64,7 +64,7 @@ class Stated:
         return cls(name=row["name"], licence=row["licence"], authors=authors, date=row["date"])
 
     def notices(self) -> list[Notice]:
-        """What it lacks for others to use and cite it; QuantityError for what is no licence."""
+        """Notices of missing licence and authors; QuantityError for an invalid licence."""
         return licence_notices(self.licence, self.authors)
 
 

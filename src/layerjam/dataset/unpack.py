@@ -39,7 +39,7 @@ def opened(source: str | Path) -> Iterator[Path]:
             with zipfile.ZipFile(path) as archive:
                 _unpack(archive, folder, path)
         except (zipfile.BadZipFile, OSError, NotImplementedError, RuntimeError, EOFError) as err:
-            raise FileError(path, f"is no zip file that can be read: {err}") from None
+            raise FileError(path, f"is not a zip file that can be read: {err}") from None
         yield _root(folder, path)
 
 

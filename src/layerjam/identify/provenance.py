@@ -22,13 +22,10 @@ if TYPE_CHECKING:
     from layerjam.verdict import Acceptance
 
 
-def sha256(path: str) -> str:
+def sha256(path: str | Path) -> str:
     """Digest of a file, read in pieces."""
-    digest = hashlib.sha256()
     with Path(path).open("rb") as handle:
-        while block := handle.read(1 << 20):
-            digest.update(block)
-    return digest.hexdigest()
+        return hashlib.file_digest(handle, "sha256").hexdigest()
 
 
 def digests(paths: Iterable[str], synthetic: Collection[str] = ()) -> list[dict[str, Any]]:
