@@ -187,4 +187,5 @@ def validation_claims() -> list[Claim]:
         claim("mape-before", 100 * float(np.mean(before)), pulls=len(before)),
         claim("explains", holds=explained > PRINTED - SPREAD, alone=alone, rest=rest),
         claim("mape-after", 100 * float(np.mean(after)), pulls=len(before)),
+        claim("mape-spread", 100 * float(np.std(after, ddof=1)), pulls=len(before)),
     ]

@@ -132,11 +132,23 @@ def stiffnesses() -> list[Claim]:
         eq9 = float(top.force / top.elongation) / 1e3
         words: dict[str, Any] = {"film": NAMES[name], "text": text, "caption": caption, "eq9": eq9}
         out.append(claim("caption", caption, instead={"paper": text}, **words))
+    out.append(_share_of_enclosure())
     mounts = [float(mount_stiffness(b)) / 1e3 for b in (kapton, ptfe)]
     alike = abs(mounts[0] / mounts[1] - 1) < 0.1
     out.append(claim("mounts", holds=alike, kapton=mounts[0], ptfe=mounts[1]))
     static, most = float(holding_force(FULL, kapton)), _top(kapton)
     return [*out, claim("static", holds=static / most < 1.05, static=static, peak=most)]
+
+
+def _share_of_enclosure() -> Claim:
+    """Share of the enclosure in the force at the peak, by slip and by displacement."""
+    shares: dict[str, Any] = {}
+    for name in CALIBRATED:
+        brake = load(name).brake
+        top, key = peak(FULL, TESTED, brake), NAMES[name].lower()
+        for ending, where in (("", top.slip), ("_eq8", top.elongation)):
+            shares[key + ending] = float(enclosure_force(where, FULL, brake) / top.force)
+    return claim("minimal", holds=max(shares.values()) < 0.05, **shares)
 
 
 def damping() -> list[Claim]:
