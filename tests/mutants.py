@@ -81,22 +81,6 @@ EQUIVALENT = {
     ("hysteresis.py", "back = (trial) < memory.force - hold"): "as above",
     (
         "hysteresis.py",
-        "near = (_slide_back(closing, elongation, at))",
-    ): "as above: used only where `back` holds, elsewhere it is the present slip",
-    (
-        "hysteresis.py",
-        "slip = jnp.where(highs.count > 0, slip, memory.slip - (whole))",
-    ): "clipped to the present slip in the next line",
-    (
-        "hysteresis.py",
-        "lambda a, b, c: jnp.where(out, a, (b)),",
-    ): "a turn remembered where nothing moved is met at once and forgotten",
-    (
-        "hysteresis.py",
-        "inside = (memory.lows.count > (1)) & (first < memory.highs.slip[0])",
-    ): "inside a single loop its own branch leads already, being the lower one",
-    (
-        "hysteresis.py",
         "start = State(at_rest(), zero, zero, zero, zero, vacuum[(1)], no, no)",
     ): "a relaxed enclosure at zero slip does not care which vacuum it comes from",
     (
@@ -115,43 +99,6 @@ EQUIVALENT = {
         "limits.py",
         "return within(slip >= 0, jnp.where(slip == (1), 0.0, closing))",
     ): "at zero slip the halving ends at 1e-13 of the atmosphere, which is what zero means here",
-    (
-        "memory.py",
-        "turns = Turns(none, none, none, jnp.array((1)))",
-    ): "a turn at slip 0, force 0 is forgotten by the first loading",
-    ("memory.py", "base = Turns(zero, zero, zero, jnp.array((1)))"): "as above",
-    (
-        "memory.py",
-        "work = (lows.force) * jnp.where(on, end - start, 0.0)",
-    ): "the other factor is masked by the same condition",
-    (
-        "memory.py",
-        "end = (jnp.clip(outer, slip, start))",
-    ): "what is made of it is masked by the same condition",
-    (
-        "memory.py",
-        "behind = (state.highs.slip - slip)",
-    ): "negative only for turns that do not count, which are masked",
-    (
-        "memory.py",
-        "first = jnp.where(lows.count > 0, (highs.slip[0]), state.slip)",
-    ): "beyond the target nothing of the first loading is passed either way",
-    (
-        "memory.py",
-        "ends = inverse_backbone(force + 2 * (new - q) * (zone), after)",
-    ): "where the whole strip moves, its branch and the backbone are one line",
-    (
-        "memory.py",
-        "force=(loading_force(state, slip, enclosure)),",
-    ): "used only where the slip has grown",
-    (
-        "memory.py",
-        "more = load_to(facing(state, True), (target), enclosure)",
-    ): "used only where the target is above the slip",
-    (
-        "memory.py",
-        "less = unload_to(facing(state, False), (target), enclosure)",
-    ): "used only where the target is below the slip",
     (
         "pull.py",
         "below = c2 + safe_sqrt(c2**2 + 4 * c1 * (force))",

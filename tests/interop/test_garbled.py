@@ -74,13 +74,24 @@ def test_a_garbled_state_of_the_kernel(sanitized_kernel, capfd):
     assert "runtime error" not in capfd.readouterr().err
 
 
-@pytest.mark.parametrize("place", ["highs_count", "lows_count"])
-@pytest.mark.parametrize("count", [17, 255])
-def test_more_turning_points_than_there_is_room_for(place, count):
+@pytest.mark.parametrize("count", [0, 1, 37, 255])
+def test_more_turning_points_than_there_is_room_for(count):
     kernel = wandered(Kernel(KAPTON))
     damaged = kernel._made.state.from_buffer_copy(kernel.state)
-    setattr(damaged, place, count)
+    damaged.count = count
     with pytest.raises(QuantityError, match="more turning points than are remembered"):
+        kernel.state = bytes(damaged)
+
+
+def test_a_state_of_another_version_and_pieces_in_disorder():
+    kernel = wandered(Kernel(KAPTON))
+    damaged = kernel._made.state.from_buffer_copy(kernel.state)
+    damaged.layout = 1
+    with pytest.raises(QuantityError, match="a state of another version"):
+        kernel.state = bytes(damaged)
+    damaged = kernel._made.state.from_buffer_copy(kernel.state)
+    damaged.ends[damaged.count - 1] = 1.5
+    with pytest.raises(QuantityError, match="pieces of tension in disorder"):
         kernel.state = bytes(damaged)
 
 

@@ -92,7 +92,7 @@ def test_the_twin_without_a_compiler_moves_refuses_and_remembers():
     for leaf, place in zip(jax.tree.leaves(twin._state), places, strict=False):
         if np.asarray(leaf).dtype == np.int64:
             with pytest.raises(QuantityError, match="out of range"):
-                twin.state = kept[:place] + np.int64(17).tobytes() + kept[place + 8 :]
+                twin.state = kept[:place] + np.int64(37).tobytes() + kept[place + 8 :]
     assert twin.state == kept
 
 

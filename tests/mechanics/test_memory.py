@@ -10,14 +10,13 @@ import pytest
 
 from layerjam.mechanics.enclosure import (
     backbone,
-    backbone_stored,
     enclosure_at,
     enclosure_force,
     inverse_backbone,
     saturation_slip,
 )
 from layerjam.mechanics.energy import slip_heat, slip_work
-from layerjam.mechanics.memory import DEPTH, _force_of_stored, enclosure_cycle
+from layerjam.mechanics.memory import DEPTH, enclosure_cycle
 from strategies import KAPTON, PTFE, area, change, fine, padded, random_brakes
 
 ALONE = change(KAPTON, film__kinetic=1e-12)
@@ -238,14 +237,6 @@ def test_pump_down_and_let_go_returns_less_than_was_put_in(brake):
         assert (np.diff(heat) >= -1e-14).all() and stored.min() >= -1e-14
 
 
-@pytest.mark.parametrize("vacuum", [300.0, 2e3, 94.5e3])
-def test_the_force_of_a_stored_energy_is_the_first_loading_that_stores_it(vacuum):
-    strip = enclosure_at(vacuum, KAPTON)
-    x = np.array([1e-5, 1e-3, 0.02, 0.06])
-    force = _force_of_stored(backbone_stored(x, strip), strip)
-    assert np.asarray(force) == pytest.approx(np.asarray(backbone(x, strip)), rel=1e-12)
-
-
 @pytest.mark.parametrize("x", [1e-4, 0.02])
 def test_raised_from_nothing_the_whole_strip_has_friction_to_spare(x):
     """At zero vacuum all of it slides: q l of each half must come before the backbone is joined."""
@@ -260,7 +251,7 @@ def test_raised_from_nothing_the_whole_strip_has_friction_to_spare(x):
 
 
 def test_let_back_and_vented_a_little_it_slides_and_rejoins_first_loading():
-    """From EA x/l - q l on, pulled again: the reversed strip joins where it is all turned."""
+    """Near EA x/l - q l, where all of it is turned: pulled again it joins the first loading."""
     x, low = 0.02, 100.0
     strip = enclosure_at(low, KAPTON)
     slope = float(strip.stiffness / strip.reach)
@@ -268,7 +259,7 @@ def test_let_back_and_vented_a_little_it_slides_and_rejoins_first_loading():
     turn = 2 * float(strip.friction) * float(strip.reach) ** 2 / float(strip.stiffness)
     path = [0.04, x, x, x + turn, 0.05]
     force, stored, heat = cycle(path, np.array([2e3, 2e3, low, low, low]))
-    assert force[2] == pytest.approx(edge, rel=1e-9)
+    assert edge < force[2] < 1.01 * edge
     first = np.asarray(enclosure_force(np.array([x + turn, 0.05]), low, KAPTON))
     assert force[3:] == pytest.approx(first, rel=1e-9)
     assert (np.diff(heat) >= -1e-15).all() and (stored > 0).all()
@@ -288,10 +279,14 @@ def test_a_strip_that_slides_back_as_a_whole_heats_by_its_friction_and_falls_by_
     assert stored[3] - stored[2] == pytest.approx(work - rubbed, rel=1e-9)
 
 
-def test_a_sleeve_that_pushes_is_let_go_by_any_change_of_vacuum():
-    for after in (1e3, 4e3):
-        force, stored, heat = cycle([0.04, 1e-4, 1e-4], np.array([2e3, 2e3, after]))
-        assert force[1] < 0 < stored[1]
-        assert force[2] == 0.0
-        assert stored[2] == 0.0
-        assert heat[2] == pytest.approx(heat[1] + stored[1], rel=1e-12)
+def test_a_sleeve_that_pushes_goes_on_pushing_as_far_as_friction_holds_it():
+    slips = [0.04, 1e-4, 1e-4]
+    force, stored, heat = cycle(slips, np.array([2e3, 2e3, 4e3]))
+    assert force[1] < 0 < stored[1]
+    assert (force[2], stored[2], heat[2]) == (force[1], stored[1], heat[1])
+    force, stored, heat = cycle(slips, np.array([2e3, 2e3, 1e3]))
+    assert force[1] < force[2] < 0 and 0 < stored[2] < stored[1]
+    assert stored[2] + heat[2] == pytest.approx(stored[1] + heat[1], rel=1e-12)
+    assert cycle(slips, np.array([2e3, 2e3, 0.0]))[0][2] == pytest.approx(
+        float(enclosure_force(1e-4, 0.0, KAPTON)), abs=1e-12
+    )

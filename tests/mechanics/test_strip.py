@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from layerjam.mechanics.enclosure import saturation_slip
-from layerjam.mechanics.memory import enclosure_cycle
+from layerjam.mechanics.hysteresis import brake_cycle
+from layerjam.mechanics.memory import PIECES, enclosure_cycle
 from mechanics.strip import Strip
 from strategies import KAPTON, PTFE, padded
 
@@ -105,11 +106,13 @@ def test_lowered_to_nothing_after_unloading_agrees_with_strip():
     assert ours[-1] == pytest.approx(theirs[-1], rel=0.02)
 
 
-@pytest.mark.parametrize(("low", "short"), [(100.0, 0.03), (500.0, 0.20)])
-def test_lowered_a_little_after_unloading_is_softer_than_the_strip_by_a_stated_part(low, short):
-    """The one state whose tension is not known: ours holds less, never more (docs/models.md)."""
-    ours, theirs = after_change((0, 0.04, 0.02), 2000.0, low, 0.02)
-    assert theirs[-1] * (1 - short) <= ours[-1] <= theirs[-1] * 1.01
+@pytest.mark.parametrize("low", [100.0, 500.0])
+def test_lowered_a_little_after_unloading_agrees_with_strip(low):
+    """Two runs of pieces slide at once; at 100 Pa nearly the whole strip."""
+    slips, vacuums, _ = slowly(np.array([0.04, 0.02, 0.02]), np.array([2000.0, 2000.0, low]))
+    ours = run_law(KAPTON, slips[[0, 1, -1]], vacuums[[0, 1, -1]])
+    theirs = run_strip(KAPTON, slips, vacuums, 120)
+    assert ours[0, -1] == pytest.approx(theirs[0, -1], rel=0.025)
 
 
 def test_pulled_on_after_a_rise_of_vacuum_agrees_with_strip():
@@ -174,3 +177,111 @@ def test_a_fall_at_rest_however_often_the_gauge_was_read(steps, times):
     ours = np.asarray(enclosure_cycle(slips, vacuums, KAPTON)[0])
     theirs = run_strip(KAPTON, slips, vacuums, 60)[0]
     assert ours == pytest.approx(theirs, abs=0.01 * ours.max())
+
+
+def raised_while_it_slides(times):
+    """Slips up to 20.3 mm at 20 kPa, on to 22 mm in steps that raise it to 94.5 kPa, and beyond."""
+    steps = np.linspace(0, 1, times + 1)[1:]
+    slips = np.concatenate([[20.3e-3], 20.3e-3 + 1.7e-3 * steps, [25e-3, 30e-3, 40.6e-3]])
+    return slips, np.concatenate([[20e3], 20e3 + 74.5e3 * steps, np.full(3, 94.5e3)])
+
+
+@pytest.mark.parametrize("times", [1, 2, 20])
+def test_a_raise_while_the_brake_slides_agrees_with_strip(times):
+    """What was stretched under less friction is stretched on where the new front reaches it."""
+    slips, vacuums = raised_while_it_slides(times)
+    ours, theirs = run_law(KAPTON, slips, vacuums), run_strip(KAPTON, slips, vacuums, 150)
+    assert ours[0] == pytest.approx(theirs[0], abs=0.004 * ours[0].max())
+    assert ours[1] == pytest.approx(theirs[1], abs=0.004 * ours[1].max())
+    assert ours[2] == pytest.approx(theirs[2], abs=0.01 * ours[2].max())
+
+
+@pytest.mark.parametrize("brake", [KAPTON, PTFE], ids=["kapton", "ptfe"])
+def test_however_often_it_is_raised_the_brake_pulls_alike(brake):
+    """The last front has swept what slid during the raises: 85.99 N at 40.6 mm of elongation."""
+    unit = brake.film.friction_on_silicone * brake.sheets.width
+    unit *= 4 * brake.enclosure.modulus * brake.sheets.width * brake.enclosure.wall
+    held, spent = np.sqrt(unit * 20e3 * 20.3e-3), np.sqrt(unit * 74.5e3 * 20.3e-3)
+    for times in (1, 2, 20, 200):
+        ours = run_law(brake, *raised_while_it_slides(times))
+        assert ours[0, -1] == pytest.approx(held + spent, rel=1e-11)
+        slips, vacuums = raised_while_it_slides(times)
+        pulled = brake_cycle(slips, vacuums, brake)
+        if brake is KAPTON:
+            assert float(pulled.force[-1]) == pytest.approx(85.99, abs=0.005)
+        assert pulled.stored + pulled.heat == pytest.approx(pulled.work, rel=1e-9)
+
+
+def test_more_raises_than_there_are_pieces_change_almost_nothing():
+    """Two pieces of a bow become one: the energy stays, and no force is off by a ten-thousandth."""
+    shares = np.linspace(0, 1, 200)
+    slips, vacuums = 0.02 + 2e-3 * (1 - (1 - shares) ** 4), 2e3 + 6e4 * shares
+    on = np.linspace(0.022, 0.05, 30)[1:]
+    slips, vacuums = np.append(slips, on), np.append(vacuums, np.full(29, 62e3))
+    ours = run_law(KAPTON, slips, vacuums)
+    seen, force = bare_envelope(slips, vacuums, 200)
+    assert seen > 2 * PIECES
+    assert ours[0] == pytest.approx(force, abs=1e-4 * force.max())
+    assert (np.diff(ours[2]) >= 0).all()
+
+
+def bare_envelope(slips, vacuums, count):
+    """A strip only pulled out: its tension is the greatest of the lines N0 - q s that it has had.
+
+    Lines that count after `count` points, and the force after each point.
+    """
+    stiffness = KAPTON.enclosure.modulus * KAPTON.sheets.width * KAPTON.enclosure.wall
+    s = np.linspace(0, 0.045, 20_001)
+    tension, forces = np.zeros_like(s), []
+    lines, seen = np.zeros_like(s), 0
+    for number, (slip, vacuum) in enumerate(zip(slips, vacuums, strict=True), 1):
+        q = KAPTON.film.friction_on_silicone * KAPTON.sheets.width * vacuum
+        low, high = tension[0], tension[0] + q * 0.045 + stiffness * slip / 0.045
+        for _ in range(60):
+            middle = (low + high) / 2
+            reached = 2 * np.trapezoid(np.maximum(tension, middle - q * s), s) / stiffness
+            low, high = (middle, high) if reached < slip else (low, middle)
+        lines[low - q * s > tension] = number
+        tension = np.maximum(tension, low - q * s)
+        seen = len(np.unique(lines)) if number == count else seen
+        forces.append(2 * low)
+    return seen, np.array(forces)
+
+
+def wander(rng, steps):
+    """Slips and vacuums of a history with turns, rises and falls in any order."""
+    slips, vacuums = [rng.uniform(0.005, 0.05)], [10 ** rng.uniform(2.5, 4.5)]
+    for _ in range(steps):
+        moves, changes = rng.uniform(size=2)
+        slips.append(float(np.clip(slips[-1] + 0.012 * rng.normal() * (moves < 0.7), 0, 0.06)))
+        vacuums.append(10 ** rng.uniform(2.5, 4.5) if changes < 0.5 else vacuums[-1])
+    return np.array(slips), np.array(vacuums)
+
+
+def slowly(slips, vacuums, parts=8):
+    """The same history with every fall of the vacuum in small parts, and where its points are."""
+    x, p, places = [slips[0]], [vacuums[0]], [0]
+    for slip, vacuum in zip(slips[1:], vacuums[1:], strict=True):
+        if vacuum < p[-1]:
+            parted = np.geomspace(p[-1], vacuum, parts + 1)[1:]
+            p += list(parted)
+            x += [x[-1]] * parts
+        x.append(slip)
+        p.append(vacuum)
+        places.append(len(x) - 1)
+    return np.array(x), np.array(p), places
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+def test_any_history_with_any_vacuum_agrees_with_strip(seed):
+    """Also within loops, where a fall at once is not quite a slow one (docs/models.md: 5 %)."""
+    rng = np.random.default_rng(seed)
+    slips, vacuums = wander(rng, 11)
+    x, p, places = slowly(slips, vacuums)
+    theirs = run_strip(KAPTON, x, p, 90)[:, places]
+    ours = run_law(KAPTON, slips, vacuums)
+    assert np.abs(ours[0] - theirs[0]).max() < 0.05 * np.abs(theirs[0]).max()
+    assert np.abs(ours[1] - theirs[1]).max() < 0.05 * theirs[1].max()
+    fine = run_law(KAPTON, x, p)[:, places]
+    assert np.abs(fine[0] - theirs[0]).max() < 0.035 * np.abs(theirs[0]).max()

@@ -18,7 +18,7 @@ from layerjam.kernel.parameters import Parameters
 from layerjam.mechanics.enclosure import enclosure_of
 from layerjam.mechanics.hysteresis import Setting, State, change_vacuum, move
 from layerjam.mechanics.law import in_double_precision
-from layerjam.mechanics.memory import DEPTH, at_rest
+from layerjam.mechanics.memory import PIECES, at_rest
 
 
 class Moved(NamedTuple):
@@ -66,11 +66,10 @@ def moved(
     spring = numbers.stiffness / (1 + numbers.stiffness * compliance)
     softened = _setting(state, vacuum, spring, numbers)
     stiff = softened._replace(k=numbers.stiffness)
-    before = _setting(state, brake.vacuum, numbers.stiffness, numbers)
     held = jax.lax.cond(
         vacuum == brake.vacuum,
         lambda s: s,
-        lambda s: _typed(change_vacuum(s, vacuum, before, stiff), s),
+        lambda s: _typed(change_vacuum(s, vacuum, stiff), s),
         brake,
     )
     made, separated = _whole(held, elongation, softened, state.separated)
@@ -181,8 +180,8 @@ class Increment:
         made, at = [], 0
         for leaf in map(np.asarray, leaves):
             part = np.frombuffer(given[at : at + leaf.nbytes], leaf.dtype)
-            turns = part.dtype.kind == "i" and not 0 <= part[0] <= DEPTH
-            if turns or not np.isfinite(part).all():
+            pieces = part.dtype.kind == "i" and not 2 <= part[0] < PIECES
+            if pieces or not np.isfinite(part).all():
                 raise QuantityError.of("state", "the bytes are damaged: a number out of range")
             made.append(part.reshape(leaf.shape))
             at += leaf.nbytes

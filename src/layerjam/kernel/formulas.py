@@ -18,16 +18,8 @@ FILE = Path(__file__).parent / "c" / "formulas.h"
 LAWS: tuple[Callable[..., Any], ...] = (
     enclosure.enclosure_of,
     memory.branch,
-    enclosure.backbone,
-    enclosure.backbone_work,
-    enclosure.backbone_stored,
-    enclosure.slipped_area,
-    enclosure.backbone_dissipated,
-    enclosure.inverse_backbone,
+    pull.spread_root,
     pull.rising_root,
-    memory._slid_back_stored,
-    memory._crossing,
-    memory._force_of_stored,
 )
 """In an order in which each uses earlier ones only."""
 HEAD = """/* Printed by layerjam/kernel/formulas.py from the Python laws. Apache License 2.0. */

@@ -19,15 +19,14 @@ from layerjam.mechanics.fan import Fan, along_tangents, force_of, grown, tangent
 from layerjam.mechanics.friction import growth_of, sheets_at
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import (
-    DEPTH,
     Memory,
-    Turns,
     at_rest,
     at_vacuum,
     branch,
-    facing,
-    load_to,
-    unload_to,
+    face_direction,
+    find_path,
+    piece,
+    slide_to,
 )
 from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.rubber_cycle import rubber_cycle
@@ -69,56 +68,29 @@ def setting_of(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> Se
     return Setting(sheets.c, spring, sheets.overlap, enclosure, sheets.fan, brake.speed_law)
 
 
-def first_slip(memory: Memory, elongation: Any, at: Setting) -> Any:
-    """Slip where k (u - x) = F_e(x) + F_f(x) on the outermost loading; -inf where it is not met."""
-    return along_tangents(lambda line: _first_slip(memory, elongation, line), memory.slip, at)
+def slip_to_balance(memory: Memory, elongation: Any, direction: Any, at: Setting) -> Any:
+    """Slip at which spring, enclosure and friction balance, in a direction: 1 out, -1 back.
 
+    k (u - x) = F_e(x) + F_f(x), or - F_f(x) on the way back; the present slip if that is passed.
+    """
+    ready = face_direction(memory, direction, at.enclosure)
+    path = find_path(ready, direction, at.enclosure)
+    bounded = jnp.isfinite(path.end)
+    ends = memory.slip + direction * jnp.where(bounded, path.end, 0.0)
 
-def _first_slip(memory: Memory, elongation: Any, at: Setting) -> Any:
-    onset = at.k * (elongation - memory.origin) - at.c * (at.overlap - memory.origin)
-    first = memory.origin + rising_root(onset, at.k - at.c, at.enclosure)
-    # before the backbone is joined the base leads there; one that lies ahead, behind a loop, is
-    # not reached while it drives nothing
-    base = memory.base
-    drive = at.k * (elongation - base.slip) - base.force - at.c * (at.overlap - base.slip)
-    start = base.slip + rising_root(drive, at.k - at.c, branch(base.strength, at.enclosure))
-    start = jnp.where(drive >= 0, jnp.minimum(start, memory.join), -jnp.inf)
-    return jnp.where(first >= memory.join, first, start)
+    def meets(line: Setting) -> Any:
+        def drive(slip: Any, force: Any) -> Any:
+            pull = direction * (line.k * (elongation - slip) - force)
+            return pull - line.c * (line.overlap - slip)
 
+        passed = bounded & ((path.end <= 0) | (drive(ends, path.end_force) > 0))
+        place = ready.count - 2 - passed.sum(axis=0)
+        start, force, strength = (piece(v, place) for v in (path.slip, path.force, path.strength))
+        strip, spring = branch(strength, line.enclosure), line.k - direction * line.c
+        return start + direction * rising_root(drive(start, force), spring, strip)
 
-def _slide_out(memory: Memory, elongation: Any, at: Setting) -> Any:
-    """Slip where k (u - x) = F_e(x) + F_f(x): the farthest root over all loading branches."""
-
-    def root(turns: Turns) -> Any:
-        drive = at.k * (elongation - turns.slip) - turns.force
-        drive = drive - at.c * (at.overlap - turns.slip)
-        return turns.slip + rising_root(drive, at.k - at.c, branch(turns.strength, at.enclosure))
-
-    branches = jnp.where(jnp.arange(DEPTH) < memory.lows.count, root(memory.lows), -jnp.inf)
-    first = _first_slip(memory, elongation, at)
-    inside = (memory.lows.count > 0) & (first < memory.highs.slip[0])
-    first = jnp.where(inside, -jnp.inf, first)
-    return jnp.maximum(jnp.maximum(first, branches.max()), memory.slip)
-
-
-def _slide_back(memory: Memory, elongation: Any, at: Setting) -> Any:
-    """Slip where k (u - x) = F_e(x) - F_f(x), or F_e = F_f once the brake is slack."""
-    highs = memory.highs
-
-    def root(spring: Any, pull: Any) -> Any:
-        drive = highs.force - at.c * (at.overlap - highs.slip) - pull
-        strip = branch(highs.strength, at.enclosure)
-        slip = highs.slip - rising_root(drive, spring + at.c, strip)
-        slip = jnp.where(jnp.arange(DEPTH) < highs.count, slip, jnp.inf).min()
-        # a strip that slides back as a whole falls by EA/l
-        drive = memory.force - at.c * (at.overlap - memory.slip)
-        drive = drive - spring * (elongation - memory.slip)
-        whole = drive / (spring + at.c + at.enclosure.stiffness / at.enclosure.reach)
-        slip = jnp.where(highs.count > 0, slip, memory.slip - jnp.maximum(whole, 0.0))
-        return jnp.clip(slip, 0.0, memory.slip)
-
-    taut = root(at.k, at.k * (elongation - highs.slip))
-    return jnp.where(elongation >= taut, taut, root(0.0, 0.0))
+    slip = along_tangents(meets, memory.slip, at)
+    return jnp.where(direction * (slip - memory.slip) > 0, jnp.maximum(slip, 0.0), memory.slip)
 
 
 def _rubbed(start: Any, end: Any, at: Setting) -> Any:
@@ -136,18 +108,21 @@ def move(state: State, elongation: Any, at: Setting) -> State:
     out = trial > memory.force + hold
     back = jnp.maximum(trial, 0.0) < memory.force - hold
 
-    def outward(memory: Memory) -> tuple[Any, Memory]:
-        opening = facing(memory, True, at.enclosure)
-        far = along_tangents(lambda line: _slide_out(opening, elongation, line), memory.slip, at)
-        return far, load_to(opening, far, at.enclosure)
+    direction = jnp.where(back, -1.0, 1.0)
 
-    def inward(memory: Memory) -> tuple[Any, Memory]:
-        closing = facing(memory, False, at.enclosure)
-        near = along_tangents(lambda line: _slide_back(closing, elongation, line), memory.slip, at)
-        return near, unload_to(closing, near, at.enclosure)
+    def slide(tries: Any, slip: Any) -> Any:
+        # a brake that is slack after all has slid back without the spring
+        slack = (tries == 1) & back & (elongation < slip)
+        pull = at._replace(k=jnp.where(slack, 0.0, at.k))
+        slides = (tries == 0) | slack
+        return jax.lax.cond(
+            slides, lambda: slip_to_balance(memory, elongation, direction, pull), lambda: slip
+        )
 
-    direction = jnp.where(out, 0, jnp.where(back, 1, 2))
-    slip, new = jax.lax.switch(direction, [outward, inward, lambda m: (m.slip, m)], memory)
+    slip = jax.lax.cond(
+        out | back, lambda: jax.lax.fori_loop(0, 2, slide, memory.slip), lambda: memory.slip
+    )
+    new = slide_to(memory, slip, at.enclosure)
     force = jnp.maximum(at.k * (elongation - slip), 0.0)
     rubbed = _rubbed(memory.slip, slip, at)
     heat = rubbed + new.heat - memory.heat
@@ -165,9 +140,9 @@ def move(state: State, elongation: Any, at: Setting) -> State:
     )
 
 
-def change_vacuum(state: State, vacuum: Any, before: Setting, after: Setting) -> State:
+def change_vacuum(state: State, vacuum: Any, after: Setting) -> State:
     """Another vacuum at a fixed crosshead: no work is done, what is released becomes heat."""
-    held = at_vacuum(state.enclosure, before.enclosure, after.enclosure)
+    held = at_vacuum(state.enclosure, after.enclosure)
     moved = move(state._replace(enclosure=held), state.elongation, after)
     spring = (state.force**2 - moved.force**2) / (2 * after.k)
     released = state.enclosure.stored - moved.enclosure.stored + spring
@@ -179,8 +154,8 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -
     """The brake along an elongation history [m], shape (N,), from rest at zero elongation.
 
     `vacuum` [Pa] is one number or a history of the same shape, taken over before each move.
-    Sheets stick at k and slide at F_f; the enclosure follows Masing's rule. Once the brake starts
-    to slide on a k that is not above c (`least_stiffness`) it snaps, and forces from there are NaN.
+    Sheets stick at k and slide at F_f; the enclosure has a memory. Once the brake starts to slide
+    on a k that is not above c (`least_stiffness`) it snaps, and forces from there are NaN.
     A hyperelastic enclosure is followed as cells, at a vacuum that never falls (NaN from there).
     With `speed` [m/s], that of the crosshead as a number or a history, a speed law counts: the
     crosshead's speed stands for that of the slip, which is 1/(1 + F'/k) of it.
@@ -230,9 +205,7 @@ def stepped(
     state = jax.lax.cond(
         same,
         lambda s: s,
-        lambda s: change_vacuum(
-            s, pressure, setting_of(s.vacuum, spring, brake, s.growth), after
-        )._replace(growth=growth),
+        lambda s: change_vacuum(s, pressure, after)._replace(growth=growth),
         state,
     )
     state = move(state, target, after)

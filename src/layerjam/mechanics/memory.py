@@ -1,13 +1,15 @@
-"""The enclosure under changing slip and vacuum: Masing's rule with memory of turning points (ours).
+"""The enclosure under changing slip and vacuum: tension along its strips, in pieces (ours).
 
-First loading follows the backbone f. Whatever happens later starts where the strip is and moves it
-against a *change* of friction: 2 q after a turn, because friction reverses, so that
-F = F_r -/+ g(|x - x_r|, 2 q) with g the backbone of that friction (Masing's 2 f(dx/2)). When an
-older loop is met it goes on as if it had not been left: of all remembered branches the lowest
-counts in loading, the highest in unloading, so that one formula serves every history. Heat and
-stored energy are exact integrals over the branches passed.
+A point at the distance s from the driven end of half a face feels that end only through the
+friction in between, which bears at most q s. So a move keeps each point's old tension between
+N0 - q s and N0 + q s, N0 that of the end: the part that slides grows from the end, the rest keeps
+what it had, and the tension is a chain of straight pieces. While the front crosses a piece, the
+force follows the backbone of the change of slope there: 2 q after a turn at one vacuum (Masing's
+rule), q' - q where a strip that was stretched under q is stretched further under q'. Work and heat
+are exact integrals.
 
-A change of vacuum at rest changes the friction that is there to be used: see `at_vacuum`.
+A vacuum that rises changes no tension. One that falls lets the pieces slide that are steeper than
+friction now holds: see `at_vacuum`.
 """
 
 from __future__ import annotations
@@ -21,12 +23,9 @@ from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import (
     EnclosureLaw,
     backbone,
-    backbone_dissipated,
-    backbone_stored,
     backbone_work,
     enclosure_at,
     enclosure_of,
-    inverse_backbone,
     slipped_area,
 )
 from layerjam.mechanics.law import law, safe_sqrt, within
@@ -34,21 +33,13 @@ from layerjam.mechanics.rubber_strip import along_slip
 
 DEPTH = 16
 """Turning points remembered in either direction, nested loops one inside the other."""
+PIECES = 2 * DEPTH + 5
+"""Pieces of tension that are remembered, the middle of the face included."""
 NEAR = 1e-9
 """Share within which two numbers count as equal. Histories reach equalities exactly (a loop that
-closes, a strip that just slides), and rounding must not decide what comes then."""
+closes), and rounding must not decide what comes then."""
 NEAR_IN_SINGLE = 1e-4
 """The same in single precision, whose rounding is coarser."""
-
-
-class Turns(NamedTuple):
-    """Remembered turning points, outermost first, and how many count."""
-
-    slip: Any
-    force: Any
-    strength: Any
-    """Change of friction the branch from here moves against [N/m]."""
-    count: Any
 
 
 class Memory(NamedTuple):
@@ -56,38 +47,39 @@ class Memory(NamedTuple):
 
     slip: Any
     force: Any
-    origin: Any
-    """Slip at which the backbone starts [m]; moved where the strip's state is not known."""
-    base: Turns
-    """Where loading starts after a change of vacuum: one point, with its strength (shape ())."""
-    join: Any
-    """Slip at which that branch reaches the backbone [m]."""
-    down: Any
-    """Strength of unloading from here, if this point has not been left since the change [N/m]."""
-    grip: Any
-    """Friction [N/m] under which the strip last slid, if that was first loading and it has only
-    been held harder since; negative otherwise."""
-    highs: Turns
-    lows: Turns
-    loading: Any
+    ends: Any
+    """How far the pieces reach from the driven end, over half the free length, the innermost first;
+    shape (PIECES, ...). The first has no length: it is the middle of the face."""
+    slopes: Any
+    """Slope of their tension over that distance [N/m]: -q where the strip was pulled out."""
+    count: Any
     stored: Any
     heat: Any
     overflow: Any
     """True once more nested turns were made than `DEPTH` holds."""
 
 
-def at_rest() -> Memory:
-    """A relaxed enclosure."""
-    none, zero, no = jnp.zeros(DEPTH), jnp.array(0.0), jnp.array(False)
-    turns = Turns(none, none, none, jnp.array(0))
-    base = Turns(zero, zero, zero, jnp.array(0))
-    yes, void = jnp.array(True), jnp.array(-1.0)
-    return Memory(zero, zero, zero, base, zero, zero, void, turns, turns, yes, zero, zero, no)
+class Path(NamedTuple):
+    """The branch over each piece in a move in one direction; arrays of the shape of `ends`."""
+
+    slip: Any
+    """Where the branch would start, had the whole way been over this piece [m]."""
+    force: Any
+    strength: Any
+    """Change of friction that the branch moves against [N/m]."""
+    begin: Any
+    """Way from the present slip to the piece [m], and to its far end; infinite past the middle."""
+    end: Any
+    end_force: Any
+    """Force with the front at the far end [N]."""
 
 
-def near(number: Any) -> float:
-    """Share within which two numbers of this precision count as equal."""
-    return NEAR if jnp.result_type(number) == jnp.float64 else NEAR_IN_SINGLE
+def at_rest(shape: tuple[int, ...] = ()) -> Memory:
+    """A relaxed enclosure, or an array of them."""
+    zero = jnp.zeros(shape)
+    none = jnp.zeros((PIECES, *shape))
+    two = jnp.full(shape, 2)
+    return Memory(zero, zero, none.at[:2].set(1.0), none, two, zero, zero, zero > 0)
 
 
 def branch(strength: Any, enclosure: EnclosureLaw) -> EnclosureLaw:
@@ -95,253 +87,237 @@ def branch(strength: Any, enclosure: EnclosureLaw) -> EnclosureLaw:
     return enclosure_of(enclosure.stiffness, strength, enclosure.reach)
 
 
-def _push(turns: Turns, slip: Any, force: Any, strength: Any, when: Any) -> Turns:
-    here = (jnp.arange(DEPTH) == turns.count) & when
-    return Turns(
-        jnp.where(here, slip, turns.slip),
-        jnp.where(here, force, turns.force),
-        jnp.where(here, strength, turns.strength),
-        turns.count + when,
-    )
+def _places(state: Memory) -> Any:
+    return jnp.arange(len(state.ends)).reshape((-1,) + (1,) * jnp.ndim(state.count))
 
 
-def _innermost(turns: Turns, otherwise: Any) -> Any:
-    """Strength of the innermost turn, if there is one."""
-    last = jnp.arange(DEPTH) == turns.count - 1
-    return jnp.where(turns.count > 0, jnp.where(last, turns.strength, 0.0).sum(), otherwise)
+def piece(values: Any, place: Any) -> Any:
+    """The entry of an array over the pieces at a place of each strip."""
+    places = jnp.arange(len(values)).reshape((-1,) + (1,) * jnp.ndim(place))
+    return jnp.where(places == place, values, 0.0).sum(axis=0)
 
 
-def _unmoved(state: Memory) -> Any:
-    """The strip has not moved since the vacuum was changed."""
-    return (state.base.count > 0) & (
-        jnp.abs(state.slip - state.base.slip) <= near(state.slip) * state.slip
-    )
+def _sum_nearer(values: Any) -> Any:
+    """For each piece the sum over those nearer to the driven end."""
+    return jnp.flip(jnp.cumsum(jnp.flip(values, 0), axis=0), 0) - values
 
 
-def _sliding_back(state: Memory) -> Any:
-    """The whole strip slides back: it rests on the force that friction just fails to hold."""
-    on = _unmoved(state) & (state.down == 0)
-    return on & (state.highs.count == 0) & (state.lows.count == 0)
-
-
-def facing(state: Memory, loading: bool, enclosure: EnclosureLaw) -> Memory:
-    """The state with its present point remembered as a turn, if the direction changes."""
-    turned = state.loading != loading
-    full = (state.lows if loading else state.highs).count >= DEPTH
-    # loops inside a loop move against the same change of friction, so that they close where they
-    # opened; the outermost knows whether it starts where the vacuum was changed
-    turn = jnp.where(_unmoved(state) & (not loading), state.down, 2 * enclosure.friction)
-    turned = turned & ~(_sliding_back(state) & (not loading))
-    if loading:
-        turn = _innermost(state.highs, turn)
-        changed = state._replace(lows=_push(state.lows, state.slip, state.force, turn, turned))
-    else:
-        turn = _innermost(state.lows, turn)
-        changed = state._replace(highs=_push(state.highs, state.slip, state.force, turn, turned))
-    return changed._replace(
-        loading=jnp.full_like(state.loading, loading), overflow=state.overflow | (turned & full)
-    )
-
-
-def first_force(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Force of the outermost loading: from the base up to `join`, then the backbone."""
-    ahead = jnp.maximum(slip - state.base.slip, 0.0)
-    start = state.base.force + backbone(ahead, branch(state.base.strength, enclosure))
-    after = backbone(jnp.maximum(slip - state.origin, 0.0), enclosure)
-    return jnp.where(slip < state.join, start, after)
-
-
-def loading_force(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Force at a slip beyond the present one, for a state that faces loading."""
-    ahead = jnp.maximum(slip - state.lows.slip, 0.0)
-    branches = state.lows.force + backbone(ahead, branch(state.lows.strength, enclosure))
-    branches = jnp.where(jnp.arange(DEPTH) < state.lows.count, branches, jnp.inf)
-    inside = (state.lows.count > 0) & (slip < state.highs.slip[0])
-    first = jnp.where(inside, jnp.inf, first_force(state, slip, enclosure))
-    return jnp.minimum(first, branches.min())
-
-
-def unloading_force(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Force at a slip below the present one, for a state that faces unloading."""
-    behind = jnp.maximum(state.highs.slip - slip, 0.0)
-    branches = state.highs.force - backbone(behind, branch(state.highs.strength, enclosure))
-    return jnp.where(jnp.arange(DEPTH) < state.highs.count, branches, -jnp.inf).max()
-
-
-def first_work(state: Memory, start: Any, end: Any, enclosure: EnclosureLaw) -> tuple[Any, Any]:
-    """Work and heat [J] of the outermost loading from slip `start` to `end`."""
-    base = state.base
-    joined = jnp.clip(state.join, start, end)
-    on, strip = joined > start, branch(base.strength, enclosure)
-    a, b = (jnp.where(on, x - base.slip, 0.0) for x in (start, joined))
-    work = jnp.where(on, base.force * (joined - start), 0.0)
-    work = work + backbone_work(b, strip) - backbone_work(a, strip)
-    heat = enclosure.friction * (slipped_area(b, strip) - slipped_area(a, strip))
-    a, b = (jnp.maximum(x - state.origin, 0.0) for x in (joined, end))
-    work = work + backbone_work(b, enclosure) - backbone_work(a, enclosure)
-    return work, heat + backbone_dissipated(b, enclosure) - backbone_dissipated(a, enclosure)
-
-
-def _along(
-    turns: Turns, on: Any, start: Any, end: Any, friction: Any, enclosure: EnclosureLaw
-) -> tuple[Any, Any]:
-    """Work and heat over branches from slip `start` to `end`, each measured from its turn.
-
-    `friction` [N/m] rubs on what slips. Out and back over a loop it must add up to the loop's
-    strength, which is the work the loop takes: q going back, the rest going out.
-    """
-    strip = branch(turns.strength, enclosure)
-    a = jnp.where(on, jnp.abs(start - turns.slip), 0.0)
-    b = jnp.where(on, jnp.abs(end - turns.slip), 0.0)
-    work = jnp.where(on, turns.force * (end - start), 0.0)
-    work = work + backbone_work(b, strip) - backbone_work(a, strip)
-    heat = friction * (slipped_area(b, strip) - slipped_area(a, strip))
-    return work.sum(), heat.sum()
-
-
-def load_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
-    """Stretch to `slip` >= the present one; the state faces loading."""
-    index = jnp.arange(DEPTH)
-    lows, highs = state.lows, state.highs
-    on = index < lows.count
-    inner = jnp.where(index + 1 < lows.count, jnp.roll(highs.slip, -1), state.slip)
-    start = jnp.clip(inner, state.slip, slip)
-    end = jnp.where(on, jnp.clip(highs.slip, start, slip), start)
-    work, heat = _along(lows, on, start, end, lows.strength - enclosure.friction, enclosure)
-    first = jnp.where(lows.count > 0, jnp.clip(highs.slip[0], state.slip, slip), state.slip)
-    more, warmer = first_work(state, first, slip, enclosure)
-    work, heat = work + more, heat + warmer
-    left = ((highs.slip * (1 - near(slip)) > slip) & (index < highs.count)).sum()
+def _with_piece(state: Memory, place: Any, end: Any, slope: Any) -> Memory:
+    """The state with a piece at a place, the last one that counts."""
+    here = _places(state) == place
     return state._replace(
-        slip=slip,
-        force=jnp.where(slip > state.slip, loading_force(state, slip, enclosure), state.force),
-        highs=highs._replace(count=left),
-        lows=lows._replace(count=jnp.minimum(lows.count, left)),
-        stored=state.stored + work - heat,
-        heat=state.heat + heat,
+        ends=jnp.where(here, end, state.ends),
+        slopes=jnp.where(here, slope, state.slopes),
+        count=place + 1,
     )
 
 
-def unload_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
-    """Let shrink to `slip` <= the present one; the state faces unloading."""
-    index = jnp.arange(DEPTH)
-    lows, highs = state.lows, state.highs
-    on = index < highs.count
-    start = jnp.clip(jnp.where(index < lows.count, lows.slip, state.slip), slip, state.slip)
-    outer = jnp.where(index > 0, jnp.roll(lows.slip, 1), slip)
-    end = jnp.where(on, jnp.clip(outer, slip, start), start)
-    work, heat = _along(highs, on, start, end, enclosure.friction, enclosure)
-    left = ((lows.slip < slip * (1 - near(slip))) & (index < lows.count)).sum()
-    # a strip that slides back as a whole takes its base along
-    slides = _sliding_back(state)
-    distance = state.slip - slip
-    fallen = state.force - enclosure.stiffness * distance / enclosure.reach
-    force = jnp.where(slides, fallen, unloading_force(state, slip, enclosure))
-    force = jnp.where(distance > 0, force, state.force)
-    work = jnp.where(slides, -distance * (state.force + fallen) / 2, work)
-    heat = jnp.where(slides, enclosure.friction * enclosure.reach * distance, heat)
-    base = state.base._replace(
-        slip=jnp.where(slides, slip, state.base.slip),
-        force=jnp.where(slides, force, state.base.force),
-    )
-    return state._replace(
-        slip=slip,
-        force=force,
-        base=base,
-        join=jnp.where(slides, _crossing(slip, force, enclosure), state.join),
-        lows=lows._replace(count=left),
-        highs=highs._replace(count=jnp.minimum(highs.count, left + 1)),
-        loading=state.loading | slides,
-        stored=state.stored + work - heat,
-        heat=state.heat + heat,
+def face_direction(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Memory:
+    """Return the state with a piece to grow at the driven end: in direction 1 out, or -1 back."""
+    slope = -direction * enclosure.friction
+    turned = piece(state.slopes, state.count - 1) != slope
+    return _choose(turned, _with_piece(state, state.count, 0.0, slope), state)
+
+
+def find_path(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Path:
+    """Return the branches ahead of a state from `face_direction`."""
+    places = _places(state)
+    under = places < state.count - 1
+    slope = -direction * enclosure.friction
+    strength = jnp.where(under & (places > 0), jnp.abs(slope - state.slopes), 0.0)
+    strip, near = branch(strength, enclosure), jnp.roll(state.ends, -1, axis=0)
+    near, far = jnp.where(under, near, 0.0), jnp.where(under, state.ends, 0.0)
+    longer = strip.saturation * (far**2 - near**2)
+    harder = 2 * strength * enclosure.reach * (far - near)
+    begin, force = _sum_nearer(longer), state.force + direction * _sum_nearer(harder)
+    return Path(
+        slip=state.slip + direction * (begin - strip.saturation * near**2),
+        force=force - direction * 2 * strength * enclosure.reach * near,
+        strength=strength,
+        begin=jnp.where(under, begin, 0.0),
+        end=jnp.where(under & (places > 0), begin + longer, jnp.inf),
+        end_force=force + direction * harder,
     )
 
 
-def at_vacuum(state: Memory, before: EnclosureLaw, after: EnclosureLaw) -> Memory:
-    """The same slip under another vacuum; turns are forgotten.
+def sliding_share(state: Memory) -> Any:
+    """How far the last move has reached from the driven end, over half the free length [-].
 
-    Raising it leaves the force, lowering it caps the force at the new backbone. How the strip
-    goes on is exact in three cases. In first loading, raised: it has q' - q to spare where it
-    slid and joins the new backbone where the old sliding zone ends; backwards it moves against
-    q + q'; as long as it rests, another vacuum is counted from q again, since a strip at rest
-    cannot know how often the gauge was read. In first loading, lowered: it is on the new
-    backbone. Lowered so far that friction no longer holds a strip that was let back: it slides
-    to EA x/l - q'l. In every other state the strip goes on along a backbone that starts later,
-    from a force whose first loading would store no more energy than there is: softer than the
-    strip, but nothing is won by pumping. An enclosure that pushes (force < 0) is let go.
+    The force then rises by EA over that length.
     """
-    slip, new, share = state.slip, after.friction, near(state.slip)
-    straight = (state.highs.count == 0) & (state.lows.count == 0)
-    gripped = _unmoved(state) & straight & (state.grip >= 0)
-    q = jnp.where(gripped, state.grip, before.friction)
-    raised = new > q
-    first = state.loading & (state.lows.count == 0) & (slip >= state.join * (1 - share))
-    first = first & (jnp.abs(state.origin) <= share * slip)
-    whole = after.stiffness * slip / after.reach
-    # without friction turns mean nothing, and the strip is stretched evenly
-    even = (q == 0) & (jnp.abs(state.force - whole) <= share * whole)
-    known = first | gripped | even
-    least = whole - new * after.reach
-    slid_back = _slid_back_stored(least, after)
-    back = ~known & (least > share * whole) & (state.force <= least + share * whole)
-    back = back & (state.stored >= slid_back * (1 - share))
-    most = backbone(slip, after)
-    held = jnp.minimum(jnp.minimum(state.force, most), _force_of_stored(state.stored, after))
-    unsure = jnp.maximum(jnp.where(raised, state.force, held), 0.0)
-    force = jnp.where(known, jnp.where(raised, state.force, most), jnp.where(back, least, unsure))
-    there = inverse_backbone(unsure, after)
-    stored = jnp.where(raised, state.stored, backbone_stored(there, after))
-    stored = jnp.where(state.force < -share * whole, 0.0, stored)
-    stored = jnp.where(back, slid_back, stored)
-    exact = jnp.where(raised, state.stored, backbone_stored(slip, after))
-    stored = jnp.minimum(jnp.where(known, exact, stored), state.stored)
-    zone = jnp.where(q > 0, state.force / 2 / jnp.where(q > 0, q, 1.0), after.reach)
-    ends = inverse_backbone(force + 2 * (new - q) * jnp.minimum(zone, after.reach), after)
-    spare = known & raised & (slip > share * after.reach)
-    join = jnp.where(spare, ends, jnp.where(back, _crossing(slip, force, after), slip))
-    changed = state._replace(
-        force=force,
-        origin=jnp.where(known | back, 0.0, slip - there),
-        base=Turns(slip, force, jnp.where(spare, new - q, 2 * new), jnp.ones_like(DEPTH)),
-        join=join,
-        down=jnp.where(spare, new + q, jnp.where(back, 0.0, 2 * new)),
-        grip=jnp.where(spare, q, -1.0),
-        highs=state.highs._replace(count=jnp.zeros_like(state.highs.count)),
-        lows=state.lows._replace(count=jnp.zeros_like(state.lows.count)),
-        loading=jnp.full_like(state.loading, True),
-        stored=stored,
-        heat=state.heat + state.stored - stored,
+    return piece(state.ends, state.count - 1)
+
+
+def slide_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
+    """Return the enclosure stretched or let back to a slip [m], with its work and heat."""
+    moved = _grow_piece(state, slip, enclosure)
+    full = moved.count >= len(state.ends)  # the next turn needs a place
+    return jax.lax.cond(
+        jnp.any(full), lambda s: _choose(full, _join_pieces(s, enclosure), s), lambda s: s, moved
     )
-    return jax.tree.map(lambda a, b: jnp.where(new != before.friction, a, b), changed, state)
 
 
-def _slid_back_stored(force: Any, enclosure: EnclosureLaw) -> Any:
-    """Elastic energy [J] of a strip whose tension rises by q from its ends to the middle."""
-    face, full = force / 2, enclosure.friction * enclosure.reach
-    return 2 * enclosure.reach * (face**2 + face * full + full**2 / 3) / enclosure.stiffness
+def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
+    """Return the same, with one piece more than may be kept."""
+    direction = jnp.where(slip < state.slip, -1.0, 1.0)
+    way = jnp.abs(slip - state.slip)
+    ready = face_direction(state, direction, enclosure)
+    path = find_path(ready, direction, enclosure)
+    places = _places(state)
+    under = places < ready.count - 1
+    # a loop that closes but for rounding is closed
+    branch_way = path.end - direction * (path.slip - state.slip)
+    close = NEAR if jnp.result_type(way) == jnp.float64 else NEAR_IN_SINGLE
+    reached = path.end - close * jnp.where(path.end < jnp.inf, branch_way, 0.0) <= way
+    reached = ~under | reached | ((path.strength <= 0) & (places > 0))
+    passed = under & jnp.flip(jnp.cumprod(jnp.flip(reached, 0), axis=0), 0).astype(bool)
+    place = ready.count - 2 - passed.sum(axis=0)
+    start, strength = piece(path.slip, place), piece(path.strength, place)
+    ahead, strip = jnp.maximum(direction * (slip - start), 0.0), branch(strength, enclosure)
+    spread = jnp.where(strip.saturation > 0, strip.saturation, 1.0)
+    share = jnp.where(strip.saturation > ahead, safe_sqrt(ahead / spread), 1.0)
+    near = piece(jnp.where(under, jnp.roll(ready.ends, -1, axis=0), 0.0), place)
+    end = jnp.clip(share, near, piece(ready.ends, place))
+    moved = _with_piece(ready, place + 1, end, -direction * enclosure.friction)
+
+    strips = branch(path.strength, enclosure)
+    first, last = jnp.minimum(path.begin, way), jnp.minimum(path.end, way)
+    on = under & (last > first)
+    a, b = (
+        jnp.where(on, jnp.maximum(w - direction * (path.slip - state.slip), 0.0), 0.0)
+        for w in (first, last)
+    )
+    work = jnp.where(on, direction * path.force * (b - a), 0.0)
+    work = (work + backbone_work(b, strips) - backbone_work(a, strips)).sum(axis=0)
+    heat = (slipped_area(b, strips) - slipped_area(a, strips)).sum(axis=0) * enclosure.friction
+    moved = moved._replace(
+        slip=slip,
+        force=piece(path.force, place) + direction * backbone(ahead, strip),
+        stored=ready.stored + work - heat,
+        heat=ready.heat + heat,
+    )
+    return _choose(slip != state.slip, moved, state)
 
 
-def _crossing(slip: Any, force: Any, enclosure: EnclosureLaw) -> Any:
-    """Where a branch of strength 2 q from (slip, force) meets the saturated backbone [m].
+def _choose(condition: Any, yes: Memory, no: Memory) -> Memory:
+    """One state or the other, strip by strip."""
+    return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
 
-    EA x/l + q l = F + 2 sqrt(2 EA q dx): only a strip that slid back as a whole starts one.
+
+class _Tension(NamedTuple):
+    """Both faces, piece by piece; arrays of the shape of `ends`."""
+
+    near: Any
+    """Tension of both faces at the near end [N], and its rise up to the far end."""
+    rise: Any
+    slip: Any
+    """What the stretch of the piece adds to the slip [m]."""
+    stored: Any
+
+
+def _tension_of(state: Memory, enclosure: EnclosureLaw) -> _Tension:
+    places = _places(state)
+    last = state.count - 1
+    near = jnp.where(places < last, jnp.roll(state.ends, -1, axis=0), 0.0)
+    length = jnp.where((places > 0) & (places <= last), state.ends - near, 0.0) * enclosure.reach
+    rise = 2 * state.slopes * length
+    near = state.force + _sum_nearer(rise)
+    slip = length * (near + rise / 2) / enclosure.stiffness
+    square = near**2 + near * rise + rise**2 / 3
+    return _Tension(near, rise, slip, length * square / (2 * enclosure.stiffness))
+
+
+def _book_loss(state: Memory, new: Memory, enclosure: EnclosureLaw) -> Memory:
+    """Return the new pieces with the old slip; what they store less is heat."""
+    before, after = (_tension_of(s, enclosure).stored.sum(axis=0) for s in (state, new))
+    lost = jnp.maximum(before - after, 0.0)
+    return new._replace(slip=state.slip, stored=state.stored - lost, heat=state.heat + lost)
+
+
+def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
+    """Return the state with one piece less: where that changes least, two of a bow become one.
+
+    The piece before them is drawn out so far that the slip stays; tension then only moves from
+    where it is high to where it is low, which stores less. Only turns, which are no bow: the last
+    one is forgotten, and reported.
     """
-    root, slope = jnp.sqrt(2.0) * enclosure.root, enclosure.stiffness / enclosure.reach
-    short = jnp.maximum(slope * slip + enclosure.friction * enclosure.reach - force, 0.0)
-    rest = safe_sqrt(jnp.maximum(root**2 - 4 * slope * short, 0.0))
-    return slip + ((root - rest) / (2 * slope)) ** 2
+    places = _places(state)
+    near, nearer = (jnp.roll(state.ends, -k, axis=0) for k in (1, 2))
+    a, b = near - nearer, state.ends - near
+    deep, middle, top = (jnp.roll(state.slopes, -k, axis=0) for k in (0, 1, 2))
+    first, second = middle - top, deep - middle
+    bow = (first * second >= 0) & (deep * top >= 0)
+    bow = bow & (places > 0) & (places < state.count - 2)
+    cost = jnp.where(bow, a * b * jnp.abs(second), jnp.inf)
+    place = jnp.argmin(cost, axis=0)
+    bend = first * a + (second + first) * b
+    drawn = jnp.where(bend != 0, a * b * second / jnp.where(bend != 0, bend, 1.0), 0.0)
+    rest = a + b - drawn
+    slope = (middle * a + deep * b - top * drawn) / jnp.where(rest > 0, rest, 1.0)
+    here, shift = places == place, places > place
+    ends = jnp.where(here, state.ends, jnp.where(shift, near, state.ends))
+    joined = state._replace(
+        ends=jnp.where(places == place + 1, piece(nearer + drawn, place), ends),
+        slopes=jnp.where(here, slope, jnp.where(shift, middle, state.slopes)),
+        count=state.count - 1,
+    )
+    found = piece(bow, place) > 0
+    forgotten = state._replace(count=state.count - 1, overflow=state.overflow | ~found)
+    return _choose(found, _book_loss(state, joined, enclosure), forgotten)
 
 
-def _force_of_stored(stored: Any, enclosure: EnclosureLaw) -> Any:
-    """The inverse of `backbone_stored` over the force [N]."""
-    stored = jnp.maximum(stored, 0.0)
-    positive = stored * enclosure.root > 0
-    spread = jnp.cbrt(jnp.where(positive, 3 * stored * enclosure.root**2, 1.0))
-    spread = jnp.where(positive, spread, 0.0)
-    full = enclosure.friction * enclosure.reach
-    square = 2 * stored * enclosure.stiffness / enclosure.reach - full**2 / 3
-    whole = full + safe_sqrt(jnp.maximum(square, 0.0))
-    return jnp.where(spread < 2 * full, spread, whole)
+def at_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
+    """The same slip under another vacuum: a higher one changes nothing, a lower one lets slide.
+
+    Every run of pieces of one direction that are steeper than friction now holds turns, from the
+    innermost to the driven end, until it is as steep as that, and the strip from its near end on
+    is stretched as before. That is exact for one run (a strip that was only pulled out), and for
+    more of them close to what a slowly falling vacuum does; it never stores more.
+    """
+    steep = (_places(state) < state.count) & (jnp.abs(state.slopes) > enclosure.friction)
+    return jax.lax.cond(
+        jnp.any(steep),
+        lambda s: _choose(jnp.any(steep, axis=0), _slide_steep_pieces(s, enclosure), s),
+        lambda s: s,
+        state,
+    )
+
+
+def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
+    """`at_vacuum` where something slides; slip and force are those beyond a place of the strip."""
+    places, q, tension = _places(state), enclosure.friction, _tension_of(state, enclosure)
+    real = (places > 0) & (places < state.count)
+    steep = real & (jnp.abs(state.slopes) > q)
+    near = jnp.where(places < state.count - 1, jnp.roll(state.ends, -1, axis=0), 0.0)
+    stretch = state.slip - _sum_nearer(tension.slip)
+    ahead = jnp.roll(state.slopes, -1, axis=0) * state.slopes > 0
+    last = steep & ~(ahead & (places < state.count - 1))
+    first = state.count - steep.sum(axis=0)
+    end = piece(state.ends, first)
+    start = state._replace(
+        slip=piece(stretch - tension.slip, first),
+        force=piece(tension.near + tension.rise, first),
+        slopes=jnp.clip(state.slopes, -q, q),
+        count=jnp.maximum(first, 2),
+    )
+
+    def turn(place: Any, now: tuple[Memory, Any]) -> tuple[Memory, Any]:
+        beyond, at = now
+        to, aim = near[place], stretch[place]
+        left = jnp.where(to < 1, 1 - to, 1.0)
+        slope, more = piece(beyond.slopes, beyond.count - 1), (at - to) * enclosure.reach
+        slip = beyond.slip + (beyond.force - slope * more) * more / enclosure.stiffness
+        here = beyond._replace(
+            slip=slip, force=beyond.force - 2 * slope * more, ends=(beyond.ends - to) / left
+        )
+        strip = enclosure_of(enclosure.stiffness, q, enclosure.reach * left)
+        new = _grow_piece(here, aim, strip)
+        on = last[place] & (to < 1)
+        new = _choose(on, new._replace(ends=to + left * new.ends), beyond)
+        return new, jnp.where(on, to, at)
+
+    whole, _ = jax.lax.fori_loop(1, len(state.ends), turn, (start, end))
+    return _book_loss(state, whole, enclosure)
 
 
 @law
@@ -358,21 +334,10 @@ def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any
     if brake.hyperelastic is not None:
         return along_slip(slip, vacuum, brake)
 
-    def step(carry: tuple[Memory, Any], point: tuple[Any, Any]) -> Any:
-        state, pressure = carry
-        target, new = point
-        state = at_vacuum(state, enclosure_at(pressure, brake), enclosure_at(new, brake))
-        enclosure = enclosure_at(new, brake)
-        ahead, behind = facing(state, True, enclosure), facing(state, False, enclosure)
-        more = load_to(ahead, jnp.maximum(target, state.slip), enclosure)
-        less = unload_to(behind, jnp.minimum(target, state.slip), enclosure)
-        up, down = target > state.slip, target < state.slip
-        state = jax.tree.map(
-            lambda m, n, s: jnp.where(up, m, jnp.where(down, n, s)), more, less, state
-        )
-        fine = ~state.overflow & (target >= 0) & (new >= 0)
-        out = tuple(within(fine, v) for v in (state.force, state.stored, state.heat))
-        return (state, new), out
+    def step(state: Memory, point: tuple[Any, Any]) -> Any:
+        enclosure = enclosure_at(point[1], brake)
+        state = slide_to(at_vacuum(state, enclosure), point[0], enclosure)
+        fine = ~state.overflow & (point[0] >= 0) & (point[1] >= 0)
+        return state, tuple(within(fine, v) for v in (state.force, state.stored, state.heat))
 
-    _, out = jax.lax.scan(step, (at_rest(), vacuum[0]), (slip, vacuum))
-    return out
+    return jax.lax.scan(step, at_rest(), (slip, vacuum))[1]

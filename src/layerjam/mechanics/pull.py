@@ -107,15 +107,20 @@ def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple
     return force(root), root**2, inside
 
 
+def spread_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
+    """Square root of `rising_root` while part of the enclosure rests."""
+    push = jnp.maximum(drive, 0.0)
+    below = enclosure.root + safe_sqrt(enclosure.root**2 + 4 * spring * push)
+    return 2 * push / jnp.where(below > 0, below, 1.0)
+
+
 def rising_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
     """x >= 0 with spring x + f(x) = drive, f the enclosure's backbone; 0 for drive <= 0.
 
     Every segment of a pull, whichever branch the enclosure is on, is this equation.
     """
-    push = jnp.maximum(drive, 0.0)
-    below = enclosure.root + safe_sqrt(enclosure.root**2 + 4 * spring * push)
-    root = 2 * push / jnp.where(below > 0, below, 1.0)
-    linear = push - enclosure.friction * enclosure.reach
+    root = spread_root(drive, spring, enclosure)
+    linear = jnp.maximum(drive, 0.0) - enclosure.friction * enclosure.reach
     linear = linear / (spring + enclosure.stiffness / enclosure.reach)
     return jnp.where(root**2 < enclosure.saturation, root**2, jnp.maximum(linear, 0.0))
 

@@ -286,7 +286,7 @@ def _hangs(now: Motion, case: _Case) -> bool:
     weight = float(load.mass * load.gravity)
     left = load.mass * now.speed**2 + (now.force - weight) ** 2 / load.spring
     at = setting_of(now.vacuum, load.spring, case.brake)
-    strip = force_of_enclosure(now.slip, now.enclosure, at.enclosure)
+    strip = force_of_enclosure(now, at.enclosure)
     hold = float(force_of(now.slip, resting(at)) + strip)
     return float(left) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
 

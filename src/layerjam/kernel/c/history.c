@@ -20,6 +20,6 @@ void lj_history(const lj_brake *brake, lj_state *state, int64_t count, const lj_
         row->heat = state->heat;
         row->stored = lj_stored(brake, state);
         row->flags = state->flags;
-        row->turns = state->highs_count > state->lows_count ? state->highs_count : state->lows_count;
+        row->turns = (state->count - 1u) / 2;
     }
 }

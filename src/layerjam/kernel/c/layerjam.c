@@ -45,26 +45,6 @@ static lj_real lj_square(lj_real x) { return x * x; }
 
 static int lj_differ(lj_real a, lj_real b) { return a < b || a > b; }
 
-/* Cube root of a number above zero by Halley's rule: libraries differ in the last bit. */
-static lj_real lj_cbrt(lj_real x)
-{
-    lj_real scale = 1, y = LJ(1.5);
-    int i;
-    for (i = 0; i < 400 && x >= 8; i++) {
-        x *= LJ(0.125);
-        scale *= 2;
-    }
-    for (i = 0; i < 400 && x < 1; i++) {
-        x *= 8;
-        scale *= LJ(0.5);
-    }
-    for (i = 0; i < 6; i++) {
-        lj_real cube = y * y * y;
-        y = y * (cube + 2 * x) / (2 * cube + x);
-    }
-    return y * scale;
-}
-
 #include "formulas.h"
 
 /* What resists during one move. */
@@ -101,253 +81,214 @@ static LJ_OFTEN lj_real hold_of(lj_real slip, const lj_setting *at)
     return at->c * lj_max(at->overlap - slip, 0);
 }
 
-/* ---- the enclosure's memory ---- */
+/* ---- the enclosure's memory: see mechanics/memory.py ---- */
 
-/* The enclosure has not moved since the vacuum was changed. */
-static int is_unmoved(const lj_state *s)
+/* The branch over one piece, in a move in one direction. */
+typedef struct {
+    lj_real direction; /* 1 out, -1 back */
+    int place;         /* of the piece */
+    lj_real near;      /* where the front enters it, a share of the length */
+    lj_real start, force; /* where the branch would start, had the whole way been over this piece */
+    lj_real strength;  /* change of friction that it moves against [N/m] */
+    lj_real whole, full; /* slip [m] and change of force [N] over the whole length */
+    lj_real end, end_force; /* with the front at the piece's far end; nowhere past the middle */
+} lj_branch_over;
+
+/* Over the piece at a place, with the front at its near end and slip and force there. */
+static LJ_OFTEN void enter(lj_branch_over *over, const lj_state *s, lj_real slip, lj_real force,
+                           const lj_enclosure *e)
 {
-    return lj_abs(s->slip - s->base.slip) <= LJ_NEAR * s->slip;
+    lj_real d = over->direction, near = over->near, far = s->ends[over->place];
+    over->strength = over->place > 0 ? lj_abs(d * e->friction + s->slopes[over->place]) : 0;
+    over->whole = over->strength * lj_square(e->reach) / e->stiffness;
+    over->full = 2 * over->strength * e->reach;
+    over->start = slip - d * over->whole * lj_square(near);
+    over->force = force - d * over->full * near;
+    over->end = over->start + d * over->whole * lj_square(far);
+    over->end_force = over->force + d * over->full * far;
 }
 
-/* The whole strip slides back: it rests on the force that friction just fails to hold. */
-static int slides_back(const lj_state *s)
+static LJ_OFTEN lj_branch_over first_branch(const lj_state *s, lj_real direction,
+                                            const lj_enclosure *e)
 {
-    return is_unmoved(s) && !(s->down > 0) && s->highs_count == 0 && s->lows_count == 0;
+    lj_branch_over over;
+    int last = s->count - 1, goes_on = !lj_differ(s->slopes[last], -direction * e->friction);
+    over.direction = direction;
+    over.place = goes_on ? last - 1 : last;
+    over.near = goes_on ? s->ends[last] : 0;
+    enter(&over, s, s->slip, s->enclosure_force, e);
+    return over;
 }
 
-/* Remember the present point as a turn, if the direction changes; true if a turn was added. */
-static LJ_OFTEN int face(lj_state *s, int loading, const lj_enclosure *e)
+static LJ_OFTEN void next_branch(lj_branch_over *over, const lj_state *s, const lj_enclosure *e)
 {
-    lj_turn *turns = loading ? s->lows : s->highs;
-    const lj_turn *others = loading ? s->highs : s->lows;
-    uint8_t *count = loading ? &s->lows_count : &s->highs_count;
-    int number = loading ? s->highs_count : s->lows_count;
-    lj_real strength = 2 * e->friction;
-    int turned = (s->loading != 0) != loading && (loading || !slides_back(s));
-    /* loops inside a loop move against the same change of friction, so that they close where they
-     * opened; the outermost knows whether it starts where the vacuum was changed */
-    if (number > 0)
-        strength = others[number - 1].strength;
-    else if (!loading && is_unmoved(s))
-        strength = s->down;
-    s->loading = (uint8_t)loading;
-    if (!turned)
-        return 0;
-    if (*count == LJ_DEPTH) {
-        s->flags |= LJ_OVERFLOW;
-        return 0;
+    over->near = s->ends[over->place];
+    over->place--;
+    enter(over, s, over->end, over->end_force, e);
+}
+
+/* Stretch or let back to a slip, with work and heat. */
+static void move_strip(lj_state *s, lj_real slip, const lj_enclosure *e)
+{
+    lj_real d = slip < s->slip ? LJ(-1) : LJ(1), at = s->slip, work = 0, area = 0, force, spread;
+    lj_real share = 1;
+    lj_branch_over over = first_branch(s, d, e);
+    while (over.place > 0) {
+        /* a loop that closes but for rounding is closed */
+        lj_real short_of = d * (over.end - slip), rounding = LJ_NEAR * d * (over.end - over.start);
+        int passes = short_of <= rounding || !(over.whole > 0);
+        lj_real to = short_of > 0 ? slip : over.end;
+        share = s->ends[over.place];
+        if (short_of > 0 && over.whole > 0)
+            share = lj_clip(lj_sqrt(lj_max(d * (to - over.start), 0) / over.whole), over.near, share);
+        /* slipped area and work rise with the third power of the share */
+        spread = over.whole * (share * share * share - over.near * over.near * over.near);
+        spread *= LJ(1) / LJ(3);
+        work += over.force * (to - at) + 2 * over.full * spread;
+        area += 2 * e->reach * spread;
+        at = to;
+        if (!passes)
+            break;
+        next_branch(&over, s, e);
     }
-    turns[*count].slip = s->slip;
-    turns[*count].force = s->enclosure_force;
-    turns[*count].strength = strength;
-    (*count)++;
-    return 1;
-}
-
-/* Force of the outermost loading: from the base up to `join`, then the backbone. */
-static lj_real first_force(const lj_state *s, lj_real slip, const lj_enclosure *e)
-{
-    lj_enclosure strip;
-    if (!(slip < s->join))
-        return lj_backbone(lj_max(slip - s->origin, 0), e);
-    strip = lj_branch(s->base.strength, e);
-    return s->base.force + lj_backbone(lj_max(slip - s->base.slip, 0), &strip);
-}
-
-/* Whether a slip lies inside the outermost loop, where the first loading does not count. */
-static int is_inside(const lj_state *s, lj_real slip)
-{
-    return s->lows_count > 0 && slip < s->highs[0].slip;
-}
-
-/* Change of force since a turn, at a distance from it. */
-static lj_real branch_force(const lj_turn *turn, lj_real distance, const lj_enclosure *e)
-{
-    lj_enclosure strip = lj_branch(turn->strength, e);
-    return lj_backbone(lj_max(distance, 0), &strip);
-}
-
-/* Force at a slip beyond the present one: the lowest of all branches. */
-static lj_real loading_force(const lj_state *s, lj_real slip, const lj_enclosure *e)
-{
-    lj_real lowest = is_inside(s, slip) ? LJ_FAR : first_force(s, slip, e);
-    int i;
-    for (i = 0; i < s->lows_count; i++) {
-        const lj_turn *low = &s->lows[i];
-        lowest = lj_min(lowest, low->force + branch_force(low, slip - low->slip, e));
+    force = over.force + d * over.full * share;
+    if (over.place == 0) { /* the whole strip moves */
+        force = over.force + e->stiffness * (slip - at) / e->reach;
+        work += (over.force + force) / 2 * (slip - at);
+        area += e->reach * d * (slip - at);
+        share = 1;
     }
-    return lowest;
-}
-
-/* Force at a slip below the present one: the highest of all branches. */
-static lj_real unloading_force(const lj_state *s, lj_real slip, const lj_enclosure *e)
-{
-    lj_real highest = -LJ_FAR;
-    int i;
-    for (i = 0; i < s->highs_count; i++) {
-        const lj_turn *high = &s->highs[i];
-        highest = lj_max(highest, high->force - branch_force(high, high->slip - slip, e));
-    }
-    return highest;
-}
-
-/* Work and heat of the outermost loading from one slip to another. */
-static void add_first(const lj_state *s, lj_real start, lj_real end, const lj_enclosure *e,
-                      lj_real *work, lj_real *heat)
-{
-    lj_real joined = lj_clip(s->join, start, end), a, b;
-    if (!(end > start))
-        return;
-    if (joined > start) {
-        lj_enclosure strip = lj_branch(s->base.strength, e);
-        a = lj_max(start - s->base.slip, 0);
-        b = lj_max(joined - s->base.slip, 0);
-        *work += s->base.force * (joined - start);
-        *work += lj_backbone_work(b, &strip) - lj_backbone_work(a, &strip);
-        *heat += e->friction * (lj_slipped_area(b, &strip) - lj_slipped_area(a, &strip));
-    }
-    a = lj_max(joined - s->origin, 0);
-    b = lj_max(end - s->origin, 0);
-    *work += lj_backbone_work(b, e) - lj_backbone_work(a, e);
-    *heat += lj_backbone_dissipated(b, e) - lj_backbone_dissipated(a, e);
-}
-
-/* Work and heat of a branch from one slip to another, both measured from its turn. */
-static void add_branch(const lj_turn *turn, lj_real start, lj_real end, lj_real friction,
-                       const lj_enclosure *e, lj_real *work, lj_real *heat)
-{
-    lj_enclosure strip;
-    lj_real a = lj_abs(start - turn->slip), b = lj_abs(end - turn->slip);
-    if (!lj_differ(start, end))
-        return;
-    strip = lj_branch(turn->strength, e);
-    *work += turn->force * (end - start);
-    *work += lj_backbone_work(b, &strip) - lj_backbone_work(a, &strip);
-    *heat += friction * (lj_slipped_area(b, &strip) - lj_slipped_area(a, &strip));
-}
-
-/* Stretch to a slip beyond the present one; the state faces loading. */
-static void load_to(lj_state *s, lj_real slip, const lj_enclosure *e)
-{
-    lj_real work = 0, heat = 0, first = s->slip;
-    int i, left = 0;
-    for (i = s->lows_count - 1; i >= 0; i--) {
-        lj_real inner = i + 1 < s->lows_count ? s->highs[i + 1].slip : s->slip;
-        lj_real start = lj_clip(inner, s->slip, slip);
-        lj_real end = lj_clip(s->highs[i].slip, start, slip);
-        add_branch(&s->lows[i], start, end, s->lows[i].strength - e->friction, e, &work, &heat);
-    }
-    if (s->lows_count > 0)
-        first = lj_clip(s->highs[0].slip, s->slip, slip);
-    add_first(s, first, slip, e, &work, &heat);
-    for (i = 0; i < s->highs_count; i++)
-        left += s->highs[i].slip * (1 - LJ_NEAR) > slip;
-    s->enclosure_force = loading_force(s, slip, e);
+    area *= e->friction;
     s->slip = slip;
-    s->highs_count = (uint8_t)left;
-    if (s->lows_count > left)
-        s->lows_count = (uint8_t)left;
-    s->enclosure_stored += work - heat;
-    s->heat += heat;
-}
-
-/* Let a strip that slides back as a whole shrink, and take its base along. */
-static void slide_whole(lj_state *s, lj_real slip, const lj_enclosure *e)
-{
-    lj_real distance = s->slip - slip;
-    lj_real force = s->enclosure_force - e->stiffness * distance / e->reach;
-    lj_real heat = e->friction * e->reach * distance;
-    s->enclosure_stored += -distance * (s->enclosure_force + force) / 2 - heat;
-    s->heat += heat;
-    s->slip = s->base.slip = slip;
-    s->enclosure_force = s->base.force = force;
-    s->join = lj_crossing(slip, force, e);
-    s->loading = 1;
-}
-
-/* Let shrink to a slip below the present one; the state faces unloading. */
-static void unload_to(lj_state *s, lj_real slip, const lj_enclosure *e)
-{
-    lj_real work = 0, heat = 0;
-    int i, left = 0;
-    if (slides_back(s)) {
-        slide_whole(s, slip, e);
-        return;
-    }
-    for (i = s->highs_count - 1; i >= 0; i--) {
-        lj_real inner = i < s->lows_count ? s->lows[i].slip : s->slip;
-        lj_real start = lj_clip(inner, slip, s->slip);
-        lj_real end = lj_clip(i > 0 ? s->lows[i - 1].slip : slip, slip, start);
-        add_branch(&s->highs[i], start, end, e->friction, e, &work, &heat);
-    }
-    for (i = 0; i < s->lows_count; i++)
-        left += s->lows[i].slip < slip * (1 - LJ_NEAR);
-    s->enclosure_force = unloading_force(s, slip, e);
-    s->slip = slip;
-    s->lows_count = (uint8_t)left;
-    if (s->highs_count > left + 1)
-        s->highs_count = (uint8_t)(left + 1);
-    s->enclosure_stored += work - heat;
-    s->heat += heat;
-}
-
-/* The same slip under another vacuum; turns are forgotten. See mechanics/memory.py, at_vacuum. */
-static void take_vacuum(lj_state *s, lj_real before, const lj_enclosure *e)
-{
-    lj_real slip = s->slip, force = s->enclosure_force, stored = s->enclosure_stored;
-    lj_real whole = e->stiffness * slip / e->reach, least = whole - e->friction * e->reach;
-    lj_real q = before, now = e->friction, origin = 0, join = slip, kept = stored, there;
-    int straight = s->highs_count == 0 && s->lows_count == 0;
-    int gripped = is_unmoved(s) && straight && s->grip >= 0;
-    int raised, known, back, spare, pushes = 0;
-    if (gripped)
-        q = s->grip;
-    raised = now > q;
-    known = s->loading && s->lows_count == 0 && slip >= s->join * (1 - LJ_NEAR);
-    known = known && lj_abs(s->origin) <= LJ_NEAR * slip;
-    /* without friction turns mean nothing, and the strip is stretched evenly */
-    known = known || gripped || (!(q > 0) && lj_abs(force - whole) <= LJ_NEAR * whole);
-    back = !known && least > LJ_NEAR * whole && force <= least + LJ_NEAR * whole;
-    back = back && stored >= lj_slid_back_stored(least, e) * (1 - LJ_NEAR);
-    spare = known && raised && slip > LJ_NEAR * e->reach;
-    if (known && !raised) {
-        force = lj_backbone(slip, e);
-        kept = lj_backbone_stored(slip, e);
-    } else if (back) {
-        force = least;
-        kept = lj_slid_back_stored(least, e);
-        join = lj_crossing(slip, force, e);
-    } else if (!known) {
-        pushes = force < -LJ_NEAR * whole;
-        if (!raised)
-            force = lj_min(lj_min(force, lj_backbone(slip, e)), lj_force_of_stored(stored, e));
-        force = lj_max(force, 0);
-    }
-    there = force;
-    if (spare)
-        there += 2 * (now - q) * (q > 0 ? lj_min(force / 2 / q, e->reach) : e->reach);
-    if (spare || !(known || back))
-        there = lj_inverse_backbone(there, e);
-    if (spare) {
-        join = there;
-    } else if (!(known || back)) {
-        origin = slip - there;
-        if (pushes || !raised)
-            kept = pushes ? 0 : lj_backbone_stored(there, e);
-    }
-    kept = lj_min(kept, stored);
     s->enclosure_force = force;
-    s->origin = origin;
-    s->base.slip = slip;
-    s->base.force = force;
-    s->base.strength = spare ? now - q : 2 * now;
-    s->join = join;
-    s->down = spare ? now + q : back ? 0 : 2 * now;
-    s->grip = spare ? q : -1;
-    s->highs_count = s->lows_count = 0;
-    s->loading = 1;
-    s->enclosure_stored = kept;
-    s->heat += stored - kept;
+    s->ends[over.place + 1] = share;
+    s->slopes[over.place + 1] = -d * e->friction;
+    s->count = (uint8_t)(over.place + 2);
+    s->enclosure_stored += work - area;
+    s->heat += area;
+}
+
+/* Length of a piece; its near end is the far end of the next one. */
+static lj_real length_of(const lj_state *s, int place, const lj_enclosure *e)
+{
+    lj_real near = place < s->count - 1 ? s->ends[place + 1] : 0;
+    return (s->ends[place] - near) * e->reach;
+}
+
+/* Elastic energy of the pieces. */
+static lj_real strip_energy(const lj_state *s, const lj_enclosure *e)
+{
+    lj_real near = s->enclosure_force, energy = 0;
+    int i;
+    for (i = s->count - 1; i > 0; i--) {
+        lj_real length = length_of(s, i, e), rise = 2 * s->slopes[i] * length;
+        energy += length * (lj_square(near) + near * rise + lj_square(rise) / 3);
+        near += rise;
+    }
+    return energy / (2 * e->stiffness);
+}
+
+/* Book what new pieces store less than the old ones as heat. */
+static void settle(lj_state *s, lj_real before, const lj_enclosure *e)
+{
+    lj_real lost = lj_max(before - strip_energy(s, e), 0);
+    s->enclosure_stored -= lost;
+    s->heat += lost;
+}
+
+/* Of turns only, which are no bow, the last loop is forgotten: as if the slip had come straight. */
+static void forget(lj_state *s, const lj_enclosure *e)
+{
+    lj_real slip = s->slip, stored = s->enclosure_stored, heat = s->heat;
+    int i;
+    for (i = 0; i < 2; i++) {
+        int last = s->count - 1;
+        lj_real rise = s->slopes[last - 1] - s->slopes[last], end = s->ends[last] * e->reach;
+        s->slip -= rise * lj_square(end) / e->stiffness;
+        s->enclosure_force -= 2 * rise * end;
+        s->count--;
+    }
+    move_strip(s, slip, e);
+    s->enclosure_stored = stored;
+    s->heat = heat;
+    s->flags |= LJ_OVERFLOW;
+}
+
+/* One piece less, for the next turn: where that changes least, two of a bow become one. */
+static LJ_SELDOM void thin(lj_state *s, const lj_enclosure *e)
+{
+    lj_real before = strip_energy(s, e), least = LJ_FAR, a, b, first, second, bend, drawn;
+    int i, place = 0;
+    for (i = 1; i < s->count - 2; i++) {
+        const lj_real *m = &s->slopes[i], *far = &s->ends[i];
+        lj_real cost = (far[1] - far[2]) * (far[0] - far[1]) * lj_abs(m[0] - m[1]);
+        if ((m[1] - m[2]) * (m[0] - m[1]) >= 0 && m[0] * m[2] >= 0 && cost < least) {
+            least = cost;
+            place = i;
+        }
+    }
+    if (place == 0) {
+        forget(s, e);
+        return;
+    }
+    s->count--;
+    a = s->ends[place + 1] - s->ends[place + 2];
+    b = s->ends[place] - s->ends[place + 1];
+    first = s->slopes[place + 1] - s->slopes[place + 2];
+    second = s->slopes[place] - s->slopes[place + 1];
+    bend = first * a + (second + first) * b;
+    drawn = lj_differ(bend, 0) ? a * b * second / bend : 0;
+    if (a + b - drawn > 0)
+        s->slopes[place] = (s->slopes[place + 1] * a + s->slopes[place] * b -
+                            s->slopes[place + 2] * drawn) / (a + b - drawn);
+    for (i = place + 1; i < s->count; i++) {
+        s->ends[i] = s->ends[i + 1];
+        s->slopes[i] = s->slopes[i + 1];
+    }
+    s->ends[place + 1] += drawn;
+    settle(s, before, e);
+}
+
+/* What is steeper than a lower friction holds slides, run by run from the innermost. */
+static LJ_SELDOM void relax(lj_state *s, const lj_enclosure *e)
+{
+    lj_real near[LJ_PIECES], stretch[LJ_PIECES], slopes[LJ_PIECES], q = e->friction, at;
+    lj_real before = strip_energy(s, e), slip = s->slip, stored = s->enclosure_stored, heat = s->heat;
+    int i, j, count = s->count, first = count;
+    /* until the end, slip and force are those beyond a place of the strip */
+    for (i = count - 1; i > 0 && lj_abs(s->slopes[i]) > q; i--) {
+        lj_real length = length_of(s, i, e), rise = 2 * s->slopes[i] * length;
+        near[i] = i < count - 1 ? s->ends[i + 1] : 0;
+        stretch[i] = s->slip;
+        slopes[i] = s->slopes[i];
+        s->slip -= length * (s->enclosure_force + rise / 2) / e->stiffness;
+        s->enclosure_force += rise;
+        first = i;
+    }
+    at = s->ends[first];
+    s->slopes[1] = lj_clip(s->slopes[1], -q, q);
+    s->count = (uint8_t)(first > 2 ? first : 2);
+    for (i = first; i < count; i++) {
+        lj_real left = 1 - near[i], more = (at - near[i]) * e->reach, slope;
+        lj_enclosure strip = *e;
+        if ((i < count - 1 && slopes[i + 1] * slopes[i] > 0) || !(left > 0))
+            continue;
+        slope = s->slopes[s->count - 1];
+        s->slip += (s->enclosure_force - slope * more) * more / e->stiffness;
+        s->enclosure_force -= 2 * slope * more;
+        strip.reach = e->reach * left;
+        for (j = 0; near[i] > 0 && j < s->count; j++)
+            s->ends[j] = (s->ends[j] - near[i]) / left;
+        if (lj_differ(s->slip, stretch[i]))
+            move_strip(s, stretch[i], &strip);
+        for (j = 0; near[i] > 0 && j < s->count; j++)
+            s->ends[j] = near[i] + left * s->ends[j];
+        at = near[i];
+    }
+    s->slip = slip;
+    s->enclosure_stored = stored;
+    s->heat = heat;
+    settle(s, before, e);
 }
 
 /* ---- the brake ---- */
@@ -369,65 +310,35 @@ static lj_real meet(lj_real drive, lj_real spring, const lj_enclosure *strip)
     return lj_max(linear / slope, strip->saturation);
 }
 
-/* Slip where k (u - x) = F_e(x) + F_f(x) on the outermost loading; -LJ_FAR where there is none. */
-static lj_real first_slip(const lj_state *s, lj_real elongation, const lj_setting *at)
+/* What drives on past the friction, at a slip and a force of the enclosure. */
+static lj_real drive_of(lj_real elongation, lj_real spring, lj_real direction, lj_real slip,
+                        lj_real force, const lj_setting *at)
 {
-    const lj_enclosure *e = &at->enclosure;
-    lj_real onset = at->k * (elongation - s->origin) - at->c * (at->overlap - s->origin);
-    lj_real first = s->origin + meet(onset, at->k - at->c, e), drive;
+    lj_real pull = direction * (spring * (elongation - slip) - force);
+    return pull - at->c * (at->overlap - slip);
+}
+
+/* Slip where spring (u - x) = F_e(x) + F_f(x), or - F_f(x) on the way back. */
+static lj_real balance(const lj_state *s, lj_real elongation, lj_real spring, lj_real direction,
+                       const lj_setting *at)
+{
+    lj_branch_over over = first_branch(s, direction, &at->enclosure);
     lj_enclosure strip;
-    if (first >= s->join)
-        return first;
-    drive = at->k * (elongation - s->base.slip) - s->base.force;
-    drive -= at->c * (at->overlap - s->base.slip);
-    if (!(drive >= 0))
-        return -LJ_FAR;
-    strip = lj_branch(s->base.strength, e);
-    return lj_min(s->base.slip + meet(drive, at->k - at->c, &strip), s->join);
-}
-
-/* Slip where k (u - x) = F_e(x) + F_f(x): the farthest root over all loading branches. */
-static lj_real outer_slip(const lj_state *s, lj_real elongation, const lj_setting *at)
-{
-    lj_real far = first_slip(s, elongation, at);
-    int i;
-    if (is_inside(s, far))
-        far = -LJ_FAR;
-    for (i = 0; i < s->lows_count; i++) {
-        const lj_turn *low = &s->lows[i];
-        lj_enclosure strip = lj_branch(low->strength, &at->enclosure);
-        lj_real drive = at->k * (elongation - low->slip) - low->force;
-        drive -= at->c * (at->overlap - low->slip);
-        far = lj_max(far, low->slip + meet(drive, at->k - at->c, &strip));
-    }
-    return lj_max(far, s->slip);
-}
-
-/* Slip where spring (u - x) = F_e(x) - F_f(x): the nearest root over all unloading branches. */
-static lj_real inner_slip(const lj_state *s, lj_real elongation, lj_real spring,
-                          const lj_setting *at)
-{
-    const lj_enclosure *e = &at->enclosure;
-    lj_real near = LJ_FAR, drive;
-    int i;
-    for (i = 0; i < s->highs_count; i++) {
-        const lj_turn *high = &s->highs[i];
-        lj_enclosure strip = lj_branch(high->strength, e);
-        drive = high->force - at->c * (at->overlap - high->slip);
-        drive -= spring * (elongation - high->slip);
-        near = lj_min(near, high->slip - lj_rising_root(drive, spring + at->c, &strip));
-    }
-    if (s->highs_count == 0) { /* a strip that slides back as a whole falls by EA/l */
-        drive = s->enclosure_force - hold_of(s->slip, at) - spring * (elongation - s->slip);
-        near = s->slip - lj_max(drive / (spring + at->c + e->stiffness / e->reach), 0);
-    }
-    return lj_clip(near, 0, s->slip);
+    lj_real drive, slip;
+    while (over.place > 0 &&
+           (direction * (over.end - s->slip) <= 0 ||
+            drive_of(elongation, spring, direction, over.end, over.end_force, at) > 0))
+        next_branch(&over, s, &at->enclosure);
+    drive = drive_of(elongation, spring, direction, over.start, over.force, at);
+    strip = lj_branch(over.strength, &at->enclosure);
+    slip = over.start + direction * meet(drive, spring - direction * at->c, &strip);
+    return direction * (slip - s->slip) > 0 ? lj_max(slip, 0) : s->slip;
 }
 
 /* Slide outward as far as the elongation drives; past the overlap the enclosure alone pulls. */
 static void slide_out(lj_state *s, lj_real elongation, lj_setting *at)
 {
-    lj_real far = outer_slip(s, elongation, at), start = s->slip, end;
+    lj_real far = balance(s, elongation, at->k, 1, at), start = s->slip, end;
     if (!(at->k > at->c))
         s->flags |= LJ_SNAPPED;
     end = lj_min(far, at->overlap);
@@ -436,71 +347,73 @@ static void slide_out(lj_state *s, lj_real elongation, lj_setting *at)
     if (far >= at->overlap) {
         s->flags |= LJ_SEPARATED;
         at->c = 0;
-        far = lj_max(outer_slip(s, elongation, at), lj_max(start, at->overlap));
+        far = lj_max(balance(s, elongation, at->k, 1, at), lj_max(start, at->overlap));
     }
     if (far > start)
-        load_to(s, far, &at->enclosure);
+        move_strip(s, far, &at->enclosure);
 }
 
 /* Slide inward until friction holds the enclosure; slack, without the spring. */
 static void slide_in(lj_state *s, lj_real elongation, const lj_setting *at)
 {
-    lj_real start = s->slip, near = inner_slip(s, elongation, at->k, at);
+    lj_real start = s->slip, near = balance(s, elongation, at->k, -1, at);
     if (!(elongation >= near))
-        near = inner_slip(s, elongation, 0, at);
+        near = balance(s, elongation, 0, -1, at);
     if (!(near < start))
         return;
     if (at->c > 0)
         s->heat += at->c * (start - near) * (at->overlap - (start + near) / 2);
     if (start - near > LJ(1e-12) * at->overlap)
         s->flags |= LJ_CLOSED;
-    unload_to(s, near, &at->enclosure);
+    move_strip(s, near, &at->enclosure);
 }
 
-/* Slide one way, and forget the turn again where nothing slid: rounding is no turn. The motion. */
+/* Slide one way; the motion. Where nothing slid nothing is remembered: rounding is no turn. */
 static LJ_SELDOM unsigned slide(lj_state *s, int outward, lj_real elongation, lj_setting *at)
 {
-    lj_turn *turns = outward ? s->lows : s->highs;
-    uint8_t *count = outward ? &s->lows_count : &s->highs_count;
-    uint8_t loading = s->loading, place = *count;
     uint32_t flags = s->flags;
-    lj_turn kept = turns[place < LJ_DEPTH ? place : 0];
     lj_real start = s->slip;
-    int turned = face(s, outward, &at->enclosure);
     if (outward)
         slide_out(s, elongation, at);
     else
         slide_in(s, elongation, at);
+    if (s->count == LJ_PIECES)
+        thin(s, &at->enclosure);
     if (lj_differ(s->slip, start))
         return outward ? LJ_OUTWARD : LJ_INWARD;
-    s->loading = loading;
     s->flags = flags;
-    if (turned) {
-        turns[place] = kept;
-        *count = place;
-    }
     return LJ_STUCK;
 }
 
-/* The commonest slide, which `slide` would make too: on along the first loading while part of the
- * strip still rests, and nothing else is remembered. Of the strip's work 2/3 f x half is heat and half
- * is stored. False where it is another slide. */
+/* The commonest slide, which `slide` would make too: further out over one piece, whose far end is not
+ * reached. False where it is another slide. */
 static LJ_OFTEN int slide_on(lj_state *s, lj_real elongation, const lj_setting *at)
 {
     const lj_enclosure *e = &at->enclosure;
-    lj_real start = s->slip, from = start - s->origin, onset, to, slip, force, half;
-    if (!s->loading || s->highs_count > 0 || s->lows_count > 0 || !(start >= s->join))
+    int last = s->count - 1;
+    lj_real end = s->ends[last], strength, full, spread, start, force, slip, far, root, lost;
+    lj_enclosure strip;
+    if (lj_differ(s->slopes[last], -e->friction) || last < 2 || !(at->k > at->c))
         return 0;
-    onset = at->k * (elongation - s->origin) - at->c * (at->overlap - s->origin);
-    slip = s->origin + lj_rising_root(onset, at->k - at->c, e);
-    to = slip - s->origin;
-    if (!(at->k > at->c && slip > start && slip < at->overlap && to < e->saturation))
+    strength = e->friction + s->slopes[last - 1];
+    if (!(strength > 0))
         return 0;
-    force = lj_backbone(to, e);
-    half = (force * to - s->enclosure_force * from) * (LJ(1) / LJ(3));
-    s->enclosure_force = force;
-    s->enclosure_stored += half;
-    s->heat += at->c * (slip - start) * (at->overlap - (slip + start) / 2) + half;
+    strip = lj_branch(strength, e);
+    full = 2 * strength * e->reach; /* change of force per share of the length */
+    start = s->slip - strip.saturation * lj_square(end);
+    force = s->enclosure_force - full * end;
+    root = lj_spread_root(drive_of(elongation, at->k, 1, start, force, at), at->k - at->c, &strip);
+    slip = start + lj_square(root);
+    far = strip.root * root / full;
+    if (!(slip > s->slip && slip < at->overlap && far < s->ends[last - 1]))
+        return 0;
+    /* slipped area and work rise with the third power of the share */
+    spread = strip.saturation * (far * far * far - end * end * end) * (LJ(1) / LJ(3));
+    lost = 2 * e->friction * e->reach * spread;
+    s->heat += at->c * (slip - s->slip) * (at->overlap - (slip + s->slip) / 2) + lost;
+    s->enclosure_stored += force * (slip - s->slip) + 2 * full * spread - lost;
+    s->enclosure_force = force + full * far;
+    s->ends[last] = far;
     s->slip = slip;
     return 1;
 }
@@ -530,10 +443,9 @@ static LJ_SELDOM void change_vacuum(const lj_brake *brake, lj_state *s, lj_real 
 {
     lj_setting at = setting_of(brake, s, vacuum, 0);
     lj_enclosure strip = enclosure_at(brake, vacuum);
-    lj_real friction = brake->enclosure_contact * s->vacuum, now = strip.friction;
     lj_real work = s->work, heat = s->heat, stored = lj_stored(brake, s);
-    if (lj_differ(friction, now))
-        take_vacuum(s, friction, &strip);
+    if (lj_abs(s->slopes[s->count - 1]) > strip.friction)
+        relax(s, &strip);
     move_to(brake, s, s->elongation, &at);
     s->vacuum = vacuum;
     s->work = work;
@@ -575,9 +487,9 @@ void lj_start(lj_state *s, lj_real vacuum)
 {
     *s = (lj_state){0};
     s->vacuum = vacuum;
-    s->base.slip = -1; /* no change of vacuum yet: nowhere */
-    s->grip = -1;
-    s->loading = 1;
+    s->ends[0] = s->ends[1] = 1; /* the middle, and the whole strip relaxed */
+    s->count = 2;
+    s->layout = LJ_LAYOUT;
 }
 
 int lj_check(const lj_brake *brake)
@@ -602,41 +514,11 @@ lj_real lj_stored(const lj_brake *brake, const lj_state *state)
 
 /* ---- slopes ---- */
 
-/* Slope of a strip's force at a distance from where its branch starts; LJ_FAR at the start. */
-static lj_real slope_of(lj_real distance, const lj_enclosure *strip)
+/* Slope of the enclosure's force over the slip, where the last move goes on. */
+static lj_real enclosure_slope(const lj_brake *brake, const lj_state *s)
 {
-    if (!(distance < strip->saturation))
-        return strip->stiffness / strip->reach;
-    return distance > 0 ? strip->root / (2 * lj_sqrt(distance)) : LJ_FAR;
-}
-
-/* Slope of the enclosure's force along the branch of the last move. */
-static lj_real enclosure_slope(const lj_state *s, const lj_enclosure *e)
-{
-    int outward = s->motion == LJ_OUTWARD, i;
-    const lj_turn *turns = outward ? s->lows : s->highs, *turn = 0;
-    int count = outward ? s->lows_count : s->highs_count;
-    lj_real best = LJ_FAR, distance = s->slip - s->origin;
-    lj_enclosure strip = *e;
-    if (outward && !is_inside(s, s->slip)) {
-        best = first_force(s, s->slip, e);
-        turn = s->slip < s->join ? &s->base : 0;
-    } else if (count == 0) {
-        return e->stiffness / e->reach;
-    }
-    for (i = 0; i < count; i++) {
-        lj_real change = branch_force(&turns[i], lj_abs(s->slip - turns[i].slip), e);
-        lj_real force = outward ? turns[i].force + change : change - turns[i].force;
-        if (force < best) {
-            best = force;
-            turn = &turns[i];
-        }
-    }
-    if (turn) {
-        strip = lj_branch(turn->strength, e);
-        distance = lj_abs(s->slip - turn->slip);
-    }
-    return slope_of(distance, &strip);
+    lj_real end = s->ends[s->count - 1];
+    return end > 0 ? brake->enclosure_stiffness / (brake->reach * end) : LJ_FAR;
 }
 
 lj_real lj_tangent(const lj_brake *brake, const lj_state *state, lj_real compliance)
@@ -647,8 +529,7 @@ lj_real lj_tangent(const lj_brake *brake, const lj_state *state, lj_real complia
         return 0;
     if (state->motion == LJ_STUCK)
         return at.k;
-    at.enclosure = enclosure_at(brake, state->vacuum);
-    slope = enclosure_slope(state, &at.enclosure);
+    slope = enclosure_slope(brake, state);
     slope += state->motion == LJ_OUTWARD ? -at.c : at.c;
     return at.k * slope / (at.k + slope);
 }
@@ -656,16 +537,13 @@ lj_real lj_tangent(const lj_brake *brake, const lj_state *state, lj_real complia
 lj_real lj_vacuum_tangent(const lj_brake *brake, const lj_state *state, lj_real compliance)
 {
     lj_setting at = setting_of(brake, state, state->vacuum, compliance);
-    lj_enclosure strip = enclosure_at(brake, state->vacuum);
-    const lj_enclosure *e = &strip;
-    lj_real distance = state->slip - state->origin, slope, change;
-    int first = state->lows_count == 0 && !(state->slip < state->join);
-    first = first && lj_abs(state->origin) <= LJ_NEAR * state->slip;
-    /* on any branch but the first loading a weaker vacuum starts a new one, steep at its start */
-    if (!(state->force > 0) || state->motion != LJ_OUTWARD || !first || !(state->vacuum > 0))
+    lj_real friction = brake->enclosure_contact * state->vacuum, slope, change;
+    int last = state->count - 1;
+    if (!(state->force > 0) || state->motion != LJ_OUTWARD || !(state->vacuum > 0))
         return 0;
     change = hold_of(state->slip, &at) * (1 + brake->exponent);
-    change += distance < e->saturation ? lj_backbone(distance, e) / 2 : e->friction * e->reach;
-    slope = enclosure_slope(state, e) - at.c;
+    if (!lj_differ(state->slopes[last], -friction)) /* what slides turns about its middle */
+        change += friction * brake->reach * state->ends[last];
+    slope = enclosure_slope(brake, state) - at.c;
     return at.k * (change / state->vacuum) / (at.k + slope);
 }

@@ -1,7 +1,7 @@
 /* layerjam: the force of a soft layer-jamming brake, move by move.
  *
- * The sheets stick at a stiffness and slide at their friction, the enclosure follows Masing's rule
- * with a memory of its turning points. Only the path counts, never the time: a move may have any
+ * The sheets stick at a stiffness and slide at their friction, the enclosure remembers the tension
+ * along its strips. Only the path counts, never the time: a move may have any
  * length and is taken as straight, and a held load is held, bit for bit. SI units throughout.
  *
  *     lj_state state;
@@ -35,6 +35,10 @@ extern "C" {
 
 /* Turning points remembered in either direction, nested loops one inside the other. */
 #define LJ_DEPTH 16
+/* Pieces of the enclosure's tension: 2 LJ_DEPTH + 5. */
+#define LJ_PIECES 37
+/* Number of this layout of lj_state; a state of another layout is refused. */
+#define LJ_LAYOUT 2
 
 /* The brake: eight numbers. */
 typedef struct {
@@ -61,12 +65,6 @@ typedef struct {
 #define LJ_OUTWARD 1u
 #define LJ_INWARD 2u
 
-typedef struct {
-    lj_real slip;     /* [m] */
-    lj_real force;    /* [N] */
-    lj_real strength; /* change of friction that the branch from here moves against [N/m] */
-} lj_turn;
-
 /* The brake between two moves: plain data. A copy is a snapshot, its bytes are a file. This is the
  * only place that lists its members: numbers first, `flags` after the last of them. */
 typedef struct {
@@ -79,15 +77,11 @@ typedef struct {
     /* the enclosure */
     lj_real enclosure_force;  /* [N] */
     lj_real enclosure_stored; /* its elastic energy [J] */
-    lj_real origin;           /* slip at which its backbone starts [m] */
-    lj_turn base;             /* where loading starts after a change of vacuum */
-    lj_real join;             /* slip at which that branch reaches the backbone [m] */
-    lj_real down;             /* strength of unloading from the base [N/m] */
-    lj_real grip;             /* friction under which it last slid [N/m], or negative */
-    lj_turn highs[LJ_DEPTH];  /* turning points, outermost first */
-    lj_turn lows[LJ_DEPTH];
+    /* its tension along half a face, in straight pieces, the innermost first */
+    lj_real ends[LJ_PIECES];   /* how far each reaches from the driven end, over half the length */
+    lj_real slopes[LJ_PIECES]; /* slope of the tension over that distance [N/m] */
     uint32_t flags;
-    uint8_t highs_count, lows_count, loading, motion;
+    uint8_t count, motion, layout, unused;
 } lj_state;
 
 /* Which of the eight numbers is not allowed, 1 to 8 in their order; 0 if all are fine. */
@@ -100,15 +94,20 @@ static inline const char *lj_state_fault(const lj_state *s)
 {
     const lj_real *numbers = (const lj_real *)(const void *)s;
     size_t i;
-    if (s->highs_count > LJ_DEPTH || s->lows_count > LJ_DEPTH)
+    if (s->layout != LJ_LAYOUT)
+        return "a state of another version";
+    if (s->count < 2 || s->count >= LJ_PIECES)
         return "more turning points than are remembered";
-    if (s->loading > 1 || s->motion > LJ_INWARD || s->flags > (LJ_OVERFLOW << 1) - 1)
+    if (s->motion > LJ_INWARD || s->flags > (LJ_OVERFLOW << 1) - 1)
         return "an unknown direction, motion or flag";
     for (i = 0; i < offsetof(lj_state, flags) / sizeof *numbers; i++)
         if (!(numbers[i] > -LJ_LIMIT && numbers[i] < LJ_LIMIT))
             return "a number that is not finite";
     if (!(s->vacuum >= 0 && s->force >= 0 && s->slip >= 0))
         return "a vacuum, force or slip below zero";
+    for (i = 0; i < s->count; i++)
+        if (!(s->ends[i] >= 0 && s->ends[i] <= (i < 2 ? 1 : s->ends[i - 1])))
+            return "pieces of tension in disorder";
     return 0;
 }
 

@@ -20,7 +20,7 @@ from layerjam.mechanics.enclosure import backbone_stored, enclosure_at
 from layerjam.mechanics.fan import force_of, tangent
 from layerjam.mechanics.hysteresis import Setting, setting_of
 from layerjam.mechanics.law import law, within
-from layerjam.mechanics.memory import NEAR, branch
+from layerjam.mechanics.memory import NEAR, sliding_share
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.mechanics.stop.algebra import NOT_A_CASE
 from layerjam.mechanics.stop.motion_step import (
@@ -44,7 +44,7 @@ LONGEST = 0.25
 def _event(old: Motion, new: Motion, at: Setting, travel: Any) -> Any:
     """What happened in a step that the run must not go past."""
     hold = force_of(new.slip, resting(at))
-    enclosure = force_of_enclosure(new.slip, new.enclosure, at.enclosure)
+    enclosure = force_of_enclosure(new, at.enclosure)
     closes = enclosure * (1 - 1e-9) - new.force > hold
     code = jnp.where((old.speed > 0) & (new.speed <= 0), STANDSTILL, MOVING)
     code = jnp.where(new.slip >= travel, TRAVEL_USED, code)
@@ -60,18 +60,16 @@ def _snaps(old: Motion, new: Motion, at: Setting) -> Any:
     """
     if at.law is not None:
         return jnp.zeros_like(new.slack)
-    slip, strip = new.slip, at.enclosure
-    if new.enclosure is not None:
-        base = new.enclosure.base
-        early = slip < new.enclosure.join
-        slip = slip - jnp.where(early, base.slip, new.enclosure.origin)
-        root = jnp.where(early, branch(base.strength, strip).root, strip.root)
+    strip = at.enclosure
+    slides = new.slip if new.enclosure is None else sliding_share(new.enclosure)
+    part = jnp.where(slides > 0, slides, 1.0)
+    if new.enclosure is None:
+        steep = jnp.maximum(strip.root / (2 * jnp.sqrt(part)), strip.stiffness / strip.reach)
     else:
-        root = strip.root
-    steep = root / (2 * jnp.sqrt(jnp.where(slip > 0, slip, 1.0)))
-    steep = jnp.where(slip > 0, jnp.maximum(steep, strip.stiffness / strip.reach), jnp.inf)
+        steep = strip.stiffness / (strip.reach * part)
+    steep = jnp.where(slides > 0, steep, jnp.inf)
     soft = tangent(new.slip, at).c - at.k
-    hold = force_of(new.slip, at) + force_of_enclosure(new.slip, new.enclosure, strip)
+    hold = force_of(new.slip, at) + force_of_enclosure(new, strip)
     torn = (new.force > hold * (1 + 1e-6)) & (soft > 0)
     falls = soft >= steep * (1 - 1e-9)
     return ((new.slip > old.slip) & (falls | torn)) | (jnp.isnan(new.force) & (soft > 0))
@@ -109,17 +107,14 @@ def _ready(
 
     def on(stage: Any, now: Motion) -> Motion:
         target = jnp.where((stage == 0) & ~falls, started, level)
-        before = setting_of(now.vacuum, load.spring, brake)
-        return _pumped(target != now.vacuum, now, target, before, load, brake)
+        return _pumped(target != now.vacuum, now, target, load, brake)
 
     pumped = jax.lax.fori_loop(0, 2, on, motion)
     at = setting_of(level, load.spring, brake)
     return pumped, at, jnp.where(falls, at.c, setting_of(started, load.spring, brake).c)
 
 
-def _pumped(
-    where: Any, motion: Motion, vacuum: Any, before: Setting, load: Load, brake: Brake
-) -> Motion:
+def _pumped(where: Any, motion: Motion, vacuum: Any, load: Load, brake: Brake) -> Motion:
     """Another vacuum [Pa] where it changes.
 
     A branch of its own, else the compiler works it out anew for every number that follows from it:
@@ -127,7 +122,7 @@ def _pumped(
     """
 
     def change(motion: Motion) -> Motion:
-        new = pump(motion, vacuum, before, setting_of(vacuum, load.spring, brake))
+        new = pump(motion, vacuum, setting_of(vacuum, load.spring, brake))
         return _chosen(where, new, motion)
 
     return jax.lax.cond(jnp.any(where), change, lambda still: still, motion)  # type: ignore[no-any-return]
@@ -155,7 +150,7 @@ def ended(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake) -> 
             return new, snaps
         # what is left of a fall of the vacuum when it stands
         now = vacuum.at(new.time)
-        return _pumped(now < new.vacuum, new, now, at, load, brake), snaps
+        return _pumped(now < new.vacuum, new, now, load, brake), snaps
 
     def halve(_: int, state: _Halved) -> _Halved:
         middle = (state.low + state.high) / 2

@@ -19,9 +19,9 @@ from layerjam.mechanics.enclosure import (
 )
 from layerjam.mechanics.fan import along_tangents, force_of, growing_work, grown, tangent
 from layerjam.mechanics.friction import growth
-from layerjam.mechanics.hysteresis import Setting, first_slip
+from layerjam.mechanics.hysteresis import Setting, slip_to_balance
 from layerjam.mechanics.law import safe_sqrt
-from layerjam.mechanics.memory import Memory, Turns, at_vacuum, first_force, first_work
+from layerjam.mechanics.memory import Memory, at_rest, at_vacuum, slide_to
 from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.stop.algebra import snap_slip
 
@@ -57,7 +57,7 @@ class Motion(NamedTuple):
     force: Any
     """Force in brake and rope [N]."""
     enclosure: Memory | None
-    """Loading state of the enclosure; None at constant vacuum, where the backbone is enough."""
+    """State of the enclosure; None at constant vacuum, where the backbone is enough."""
     vacuum: Any
     """What acted in the last step [Pa]."""
     heat: Any
@@ -79,8 +79,7 @@ class _Pulled(NamedTuple):
     force: Any
     work: Any
     heat: Any
-    held: Any
-    """What the enclosure stores more than before [J]."""
+    enclosure: Memory | None
 
 
 def at_start(speed: Any, vacuum: Any, steady: bool, paced: bool = False) -> Motion:
@@ -91,20 +90,16 @@ def at_start(speed: Any, vacuum: Any, steady: bool, paced: bool = False) -> Moti
     speed, vacuum = jnp.broadcast_arrays(speed, vacuum)
     zero: Any = jnp.zeros_like(speed)
     no, none = jnp.zeros(speed.shape, bool), jnp.zeros(speed.shape, int)
-    turns = Turns(zero, zero, zero, none)
-    memory = Memory(
-        zero, zero, zero, turns, zero, zero, zero - 1, turns, turns, ~no, zero, zero, no
-    )
     rest = Motion(**dict.fromkeys(Motion._fields, zero))
     rest = rest._replace(speed=speed, slack=no, vacuum=vacuum, outcome=none)
     # before the first step it has stood still for any time
     rest = rest._replace(pace=zero if paced else None, lapse=zero + 1.0 if paced else None)
-    return rest._replace(enclosure=None if steady else memory)
+    return rest._replace(enclosure=None if steady else at_rest(speed.shape))
 
 
-def force_of_enclosure(slip: Any, enclosure: Memory | None, at: EnclosureLaw) -> Any:
-    """Force of the enclosure [N] in first loading to a slip [m], by its memory if it has one."""
-    return backbone(slip, at) if enclosure is None else first_force(enclosure, slip, at)
+def force_of_enclosure(motion: Motion, at: EnclosureLaw) -> Any:
+    """Force of the enclosure [N], by its memory if it has one."""
+    return backbone(motion.slip, at) if motion.enclosure is None else motion.enclosure.force
 
 
 def _pulled(motion: Motion, distance: Any, slides: Any, at: Setting, c: Any = None) -> _Pulled:
@@ -116,14 +111,14 @@ def _pulled(motion: Motion, distance: Any, slides: Any, at: Setting, c: Any = No
     if motion.enclosure is None:
         out = along_tangents(lambda line: _first_loading(drawn, line), motion.slip, at)
     else:
-        out = first_slip(motion.enclosure, drawn, at)
+        out = slip_to_balance(motion.enclosure, drawn, 1, at)
     slip = jnp.where(slides, jnp.maximum(out, motion.slip), motion.slip)
     more = slip - motion.slip
     force = motion.force + at.k * (distance - more)
     rubbed = growing_work(motion.slip, slip, at, at.c if c is None else c)
-    work, warm = _of_enclosure(motion, slip, at)
+    work, warm, enclosure = _of_enclosure(motion, slip, at)
     elastic = (force - motion.force) * (force + motion.force) / (2 * at.k)
-    return _Pulled(drawn, slip, force, elastic + rubbed + work, rubbed + warm, work - warm)
+    return _Pulled(drawn, slip, force, elastic + rubbed + work, rubbed + warm, enclosure)
 
 
 def _first_loading(drawn: Any, at: Setting) -> Any:
@@ -139,7 +134,7 @@ def _first_loading(drawn: Any, at: Setting) -> Any:
 def _meet(motion: Motion, alpha: Any, beta: Any, at: Setting, c: Any) -> tuple[_Pulled, Any]:
     """Draw the brake until its mean force is alpha - beta distance [m], which goes with it."""
     hold = force_of(motion.slip, at)
-    hold = hold + force_of_enclosure(motion.slip, motion.enclosure, at.enclosure)
+    hold = hold + force_of_enclosure(motion, at.enclosure)
     distance = (alpha - motion.force) / (beta + at.k / 2)
     slides = motion.force + at.k * distance > hold
     least = (hold - motion.force) / at.k
@@ -180,7 +175,7 @@ def _meet_paced(
         mean = (slip - start) / dt
         pace = jnp.maximum(mean + (mean - motion.pace) * share, 0.0)
         new = force_of(slip, grown(at, growth(pace, law)))
-        new = new + force_of_enclosure(slip, motion.enclosure, at.enclosure)
+        new = new + force_of_enclosure(_slide_to(motion, slip, at), at.enclosure)
         return new, slip - start + (new - force) / at.k
 
     def excess(slip: Any) -> Any:
@@ -196,7 +191,7 @@ def _meet_paced(
         return low, high, jnp.where(inside, near, (low + high) / 2)
 
     hold = force_of(start, resting(at))
-    hold = hold + force_of_enclosure(start, motion.enclosure, at.enclosure)
+    hold = hold + force_of_enclosure(motion, at.enclosure)
     stuck = (alpha - force) / (beta + at.k / 2)
     slides = force + at.k * stuck > hold
     # it slips at most as far as nothing would hold mass and spring
@@ -208,22 +203,29 @@ def _meet_paced(
     distance = jnp.where(slides, sliding, stuck)
     new = jnp.where(slides, new, force + at.k * stuck)
     mean = (force + new) / 2
-    work, warm = _of_enclosure(motion, slip, at)
+    work, warm, enclosure = _of_enclosure(motion, slip, at)
     more = slip - start
-    pulled = _Pulled(
-        motion.drawn + distance, slip, new, mean * distance, mean * more - work + warm, work - warm
-    )
+    heat = mean * more - work + warm
+    pulled = _Pulled(motion.drawn + distance, slip, new, mean * distance, heat, enclosure)
     return pulled, distance
 
 
-def _of_enclosure(motion: Motion, slip: Any, at: Setting) -> tuple[Any, Any]:
-    """Work of the enclosure from the state's slip to another [J], and what of it is heat."""
-    if motion.enclosure is not None:
-        made: tuple[Any, Any] = first_work(motion.enclosure, motion.slip, slip, at.enclosure)
-        return made
+def _slide_to(motion: Motion, slip: Any, at: Setting) -> Motion:
+    """The motion with its enclosure at another slip [m]."""
+    if motion.enclosure is None:
+        return motion._replace(slip=slip)
+    return motion._replace(slip=slip, enclosure=slide_to(motion.enclosure, slip, at.enclosure))
+
+
+def _of_enclosure(motion: Motion, slip: Any, at: Setting) -> tuple[Any, Any, Memory | None]:
+    """Work of the enclosure up to a slip [J], what of it is heat, and its state there."""
+    old, new = motion.enclosure, _slide_to(motion, slip, at).enclosure
+    if old is not None and new is not None:
+        warm = new.heat - old.heat
+        return warm + new.stored - old.stored, warm, new
     work = backbone_work(slip, at.enclosure) - backbone_work(motion.slip, at.enclosure)
     warm = backbone_dissipated(slip, at.enclosure)
-    return work, warm - backbone_dissipated(motion.slip, at.enclosure)
+    return work, warm - backbone_dissipated(motion.slip, at.enclosure), None
 
 
 def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load) -> Motion:
@@ -254,7 +256,7 @@ def _taut(motion: Motion, dt: Any, at: Setting, c: Any, load: Load) -> Motion:
         stretch=motion.stretch + stretch,
         slip=pulled.slip,
         force=pulled.force,
-        enclosure=_kept(motion.enclosure, pulled),
+        enclosure=pulled.enclosure,
         heat=motion.heat + pulled.heat + rope,
         peak=jnp.maximum(motion.peak, _highest(motion, pulled, at)),
     )
@@ -279,6 +281,9 @@ def _highest(motion: Motion, pulled: _Pulled, at: Setting) -> Any:
     line = at if at.fan is None else _line_at_top(at)
     top = (at.enclosure.root / (2 * jnp.where(line.c > 0, line.c, 1.0))) ** 2
     passed = (motion.slip < top) & (top < pulled.slip) & (top < at.enclosure.saturation)
+    if pulled.enclosure is not None:  # only on the backbone
+        first = backbone(pulled.slip, at.enclosure)
+        passed = passed & (jnp.abs(pulled.enclosure.force - first) <= 1e-9 * first)
     most = line.c * line.overlap + at.enclosure.root**2 / (4 * line.c)
     return jnp.where(passed, most, pulled.force)
 
@@ -361,18 +366,11 @@ def _slack(motion: Motion, dt: Any, load: Load) -> Motion:
     )
 
 
-def _kept(enclosure: Memory | None, pulled: _Pulled) -> Memory | None:
-    return None if enclosure is None else enclosure._replace(stored=enclosure.stored + pulled.held)
-
-
-def pump(motion: Motion, vacuum: Any, before: Setting, at: Setting) -> Motion:
+def pump(motion: Motion, vacuum: Any, at: Setting) -> Motion:
     """Another vacuum while the mass rests: what the brake slips by turns into heat."""
-    memory = motion.enclosure
-    if memory is None:  # constant vacuum
+    if motion.enclosure is None:  # constant vacuum
         return motion
-    force = first_force(memory, motion.slip, before.enclosure)
-    held = memory._replace(slip=motion.slip, force=force)
-    enclosure = at_vacuum(held, before.enclosure, at.enclosure)
+    enclosure = at_vacuum(motion.enclosure, at.enclosure)
     new = motion._replace(enclosure=enclosure)
     gives = motion.force > force_of(motion.slip, at) + enclosure.force
     if at.law is not None:  # it takes its time to slide on
@@ -380,9 +378,10 @@ def pump(motion: Motion, vacuum: Any, before: Setting, at: Setting) -> Motion:
     pulled = _pulled(new, jnp.zeros_like(motion.slip), gives & ~motion.slack, at)
     # the spring drives the sheets harder than friction holds: heat, but for the enclosure's share
     spring = (motion.force - pulled.force) * (motion.force + pulled.force) / (2 * at.k)
-    lost = held.stored - enclosure.stored + spring - pulled.held
+    held = enclosure.stored if pulled.enclosure is None else pulled.enclosure.stored
+    lost = motion.enclosure.stored - held + spring
     return new._replace(
-        enclosure=_kept(enclosure, pulled),
+        enclosure=pulled.enclosure,
         slip=pulled.slip,
         force=pulled.force,
         vacuum=vacuum + jnp.zeros_like(motion.vacuum),
