@@ -25,6 +25,8 @@ from layerjam.fabricate.lengths import (
 )
 from layerjam.fabricate.masses import MassRow
 from layerjam.fabricate.parts import Part
+from layerjam.fabricate.silicone import silicone_checks
+from layerjam.fabricate.strength import strength_checks
 from layerjam.fabricate.verdicts import Check, say
 from layerjam.units import get, show
 
@@ -100,6 +102,25 @@ def agree_drawn(brake: Brake, build: Build, lengths: Lengths) -> None:
         raise QuantityError.of(
             path, f"{said}is not less than {what}, {show(max(float(limit), 0.0) * 1e-3, 'm')}"
         )
+
+
+def part_checks(
+    brake: Brake,
+    build: Build,
+    known: Casting,
+    lengths: Lengths,
+    parts: Sequence[Part],
+    force: Any,
+    friction_source: str = "",
+) -> Iterator[Check]:
+    """C2 of the printer and C4 to C13, at a force [N]; a search asks them of arrays of brakes."""
+    yield from print_checks(build, parts)
+    yield from clamp_checks(build, lengths)
+    yield from sleeve_checks(brake, build, known, lengths)
+    yield from strength_checks(force, brake, build, lengths, friction_source)
+    yield wall_check(build, lengths)
+    yield seal_check(brake, build, lengths)
+    yield from silicone_checks(build, known, lengths)
 
 
 def _length_check(code: str, key: str, value: Any, need: Any, said: str, remedy: str) -> Check:

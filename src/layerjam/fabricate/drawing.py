@@ -16,8 +16,8 @@ from layerjam.fabricate.film import Film, film, pitch
 from layerjam.fabricate.lengths import Lengths, lengths
 from layerjam.fabricate.masses import MassRow, mass_rows
 from layerjam.fabricate.parts import Part, parts
-from layerjam.fabricate.silicone import halves, mixed, silicone_checks
-from layerjam.fabricate.strength import preload, strength_checks, torque
+from layerjam.fabricate.silicone import halves, mixed
+from layerjam.fabricate.strength import preload, torque
 from layerjam.fabricate.verdicts import Check, notices
 from layerjam.records.source import Source
 from layerjam.records.values import entries
@@ -125,16 +125,9 @@ def drawing(
     cut = film(file, build, found, parallel * series)
     known_by = file.sources.get("film.kinetic", Source())
     source = ": ".join(filter(None, (known_by.kind, known_by.text)))
-    # C1 to C15; a search asks the same of many brakes (`survey`)
     made = [
         *cut.checks,
-        *rules.print_checks(build, drawn),
-        *rules.clamp_checks(build, found),
-        *rules.sleeve_checks(brake, build, known, found),
-        *strength_checks(force, brake, build, found, source),
-        rules.wall_check(build, found),
-        rules.seal_check(brake, build, found),
-        *silicone_checks(build, known, found),
+        *rules.part_checks(brake, build, known, found, drawn, force, source),
         *rules.mass_checks(brake, rows),
     ]
     return Drawing(

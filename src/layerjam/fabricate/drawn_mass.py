@@ -21,8 +21,6 @@ from layerjam.fabricate.lengths import CannotBuildError, Lengths, change_arrays,
 from layerjam.fabricate.masses import mass_rows
 from layerjam.fabricate.nest import Wanted
 from layerjam.fabricate.parts import Part, parts
-from layerjam.fabricate.silicone import silicone_checks
-from layerjam.fabricate.strength import strength_checks
 from layerjam.fabricate.verdicts import ROUNDING, Check
 
 FITS = ("clamp-length", "nut-width", "head-width", "least-wall")
@@ -100,15 +98,8 @@ class Draws:
         self, brake: Brake, found: Lengths, force: Any, made: list[Part], film: list[Wanted]
     ) -> Iterator[Check]:
         """The checks of a build, but for the stock and the cutter."""
-        build = self.build
         yield from hole_checks(film, found)
-        yield from rules.print_checks(build, made)
-        yield from rules.clamp_checks(build, found)
-        yield from rules.sleeve_checks(brake, build, self.casting, found)
-        yield from strength_checks(force, brake, build, found)
-        yield rules.wall_check(build, found)
-        yield rules.seal_check(brake, build, found)
-        yield from silicone_checks(build, self.casting, found)
+        yield from rules.part_checks(brake, self.build, self.casting, found, made, force)
 
     def reason(self, brake: Brake, force: float) -> str | None:
         """Return the first reason why one brake cannot be built; None if it can."""
