@@ -113,9 +113,9 @@ class Budget:
         """The value and its expanded uncertainty as text, such as ("1.243", "0.022").
 
         The uncertainty has two significant digits, the value as many decimals (GUM, 7.2.6). None if
-        no contribution was stated, or if the uncertainty is not below the (positive) value.
+        no contribution was stated.
         """
-        if not self.expanded or self.expanded >= 1:
+        if not self.expanded:
             return None
         return rounded(self.value, self.value * self.expanded)
 
