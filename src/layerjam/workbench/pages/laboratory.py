@@ -140,7 +140,9 @@ class Laboratory(Page):
         size = sum(map(len, done.pages.values()))
         words = [f"{len(done.pages)} files, {size / 1e6:.1f} MB."]
         words += [w for w in done.result.warnings if key_of(w) == "calibrated-on"]
-        if done.result.pdf is None:
+        for failed in done.result.failed_checks:
+            words.append(f"Not written: check '{failed['name']}' failed, {failed['reason']}.")
+        if done.result.pdf is None and not done.result.failed_checks:
             words.append("No PDF: the optional part 'pdf' is not installed.")
         dressed(ui.label(spoken.on_page(" ".join(words))), "laboratory-report-words", "opacity-80")
         stem = done.call.out.removesuffix("-report")
@@ -151,6 +153,8 @@ class Laboratory(Page):
         def give_all() -> None:
             ui.download.content(zipped(done.pages), f"{stem}-report.zip", "application/zip")
 
+        if not done.pages:
+            return
         with ui.row().classes("gap-2"):
             for name in (n for n in KINDS if n in done.pages):
                 _button(name, "download", partial(give, name), name.replace(".", "-"))
