@@ -152,7 +152,8 @@ def test_a_dataset_published_on_another_day_recomputes(
 ) -> None:
     for module in ("identify.provenance", "commands.report", "verdict"):
         monkeypatch.setattr(f"layerjam.{module}.datetime", Later)
-    assert recompute(published.folder).equal
+    found = recompute(published.folder)
+    assert found.equal, found.differs
 
 
 def test_a_dataset_of_an_older_version_still_recomputes() -> None:
