@@ -154,7 +154,8 @@ class Search:
     def drawn(self, numbers: Numbers) -> Array:
         """The drawn merits that are asked for, shape (merits, n)."""
         found = self.kernel.drawn(numbers) if self.spec.drawn else {}
-        return np.array([found[n] for n in self.spec.drawn]).reshape(-1, len(numbers))
+        shape = (len(self.spec.drawn), len(numbers))
+        return np.array([found[n] for n in self.spec.drawn]).reshape(shape)
 
     def _broken(self, numbers: Numbers, values: Array) -> Numbers:
         """How many constraints each design breaks, those on merits that come later left out."""
