@@ -44,14 +44,14 @@ def test_a_good_calibration_passes_everything() -> None:
         "identifiable": True, "plausible": True, "stiffness": True, "repeats": True,
         "trend over vacuum": True, "shape": True, "pull by pull": True, "seating": True,
         "stiffness repeats": True, "stiffness's trend over vacuum": True,
-        "scale factor interval": True, "stiffness interval": True,
+        "scale factor interval": True, "stiffness interval": True, "mountings": True,
     }  # fmt: skip
 
 
 def test_one_pull_says_nothing_about_repeats_and_has_no_trend() -> None:
     assert fitted((0.875, FULL)) == {
         "identifiable": True, "plausible": True, "stiffness": True, "repeats": False,
-        "shape": True, "pull by pull": True, "seating": True,
+        "shape": True, "pull by pull": True, "seating": True, "mountings": True,
     }  # fmt: skip
 
 

@@ -85,7 +85,7 @@ def test_another_window() -> None:
     assert found.kinetic == 2.5
     with pytest.raises(FileError, match=r"travel ends at 50 mm; .* 40 mm to 100 mm .*--from, --to"):
         reduce_friction([made(u, force)], 2.0)
-    with pytest.raises(FileError, match="only 1 samples lie between"):
+    with pytest.raises(FileError, match="only 1 sample between"):
         reduce_friction([made(u, force)], 2.0, (0.01005, 0.01015))
     for bad in ((0.03, 0.03), (0.04, 0.03), (-0.01, 0.03)):
         with pytest.raises(FitError, match="window"):

@@ -176,7 +176,7 @@ def reduce_repeat(
     if inside.sum() < FEWEST:
         raise FileError(
             trace.path,
-            f"only {count_of(int(inside.sum()), 'sample')} lie between {show(span[0], 'm')} and "
+            f"only {count_of(int(inside.sum()), 'sample')} between {show(span[0], 'm')} and "
             f"{show(span[1], 'm')} of travel; at least {FEWEST} are needed",
         )
     mean = float(force[inside].mean())
