@@ -188,8 +188,7 @@ def test_friction_options(
 
 def test_normal_forces_that_differ(refuses: Refuses, files: Files, tmp_path: Path) -> None:
     for number, newton in ((1, 2.45), (2, 4.9)):
-        again = files.bare_friction.read_bytes() + b"\n" * (number - 1)
-        (tmp_path / f"{number}.csv").write_bytes(again)
+        (tmp_path / f"{number}.csv").write_bytes(Path(files.friction[number]).read_bytes())
         (tmp_path / f"{number}.csv.toml").write_text(f'normal_force = "{newton} N"\n')
     sentence = refuses("friction", tmp_path / "1.csv", tmp_path / "2.csv")
     assert "2.45 N" in sentence and "4.9 N" in sentence

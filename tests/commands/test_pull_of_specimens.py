@@ -16,7 +16,11 @@ HEAD = "Time (s),Extension (mm),Load (N)"
 def test_each_specimen_is_called_by_its_name(tmp_path: Path) -> None:
     path = tmp_path / "x.csv"
     body = rows(200)
-    path.write_text("\n".join(["Specimen A 1", HEAD, *body, "", "Specimen A 2", HEAD, *body, ""]))
+    other = [
+        f"{head},{0.9 * float(load):.4f}" for head, _, load in (r.rpartition(",") for r in body)
+    ]
+    text = ["Specimen A 1", HEAD, *body, "", "Specimen A 2", HEAD, *other, ""]
+    path.write_text("\n".join(text))
     found = lj.pull(path)
     names = [row["specimen"] for row in found.pulls]
     assert len(set(names)) == 2 and None not in names

@@ -88,7 +88,7 @@ def judge(file: BrakeFile, kerf: float, copies: int) -> None:
     """Refused in words, or every outline and hole where section 2.2 puts them."""
     try:
         found = made(file, copies, kerf=kerf)
-    except CannotBuildError:
+    except (CannotBuildError, QuantityError):
         return
     sheets, hole = file.brake.sheets, file.brake.mount.screw_hole * 1e3
     screws = max(1, round(sheets.width * 1e3 / 20))

@@ -47,7 +47,7 @@ def test_a_good_campaign_passes_everything() -> None:
         "sleeve", "repeats", "single curves", "residuals over slip", "scale factor over vacuum",
         "enclosure's factor over vacuum", "scale factor over speed", "leave one out",
         "shape", "pull by pull", "seating", "stiffness repeats", "stiffness's trend over vacuum",
-        "scale factor interval", "stiffness interval",
+        "scale factor interval", "stiffness interval", "mountings",
     }  # fmt: skip
 
 

@@ -220,7 +220,7 @@ def test_several_pulls_are_averaged_and_scatter_gives_the_error() -> None:
     ]
     result = calibrate(pulls, KAPTON)
     assert result.scale_factor == pytest.approx(np.mean(truths), rel=1e-9)
-    # at the peak's slip x_p an enclosure that is 1 % stronger takes 2 x_p/(L2 - x_p) % of the factor
+    # with the peak at slip x_p, 1 % more enclosure takes 2 x_p/(L2 - x_p) % off the factor
     sheets, film, enclosure = KAPTON.sheets, KAPTON.film, KAPTON.enclosure
     contact = film.kinetic * (sheets.count - 1)
     elastic = enclosure.modulus * sheets.width * enclosure.wall * film.friction_on_silicone
@@ -285,7 +285,12 @@ def test_few_pulls_tell_the_stiffness_all_tell_the_factor() -> None:
     assert found.scale_factor == pytest.approx(np.mean([f.scale_factor for f in alone]), rel=1e-12)
     assert found.stiffness == pytest.approx(np.mean([f.stiffness for f in alone[2:4]]), rel=1e-12)
     factor, stiffness = (found.intervals[n] for n in ("scale_factor", "stiffness"))
-    assert factor is not None and factor.degrees_of_freedom == 4
+    # the enclosure's share is known exactly, so that it adds degrees of freedom (GUM, G.4.1)
+    scatter = np.std([f.scale_factor for f in alone], ddof=1) / 5**0.5
+    assert factor is not None
+    assert factor.degrees_of_freedom == pytest.approx(
+        4 * (factor.standard_error / scatter) ** 4, rel=1e-6
+    )
     assert stiffness is not None and stiffness.degrees_of_freedom == 1
     assert any("told by 2 of 5 pulls" in c.sentence for c in found.checks)
     # one pull that tells k is enough for its value, and takes nothing from the factor's interval

@@ -195,7 +195,8 @@ def test_a_killed_run_keeps_what_came_of_a_shot(tmp_path: Path) -> None:
     file.close()  # as a killed one leaves it
     (kept,) = read_run(path).shots
     assert np.array_equal(kept.counts, shot.counts[:PIECE])
-    made = said(["crash", str(path), "--filter", "none", "--before", "50ms", "--json"])
+    made = said(["crash", str(path), "--filter", "none", "--before", "50ms", "--json"], 4)
+    assert [check["name"] for check in made["failed_checks"]] == ["whole pulse"]
     assert made["samples"] == PIECE
     assert any("1000 of the record's 2500" in text for text in made["warnings"])
 
