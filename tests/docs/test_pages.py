@@ -165,7 +165,8 @@ def test_json_has_the_keys_of_the_table(
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
         code = main([*_typed(COMMANDS[name]), "--json", *_overwriting(name)])
-    assert code == 0
+    # that dataset was published when intervals were computed in another way: it differs
+    assert code == (1 if name == "recompute" else 0)
     printed = json.loads(said.getvalue())
     judged = {"verdict", "failed_checks", "accepted"} if "verdict" in printed else set()
     assert set(printed) == _rows()[name] | {"units", "warnings"} | judged
