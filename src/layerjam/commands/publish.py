@@ -15,7 +15,7 @@ from layerjam.commands.quantities import Accept, AnyBrake, Atmosphere, Overwrite
 from layerjam.commands.reading import FileOptions, FileVacuum
 from layerjam.commands.report import HowTested
 from layerjam.commands.results import Result, fact, number, result
-from layerjam.errors import Notice
+from layerjam.errors import MissingExtraError, Notice
 from layerjam.units import show
 
 SHOWN = 6
@@ -106,6 +106,8 @@ def publish(
     from layerjam.commands.publishing import write
     from layerjam.dataset.people import Stated, author_of
 
+    with MissingExtraError.without("a published dataset (pypdfium2)", "publish"):
+        import pypdfium2  # noqa: F401
     how = HowTested(
         test=test,
         depth=depth,
