@@ -1,6 +1,6 @@
 """The counts of sentences and names that break the style guide may only fall.
 
-After an improvement: python tests/docs/plain_english.py . --since START --json > LIMITS, with the
+After an improvement: in tests: python -m docs.plain_english .. --since START --json > LIMITS, with the
 two names below.
 """
 
