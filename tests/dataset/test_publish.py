@@ -190,7 +190,9 @@ def test_an_accepted_failure_travels_and_recomputes(
     assert "the sled was lifted" in (out / "README.md").read_text()
     for module in ("identify.provenance", "commands.report", "verdict"):
         monkeypatch.setattr(f"layerjam.{module}.datetime", Later)
-    assert recompute(out).equal
+    again = recompute(out)
+    assert again.equal and (again.verdict, again.exit_code) == ("accepted", 0)
+    assert {row["reason"] for row in again.accepted} == {"the sled was lifted"}
     recipe = (out / "recipe.json").read_text()
     (out / "recipe.json").write_text(recipe.replace("the sled was lifted", "all is well"))
     found = recompute(out)

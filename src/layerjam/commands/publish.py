@@ -17,6 +17,7 @@ from layerjam.commands.report import HowTested
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import MissingExtraError, Notice
 from layerjam.units import show
+from layerjam.verdict import Verdict
 
 SHOWN = 6
 """Differences of a file that the table lists."""
@@ -205,4 +206,5 @@ def recompute(
     if not found["equal"] and then != now:
         sentence = "other versions computed this; the versions, not the data, may explain a "
         notices.append(Notice(f"{sentence}difference", "other-versions"))
-    return Recomputed.of(**found, warnings=notices)
+    verdict = Verdict(decisions=found.pop("decisions"))
+    return Recomputed.of(verdict, **found, warnings=notices)

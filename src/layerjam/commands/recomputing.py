@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from layerjam.dataset.recipe import FORMAT, RECIPE, Recipe, read_recipe, version
 from layerjam.dataset.unpack import opened
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 from layerjam.identify.provenance import sha256
+from layerjam.verdict import Acceptance
 
 
 @dataclass
@@ -86,7 +87,10 @@ class _Comparison:
 
 
 def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
-    """Compute everything in a dataset again, and return the values of the result's keys."""
+    """Compute everything in a dataset again.
+
+    Returns the values of the result's keys, and as `decisions` the failed checks that are accepted.
+    """
     with opened(source) as root, tempfile.TemporaryDirectory(prefix="layerjam-again-") as made:
         recipe, (listed, strange) = read_recipe(root), checksums.read(root)
         changed = checksums.changed(root, listed)
@@ -99,11 +103,13 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
             changed.append(checksums.NAME)
         work = _Comparison(root, recipe, changed)
         work.found += [Difference(f"line {n}", checksums.NAME, t, None) for n, t in strange]
+        accepted: Iterable[Acceptance] = ()
         try:
             again, content = derive(root, recipe, Path(made), tell)
         except LayerjamError as error:
             work.found.append(_failure(error, root))
         else:
+            accepted = content.accepted
             names = sorted(checksums.inside(Path(made)), key=lambda name: name != RESULTS)
             for name in names:
                 work.file(name, (Path(made) / name).read_bytes())
@@ -125,6 +131,7 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
             fingerprint=sha256(fingerprint) if fingerprint.is_file() else None,
             versions={"published": dict(recipe.versions), "recomputed": versions()},
             record=work.found,
+            decisions=tuple(accepted),
         )
 
 
