@@ -41,9 +41,9 @@ STATED = (
     "settings_hex",
     "safe_state",
 )
-"""What `meta` says under the names that the table of runs has."""
+"""Key of `meta` for each column of the table of runs."""
 NONE = {"zero": 0.0, "gain": 1.0, "name": ""}
-"""What a board says whose sensor was never calibrated."""
+"""Answer of a board whose sensor was never calibrated."""
 BOARD = {"serial": "board", "model": "model", "firmware": "firmware"}
 """{column of a board: key of `meta`}."""
 

@@ -93,7 +93,7 @@ CITED = Table(
     Column("name", Text, nullable=False),
     Index("cited_by_key", "key"),
 )
-"""What a record says it comes from, by a key that a record may have, now or later."""
+"""Keys of the records that a record comes from; such a record may be added later."""
 WITHDRAWN = Table(
     "withdrawn",
     METADATA,

@@ -1,4 +1,4 @@
-"""What a command prints and writes: its result, its progress, and whether a file can be written."""
+"""Output of a command: its result, its progress, and the check that a file can be written."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
 
 @result
 class RunRecorded(Judged):
-    """How a procedure on a bench ended; `record` is the Executed, None if a check failed before."""
+    """Outcome of a procedure on a bench; `record` is the Executed, None if a check failed first."""
 
     outcome: str = fact("FINISHED, or what ended it")
     reason: str | None = fact("why it did not finish")

@@ -119,6 +119,6 @@ def _condition(text: str) -> tuple[str, float]:
         except QuantityError:
             continue
     raise QuantityError(
-        f"holdout: '{text[:60]}' is no vacuum, speed or repeat; write such as 46.1kPa, 19mm/s or "
-        "'repeat 3'"
+        f"holdout: '{text[:60]}' is not a vacuum, speed or repeat; write for example 46.1kPa, "
+        "19mm/s or 'repeat 3'"
     )

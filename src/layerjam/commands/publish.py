@@ -27,7 +27,7 @@ Author = Annotated[
 
 
 def _names(files: Sequence[str]) -> str:
-    """How many files, and the first of their names."""
+    """Return the number of files and the first of their names."""
     more = ", ..." if len(files) > 4 else ""
     return f"{len(files)}" + (f": {', '.join(files[:4])}{more}" if files else "")
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @options
 class Issued:
-    """What identifies a report besides its brake and date."""
+    """Identity of a report, in addition to its brake and date."""
 
     report_number: Annotated[str, Help("Number of the report, on every page.", metavar="TEXT")] = ""
     customer: Annotated[str, Help("Customer, with the address.", metavar="TEXT")] = ""
@@ -45,7 +45,7 @@ class Issued:
 
 @result
 class Report(Result):
-    """Where the report's files are, and each stage's keys; `record` is the BrakeReport.
+    """Files of the report, and the keys of each stage; `record` is the BrakeReport.
 
     The files are None if a check failed.
     """

@@ -1,4 +1,4 @@
-"""Published files beside recomputed ones: number by number and word by word."""
+"""Comparison of published with recomputed files, number by number and word by word."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def differences(
 
 
 def count(file: str, content: bytes) -> int:
-    """How many numbers of a file are compared; those of drawings are not counted."""
+    """Return how many numbers of a file are compared; those of drawings are not counted."""
     kind = PurePosixPath(file).suffix
     if kind in _READERS:
         leaves = _leaves(_READERS[kind](content.decode()))

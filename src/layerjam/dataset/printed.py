@@ -8,12 +8,12 @@ import re
 from typing import Any
 
 NUMBER = re.compile(r"(?<![\w.])([-−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?!\w|\.\w)")
-"""A number that stands alone: not a part of a word, a digest or a version."""
+"""A number that is not a part of a word, a digest or a version."""
 _HIDDEN = re.compile(r"<(style|script|svg|title)\b.*?</\1>|<!--.*?-->", re.DOTALL)
 _SHOWN = re.compile(r"<!--(.*?)-->", re.DOTALL)
 DPI = 100.0
 SHADES = 48
-"""Of 255: up to this two points of a page look the same; edges shift a little between machines."""
+"""Difference of two points of a page, of 255, that is not seen; edges shift between machines."""
 
 
 def reads_pdf() -> bool:

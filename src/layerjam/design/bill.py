@@ -34,7 +34,7 @@ FILM = ("density", "kinetic", "strength")
 
 
 class Bill(NamedTuple):
-    """What one brake is made of, arrays of many; NaN where its parts would not fit together."""
+    """Dimensions of many brakes as arrays; NaN where the parts of one do not fit together."""
 
     film_area: Any
     """Sheets and spacers [m²]."""

@@ -50,7 +50,7 @@ class Records:
 
 
 def is_same_record(one: Trace, other: Trace) -> bool:
-    """Whether two traces are one record: equal up to noise, with the same noise."""
+    """Return whether two traces are one record: equal up to noise, with the same noise."""
     return noise_correlation(one, other) >= ALIKE
 
 
@@ -98,7 +98,7 @@ def _correlations(one: tuple[Array, Array], other: tuple[Array, Array]) -> Itera
 
 
 def _is_near(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> bool:
-    """Whether two curves differ by hardly more than the noise: others cannot be one record."""
+    """Return whether two curves differ by hardly more than noise: others are not one record."""
     part = slice(None, None, max(1, len(sparse[0]) // SAMPLE))
     apart = np.abs(sparse[1][part] - np.interp(sparse[0][part], *dense))
     second = np.abs(sparse[1][1:-1] - (sparse[1][2:] + sparse[1][:-2]) / 2)

@@ -48,7 +48,7 @@ class Memory(NamedTuple):
     slip: Any
     force: Any
     ends: Any
-    """How far the pieces reach from the driven end, over half the free length, the innermost first;
+    """Reach of the pieces from the driven end, over half the free length, the innermost first;
     shape (PIECES, ...). The first has no length: it is the middle of the face."""
     slopes: Any
     """Slope of their tension over that distance [N/m]: -q where the strip was pulled out."""
@@ -63,7 +63,7 @@ class Path(NamedTuple):
     """The branch over each piece in a move in one direction; arrays of the shape of `ends`."""
 
     slip: Any
-    """Where the branch would start, had the whole way been over this piece [m]."""
+    """Start of the branch if the whole way had been over this piece [m]."""
     force: Any
     strength: Any
     """Change of friction that the branch moves against [N/m]."""
@@ -141,7 +141,7 @@ def find_path(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Path:
 
 
 def sliding_share(state: Memory) -> Any:
-    """How far the last move has reached from the driven end, over half the free length [-].
+    """Return the reach of the last move from the driven end, over half the free length [-].
 
     The force then rises by EA over that length.
     """
@@ -211,7 +211,7 @@ class _Tension(NamedTuple):
     """Tension of both faces at the near end [N], and its rise up to the far end."""
     rise: Any
     slip: Any
-    """What the stretch of the piece adds to the slip [m]."""
+    """Contribution of the stretch of the piece to the slip [m]."""
     stored: Any
 
 

@@ -132,15 +132,15 @@ def caps(made: Drawing) -> list[Step]:
 
 
 def _flush(made: Drawing) -> str:
-    """The nuts' front corners, where they would stand proud of the tray."""
+    """Return the sentences on the front corners of the nuts, which may project from the tray."""
     found = made.lengths
     proud = nut_overhang(found)
     if proud <= 0:
-        return " No nut stands proud of the tray."
+        return " No nut projects from the tray."
     return (
         f" The front corner of each {found.thread.name} nut reaches up to {_m(round(proud, 2))} "
         "beyond the tray's face, where it would cut the enclosure: file that corner off, until no "
-        "nut stands proud of the tray."
+        "nut projects from the tray."
     )
 
 

@@ -106,7 +106,7 @@ class BrakeReport:
 
     @property
     def identity(self) -> dict[str, str]:
-        """What identifies the report."""
+        """Identity of the report."""
         return signed.identity(self.stated, self.number, self.customer, self.date)
 
 

@@ -56,7 +56,7 @@ REQUIRED = {
     "laboratory": "laboratory in conditions.toml",
     "tests done on": "date in conditions.toml",
 }
-"""What a report has to state (ISO/IEC 17025, section 7.8.2.1): where to state it."""
+"""Items that a report has to state (ISO/IEC 17025, section 7.8.2.1): how to state each."""
 STATES = {
     "valid": "valid",
     "overdue": "overdue since {due}",

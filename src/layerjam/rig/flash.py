@@ -43,7 +43,7 @@ class Prompt:
         self._until(READY, 2.0)
 
     def _until(self, end: bytes, wait: float) -> bytes:
-        """What came up to and without `end`."""
+        """Return the bytes up to `end`, without it."""
         last = time.monotonic() + wait
         while end not in self._buffer:
             left = last - time.monotonic()
@@ -64,7 +64,7 @@ class Prompt:
         self._ends.write(RUN)
 
     def run(self, program: str) -> str:
-        """What a program prints."""
+        """Return the output of a program."""
         self.send(program)
         self._until(b"OK", WAIT)
         said = self._until(RUN, WAIT)

@@ -199,7 +199,7 @@ _BREAKS: dict[str, Callable[[Case, VirtualPlant], None]] = {
     "e-stop": _set(estop=True),
     "supply-low": _set(supply_low=True),
 }
-"""What does a fault to the plant, if it is not a fault of the law by that name."""
+"""Key of the change to the plant, if it is not a fault of the law by that name."""
 _PROMISES: dict[str, Callable[[Case], float]] = {
     "sensor-drift": _apart,
     "pump-dead-holding": _leak_shows,

@@ -14,7 +14,7 @@ FREE = re.compile(
     rb":?(\*IDN\?|SYST(EM)?:ERR(OR)?(:NEXT)?\?|OUTP(UT)?(:STAT(E)?)?[ \t]+(OFF|0)|ABOR(T)?)[ \t]*",
     re.IGNORECASE,
 )
-"""What is served without a token: identity, errors, and off."""
+"""Lines that are served without a token: identity, errors and off."""
 GIVEN = re.compile(
     rb":?SYST(?:EM)?:PASS(?:WORD)?:CEN(?:ABLE)?[ \t]+(['\"])(.{0,200})\1[ \t]*", re.IGNORECASE
 )
@@ -76,7 +76,7 @@ def read_token(file: str | Path) -> str:
 
 
 class Door:
-    """What one client may do: with the token and a session everything, else what is `FREE`."""
+    """Permission of one client: all lines with a token and a session, else those of `FREE`."""
 
     def __init__(self, token: str) -> None:
         self._token = token

@@ -1,4 +1,4 @@
-"""What a page shows: a call and what it came to, and all that is taken from it.
+"""Answer of a page: a call with its result, and all files that are made of it.
 
 Figure, curves, copied lines, notebook and pins of a chart are made of one answer. So they come from
 one computation, whatever was set since.
@@ -39,11 +39,11 @@ class Answer:
     title: str = ""
     """Name of the files, without an ending, if the call does not give it."""
     finish: Callable[[Figure], None] | None = None
-    """What the page draws into the figure besides; the lines of Python do not."""
+    """Function that completes the figure on the page; the lines of Python do not have it."""
 
     @property
     def name(self) -> str:
-        """Of the files that are taken away, without an ending."""
+        """Name of the exported files, without an ending."""
         return self.title or f"{self.call.subjects[0].name.removesuffix('.toml')}-{self.call.name}"
 
     @property

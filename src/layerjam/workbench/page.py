@@ -95,7 +95,7 @@ class View(Asking):
         return [Answer(call, call.run()) for call in self.calls()]
 
     def answers(self) -> Sequence[Answer]:
-        """What is shown, in order; empty while nothing is."""
+        """Answers that are shown, in order; empty if none is."""
         return answers_in(self.result)
 
     def copies(self) -> tuple[Sequence[Call], Mapping[str, Call]]:

@@ -105,7 +105,7 @@ class Budget:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """What the user must state so that the budget is whole."""
+        """Inputs that the user must state so that the budget is whole."""
         return tuple(c.supply for c in self.contributions if c.supply)
 
     @property
@@ -129,7 +129,7 @@ def rounded(value: float, uncertainty: float) -> tuple[str, str]:
 
 
 def scatter_words(mountings: Sequence[Sequence[int]], count: int) -> str:
-    """What an interval of `count` pulls, in these mountings, rests on."""
+    """Return the words for the basis of an interval of `count` pulls in these mountings."""
     if len(mountings) == count:
         return "one pull" if count == 1 else f"the scatter between {count} pulls"
     return f"the scatter between {len(mountings)} mountings of {count} pulls"

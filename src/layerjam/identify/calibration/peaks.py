@@ -257,7 +257,7 @@ def _means(
     mountings: Sequence[Sequence[int]],
     common: Mapping[str, float],
 ) -> dict[str, Any]:
-    """What `estimates` gives, of each quantity over the pulls that tell it.
+    """Return the result of `estimates` for each quantity, over the pulls that determine it.
 
     `common` {name: standard uncertainty over the value} is what all pulls have in common.
     """

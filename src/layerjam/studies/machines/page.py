@@ -245,7 +245,7 @@ PICTURES: dict[str, Callable[[Result], style.Figure]] = {
     "rehabilitation-time": exercise_in_time,
     "rehabilitation-angle": exercise_over_angle,
 }
-"""What draws each picture; the kind of machine has the captions, in the order of the page."""
+"""Function that draws each picture; the kind of machine has the captions, in page order."""
 
 
 MET = Word("✓ met", "verdict reproduced")

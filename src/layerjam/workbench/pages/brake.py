@@ -159,7 +159,7 @@ class Brake(Page):
         return (True, self.making.compute()) if self._builds() else (False, super().compute())
 
     def answers(self) -> Sequence[Answer]:
-        """What is shown: the brake and its force, or the build."""
+        """Answers that are shown: the brake and its force, or the build."""
         if self.result is None or self.result[0] != self._builds():
             return []
         builds, found = self.result
@@ -213,7 +213,7 @@ ALIKE = 5e-5
 
 
 def verdict(mine: float | None, other: float | None, better: int) -> str:
-    """How the first compares with the second: sign, percent and, where it is clear, which wins."""
+    """Return the first compared with the second: sign, percent and, if it is clear, the better."""
     if mine is None or other is None:
         return ""
     if mine == other or (other and abs(mine / other - 1) < ALIKE):
