@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import pickle
 import subprocess
 import sys
 from typing import Any
@@ -39,6 +40,18 @@ def two_cores(monkeypatch: pytest.MonkeyPatch) -> None:
 def process_of(drawing: Beside) -> subprocess.Popen[bytes]:
     assert drawing._process is not None
     return drawing._process
+
+
+def test_a_parent_that_takes_an_old_address_hides_no_other() -> None:
+    """Each transform of a figure that was sent knows its parents by their own addresses."""
+    made = figure(1.0)
+    line = made.axes[0].lines[0]
+    sent = pickle.loads(beside._pickled(made))
+    for node in (sent.axes[0].bbox, sent.axes[0].transData, sent.axes[0].lines[0].get_clip_box()):
+        assert all(key == id(parent()) for key, parent in node._parents.items())
+    assert len(sent.axes[0].bbox._parents) == len(made.axes[0].bbox._parents) > 0
+    sent.axes[0].set_position((0.5, 0.5, 0.25, 0.25))
+    assert sent.axes[0].lines[0].get_clip_box().width < 0.5 * line.get_clip_box().width
 
 
 @pytest.mark.usefixtures("two_cores")

@@ -8,12 +8,16 @@ ends when its pipe is closed, and hears no Ctrl-C: this process stops it.
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import pickle
 import subprocess
 import sys
 import warnings
+import weakref
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from types import TracebackType
 from typing import Any
 
@@ -65,7 +69,7 @@ class Beside:
             self._posted.append((figure, _done(drawn(figure))))
             return
         try:
-            data = pickle.dumps(figure, pickle.HIGHEST_PROTOCOL)
+            data = _pickled(figure)
         except (pickle.PicklingError, AttributeError, TypeError):  # it holds a local function
             self._posted.append((figure, _done(drawn(figure))))
             return
@@ -100,6 +104,39 @@ def _started() -> subprocess.Popen[bytes] | None:
         )
     except OSError:
         return None
+
+
+def _pickled(figure: style.Figure) -> bytes:
+    """Return a figure as bytes; raises what `pickle` raises."""
+    from matplotlib.transforms import TransformNode
+
+    class Pickler(pickle.Pickler):
+        def reducer_override(self, item: object) -> Any:
+            if not isinstance(item, TransformNode):
+                return NotImplemented
+            return (*item.__reduce_ex__(pickle.HIGHEST_PROTOCOL)[:3], None, None, _with_parents)
+
+    buffer = io.BytesIO()
+    Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump(figure)
+    return buffer.getvalue()
+
+
+def _with_parents(node: Any, state: dict[str, Any]) -> None:
+    """Give a transform its state, and its parents under the addresses that they have here.
+
+    Matplotlib keeps the addresses from before: a new parent may get one of them, and then the old
+    parent no longer hears of the layout, so that what it draws is clipped as it was before.
+    """
+    node.__dict__.update(state, _parents={})
+    parents = node._parents
+    for parent in state["_parents"].values():
+        if parent is not None:
+            forget = partial(_forget, parents.pop, id(parent))
+            parents[id(parent)] = weakref.ref(parent, forget)
+
+
+def _forget(pop: Callable[..., object], key: int, _: object) -> None:
+    pop(key, None)
 
 
 def _done(text: str) -> Future[str | None]:
