@@ -122,7 +122,7 @@ def sidecar_fields() -> str:
 
 
 PULLS_AND_STOPS = (
-    ("A pull", TensileRecord), ("A stop", DropRecord), ("A pull that judders", StickSlipRecord)
+    ("A pull", TensileRecord), ("A stop", DropRecord), ("A pull with stick–slip", StickSlipRecord)
 )  # fmt: skip
 
 
@@ -284,7 +284,7 @@ def command_functions() -> str:
         declared = entry.load()
         named = [*members.get(declared.module, ()), declared.python_name, declared.result.__name__]
         members[declared.module] = list(dict.fromkeys(named))
-    return "\n".join(
+    return "\n\n".join(
         f"::: {module}\n    options:\n      members: [{', '.join(names)}]"
         for module, names in members.items()
     )
