@@ -2,7 +2,7 @@
 
 Each case is drawn at random and computed here from a closed form or by the virtual laboratory, so
 that its truth is known: logs of leaks and pumps, specimens of silicone, pulses, campaigns of pulls,
-vacuum lines and collisions. A failed check on a healthy case is a false alarm.
+vacuum lines, collisions and designs. A failed check on a healthy case is a false alarm.
 
     python tests/verdict_alarms.py [--cases N] [--seed S] [--only NAME...] [--write]
 """
@@ -21,12 +21,13 @@ import numpy as np
 
 jax.config.update("jax_enable_x64", True)
 
-from layerjam.control.checks import regulation_checks  # noqa: E402
+from layerjam.control.checks import regulation_checks, step_check  # noqa: E402
 from layerjam.control.closed_loop import simulate  # noqa: E402
 from layerjam.control.plan import Arrival, plan, stop_at  # noqa: E402
 from layerjam.control.plan_checks import plan_checks  # noqa: E402
 from layerjam.control.plant import plant_of  # noqa: E402
 from layerjam.control.settings import Regulator  # noqa: E402
+from layerjam.design.checks import design_checks  # noqa: E402
 from layerjam.device.load import load  # noqa: E402
 from layerjam.errors import LayerjamError  # noqa: E402
 from layerjam.fluid.file import load_line  # noqa: E402
@@ -203,6 +204,7 @@ def lines(random: Random, fault: str) -> Iterator[Check]:
     length = 12 * regulator.plant.time_constant(target)
     loop = simulate(regulator, [(length, target)], seed=int(random.integers(1000)))
     yield from regulation_checks(regulator, target, loop)
+    yield replace(step_check(regulator, target), name="bench run: ripple")
 
 
 def collisions(random: Random, fault: str) -> Iterator[Check]:
@@ -227,6 +229,30 @@ def collisions(random: Random, fault: str) -> Iterator[Check]:
         if jumps == (fault == "edge"):
             break
     yield from plan_checks(made, 0.0)
+
+
+def designs(random: Random, fault: str) -> Iterator[Check]:
+    """Brakes whose sheets bear at most 0.7 of the film's strength, or 1.1 times of it and more.
+
+    The stress is that of the friction alone, (n - 1) mu P W L2 over n/2 sections (paper, eq. 4).
+    """
+    file = load("choi2018-kapton")
+    base = file.brake
+    while True:
+        count = 2 * int(random.integers(2, 26))
+        sheets = replace(
+            base.sheets,
+            count=count,
+            width=float(random.uniform(0.02, 0.06)),
+            thickness=float(np.exp(random.uniform(np.log(12e-6), np.log(125e-6)))),
+        )
+        vacuum, strength = random.uniform(20e3, 95e3), random.uniform(20e6, 200e6)
+        friction = (count - 1) * base.film.kinetic * vacuum * sheets.width * sheets.overlap
+        load_share = friction / (count / 2 * sheets.width * sheets.thickness) / strength
+        if load_share >= 1.1 if fault == "torn" else load_share <= 0.7:
+            break
+    brake = replace(base, sheets=sheets, film=replace(base.film, strength=float(strength)))
+    yield from design_checks(replace(file, brake=brake), float(vacuum), {})
 
 
 @dataclass(frozen=True)
@@ -262,6 +288,7 @@ STUDIES = (
         {"slow": "one sample moves more than the band", "run": "a least run of 0.5 s"},
     ),
     Study("plan", collisions, {"edge": "the slip jumps below the vacuum needed"}),
+    Study("design, sweep", designs, {"torn": "sheets loaded beyond the film's strength"}),
 )
 
 

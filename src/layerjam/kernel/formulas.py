@@ -19,7 +19,6 @@ LAWS: tuple[Callable[..., Any], ...] = (
     enclosure.enclosure_of,
     memory.branch,
     pull.spread_root,
-    pull.rising_root,
 )
 """In an order in which each uses earlier ones only."""
 HEAD = """/* Printed by layerjam/kernel/formulas.py from the Python laws. Apache License 2.0. */

@@ -26,11 +26,3 @@ static inline lj_real lj_spread_root(lj_real drive, lj_real spring, const lj_enc
     lj_real below = enclosure->root + lj_sqrt(lj_square(enclosure->root) + LJ(4) * spring * push);
     return LJ(2) * push / (below > LJ(0) ? below : LJ(1.0));
 }
-
-static inline lj_real lj_rising_root(lj_real drive, lj_real spring, const lj_enclosure *enclosure)
-{
-    lj_real root = lj_spread_root(drive, spring, enclosure);
-    lj_real linear = lj_max(drive, LJ(0.0)) - enclosure->friction * enclosure->reach;
-    linear = linear / (spring + enclosure->stiffness / enclosure->reach);
-    return (lj_square(root) < enclosure->saturation ? lj_square(root) : lj_max(linear, LJ(0.0)));
-}

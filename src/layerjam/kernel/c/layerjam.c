@@ -293,21 +293,19 @@ static LJ_SELDOM void relax(lj_state *s, const lj_enclosure *e)
 
 /* ---- the brake ---- */
 
-/* x >= 0 with spring x + f(x) = drive; LJ_FAR where a spring that softens never meets it. */
+/* x >= 0 with spring x + f(x) = drive; LJ_FAR where a spring that softens never meets it. A strip
+ * without friction slides as a whole; on any other one the front stays within its piece. */
 static lj_real meet(lj_real drive, lj_real spring, const lj_enclosure *strip)
 {
-    lj_real push = lj_max(drive, 0), slope = spring + strip->stiffness / strip->reach, linear;
-    if (!(spring < 0) || !(push > 0))
-        return lj_rising_root(drive, spring, strip);
-    if (lj_square(strip->root) + 4 * spring * push >= 0) {
-        lj_real near = lj_rising_root(drive, spring, strip);
-        if (near < strip->saturation)
-            return near;
+    lj_real slope = spring + strip->stiffness / strip->reach;
+    if (strip->friction > 0) {
+        if (spring < 0) /* by rounding only is it more */
+            drive = lj_min(drive, lj_square(strip->root) / (-4 * spring));
+        return lj_square(lj_spread_root(drive, spring, strip));
     }
-    linear = push - strip->friction * strip->reach;
-    if (!(slope > 0))
-        return LJ_FAR;
-    return lj_max(linear / slope, strip->saturation);
+    if (!(drive > 0))
+        return 0;
+    return slope > 0 ? drive / slope : LJ_FAR;
 }
 
 /* What drives on past the friction, at a slip and a force of the enclosure. */
