@@ -12,7 +12,7 @@ from layerjam.commands.files import each, understood, write_brake
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.quantities import OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import FileOptions, Files, Partial
-from layerjam.commands.results import Bounded, bound, bounds, fact, number, result
+from layerjam.commands.results import Result, bounds, fact, number, result
 from layerjam.device.sheets import Film
 from layerjam.errors import FitError, QuantityError
 from layerjam.measure.synthetic import SYNTHETIC
@@ -27,15 +27,11 @@ HOLD = replace(spec_of(Film, "static_hold"), text="hold under load", example="10
 
 
 @result
-class Ageing(Bounded):
+class Ageing(Result):
     """Static friction after a hold and its growth for ten times that; `record` is the AgeingFit."""
 
-    static: float = number("1", "static friction after the hold")
-    static_low: float = bound("1")
-    static_high: float = bound("1")
-    ageing: float = number("1", "growth of static friction for ten times the hold")
-    ageing_low: float = bound("1")
-    ageing_high: float = bound("1")
+    static: float = number("1", "static friction after the hold", interval=True)
+    ageing: float = number("1", "growth of static friction for ten times the hold", interval=True)
     hold: float = number("s", "hold that the static friction belongs to")
     scatter: float = number("1", "SD of the pulls about the line")
     pulls: int = number("1", "pulls that count")

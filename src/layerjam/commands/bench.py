@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.results import Result, fact, number, result
+from layerjam.rig.outcomes import BenchStatus
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
@@ -27,30 +26,8 @@ BenchAddress = Annotated[
 
 
 @result
-class BenchState(Result):
+class BenchState(Result, BenchStatus):
     """What a bench is and does at one moment."""
-
-    identity: str = fact("what it says of itself")
-    simulated: bool = fact("whether no hardware is behind it")
-    state: str = fact("SAFE, RUN, FAULT or DRIVE")
-    fault: str | None = fact("the latched fault")
-    vacuum: float | None = number("Pa", "last reading")
-    target: float = number("Pa", "vacuum to hold")
-    pump: float = number("1", "command of the pump, −1 to 1")
-    vent: str = fact("whether the vent is open or closed")
-    safe_state: str | None = fact("what a fault ends in; null while not declared")
-    vent_rest: str | None = fact("the vent valve without power; null while not declared")
-    lease: float = number("s", "time for which a silent host keeps the outputs on")
-    boot: str = fact("number of this start of the board")
-    reset_cause: str = fact("why the board started")
-    uptime: float = number("s", "time since then")
-    late_ticks: int = fact("samples more than 1 ms late")
-    worst_lateness: float = number("s", "lateness of the latest sample")
-    samples_lost: int = fact("samples overwritten before they were acknowledged")
-    law_matches: bool = fact("whether the board's law is this package's, to the letter")
-    double: bool = fact("whether the board computes in double precision")
-    zero_age: float | None = number("s", "time since the sensor's zero was last seen")
-    errors: Sequence[str] = fact("device errors that were waiting", listed=False)
 
 
 @result
@@ -78,7 +55,7 @@ def bench_status(address: BenchAddress) -> BenchState:
     from layerjam.rig.driver import open_bench
 
     with open_bench(address) as bench:
-        return BenchState(**asdict(bench.status()))
+        return BenchState.of(bench.status())
 
 
 @result

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from layerjam.commands.bench import BenchAddress
 from layerjam.commands.declare import Help, Input, command
 from layerjam.commands.lines import AnyLine, line_file
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Result, result
 from layerjam.fluid.file import LineFile
+from layerjam.rig.outcomes import Checked, Zero
 
 
 def _line(value: Any, _given: Mapping[str, Any]) -> LineFile:
@@ -17,18 +18,8 @@ def _line(value: Any, _given: Mapping[str, Any]) -> LineFile:
 
 
 @result
-class BenchChecked(Result):
+class BenchChecked(Result, Checked):
     """What a first look at a bench finds."""
-
-    self_test: int = fact("sum of what the board's own test finds wrong; 0: nothing")
-    wiring: Sequence[str] = fact("what is wired wrong; empty where all is right")
-    leak: float | None = number("1/s", "decay of the vacuum with pump off and vent shut")
-    rate: float | None = number("1/s", "flow of the pump over the volume")
-    top: float | None = number("Pa", "vacuum at which the pump ends, by its curve")
-    zero: float | None = number("Pa", "reading with the vent open")
-    feasible: bool = fact("whether the bench can regulate, as the line's file says")
-    reason: str | None = fact("why not")
-    simulated: bool = fact("whether no hardware is behind it")
 
 
 VentRest = Annotated[
@@ -38,14 +29,8 @@ VentRest = Annotated[
 
 
 @result
-class BenchZeroed(Result):
+class BenchZeroed(Result, Zero):
     """The zero of a bench's sensor."""
-
-    zero: float = number("Pa", "reading with the vent open, before")
-    zero_scatter: float = number("Pa", "standard deviation of the readings")
-    sensor_offset: float = number("Pa", "offset that the board subtracts from now on")
-    date: str = fact("date that is stored with it")
-    simulated: bool = fact("whether no hardware is behind it")
 
 
 @command(
@@ -66,14 +51,7 @@ def bench_zero(address: BenchAddress, *, vent_rest: VentRest = None) -> BenchZer
     from layerjam.rig.driver import open_bench
 
     with open_bench(address) as bench:
-        zero = measure_zero(bench, vent_rest=vent_rest)
-        return BenchZeroed(
-            zero=zero.reading,
-            zero_scatter=zero.scatter,
-            sensor_offset=zero.offset,
-            date=zero.date,
-            simulated=bench.simulated,
-        )
+        return BenchZeroed.of(measure_zero(bench, vent_rest=vent_rest))
 
 
 @command(
@@ -105,15 +83,4 @@ def bench_check(
 
     plant = plant_of(line.line, vacuum=AT) if isinstance(line, LineFile) else None
     with open_bench(address) as bench:
-        made = check_bench(bench, vent_rest=vent_rest, plant=plant)
-        return BenchChecked(
-            self_test=made.self_test,
-            wiring=made.wiring,
-            leak=made.leak,
-            rate=made.rate,
-            top=made.top,
-            zero=made.zero,
-            feasible=made.feasible,
-            reason=made.reason,
-            simulated=bench.simulated,
-        )
+        return BenchChecked.of(check_bench(bench, vent_rest=vent_rest, plant=plant))

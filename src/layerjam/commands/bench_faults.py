@@ -12,6 +12,7 @@ from layerjam.commands.quantities import Seed
 from layerjam.commands.results import STOPPED, Result, fact, number, result
 from layerjam.errors import Notice
 from layerjam.rig.address import VIRTUAL
+from layerjam.rig.outcomes import Soaked
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:
@@ -88,22 +89,8 @@ def _sentence(row: Row) -> str:
 
 
 @result
-class Soak(Result):
+class Soak(Result, Soaked):
     """Hours in which nothing was to happen."""
-
-    address: str = fact("virtual board that ran", listed=False)
-    board: str = fact("what ran the firmware")
-    kind: str = fact("control law")
-    hours: float = number("1", "hours of the board's own time")
-    ticks: int = fact("samples that the board took")
-    orders: int = fact("targets and releases that it was given")
-    false_faults: int = fact("faults that it named while nothing was broken")
-    faults: Sequence[str] = fact("their names", listed=False)
-    gaps: int = fact("places where a sample was missing, double or not 10 ms after the last")
-    wraps: int = fact("times that its clock of 30 bits began anew")
-    heap_growth: int | None = number("B", "memory in use at the end over that of the first minute")
-    late_ticks: int = fact("samples more than 1 ms late")
-    complete: bool = fact("whether all hours were run")
 
     @property
     def exit_code(self) -> int:
@@ -229,13 +216,6 @@ def bench_soak(
         notices.append(
             Notice(f"{done.board} does not count its memory: no heap growth", "memory-unknown")
         )
-    if done.stopped:
+    if not done.complete:
         notices.append(Notice(f"stopped after {done.hours:.3g} hours", "stopped"))
-    return Soak.of(
-        done,
-        address=address,
-        kind=kind,
-        false_faults=len(done.faults),
-        complete=not done.stopped,
-        warnings=notices,
-    )
+    return Soak.of(done, warnings=notices)

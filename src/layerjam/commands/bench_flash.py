@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 from layerjam.commands.declare import Help, command
-from layerjam.commands.results import Result, fact, result
+from layerjam.commands.results import Result, result
+from layerjam.rig.outcomes import Flashed
 
 
 @result
-class BoardFlashed(Result):
+class BoardFlashed(Result, Flashed):
     """What a board was given and what it says then."""
-
-    board: str = fact("kind of board")
-    image_sha256: str | None = fact("SHA-256 of the image, null where none was given")
-    files: Sequence[str] = fact("files written to the board and read back", listed=False)
-    verified: bool = fact("whether the board then runs this package's firmware")
-    identity: str | None = fact("what the board says of itself then")
 
     @property
     def exit_code(self) -> int:
@@ -58,10 +52,4 @@ def bench_flash(
         image=None if image is None else Path(image),
         settings=None if settings is None else Path(settings),
     )
-    return BoardFlashed(
-        board=board,
-        image_sha256=done.image_sha256,
-        files=done.files,
-        verified=done.verified,
-        identity=done.identity,
-    )
+    return BoardFlashed.of(done)

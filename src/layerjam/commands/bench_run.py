@@ -22,6 +22,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.rig.address import Address, address_of
+from layerjam.rig.outcomes import Logged
 from layerjam.simulate.procedure import Procedure, Pull, parse_procedure
 from layerjam.units import QuantitySpec, exact_text, show
 from layerjam.verdict import Verdict, judge
@@ -80,16 +81,8 @@ class RunRecorded(Judged):
 
 
 @result
-class RunLogged(Result):
+class RunLogged(Result, Logged):
     """What a log recorded."""
-
-    outcome: str = fact("FINISHED, or what ended it")
-    reason: str | None = fact("why it ended early")
-    samples: int = number("1", "samples in the file")
-    gaps: int = number("1", "samples that are missing in between")
-    boots: int = number("1", "starts of the board that they come from")
-    file: str = fact("file of the run")
-    simulated: bool = fact("whether no hardware was behind it")
 
     @property
     def exit_code(self) -> int:
@@ -320,8 +313,8 @@ def bench_log(
         force=force,
         say=_report,
     )
-    notices = simulated_notice(made.simulated) + companion_notice(made.file)
-    return RunLogged.of(made, file=str(made.file), warnings=notices, record=made)
+    notices = simulated_notice(made.simulated) + companion_notice(Path(made.file))
+    return RunLogged.of(made, warnings=notices, record=made)
 
 
 @command(

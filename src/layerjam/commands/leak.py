@@ -22,7 +22,7 @@ from layerjam.commands.pressure_log import (
 )
 from layerjam.commands.quantities import Accept, Atmosphere
 from layerjam.commands.reading import LogOptions
-from layerjam.commands.results import Bounded, Judged, bound, bounds, fact, number, result
+from layerjam.commands.results import Judged, bounds, fact, number, result
 from layerjam.errors import Notice
 from layerjam.verdict import judge
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 @result
-class LeakFound(Bounded, Judged):
+class LeakFound(Judged):
     """Leak of a closed chamber, by the law that suits the log best; `record` is the Leak.
 
     Leak rates are at the window's mean pressure, positive out of the chamber; None without a
@@ -42,16 +42,10 @@ class LeakFound(Bounded, Judged):
 
     model: str = fact("law that suits best")
     distinct: bool = fact("whether it suits clearly better than the others")
-    rate: float = number("1/s", "conductance over volume", listed=False)
-    rate_low: float = bound("1/s")
-    rate_high: float = bound("1/s")
-    time_constant: float | None = number("s", "time constant of the leak")
-    time_constant_low: float | None = bound("s")
-    time_constant_high: float | None = bound("s")
+    rate: float = number("1/s", "conductance over volume", listed=False, interval=True)
+    time_constant: float | None = number("s", "time constant of the leak", interval=True)
     conductance: float | None = number("m^3/s", "conductance of the leak")
-    leak_rate: float | None = number("Pa m^3/s", "leak at the mean pressure")
-    leak_rate_low: float | None = bound("Pa m^3/s")
-    leak_rate_high: float | None = bound("Pa m^3/s")
+    leak_rate: float | None = number("Pa m^3/s", "leak at the mean pressure", interval=True)
     leak_rate_sccm: float | None = number("cm^3/min at 0 °C and 101325 Pa", "the same in sccm")
     pressure_change_rate: float = number("Pa/s", "change of the pressure there")
     mean_pressure: float = number("Pa", "mean absolute pressure of the window")

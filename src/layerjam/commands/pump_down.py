@@ -21,7 +21,7 @@ from layerjam.commands.pressure_log import (
 )
 from layerjam.commands.quantities import Accept, Atmosphere
 from layerjam.commands.reading import LogOptions
-from layerjam.commands.results import Bounded, Judged, bound, bounds, fact, number, result
+from layerjam.commands.results import Judged, bounds, fact, number, result
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.line import Pump
 from layerjam.units import QuantitySpec, spec_of
@@ -52,32 +52,26 @@ NO_COMPLIANCE = (
 
 
 @result
-class PumpFound(Bounded, Judged):
+class PumpFound(Judged):
     """Volume and pump flow, as far as the logs tell them.
 
     `record` is (PumpDown, PumpDown with the volume added or None, the PumpDown of a constant volume
     where a compliance counts or None).
     """
 
-    rate: float = number("1/s", "flow over volume")
-    rate_low: float = bound("1/s")
-    rate_high: float = bound("1/s")
+    rate: float = number("1/s", "flow over volume", interval=True)
     rate_with_volume: float | None = number("1/s", "the same with the volume added")
     time_constant: float = number("s", "time constant of the pump-down")
-    volume: float | None = number("m^3", "volume that is pumped")
-    volume_low: float | None = bound("m^3")
-    volume_high: float | None = bound("m^3")
-    flow: float | None = number("m^3/s", "flow of the pump")
-    flow_low: float | None = bound("m^3/s")
-    flow_high: float | None = bound("m^3/s")
-    ultimate_pressure: float = number("Pa", "absolute pressure that the pump reaches")
-    ultimate_pressure_low: float = bound("Pa")
-    ultimate_pressure_high: float = bound("Pa")
+    volume: float | None = number("m^3", "volume that is pumped", interval=True)
+    flow: float | None = number("m^3/s", "flow of the pump", interval=True)
+    ultimate_pressure: float = number(
+        "Pa", "absolute pressure that the pump reaches", interval=True
+    )
     ultimate_vacuum: float = number("Pa", "vacuum that the pump reaches")
     start_pressure: float = number("Pa", "absolute pressure at the start")
-    compliance_ratio: float | None = number("1/Pa", "volume lost per vacuum over volume")
-    compliance_ratio_low: float | None = bound("1/Pa")
-    compliance_ratio_high: float | None = bound("1/Pa")
+    compliance_ratio: float | None = number(
+        "1/Pa", "volume lost per vacuum over volume", interval=True
+    )
     compliance: float | None = number("m^3/Pa", "volume lost per vacuum")
     rmse: float = number("Pa", "root of the mean squared error")
     identifiable: str = fact("what the logs tell")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from html import escape
 from pathlib import Path
@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transf
 from layerjam.commands.wording import in_words, printable, superscripts, wrapped
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice
+from layerjam.outputs import ENDS, declare, fact, number
 from layerjam.report.folder import plain
-from layerjam.units import QuantitySpec, show
+from layerjam.units import show
 from layerjam.verdict import Acceptance, Verdict, accepted_rows, remaining
 
 if TYPE_CHECKING:
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
 
     from layerjam.records.changes import RecordFile
 
+__all__ = ["Judged", "Result", "bounds", "fact", "key_of", "number", "prefixed", "result"]
 T = TypeVar("T")
-Shown = Callable[[Any], str]
 PICTURES = (".svg", ".png", ".pdf")
 STOPPED = 130
 """Exit code of what was stopped from the keyboard and gives what it has."""
@@ -36,51 +37,12 @@ JUDGED = ("verdict", "failed_checks", "accepted", "refitted")
 """Fields that `Result.of` takes from a Verdict by their names."""
 
 
-def number(
-    unit: str, text: str, *, default: Any = MISSING, shown: Shown | None = None, listed: bool = True
-) -> Any:
-    """A field that holds a quantity in SI, an array or a list of them; None is not known.
-
-    `shown` writes it for people where the usual text will not do; a field that is not `listed`
-    stands in the JSON and not in the table.
-    """
-    spec = QuantitySpec(unit, text, lo=-math.inf)
-    return _key(spec, text, default, shown, listed)
-
-
-def fact(
-    text: str,
-    *,
-    default: Any = MISSING,
-    shown: Shown | None = None,
-    listed: bool = True,
-    key: str = "",
-) -> Any:
-    """A field without a unit: a word, a flag, a table, a file's name.
-
-    `key` is its key in the JSON where no field can have that name.
-    """
-    return _key(None, text, default, shown, listed, key)
-
-
-def _key(
-    spec: QuantitySpec | None,
-    text: str,
-    default: Any,
-    shown: Shown | None,
-    listed: bool,
-    key: str = "",
-) -> Any:
-    about = {"result": text, "quantity": spec, "shown": shown, "listed": listed, "key": key}
-    return field(default=default, metadata=about)
-
-
 @dataclass_transform(
     kw_only_default=True, frozen_default=True, field_specifiers=(number, fact, field)
 )
 def result(cls: type[T]) -> type[T]:
     """A frozen, keyword-only record; its fields made by `number` and `fact` are the JSON's keys."""
-    return dataclass(frozen=True, kw_only=True, repr=False, eq=False)(cls)
+    return dataclass(frozen=True, kw_only=True, repr=False, eq=False)(declare(cls))
 
 
 @result
@@ -158,7 +120,9 @@ class Result:
     def keys(cls) -> tuple[Field[Any], ...]:
         """The fields that are keys of the contract; those of the class before inherited ones."""
         found = {f.name: f for f in fields(cls) if "result" in f.metadata}
-        order = [name for base in cls.__mro__ for name in vars(base).get("__annotations__", ())]
+        # the records of lower folders come before what results inherit from each other
+        bases = sorted(cls.__mro__[1:], key=lambda base: issubclass(base, Result))
+        order = [n for base in (cls, *bases) for n in vars(base).get("__annotations__", ())]
         return tuple(found[name] for name in dict.fromkeys(order) if name in found)
 
     def lines(self) -> Iterable[str]:
@@ -287,6 +251,11 @@ class Result:
             "accepted": list(self.accepted),
         }
 
+    def interval(self, name: str) -> tuple[float | None, float | None]:
+        """The 95 % interval of a number that has one; None is an open or unknown end."""
+        low, high = (getattr(self, f"{name}_{end}") for end in ENDS)
+        return low, high
+
     def noting(self, *notices: Notice) -> Self:
         """The same with more warnings."""
         return replace(self, warnings=[*self.warnings, *notices]) if notices else self
@@ -315,6 +284,11 @@ class Result:
                 continue
             spec = f.metadata["quantity"]
             text = shown(value) if shown else in_words(value, spec.unit if spec else "")
+            low, high = self.interval(f.name) if f.metadata["interval"] else (None, None)
+            if low is not None:
+                upper = "" if high is None else f" to {show(high, spec.unit, like=value)}"
+                between = f"{'' if upper else 'above '}{show(low, spec.unit, like=value)}{upper}"
+                text += f" (95 %: {between})"
             if text:
                 made.append((key_of(f).replace("_", " "), text))
         return made
@@ -404,38 +378,10 @@ class Judged(Result):
             yield f"  {MARKS[one['level']]}  {one['name']}: {one['sentence']}"
 
 
-@result
-class Bounded(Result):
-    """A result some of whose numbers have a 95 % interval beside them: NAME_low and NAME_high."""
-
-    def rows(self) -> list[tuple[str, str]]:
-        """The numbers with their intervals; "above" where an interval is open."""
-        made = []
-        for name, text in super().rows():
-            key = name.replace(" ", "_")
-            low, high = (getattr(self, f"{key}_{end}", None) for end in ("low", "high"))
-            if low is not None:
-                unit, value = self.units[key], getattr(self, key)
-                upper = "" if high is None else f" to {show(high, unit, like=value)}"
-                between = f"{'' if upper else 'above '}{show(low, unit, like=value)}{upper}"
-                made.append((name, f"{text} (95 %: {between})"))
-            else:
-                made.append((name, text))
-        return made
-
-
-def bound(unit: str, text: str = "end of the 95 % interval") -> Any:
-    """A field for one end of a number's 95 % interval; the table shows it beside the number."""
-    return number(unit, text, default=None, listed=False)
-
-
 def bounds(**intervals: tuple[float | None, float | None] | None) -> dict[str, float | None]:
     """{NAME_low: ..., NAME_high: ...} of 95 % intervals; what has none is left out."""
     ends = {name: ends for name, ends in intervals.items() if ends is not None}
-    return {f"{n}_{end}": v for n, pair in ends.items() for end, v in zip(_ENDS, pair, strict=True)}
-
-
-_ENDS = ("low", "high")
+    return {f"{n}_{end}": v for n, pair in ends.items() for end, v in zip(ENDS, pair, strict=True)}
 
 
 def key_of(f: Field[Any]) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 from layerjam.control.plant import Plant
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.rig.driver import Bench
+from layerjam.rig.outcomes import Checked, Zero
 from layerjam.units import show
 
 VENTED, PUMPED, HELD = 1.5, 2.5, 1.5
@@ -65,24 +66,6 @@ class LockedError(LayerjamError):
     key = "locked"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Checked:
-    """What a first look finds; `wiring` holds keys of FAULTS, none where all is right."""
-
-    self_test: int
-    wiring: tuple[str, ...]
-    zero: float | None
-    """Reading with the vent open [Pa]."""
-    rate: float | None
-    """Flow of the pump over the volume [1/s]; None where it was not seen."""
-    top: float | None
-    """Vacuum at which the pump ends, by the curve of its rise [Pa]."""
-    leak: float | None
-    """Decay of the vacuum with all shut [1/s]."""
-    feasible: bool
-    reason: str | None
-
-
 def check_bench(
     bench: Bench, *, vent_rest: str | None = None, plant: Plant | None = None
 ) -> Checked:
@@ -114,19 +97,6 @@ def _locked(bench: Bench, vent_rest: str | None) -> Iterator[None]:
     finally:
         bench.off()
         bench.unlock()
-
-
-@dataclass(frozen=True, kw_only=True)
-class Zero:
-    """The zero of a bench's sensor: `reading` [Pa] with the vent open, its scatter (SD) [Pa].
-
-    `offset` [Pa] is what the board subtracts from now on, `date` is ISO 8601.
-    """
-
-    reading: float
-    scatter: float
-    offset: float
-    date: str
 
 
 def measure_zero(bench: Bench, *, vent_rest: str | None = None) -> Zero:
@@ -163,13 +133,20 @@ def measure_zero(bench: Bench, *, vent_rest: str | None = None) -> Zero:
         kept = name.partition("; zero ")[0]
         bench.calibration = offset, gain, f"{kept[:22]}; zero {date}"
         bench.tell("SYST:SETT:STOR")
-    return Zero(reading=reading, scatter=scatter, offset=offset, date=date)
+    return Zero(
+        zero=reading,
+        zero_scatter=scatter,
+        sensor_offset=offset,
+        date=date,
+        simulated=bench.simulated,
+    )
 
 
 def _looked_at(bench: Bench) -> Checked:
     """All but the judgement."""
     tested = int(bench.ask("*TST?"))
     found: dict[str, Any] = {"self_test": tested, "feasible": False, "reason": None}
+    found["simulated"] = bench.simulated
     found |= {"zero": None, "rate": None, "top": None, "leak": None}
     _, still = _driven(bench, 0.0, 1, VENTED)
     if not np.isfinite(still).all() or not len(still):

@@ -6,7 +6,6 @@ import math
 import struct
 import time
 import zlib
-from dataclasses import dataclass
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -17,6 +16,7 @@ from layerjam.rig.address import Address, address_of
 from layerjam.rig.board import law_hash
 from layerjam.rig.line import LineError
 from layerjam.rig.link import BoardLink, Link, link_to
+from layerjam.rig.outcomes import BenchStatus
 from layerjam.rig.plant import VirtualPlant
 from layerjam.rig.telemetry import payload, records
 from layerjam.units import QuantitySpec, check, parse
@@ -51,35 +51,6 @@ class TrippedError(LayerjamError):
             f"the bench went to its safe state: {fault}; 'layerjam bench clear' leaves FAULT"
         )
         self.fault = fault
-
-
-@dataclass(frozen=True, kw_only=True)
-class BenchStatus:
-    """What a bench is and does at one moment."""
-
-    identity: str
-    simulated: bool
-    state: str
-    fault: str | None
-    vacuum: float | None
-    """The last reading [Pa], None where the sensor gives none."""
-    target: float
-    pump: float
-    vent: str
-    safe_state: str | None
-    vent_rest: str | None
-    lease: float
-    boot: str
-    reset_cause: str
-    uptime: float
-    late_ticks: int
-    worst_lateness: float
-    samples_lost: int
-    law_matches: bool
-    """Whether the board's law is this package's, to the letter."""
-    double: bool
-    zero_age: float | None
-    errors: tuple[str, ...]
 
 
 class Bench:

@@ -14,7 +14,6 @@ import os
 import re
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
@@ -22,6 +21,7 @@ from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.rig import uf2
 from layerjam.rig.board import parts
 from layerjam.rig.line import Ends, Line, LineError, Serial
+from layerjam.rig.outcomes import Flashed
 from layerjam.rig.wiring import load_wiring
 
 RAW, RUN, STOP, LEAVE = b"\x01", b"\x04", b"\x03", b"\x02"
@@ -99,16 +99,6 @@ HELD = "try:\n import built\n print(built.FIRMWARE)\nexcept ImportError:\n print
 T = TypeVar("T")
 
 
-@dataclass(frozen=True)
-class Flashed:
-    """What a board was given and what it says then."""
-
-    image_sha256: str | None
-    files: tuple[str, ...]
-    verified: bool
-    identity: str | None
-
-
 def firmware_hash(board: str) -> str:
     """SHA-256 of the files that this package puts on a board."""
     return re.findall("FIRMWARE = '(.*)'", parts(board)["built.py"])[0]
@@ -151,12 +141,12 @@ def flash(
                 "port", f"{port} is a drive: it takes an image; settings need the serial port"
             )
         load(made, Path(port))
-        return Flashed(digest, (), False, None)
+        return Flashed(board=board, image_sha256=digest, files=(), verified=False, identity=None)
     files = tuple(put_all(port, board, made, wired))
     if made is not None:
         load(made, found(drive, "the boot loader's drive did not appear; mount it, and give it"))
     identity, same = again(lambda: greeted(port, board))
-    return Flashed(digest, files, same, identity)
+    return Flashed(board=board, image_sha256=digest, files=files, verified=same, identity=identity)
 
 
 def put_all(port: str, board: str, image: bytes | None, wired: bytes | None) -> list[str]:

@@ -25,6 +25,7 @@ from layerjam.errors import FileError, LayerjamError
 from layerjam.rig.board import law_hash
 from layerjam.rig.driver import Bench, InstrumentError, open_bench
 from layerjam.rig.line import LineError, SpoiltError
+from layerjam.rig.outcomes import Logged
 from layerjam.rig.run_file import RecordingError, RunFile, utc
 from layerjam.rig.stop import Stop
 from layerjam.rig.telemetry import PERIOD, unwrapped
@@ -286,19 +287,6 @@ def check_board(bench: Bench, file: RunFile) -> None:
         raise FileError(file.path, f"is of the board {serial}, and {bench.address} is {said}")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Logged:
-    """How a log ended."""
-
-    outcome: str
-    reason: str | None
-    samples: int
-    gaps: int
-    boots: int
-    simulated: bool
-    file: Path
-
-
 def log(
     address: str,
     out: str | Path,
@@ -338,8 +326,8 @@ def log(
         samples=counts[0],
         gaps=counts[1],
         boots=counts[2],
+        file=str(file.path),
         simulated=simulated,
-        file=file.path,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from layerjam.rig.campaign import LONG_LEASE, accelerated
 from layerjam.rig.driver import Bench
 from layerjam.rig.link import SESSION, BoardLink
 from layerjam.rig.observer import highest_target
+from layerjam.rig.outcomes import Soaked
 from layerjam.rig.telemetry import records
 
 PERIOD = 10_000
@@ -37,28 +38,6 @@ HELD_BACK = ((950, 5e-3), (500, 1e-3))
 """So many records that wait in the board's ring hold each sample back by so many seconds."""
 PAUSE = 4e-3
 """Seconds until a block is worth taking."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Soaked:
-    """What came of it."""
-
-    hours: float
-    """Of the board's own time."""
-    ticks: int
-    orders: int
-    """Targets and releases."""
-    faults: tuple[str, ...]
-    """Names of the faults that there were none of."""
-    gaps: int
-    """Where a sample is missing, double, or not 10 ms after the one before."""
-    wraps: int
-    heap_growth: int | None
-    """Bytes in use at the end over those of the first minute; None where nobody counts them."""
-    late_ticks: int
-    stopped: bool
-    board: str
-    """What ran the firmware."""
 
 
 class Log:
@@ -121,7 +100,8 @@ def soak(
         raise QuantityError.of("address", f"{where} is no virtual board")
     with Bench(BoardLink(line, board), where) as bench:
         highest = _ready(bench, board, kind)
-        return _soaked(bench, board, highest, hours * 3600.0, random.Random(seed), progress)
+        done = _soaked(bench, board, highest, hours * 3600.0, random.Random(seed), progress)
+        return Soaked(address=str(address), kind=kind, **done)
 
 
 def _ready(bench: Bench, board: VirtualBoard, kind: str) -> float:
@@ -145,11 +125,11 @@ def _soaked(
     lasting: float,
     draw: random.Random,
     progress: Callable[[str, float], None],
-) -> Soaked:
+) -> dict[str, Any]:
     plant, log = board.plant, Log(board)
     plant.watch = log.hold
     faults: list[str] = []
-    begun, orders, stopped = plant.time, 0, False
+    begun, orders, complete = plant.time, 0, True
     due, first = begun, None
     try:
         bench.output = True
@@ -167,22 +147,23 @@ def _soaked(
                 bench.target = target
                 due, orders = plant.time + draw.uniform(*HOLDS), orders + 1
     except KeyboardInterrupt:
-        stopped = True
+        complete = False
     lasted = plant.time - begun
     timing = bench.ask("SYST:TIM?").split(",")
     last = _used(bench, log, faults)
-    return Soaked(
-        hours=lasted / 3600.0,
-        ticks=int(timing[0]),
-        orders=orders,
-        faults=tuple(faults),
-        gaps=log.gaps,
-        wraps=plant.wraps,
-        heap_growth=None if first is None or last is None else last - first,
-        late_ticks=int(timing[1]),
-        stopped=stopped,
-        board=board.name,
-    )
+    return {
+        "board": board.name,
+        "hours": lasted / 3600.0,
+        "ticks": int(timing[0]),
+        "orders": orders,
+        "false_faults": len(faults),
+        "faults": tuple(faults),
+        "gaps": log.gaps,
+        "wraps": plant.wraps,
+        "heap_growth": None if first is None or last is None else last - first,
+        "late_ticks": int(timing[1]),
+        "complete": complete,
+    }
 
 
 def _cleared(bench: Bench, log: Log, faults: list[str]) -> None:

@@ -1,0 +1,92 @@
+"""Output quantities: unit and text of what is computed, once, on the record that holds it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import MISSING, Field, dataclass, field
+from typing import Any, TypeVar, dataclass_transform
+
+from layerjam.units import QuantitySpec
+
+T = TypeVar("T")
+Shown = Callable[[Any], str]
+ENDS = ("low", "high")
+"""What a quantity with an interval has beside its value."""
+
+
+def number(
+    unit: str,
+    text: str,
+    *,
+    default: Any = MISSING,
+    shown: Shown | None = None,
+    listed: bool = True,
+    interval: bool = False,
+) -> Any:
+    """A field that holds a quantity in SI, an array or a list of them; None is not known.
+
+    `shown` writes it for people where the usual text will not do; a field that is not `listed`
+    is in the JSON and not in the table. With an `interval` the fields NAME_low and NAME_high follow
+    it, the ends of its 95 % interval; None is an open end.
+    """
+    spec = QuantitySpec(unit, text, lo=-math.inf)
+    return _field(spec, text, default, shown, listed, interval=interval)
+
+
+def fact(
+    text: str,
+    *,
+    default: Any = MISSING,
+    shown: Shown | None = None,
+    listed: bool = True,
+    key: str = "",
+) -> Any:
+    """A field without a unit: a word, a flag, a table, a file's name.
+
+    `key` is its key in the JSON where no field can have that name.
+    """
+    return _field(None, text, default, shown, listed, key=key)
+
+
+def _field(
+    spec: QuantitySpec | None,
+    text: str,
+    default: Any,
+    shown: Shown | None,
+    listed: bool,
+    key: str = "",
+    interval: bool = False,
+) -> Any:
+    about = {"result": text, "quantity": spec, "shown": shown, "listed": listed, "key": key}
+    return field(default=default, metadata={**about, "interval": interval})
+
+
+def declare(cls: type[T]) -> type[T]:
+    """Complete the fields of a class that `dataclass` takes next.
+
+    A field named again without a value keeps the unit and text of the base class's; it may have a
+    narrower type, and its key comes at this place. The ends follow a quantity with an interval.
+    """
+    kinds: dict[str, Any] = {}
+    for name, kind in vars(cls).get("__annotations__", {}).items():
+        kinds[name] = kind
+        own = vars(cls).get(name)
+        if own is None and (base := getattr(cls, "__dataclass_fields__", {}).get(name)):
+            setattr(cls, name, field(default=base.default, metadata=base.metadata))
+        elif isinstance(own, Field) and own.metadata.get("interval"):
+            unit = own.metadata["quantity"].unit
+            for end in ENDS:
+                kinds[f"{name}_{end}"] = kind
+                text = "end of the 95 % interval"
+                setattr(cls, f"{name}_{end}", number(unit, text, default=None, listed=False))
+    cls.__annotations__ = kinds
+    return cls
+
+
+@dataclass_transform(
+    kw_only_default=True, frozen_default=True, field_specifiers=(number, fact, field)
+)
+def outputs(cls: type[T]) -> type[T]:
+    """A frozen, keyword-only record of computed quantities; a result that inherits has its keys."""
+    return dataclass(frozen=True, kw_only=True)(declare(cls))

@@ -1,0 +1,104 @@
+"""What the operations on a bench give: its state, a check, a zero, a log, a soak, a flashed board.
+
+Each quantity has its unit and text here; the results of the commands inherit them.
+"""
+
+from __future__ import annotations
+
+from layerjam.outputs import fact, number, outputs
+
+
+@outputs
+class BenchStatus:
+    """What a bench is and does at one moment."""
+
+    identity: str = fact("what it says of itself")
+    simulated: bool = fact("whether no hardware is behind it")
+    state: str = fact("SAFE, RUN, FAULT or DRIVE")
+    fault: str | None = fact("the latched fault")
+    vacuum: float | None = number("Pa", "last reading")
+    target: float = number("Pa", "vacuum to hold")
+    pump: float = number("1", "command of the pump, −1 to 1")
+    vent: str = fact("whether the vent is open or closed")
+    safe_state: str | None = fact("what a fault ends in; null while not declared")
+    vent_rest: str | None = fact("the vent valve without power; null while not declared")
+    lease: float = number("s", "time for which a silent host keeps the outputs on")
+    boot: str = fact("number of this start of the board")
+    reset_cause: str = fact("why the board started")
+    uptime: float = number("s", "time since then")
+    late_ticks: int = fact("samples more than 1 ms late")
+    worst_lateness: float = number("s", "lateness of the latest sample")
+    samples_lost: int = fact("samples overwritten before they were acknowledged")
+    law_matches: bool = fact("whether the board's law is this package's, to the letter")
+    double: bool = fact("whether the board computes in double precision")
+    zero_age: float | None = number("s", "time since the sensor's zero was last seen")
+    errors: tuple[str, ...] = fact("device errors that were waiting", listed=False)
+
+
+@outputs
+class Checked:
+    """What a first look at a bench finds."""
+
+    self_test: int = fact("sum of what the board's own test finds wrong; 0: nothing")
+    wiring: tuple[str, ...] = fact("what is wired wrong; empty where all is right")
+    leak: float | None = number("1/s", "decay of the vacuum with pump off and vent shut")
+    rate: float | None = number("1/s", "flow of the pump over the volume")
+    top: float | None = number("Pa", "vacuum at which the pump ends, by its curve")
+    zero: float | None = number("Pa", "reading with the vent open")
+    feasible: bool = fact("whether the bench can regulate, as the line's file says")
+    reason: str | None = fact("why not")
+    simulated: bool = fact("whether no hardware is behind it")
+
+
+@outputs
+class Zero:
+    """The zero of a bench's sensor."""
+
+    zero: float = number("Pa", "reading with the vent open, before")
+    zero_scatter: float = number("Pa", "standard deviation of the readings")
+    sensor_offset: float = number("Pa", "offset that the board subtracts from now on")
+    date: str = fact("date that is stored with it")
+    simulated: bool = fact("whether no hardware is behind it")
+
+
+@outputs
+class Flashed:
+    """What a board was given and what it says then."""
+
+    board: str = fact("kind of board")
+    image_sha256: str | None = fact("SHA-256 of the image, null where none was given")
+    files: tuple[str, ...] = fact("files written to the board and read back", listed=False)
+    verified: bool = fact("whether the board then runs this package's firmware")
+    identity: str | None = fact("what the board says of itself then")
+
+
+@outputs
+class Logged:
+    """What a log recorded."""
+
+    outcome: str = fact("FINISHED, or what ended it")
+    reason: str | None = fact("why it ended early")
+    samples: int = number("1", "samples in the file")
+    gaps: int = number("1", "samples that are missing in between")
+    boots: int = number("1", "starts of the board that they come from")
+    file: str = fact("file of the run")
+    simulated: bool = fact("whether no hardware was behind it")
+
+
+@outputs
+class Soaked:
+    """Hours in which nothing was to happen."""
+
+    address: str = fact("virtual board that ran", listed=False)
+    board: str = fact("what ran the firmware")
+    kind: str = fact("control law")
+    hours: float = number("1", "hours of the board's own time")
+    ticks: int = fact("samples that the board took")
+    orders: int = fact("targets and releases that it was given")
+    false_faults: int = fact("faults that it named while nothing was broken")
+    faults: tuple[str, ...] = fact("their names", listed=False)
+    gaps: int = fact("places where a sample was missing, double or not 10 ms after the last")
+    wraps: int = fact("times that its clock of 30 bits began anew")
+    heap_growth: int | None = number("B", "memory in use at the end over that of the first minute")
+    late_ticks: int = fact("samples more than 1 ms late")
+    complete: bool = fact("whether all hours were run")
