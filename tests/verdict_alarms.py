@@ -234,7 +234,7 @@ def collisions(random: Random, fault: str) -> Iterator[Check]:
 def designs(random: Random, fault: str) -> Iterator[Check]:
     """Brakes whose sheets bear at most 0.7 of the film's strength, or 1.1 times of it and more.
 
-    The stress is that of the friction alone, (n - 1) mu P W L2 over n/2 sections (paper, eq. 4).
+    The stress is that of the friction alone, a (n - 1) mu P W L2 over n/2 sections (paper, eq. 4).
     """
     file = load("choi2018-kapton")
     base = file.brake
@@ -247,7 +247,8 @@ def designs(random: Random, fault: str) -> Iterator[Check]:
             thickness=float(np.exp(random.uniform(np.log(12e-6), np.log(125e-6)))),
         )
         vacuum, strength = random.uniform(20e3, 95e3), random.uniform(20e6, 200e6)
-        friction = (count - 1) * base.film.kinetic * vacuum * sheets.width * sheets.overlap
+        friction = base.scale_factor * base.film.kinetic * (count - 1) * vacuum
+        friction *= sheets.width * sheets.overlap
         load_share = friction / (count / 2 * sheets.width * sheets.thickness) / strength
         if load_share >= 1.1 if fault == "torn" else load_share <= 0.7:
             break
