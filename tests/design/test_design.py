@@ -16,10 +16,9 @@ from layerjam.cli.main import main
 from layerjam.commands.design import design
 from layerjam.design import bounds
 from layerjam.design.bounds import Boxes, impossible
-from layerjam.design.pareto import front
 from layerjam.design.refine import Smooth, sensitivities
 from layerjam.design.robust import robustness
-from layerjam.design.search import Search
+from layerjam.design.search import Search, front
 from layerjam.design.specification import load_spec, read_spec
 from layerjam.errors import FileError, QuantityError
 from layerjam.report import design_figures

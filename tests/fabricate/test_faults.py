@@ -24,7 +24,7 @@ import trimesh
 from built_parts import KAPTON
 from layerjam.commands.build import _facts
 from layerjam.device.brake import enclosure_mass
-from layerjam.fabricate import bom, drawing, files, film, masses, outline, package, parts
+from layerjam.fabricate import bom, drawing, film, folder, masses, outline, package, parts
 from layerjam.fabricate.choices import choices
 
 KERF = 0.2
@@ -36,7 +36,7 @@ Content = dict[str, Any]
 def made() -> tuple[Content, dict[str, Any]]:
     chosen = choices(KAPTON, None, {"kerf": KERF * 1e-3, "cutter": "laser"})
     found = drawing.drawing(KAPTON, chosen, FORCE)
-    return files.files(found, with_step=False, coupons=False), _facts(found)
+    return folder.files(found, with_step=False, coupons=False), _facts(found)
 
 
 def cap_volume() -> float:
@@ -198,9 +198,9 @@ def plant(patch: pytest.MonkeyPatch, name: str) -> None:
     elif name == "no screw hole in the plate":
         patch.setattr(parts, "plate", without(parts.plate, lambda p: p.axis == "z"))
     elif name == "inside out":
-        meshed = files.mesh
+        meshed = folder.mesh
         turned = lambda s: replace(meshed(s), triangles=meshed(s).triangles[:, ::-1])  # noqa: E731
-        patch.setattr(files, "mesh", turned)
+        patch.setattr(folder, "mesh", turned)
     elif name == "screws of one cap":
         bought = bom._bought
         half = lambda m: [  # noqa: E731

@@ -8,7 +8,7 @@ from layerjam.errors import FileError
 from layerjam.measure.conditions import conditions
 from layerjam.measure.options import ReadingOptions
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.listing import attach, is_list, read_list
+from layerjam.workbench.dropping import attach, is_list, read_list
 from layerjam.workbench.proposals import proposal
 from layerjam.workbench.said import sidecar_text
 from layerjam.workbench.sorting import _of_list

@@ -15,7 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.errors import FileError, QuantityError
-from layerjam.workbench import reload, session
+from layerjam.workbench import desk as desks
+from layerjam.workbench import session
 from layerjam.workbench.charts import MARKS, marked
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.notebook import notebook
@@ -280,23 +281,23 @@ def test_a_reload_keeps_files_and_pins_and_a_duplicated_tab_does_not_take_them(p
     path = page.uploads.files[0].path
     old.laws["a brake"] = None
     first = SimpleNamespace(tab_id="one", is_deleted=False)
-    reload.take_over(first, old)
+    desks.take_over(first, old)
     twin = Desk()
-    reload.take_over(SimpleNamespace(tab_id="one", is_deleted=False), twin)
+    desks.take_over(SimpleNamespace(tab_id="one", is_deleted=False), twin)
     assert twin.files.files == []
-    reload.take_over(first, old)
+    desks.take_over(first, old)
     first.tab_id = None  # the browser went away
     new = Desk(from_link(to_link(old.state)))
     assert new.state.files == ()
-    reload.take_over(SimpleNamespace(tab_id="one", is_deleted=False), new)
+    desks.take_over(SimpleNamespace(tab_id="one", is_deleted=False), new)
     assert new.state.files == (key,) and new.laws.keys() == {"a brake"}
     old.files.close()
-    reload.forget(old)
+    desks.forget(old)
     again = Pull(new)
     assert pinned(again) == ["measured, 60 kPa, mine.csv"]
     new.files.take("more.csv", b"1")
     assert len(set(path.parent.iterdir())) == 3  # two files and a sidecar
-    reload.forget(new)
-    assert not any(desk in (old, twin, new) for _, desk in reload._desks.values())
+    desks.forget(new)
+    assert not any(desk in (old, twin, new) for _, desk in desks._desks.values())
     new.files.close()
     assert not path.exists()

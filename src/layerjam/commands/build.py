@@ -144,8 +144,7 @@ def build(
     failed checks by their code, {code: reason}; the folder then states them. Nothing here was cut,
     printed or cast by us. Raises FileError, QuantityError, MissingExtraError.
     """
-    from layerjam.fabricate.files import require
-    from layerjam.fabricate.folder import LIST, check_folder, write_folder
+    from layerjam.fabricate.folder import LIST, check_folder, require, write_folder
 
     rows, row = _counts(parallel, series)
     chosen = _chosen(brake, workshop, cutter, kerf, stock, laser_bed, print_bed)
@@ -178,7 +177,7 @@ def verdict(brake: Any, **options: Any) -> Built:
 
     `options` are those of `build`, of which the files' do not matter. Raises what `build` does.
     """
-    from layerjam.fabricate.files import require
+    from layerjam.fabricate.folder import require
 
     require()
     notices: list[Notice] = []
@@ -253,7 +252,7 @@ def _content(
     made: Drawing, with_step: bool, coupons: bool, notices: list[Notice], progress: Progress
 ) -> dict[str, str | bytes]:
     """{path: content} of all files but the list; `notices` hears of one that cannot be made."""
-    from layerjam.fabricate.files import files
+    from layerjam.fabricate.folder import files
     from layerjam.report.assembly_steps import PATTERN
     from layerjam.report.build_files import papers
 

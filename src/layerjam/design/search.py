@@ -6,6 +6,7 @@ depend on how many cores there are or in which order they finish.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -16,7 +17,6 @@ import numpy.typing as npt
 
 from layerjam.design.grid import PIECE, Array, Kernel, Numbers
 from layerjam.design.merit import LATE_MERITS, MERITS, STOP_MERITS
-from layerjam.design.pareto import front
 from layerjam.design.requirements import DesignSpecification
 from layerjam.errors import QuantityError
 from layerjam.mechanics.threads import Workers
@@ -281,3 +281,49 @@ def _least(values: Array, among: npt.NDArray[np.bool_]) -> int | None:
 
 def _found(places: dict[int, int | None]) -> dict[int, int]:
     return {i: at for i, at in places.items() if at is not None}
+
+
+def front(costs: Array) -> npt.NDArray[np.int64]:
+    """Places, rising, of the rows of (n, objectives) that no other row dominates; less is better.
+
+    Of equal rows the first stays. Rows with NaN never do.
+    """
+    good = np.flatnonzero(np.isfinite(costs).all(axis=1))
+    if costs.shape[1] == 1:
+        return good[[int(np.argmin(costs[good, 0]))]] if len(good) else good
+    # by the sum first: what dominates has the smaller sum and is met early
+    keys = costs[good]
+    order = good[np.lexsort((good, keys.sum(axis=1)))]
+    kept = _kernel()(np.ascontiguousarray(costs[order]))
+    return np.sort(order[kept])
+
+
+@functools.cache
+def _kernel() -> Any:
+    import numba
+
+    @numba.njit(nogil=True, cache=False)  # type: ignore[untyped-decorator]
+    def kept_of(costs):  # type: ignore[no-untyped-def]
+        rows, objectives = costs.shape
+        kept = np.empty(rows, np.int64)
+        held = 0
+        for i in range(rows):
+            beaten = False
+            for j in range(held):
+                other = kept[j]
+                worse = True
+                for k in range(objectives):
+                    if costs[other, k] > costs[i, k]:
+                        worse = False
+                        break
+                if worse:
+                    beaten = True
+                    # what beats one often beats the next
+                    kept[j], kept[j // 2] = kept[j // 2], kept[j]
+                    break
+            if not beaten:
+                kept[held] = i
+                held += 1
+        return kept[:held]
+
+    return kept_of

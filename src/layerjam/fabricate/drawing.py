@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.resources import files
+from types import MappingProxyType
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.gauge import unsold
 from layerjam.device.workshop import Build
 from layerjam.errors import Notice
 from layerjam.fabricate import checks as rules
-from layerjam.fabricate.basis import BASIS, DRAWN, SCREWS
 from layerjam.fabricate.choices import Choices
 from layerjam.fabricate.film import Film, film, pitch
 from layerjam.fabricate.lengths import Lengths, lengths
@@ -23,6 +25,23 @@ from layerjam.records.source import Source
 from layerjam.records.values import entries
 from layerjam.units import show
 from layerjam.verdict import Acceptance
+
+BASIS: Mapping[str, str] = MappingProxyType(
+    tomllib.loads(files("layerjam.fabricate").joinpath("basis.toml").read_text(encoding="utf-8"))
+)
+"""{key of [build]: what its default rests on}."""
+
+SCREWS = "ours, one for every 20 mm of width; the paper says 'corresponding screw'"
+"""What the number of screws rests on where nobody stated it."""
+
+DRAWN = (
+    "the paper prints no dimension of cap, clamp, neck, enclosure's end or mould: all are ours",
+    "spacers of the same film lie between the sheets in both caps; the paper mentions none",
+    "screws and nuts by ISO 4762, 4032, 273 and 888, of steel, 7850 kg/m^3, a screw's thread and "
+    "socket taken as a tenth of it",
+    "friction of film on printed plastic is not known: film on film stands in for it",
+)
+"""What else is assumed in every build."""
 
 
 @dataclass(frozen=True, kw_only=True)

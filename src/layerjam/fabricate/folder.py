@@ -1,4 +1,7 @@
-"""A folder that appears whole or not at all, and is replaced in one step."""
+"""A folder of a build: all its files, and how it appears whole or not at all.
+
+A path inside the folder never comes from the name of the brake.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,14 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from layerjam.errors import FileError
+from layerjam._version import __version__
+from layerjam.errors import FileError, MissingExtraError
+from layerjam.fabricate.bom import bom_csv
+from layerjam.fabricate.drawing import Drawing
+from layerjam.fabricate.film import more_files
+from layerjam.fabricate.mesh import mesh
+from layerjam.fabricate.package import stl, three_mf
+from layerjam.fabricate.step import step
 from layerjam.records.folders import hidden_folder, replace_folder, write_files
 
 LIST = "build.json"
@@ -80,3 +90,29 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], force: bool = Fa
             replace_folder(hidden / "build", path)
     except OSError as err:
         raise FileError(out, f"cannot be written: {err.strerror or err}") from None
+
+
+def require() -> None:
+    """Raise MissingExtraError where the extra `build` is not installed, before anything is done."""
+    with MissingExtraError.without("building a brake (ezdxf, manifold3d, typst)", "build"):
+        import ezdxf  # noqa: F401
+        import manifold3d  # noqa: F401
+        import matplotlib  # noqa: F401
+        import typst  # noqa: F401
+
+
+def files(made: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | bytes]:
+    """{path: content} of film patterns, printed parts, CAD and parts list.
+
+    Raises MissingExtraError without the extra `build`, or `step` where STEP is asked for.
+    """
+    content: dict[str, str | bytes] = {**made.film.files()}
+    content |= more_files(made.build, made.lengths, made.parallel, made.series, coupons)
+    meshes = [mesh(part.solid) for part in made.parts if part.printed]
+    content["print/print.3mf"] = three_mf(meshes, "layer-jamming brake")
+    for one in meshes:
+        content[f"print/{one.name}.stl"] = stl(one)
+    if with_step:
+        for part in made.parts:
+            content[f"cad/{part.name}.step"] = step(part.solid, __version__)
+    return {"bom.csv": bom_csv(made, content), **content}

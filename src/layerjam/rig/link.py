@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 import socket
-from typing import Protocol
+from typing import Any, Protocol
 
-from layerjam.errors import FileError
+from layerjam.errors import FileError, MissingExtraError
 from layerjam.rig.address import Address, address_of
 from layerjam.rig.board import VirtualBoard, connect
 from layerjam.rig.line import Line, LineError
 from layerjam.rig.token import read_token
-from layerjam.rig.visa import VisaEnds
 
 PATIENCE = 5.0
 """Seconds that a gateway's answer is waited for."""
@@ -19,6 +18,8 @@ SESSION = 1
 CHECK = "*OPC?;:SYST:ERR?"
 """Its answer always begins with 1: it ends what came before, whether that was answered or not."""
 CHECKED = re.compile(rb'1;([+-]?\d+),"(.*)"')
+TIMEOUT = 5000
+"""Milliseconds that an answer is waited for."""
 
 
 class Link(Protocol):
@@ -137,3 +138,46 @@ def link_to(address: str | Address) -> Link:
     if where.kind in ("tcp", "visa"):
         return SocketLink(where)
     return BoardLink(*connect(where))
+
+
+class VisaEnds:
+    """A VISA resource, used like a connected socket; errors are OSError.
+
+    Its address is `visa:TCPIP::10.0.0.7::5025::SOCKET` or `visa:ASRL/dev/ttyACM0::INSTR`. PyVISA
+    takes the VISA library that is installed, else its own in Python.
+    """
+
+    def __init__(self, address: Address) -> None:
+        with MissingExtraError.without("a VISA address", "visa"):
+            import pyvisa
+        self._error: type[Exception] = pyvisa.Error
+        try:
+            self._manager: Any = pyvisa.ResourceManager()
+        except (OSError, ValueError) as error:
+            raise FileError(str(address), f"there is no VISA library: {error}") from None
+        try:
+            self._resource: Any = self._manager.open_resource(
+                address.where, read_termination="\n", write_termination="\n", timeout=TIMEOUT
+            )
+        except (pyvisa.Error, OSError, ValueError, AttributeError) as error:
+            self._manager.close()
+            raise FileError(str(address), f"nobody answers: {error}") from None
+
+    def sendall(self, data: bytes) -> None:
+        """Send all of it."""
+        try:
+            self._resource.write_raw(data)
+        except self._error as error:
+            raise OSError(str(error)) from None
+
+    def recv(self, _most: int) -> bytes:
+        """What comes up to the next LF, or to the end of a message."""
+        try:
+            return bytes(self._resource.read_raw())
+        except self._error as error:
+            raise OSError(str(error)) from None
+
+    def close(self) -> None:
+        """Leave."""
+        self._resource.close()
+        self._manager.close()

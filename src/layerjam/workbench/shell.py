@@ -12,12 +12,11 @@ from layerjam.identify.origin import origin
 from layerjam.workbench.apart import apart
 from layerjam.workbench.call import as_python
 from layerjam.workbench.copying import copied, offer
-from layerjam.workbench.desk import Desk
+from layerjam.workbench.desk import Desk, forget, take_over
 from layerjam.workbench.dropping import Dropping
 from layerjam.workbench.memory import forget_tab
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
-from layerjam.workbench.reload import forget, take_over
 from layerjam.workbench.session import ENDING, kept_files, to_session
 from layerjam.workbench.state import LONGEST_LINK, from_link, to_link
 from layerjam.workbench.widgets import button, dressed, shipped

@@ -28,8 +28,7 @@ from layerjam.workbench.pages.laboratory_chain import (
 )
 from layerjam.workbench.pages.laboratory_correct import Correct
 from layerjam.workbench.pages.laboratory_files import Row, practice_files, read_row, rows_of
-from layerjam.workbench.pages.laboratory_results import Card, show_step
-from layerjam.workbench.pages.laboratory_table import Table
+from layerjam.workbench.pages.laboratory_results import Card, Table, show_step
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.said import edits_of, put_edits
 from layerjam.workbench.uploads import MOST, Refused, zipped
