@@ -5,138 +5,75 @@ numbers they compute in double precision whatever the process has set; traced, t
 ``jax.config.update("jax_enable_x64", True)``.
 """
 
-from layerjam.device.brake import enclosure_mass, mass, sheet_mass
-from layerjam.mechanics.ageing import aged_holding_force, aged_static
-from layerjam.mechanics.bending import (
-    bending_stiffness_free,
-    bending_stiffness_jammed,
-    buckling_moment,
-    cantilever_deflection,
-    cantilever_force,
-    enclosure_bending_stiffness,
-    shear_at_first_slip,
-    shear_at_full_slip,
-    slip_moment,
-    turning_moment,
-    turning_stiffness_free,
-    turning_stiffness_jammed,
-)
-from layerjam.mechanics.enclosure import enclosure_force, enclosure_stretch, saturation_slip
-from layerjam.mechanics.energy import energy_capacity, pull_work, slip_heat, slip_work
-from layerjam.mechanics.fan import amplification
-from layerjam.mechanics.friction import holding_force, sheet_friction
-from layerjam.mechanics.heat import (
-    local_rise,
-    stops_per_minute,
-    temperature_rise,
-    temperature_rise_of_sheets,
-)
-from layerjam.mechanics.hysteresis import brake_cycle
-from layerjam.mechanics.joint import capstan_ratio, joint_friction, joint_sheet_force
-from layerjam.mechanics.limits import (
-    buckling_force,
-    clamp_stress,
-    self_closing_vacuum,
-    sheet_stress,
-    travel_left,
-)
-from layerjam.mechanics.memory import enclosure_cycle
-from layerjam.mechanics.pull import (
-    brake_force,
-    force_at_elongation,
-    force_limits,
-    least_stiffness,
-    peak,
-    peak_vacuum,
-    scale_factor_of_peak,
-    slip_at_elongation,
-    vacuum_for_force,
-)
-from layerjam.mechanics.stick_slip.curve import Stribeck
+from layerjam.device.brake import enclosure_mass as enclosure_mass
+from layerjam.device.brake import mass as mass
+from layerjam.device.brake import sheet_mass as sheet_mass
+from layerjam.mechanics.ageing import aged_holding_force as aged_holding_force
+from layerjam.mechanics.ageing import aged_static as aged_static
+from layerjam.mechanics.bending import bending_stiffness_free as bending_stiffness_free
+from layerjam.mechanics.bending import bending_stiffness_jammed as bending_stiffness_jammed
+from layerjam.mechanics.bending import buckling_moment as buckling_moment
+from layerjam.mechanics.bending import cantilever_deflection as cantilever_deflection
+from layerjam.mechanics.bending import cantilever_force as cantilever_force
+from layerjam.mechanics.bending import enclosure_bending_stiffness as enclosure_bending_stiffness
+from layerjam.mechanics.bending import shear_at_first_slip as shear_at_first_slip
+from layerjam.mechanics.bending import shear_at_full_slip as shear_at_full_slip
+from layerjam.mechanics.bending import slip_moment as slip_moment
+from layerjam.mechanics.bending import turning_moment as turning_moment
+from layerjam.mechanics.bending import turning_stiffness_free as turning_stiffness_free
+from layerjam.mechanics.bending import turning_stiffness_jammed as turning_stiffness_jammed
+from layerjam.mechanics.enclosure import enclosure_force as enclosure_force
+from layerjam.mechanics.enclosure import enclosure_stretch as enclosure_stretch
+from layerjam.mechanics.enclosure import saturation_slip as saturation_slip
+from layerjam.mechanics.energy import energy_capacity as energy_capacity
+from layerjam.mechanics.energy import pull_work as pull_work
+from layerjam.mechanics.energy import slip_heat as slip_heat
+from layerjam.mechanics.energy import slip_work as slip_work
+from layerjam.mechanics.fan import amplification as amplification
+from layerjam.mechanics.friction import holding_force as holding_force
+from layerjam.mechanics.friction import sheet_friction as sheet_friction
+from layerjam.mechanics.heat import local_rise as local_rise
+from layerjam.mechanics.heat import stops_per_minute as stops_per_minute
+from layerjam.mechanics.heat import temperature_rise as temperature_rise
+from layerjam.mechanics.heat import temperature_rise_of_sheets as temperature_rise_of_sheets
+from layerjam.mechanics.hysteresis import brake_cycle as brake_cycle
+from layerjam.mechanics.joint import capstan_ratio as capstan_ratio
+from layerjam.mechanics.joint import joint_friction as joint_friction
+from layerjam.mechanics.joint import joint_sheet_force as joint_sheet_force
+from layerjam.mechanics.limits import buckling_force as buckling_force
+from layerjam.mechanics.limits import clamp_stress as clamp_stress
+from layerjam.mechanics.limits import self_closing_vacuum as self_closing_vacuum
+from layerjam.mechanics.limits import sheet_stress as sheet_stress
+from layerjam.mechanics.limits import travel_left as travel_left
+from layerjam.mechanics.memory import enclosure_cycle as enclosure_cycle
+from layerjam.mechanics.pull import brake_force as brake_force
+from layerjam.mechanics.pull import force_at_elongation as force_at_elongation
+from layerjam.mechanics.pull import force_limits as force_limits
+from layerjam.mechanics.pull import least_stiffness as least_stiffness
+from layerjam.mechanics.pull import peak as peak
+from layerjam.mechanics.pull import peak_vacuum as peak_vacuum
+from layerjam.mechanics.pull import scale_factor_of_peak as scale_factor_of_peak
+from layerjam.mechanics.pull import slip_at_elongation as slip_at_elongation
+from layerjam.mechanics.pull import vacuum_for_force as vacuum_for_force
+from layerjam.mechanics.stick_slip.curve import Stribeck as Stribeck
+from layerjam.mechanics.stick_slip.laws import critical_speed as critical_speed
+from layerjam.mechanics.stick_slip.laws import sliding_force as sliding_force
+from layerjam.mechanics.stick_slip.laws import slow_saw as slow_saw
+from layerjam.mechanics.stick_slip.laws import stable_speed as stable_speed
 from layerjam.mechanics.stick_slip.laws import (
-    critical_speed,
-    sliding_force,
-    slow_saw,
-    stable_speed,
-    stiffness_without_stick_slip,
-    stribeck_friction,
-    undamped_saw,
+    stiffness_without_stick_slip as stiffness_without_stick_slip,
 )
-from layerjam.mechanics.stick_slip.wet import WetFilm, wet_force, wet_stress
-from layerjam.mechanics.stiffness import mount_stiffness, stiffness_before_slip, stiffness_sliding
-from layerjam.mechanics.stop.exact import speed_at_slip, stop, time_at_slip
-from layerjam.mechanics.stop.motion import stop_in_time
-from layerjam.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
-
-__all__ = [
-    "Stribeck",
-    "WetFilm",
-    "aged_holding_force",
-    "aged_static",
-    "amplification",
-    "bending_stiffness_free",
-    "bending_stiffness_jammed",
-    "brake_cycle",
-    "brake_force",
-    "buckling_force",
-    "buckling_moment",
-    "cantilever_deflection",
-    "cantilever_force",
-    "capstan_ratio",
-    "clamp_stress",
-    "critical_speed",
-    "enclosure_bending_stiffness",
-    "enclosure_cycle",
-    "enclosure_force",
-    "enclosure_mass",
-    "enclosure_stretch",
-    "energy_capacity",
-    "force_at_elongation",
-    "force_limits",
-    "holding_force",
-    "joint_friction",
-    "joint_sheet_force",
-    "least_stiffness",
-    "local_rise",
-    "mass",
-    "mount_stiffness",
-    "peak",
-    "peak_vacuum",
-    "pull_work",
-    "saturation_slip",
-    "scale_factor_of_peak",
-    "self_closing_vacuum",
-    "shear_at_first_slip",
-    "shear_at_full_slip",
-    "sheet_friction",
-    "sheet_mass",
-    "sheet_stress",
-    "sliding_force",
-    "slip_at_elongation",
-    "slip_heat",
-    "slip_moment",
-    "slip_work",
-    "slow_saw",
-    "speed_at_slip",
-    "stable_speed",
-    "stiffness_before_slip",
-    "stiffness_sliding",
-    "stiffness_without_stick_slip",
-    "stop",
-    "stop_in_time",
-    "stops_per_minute",
-    "stribeck_friction",
-    "temperature_rise",
-    "temperature_rise_of_sheets",
-    "time_at_slip",
-    "travel_left",
-    "tuned_vacuum",
-    "turning_moment",
-    "turning_stiffness_free",
-    "turning_stiffness_jammed",
-    "undamped_saw",
-    "vacuum_eq10",
-    "vacuum_for_force",
-    "wet_force",
-    "wet_stress",
-]
+from layerjam.mechanics.stick_slip.laws import stribeck_friction as stribeck_friction
+from layerjam.mechanics.stick_slip.laws import undamped_saw as undamped_saw
+from layerjam.mechanics.stick_slip.wet import WetFilm as WetFilm
+from layerjam.mechanics.stick_slip.wet import wet_force as wet_force
+from layerjam.mechanics.stick_slip.wet import wet_stress as wet_stress
+from layerjam.mechanics.stiffness import mount_stiffness as mount_stiffness
+from layerjam.mechanics.stiffness import stiffness_before_slip as stiffness_before_slip
+from layerjam.mechanics.stiffness import stiffness_sliding as stiffness_sliding
+from layerjam.mechanics.stop.exact import speed_at_slip as speed_at_slip
+from layerjam.mechanics.stop.exact import stop as stop
+from layerjam.mechanics.stop.exact import time_at_slip as time_at_slip
+from layerjam.mechanics.stop.motion import stop_in_time as stop_in_time
+from layerjam.mechanics.stop.tune import tuned_vacuum as tuned_vacuum
+from layerjam.mechanics.stop.tune import vacuum_eq10 as vacuum_eq10

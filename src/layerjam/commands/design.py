@@ -245,10 +245,11 @@ def best(
     make: Callable[..., R], search: Search, found: SweepResult, accept: Mapping[str, str]
 ) -> R:
     """The result from what a search found; `accept` are {check: reason}."""
+    from layerjam.design.checks import design_checks
     from layerjam.design.design_file import design_file
     from layerjam.design.merit import MERITS
     from layerjam.design.refine import refine, sensitivities
-    from layerjam.design.robust import design_checks, robustness
+    from layerjam.design.robust import robustness
     from layerjam.design.verdict import binding, forbidden, why_lost, why_none
 
     told = search.told(found)

@@ -215,8 +215,9 @@ def plan(
     to unless `stored` says otherwise. `vacuum_share` of what the gauge reads presses the sheets.
     `leak_time` is a laminar leak of the chamber, which goes on during the stop.
     """
-    from layerjam.control.plan import Arrival, plan_checks
+    from layerjam.control.plan import Arrival
     from layerjam.control.plan import plan as make_plan
+    from layerjam.control.plan_checks import plan_checks
 
     water = fluid == "water"
     brake, line = with_share(brake, vacuum_share), _leaking(line, leak_time, water)

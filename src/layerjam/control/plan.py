@@ -8,7 +8,7 @@ within the travel, capped by what comes in time, then shut off.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -20,7 +20,6 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.fluid.line import Line
 from layerjam.fluid.network import CHAMBER, Drive, Response
-from layerjam.mechanics.limits import sheet_stress
 from layerjam.mechanics.stop.exact import NEVER_SLID, STOPPED, Stop, stop
 from layerjam.mechanics.stop.paced_tune import holds
 from layerjam.simulate.coupled import CoupledStop, coupled_drop
@@ -28,8 +27,6 @@ from layerjam.simulate.drop import OUTCOMES, spring_of
 from layerjam.simulate.drop_in_time import TimedStop
 from layerjam.simulate.record import Outcome
 from layerjam.simulate.speed import follows_speed
-from layerjam.units import show, show_at_least
-from layerjam.verdict import Check, check
 
 Array = npt.NDArray[np.float64]
 STOPS = (Outcome.STOPPED, Outcome.NEVER_SLID)
@@ -38,8 +35,6 @@ MARGIN = 0.02
 LEVELS, GRID = 7, 65
 """Rounds of a search for the least vacuum and vacuums tried in each: to 2e-13 of the range."""
 NUMBERS = ("slip", "peak_force", "heat", "end_speed")
-BEYOND = 0.05
-"""Chance to need more slip than the travel that deserves a look."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -244,39 +239,3 @@ def plan(
         knife_edge=edge,
         safe_vacuum=safe_vacuum(file.brake, case) if edge else None,
     )
-
-
-def plan_checks(made: Plan, beyond: float) -> Iterator[Check]:
-    """Return the checks of a plan; `beyond` is the chance to need more slip than the travel."""
-    if made.needed is not None:
-        yield _knife_edge(made, made.needed)
-    yield from _strength(made)
-    if made.case.mass_sd or made.case.speed_sd:
-        what = f"the chance to need more slip than the travel is {beyond:.1%}"
-        yield check("chance", beyond <= BEYOND, what, f", more than {BEYOND:.0%}")
-
-
-def _knife_edge(made: Plan, needed: float) -> Check:
-    """Return the check that a little less than the vacuum needed still stops the mass."""
-    atmosphere = made.brake.brake.site.atmosphere
-    vacuum = show_at_least(needed, "Pa", atmosphere)
-    if not made.knife_edge:
-        return check("knife edge", True, f"the stop changes little just below {vacuum}")
-    sentence = f"at {vacuum} the mass barely comes to rest; with 1 ppm less it runs out of travel"
-    if made.safe_vacuum is None:
-        why = ", and no vacuum of the site leaves a margin"
-    else:
-        safe = show_at_least(made.safe_vacuum, "Pa", atmosphere)
-        why = f". With {safe} it stops even if mass, speed and vacuum are each {MARGIN:.0%} off"
-    return check("knife edge", False, sentence, why, "failed")
-
-
-def _strength(made: Plan) -> Iterator[Check]:
-    """Return the check of the sheets' stress at the peak force, if the film's strength is known."""
-    brake, forces = made.brake.brake, (made.full.peak_force, made.tuned.peak_force)
-    peak = max((force for force in forces if math.isfinite(force)), default=None)
-    if peak is None or brake.film.strength is None:
-        return
-    stress, limit = float(sheet_stress(peak, brake)), brake.film.strength
-    sentence = f"at {show(peak, 'N')} the sheets bear {show(stress, 'Pa')} of {show(limit, 'Pa')}"
-    yield check("sheet strength", stress <= limit, sentence, ": they stretch or tear", "failed")

@@ -239,7 +239,6 @@ def _backbones(members: Sequence[Member]) -> list[Backbone]:
 
 
 def _at(path: Path, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Force, member slips and member forces of a chain at elongations."""
     force = np.interp(grid, path.elongation, path.force)
     columns = [
         np.column_stack([np.interp(grid, path.elongation, column) for column in table.T])

@@ -80,7 +80,6 @@ def plain_name(text: str) -> str:
 
 
 def _plain(record: Any) -> Any:
-    """A record of floats from one of arrays."""
     made = {}
     for f in fields(record):
         value = getattr(record, f.name)

@@ -119,7 +119,6 @@ class Smooth:
         return self.last[1]
 
     def _bill(self, x: Array) -> dict[str, float]:
-        """ln of DRAWN_MERITS."""
         return {n: _log(float(row[0])) for n, row in self._stencil(x).items()}
 
     def _drawn_slopes(self, x: Array) -> dict[str, Array]:

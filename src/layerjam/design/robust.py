@@ -1,9 +1,8 @@
-"""What the scatter of the friction does to a design, and whether its sheets hold."""
+"""What the scatter of the friction does to a design: how likely each constraint holds."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,15 +11,6 @@ from layerjam.control.plan_spread import log_normal
 from layerjam.design.merit import Point
 from layerjam.design.requirements import DesignSpecification
 from layerjam.design.stopping import judged
-from layerjam.device.file import BrakeFile
-from layerjam.mechanics.limits import sheet_stress
-from layerjam.mechanics.pull import peak
-from layerjam.units import show
-from layerjam.verdict import Check, check
-
-LIKELY = 0.5
-"""Chance to meet all constraints, with the scatter in friction, below which a design needs a look.
-"""
 
 
 class Chance(NamedTuple):
@@ -77,20 +67,3 @@ def _range(value: Any) -> tuple[float, float]:
     whole = np.sort(np.where(np.isnan(value), np.inf, value))
     low, high = (float(whole[int(part * len(whole))]) for part in (0.05, 0.95))
     return (low if math.isfinite(low) else math.nan, high if math.isfinite(high) else math.nan)
-
-
-def design_checks(file: BrakeFile, vacuum: float, chances: Mapping[str, Chance]) -> Iterator[Check]:
-    """Return the checks of a design at its vacuum [Pa]; `chances` are those of `robustness`."""
-    brake, limit = file.brake, file.brake.film.strength
-    force = float(peak(vacuum, brake.sheets.usable_travel, brake).force)
-    stress = float(sheet_stress(force, brake))
-    words = f"at {show(force, 'N')} the sheets bear {show(stress, 'Pa')}"
-    if limit is None:
-        yield check("sheet strength", False, f"{words}; the film's strength is not known")
-    else:
-        words += f" of {show(limit, 'Pa')}"
-        yield check("sheet strength", stress <= limit, words, ": they stretch or tear", "failed")
-    if "all" in chances:
-        share = chances["all"].probability
-        words = f"with the scatter in friction all constraints hold in {share:.0%} of brakes"
-        yield check("scatter", share >= LIKELY, words)

@@ -71,7 +71,6 @@ def _neck(lengths: Lengths, build: Build, back: float) -> Iterator[Prism]:
 
 
 def _head(lengths: Lengths, build: Build, end: float) -> Iterator[Prism]:
-    """The head that takes the dowel pin."""
     length, side, height = lengths.port_length + lengths.head, lengths.head, lengths.head_height
     yield add("x", -end - length, -end, Box.about((0, 0), side, height, mm(build.edge)))
     pin = Ellipse.circle((-end - lengths.port_length - side / 2, 0), pin_hole(build))

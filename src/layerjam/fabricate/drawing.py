@@ -164,7 +164,6 @@ def drawing(
 
 
 def _notices(made: Drawing) -> list[Notice]:
-    """Warnings beside the checks."""
     brake, found = made.file.brake, made.lengths
     said = [*unsold(made.file), *rules.screw_notices(found)]
     for side in found.sides:

@@ -65,7 +65,6 @@ def _checked(path: Path, force: bool) -> Path:
 
 
 def _found(path: Path) -> set[str]:
-    """Files of a folder, by their path inside it."""
     return {f.relative_to(path).as_posix() for f in path.rglob("*") if not f.is_dir()}
 
 

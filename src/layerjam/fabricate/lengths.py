@@ -282,7 +282,6 @@ def _clamp(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any
 
 
 def _side(brake: Brake, build: Build, name: str) -> Side:
-    """One end of the brake."""
     sheets, left = brake.sheets, name == "left"
     many, few = (_whole(sheets.count) + 1) // 2, _whole(sheets.count) // 2
     free = mm(sheets.free_left if left else sheets.free_right)

@@ -103,8 +103,6 @@ class _Row:
 
 
 class _Filling:
-    """Pieces of film while they fill."""
-
     def __init__(
         self, parts: Sequence[Wanted], stock: tuple[float, float], margin: float, gap: float
     ) -> None:

@@ -75,7 +75,6 @@ def shape_of(part: Solid) -> Any:
 
 
 def _combined(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
-    """Shapes fused with, or cut by, others."""
     for put, shapes in ((operation.SetArguments, arguments), (operation.SetTools, tools)):
         listed = _list()
         for shape in shapes:
@@ -100,7 +99,6 @@ def _list() -> Any:
 
 
 def _swept(prism: Prism) -> Any:
-    """One prism as a solid."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
     from OCP.gp import gp_Vec
@@ -122,7 +120,6 @@ def _point(prism: Prism, u: float, v: float) -> Any:
 
 
 def _rectangle(prism: Prism, section: Box) -> Any:
-    """The wire of a prism's rectangle, its corners rounded by arcs."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 
     (a, b), (c, d), r = section.low, section.high, section.radius
@@ -147,7 +144,6 @@ def _rectangle(prism: Prism, section: Box) -> Any:
 
 
 def _ellipse(prism: Prism, section: Ellipse) -> Any:
-    """The wire of a prism's ellipse or a circle."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 
     curve = _round(prism, section.centre, section.first, section.second)

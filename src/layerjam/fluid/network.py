@@ -218,7 +218,6 @@ class Response:
 
 
 def _sizes(begin: Array, line: Line) -> Array:
-    """Size of each place of the state, for the integrator's absolute error."""
     sizes = np.maximum(begin, 1e-9)
     if line.tube is not None and line.tube.cells:  # flows and what has passed begin at nothing
         sizes[SIZE + line.tube.cells :] = area(line.tube) * line.site.atmosphere

@@ -253,7 +253,6 @@ def _judged(of: _Stretch, smooth: Array, peaks: Indices, troughs: Indices) -> Se
 
 
 def _measured(of: _Stretch, turns: _Turns) -> SawTeeth:
-    """Envelope, spacing and period of teeth found at one smoothing."""
     (position, force, time, noise, samples), (peaks, starts, ends) = of, turns
     tops, feet = _ends_of_falls(force, turns, samples)
     high, low = force[tops].astype(float), force[feet].astype(float)

@@ -106,7 +106,6 @@ def _prepare(folder: Path, force: bool) -> None:
 
 
 def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, force: bool) -> Path:
-    """One file, with its practice fault."""
     form, fault, cut = form_of(campaign, test), test.practice, None
     path = folder / name_of(campaign, test)
     if fault == "cut_off":

@@ -155,7 +155,6 @@ def _said(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, obj
 
 
 def _rows(layout: Layout, trace: Trace, time: Array, mark: str, decimal: str) -> str:
-    """All rows in one go."""
     travel, force, count = trace.elongation * 1e3, trace.force, len(trace)
     every = {"t": time, "m": trace.elongation, "f": force, "F": force}
     every |= {"x": travel, "X": travel, "c": travel + 250.0}

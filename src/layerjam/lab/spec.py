@@ -25,7 +25,6 @@ MOST_SAMPLES = 5_000_000
 
 
 def _several(unit: str, text: str, default: tuple[float, ...], **bounds: Any) -> Any:
-    """A field that holds a list of quantities."""
     return value(ListSpec(each=QuantitySpec(unit, text, **bounds), distinct=True), default)
 
 

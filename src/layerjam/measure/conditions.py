@@ -66,7 +66,6 @@ def _text(name: str, value: Any) -> str:
 
 
 def _listed(path: Path) -> Mapping[str, Any]:
-    """What the folder's list says of a file."""
     at = path.parent / LIST
     try:
         known = at.stat()
@@ -77,7 +76,6 @@ def _listed(path: Path) -> Mapping[str, Any]:
 
 @lru_cache(maxsize=16)
 def _list(path: Path, _changed: int, _size: int) -> dict[str, dict[str, Any]]:
-    """What the list at a path says."""
     return listed(read_text(path), path)
 
 

@@ -178,7 +178,6 @@ def opened(path: str | Path, whole: bool = False) -> sqlite3.Connection:
 
 
 def _wrong(error: sqlite3.Error) -> str:
-    """What is wrong with a file that SQLite refuses."""
     kind = "cannot be read" if isinstance(error, sqlite3.OperationalError) else "is damaged"
     return f"{kind}: {error}"
 

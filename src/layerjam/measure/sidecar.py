@@ -122,7 +122,6 @@ def places(path: str | Path) -> tuple[Path, Path]:
 
 
 def _read(place: Path) -> dict[str, Any]:
-    """The values of a file of facts, SI."""
     return values_of(text_of(place), place)
 
 

@@ -224,7 +224,6 @@ def _far_more(stuck: int, others: int, least: int) -> bool:
 
 
 def _longest_run(where: npt.NDArray[np.bool_], force: Array) -> int:
-    """Most consecutive samples of one value among those marked."""
     if not where.any():
         return 0
     starts = np.flatnonzero(where & np.r_[True, (np.diff(force) != 0) | ~where[:-1]])

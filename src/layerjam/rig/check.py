@@ -143,7 +143,6 @@ def measure_zero(bench: Bench, *, vent_rest: str | None = None) -> Zero:
 
 
 def _looked_at(bench: Bench) -> Checked:
-    """All but the judgement."""
     tested = int(bench.ask("*TST?"))
     found: dict[str, Any] = {"self_test": tested, "feasible": False, "reason": None}
     found["simulated"] = bench.simulated

@@ -204,7 +204,6 @@ class Execution:
             )
 
     def _hold(self, duration: float) -> None:
-        """By the board's clock."""
         if duration <= 0:
             return
         if self.shots is not None:
@@ -290,7 +289,6 @@ class Execution:
 
     @property
     def _time(self) -> float | None:
-        """Seconds from the beginning on."""
         return None if self.first_us is None else (self.recorder.now - self.first_us) * 1e-6
 
     def _rest(self) -> None:
@@ -379,7 +377,6 @@ def execute(
 
 
 def _recorded(bench: Bench, file: RunFile, running: Execution) -> Executed:
-    """Run it and close the file."""
     try:
         outcome, reason = running.run()
     except LayerjamError:

@@ -348,8 +348,6 @@ def _file(bench: Bench, out: Path, resume: bool, force: bool) -> RunFile:
 
 
 class _Log:
-    """A log that goes on until something ends it."""
-
     def __init__(
         self,
         bench: Bench,

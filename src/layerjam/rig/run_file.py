@@ -262,7 +262,6 @@ def utc(ns: int | None = None) -> str:
 
 
 def _remove(path: Path) -> None:
-    """Take a run away, with what belongs to it."""
     for each in (path, *(Path(f"{path}{more}") for more in ("-wal", "-shm"))):
         with contextlib.suppress(FileNotFoundError):
             each.unlink()

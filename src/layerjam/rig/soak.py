@@ -167,7 +167,6 @@ def _soaked(
 
 
 def _cleared(bench: Bench, log: Log, faults: list[str]) -> None:
-    """Note a fault that stands, and clear it."""
     name = bench.fault
     if name is not None:
         faults.append(name)

@@ -297,7 +297,6 @@ def seen(signal: Signal, sensor: Accelerometer = IDEAL, cfc: float | None = None
 def _read(
     time: Array, value: Array, sensor: Accelerometer, cfc: float | None, warnings: list[str]
 ) -> Reading:
-    """The chain, link by link."""
     ideal = float(value[np.argmax(abs(value))])
     rate = _rate(sensor, cfc)
     if rate is None:

@@ -151,7 +151,6 @@ def _flat(name: str, out: Mapping[str, Array] | None, size: int) -> Array:
 
 
 def _brake_of(brake: Brake | BrakeFile | str) -> Brake:
-    """The device behind a file or a name."""
     if isinstance(brake, str):
         return load(brake).brake
     if isinstance(brake, BrakeFile):
@@ -259,7 +258,6 @@ def _many(law: Callable[..., Any], names: tuple[str, ...]) -> tuple[Any, Any]:
 def _traced(
     law: Callable[..., Any], swept: list[Swept], fixed: Mapping[str, Any], brake: Brake, block: int
 ) -> tuple[Run, tuple[str, ...]]:
-    """Any law by JAX."""
     one, many = _many(law, tuple(s.name for s in swept))
     held = {n: None if v is None else _samples(n, v) for n, v in fixed.items()}
 

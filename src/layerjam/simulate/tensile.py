@@ -91,7 +91,6 @@ def _path(
 
 
 def _rows(time: Any, elongation: Any, vacuum: Any, speed: Any) -> Array:
-    """Time, elongation, vacuum and speed of some samples, shape (4, N)."""
     return np.array(np.broadcast_arrays(np.atleast_1d(time), elongation, vacuum, speed))
 
 

@@ -196,7 +196,6 @@ def speeds(case: Case) -> tuple[float, float] | None:
 
 
 def _longest_run(fine: npt.NDArray[np.bool_]) -> tuple[int, int]:
-    """First and last place of the longest run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], fine.astype(int), [0]])))
     starts, ends = edges[::2], edges[1::2]
     k = int(np.argmax(ends - starts))

@@ -191,7 +191,6 @@ def _may_lack(kind: type[results.Result]) -> bool:
 
 
 def _head(calls: Sequence[Call]) -> str:
-    """What must be said above a copy."""
     edited = any(file.edited for call in calls for file in call.data)
     return f"# {NOTE}\n" if edited else ""
 
@@ -215,7 +214,6 @@ def key_of(warning: str) -> str:
 
 
 def _real(value: Value) -> Any:
-    """What the command is given."""
     if isinstance(value, Subject):
         return value.name if value.file is None else value.file
     if isinstance(value, DataFile):
@@ -226,7 +224,6 @@ def _real(value: Value) -> Any:
 
 
 def _shown(value: Value) -> str | float | bool | Sequence[str]:
-    """What the user would write."""
     if isinstance(value, Subject):
         return value.name
     if isinstance(value, DataFile):

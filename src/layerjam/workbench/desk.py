@@ -46,7 +46,6 @@ class Desk:
         self._read()
 
     def _read(self) -> None:
-        """Brake and line of the state."""
         state = self.state
         brake, line = read_any("brake", state.brake), read_any("line", state.line)
         beside = read_any("brake", state.beside) if state.beside else None

@@ -38,7 +38,6 @@ def notebook_of(title: str, lines: str) -> str:
 
 
 def _whole(cells: list[dict[str, Any]]) -> str:
-    """The JSON of cells."""
     for number, cell in enumerate(cells, 1):
         cell["id"] = f"cell-{number}"
     spec = {"name": "python3", "display_name": "Python 3", "language": "python"}

@@ -265,7 +265,6 @@ class StackView:
         old[1].move(*place)
 
     def _look(self, x: float, y: float, z: float) -> None:
-        """Look at all of it from a direction."""
         self._view = (x, y, z)
         self._fit(0.3)
 

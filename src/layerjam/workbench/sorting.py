@@ -204,8 +204,6 @@ class Sorting:
                 self._columns(one)
 
     def _choice(self, one: Proposal, role: str) -> None:
-        """What the file is used for, and why that is proposed."""
-
         def chosen(event: Any) -> None:
             self._set(one.key, "role", str(event.value))
             self._fill()
@@ -217,7 +215,6 @@ class Sorting:
                 ui.label(one.role.source).classes(f"text-xs opacity-80 {SOURCE}")
 
     def _fact(self, one: Proposal, fact: str) -> None:
-        """A condition, and where its proposal comes from."""
         proposed = one.facts.get(fact, Said())
         now = self.said.get(one.key, {}).get(fact, proposed.text)
         with ui.column().classes("gap-0"):
@@ -324,7 +321,6 @@ class Sorting:
             self._go("laboratory")
 
     def _made(self, one: Proposal) -> dict[str, str]:
-        """What is said of a file by accepting it."""
         role, own = self._role(one), self.said.get(one.key, {})
         made = {"role": role}
         for fact in (NEEDED.get(role, ""), "speed"):

@@ -44,5 +44,4 @@ def html(
 
 
 def _said(name: str, value: str) -> str:
-    """An attribute, none where there is nothing to say."""
     return f' {name}="{escape(value)}"' if value else ""

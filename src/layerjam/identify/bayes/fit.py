@@ -171,7 +171,6 @@ def calibrate_bayesian(
 
 
 def _covariance(fit: BayesFit) -> dict[str, dict[str, float]]:
-    """Of the posterior's draws."""
     found = np.cov([np.ravel(getattr(fit, name)) for name in SHAPE])
     return {
         one: dict(zip(SHAPE, map(float, row), strict=True))

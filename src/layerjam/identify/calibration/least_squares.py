@@ -216,7 +216,6 @@ def _with_column(design: np.ndarray, of_friction: np.ndarray) -> np.ndarray:
 
 
 def _start(curves: Sequence[Curve], brake: Brake, held: np.ndarray) -> np.ndarray:
-    """First guess of every curve's own parameters, from its features."""
     straight = [c.pull.stiffness for c in curves if c.pull.straight]
     typical_spring = float(np.median(straight)) if straight else float(working_stiffness(brake))
     spring = [c.pull.stiffness if c.pull.straight else typical_spring for c in curves]

@@ -97,7 +97,6 @@ def _chance(logs: np.ndarray, order: Sequence[int | None], curves: Sequence[Curv
 
 
 def _columns(labels: np.ndarray) -> np.ndarray:
-    """An indicator column for each label."""
     return np.asarray(labels[:, None] == np.unique(labels)[None], float)
 
 

@@ -94,7 +94,6 @@ def flat_top(record: Array, quiet: int) -> FlatTop | None:
 
 
 def _longest(there: np.ndarray) -> tuple[int, int]:
-    """Start and end of the longest run of True."""
     ends = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
     at = int(np.argmax(ends[1::2] - ends[::2]))
     return int(ends[2 * at]), int(ends[2 * at + 1])

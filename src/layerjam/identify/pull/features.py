@@ -188,7 +188,6 @@ def _noise(force: Array, top: int) -> float:
 
 
 def _falls(force: Array, noise: float) -> bool:
-    """Whether the force falls again after its greatest value."""
     # means over equal stretches; the greatest of many lies a few of its own errors too high
     few = max(3, len(force) // 100)
     sums = np.cumsum(force)  # a convolution takes as many steps a sample as `few` has

@@ -117,7 +117,6 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
 
 
 def _start(trace: Trace, features: PullFeatures) -> Start:
-    """Onset, slack and baseline of the loading branch."""
     elongation, force = loading_branch(trace)
     first = float(elongation[0])
     if not features.straight:

@@ -163,7 +163,6 @@ def _field(lines: list[bytes], row: int, columns: list[int]) -> float | None:
 
 
 def _number(fields: list[bytes]) -> float | None:
-    """The number in the first of some fields."""
     try:
         return float(fields[0].replace(b",", b".")) if fields else None
     except ValueError:
@@ -179,7 +178,6 @@ def _replaced(line: bytes, old: bytes, new: bytes) -> bytes:
 
 
 def _with_line(data: bytes, number: int, line: bytes) -> bytes:
-    """The file with another line (from 0)."""
     lines = data.split(b"\n", number + 1)
     return b"\n".join([*lines[:number], line, *lines[number + 1 :]])
 

@@ -177,7 +177,6 @@ def clock_seconds(cell: str) -> float | None:
 
 
 def _bad_cell(rows: Rows, line: int, fields: list[str], column: Column) -> FileError:
-    """The error for a cell that is no finite number."""
     path, cell = rows.source.path, fields[column.index]
     # A row without any number is no damaged number: a footer, or the next table.
     if not any(map(looks_numeric, fields)):

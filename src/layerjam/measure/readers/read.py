@@ -168,7 +168,6 @@ def _vacuum(source: Source) -> float | None:
 
 
 def _head(source: Source) -> Table:
-    """The row of names below the comments."""
     for line, (offset, text) in enumerate(source.lines(), 1):
         if text.startswith("#") or not text.strip():
             continue

@@ -70,7 +70,6 @@ def _table(header: Header, lines: Lines, block: Block) -> Table:
 
 
 def _head(lines: Lines, above: Sequence[tuple[int, str]], width: int) -> Header | None:
-    """The names and units in some lines above numbers `width` columns wide."""
     found = head_of([(n + 1, t) for n, t in above], lines.separator, width) if above else None
     return replace(found, path=lines.source.path) if found else None
 

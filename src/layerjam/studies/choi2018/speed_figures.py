@@ -64,7 +64,6 @@ def amplitude() -> style.Figure:
 
 
 def _mount(axes: style.Axes) -> None:
-    """Critical speed over the stiffness of brake and mount."""
     stiffness = np.geomspace(5e3, 2e6, 200)
     for name, color in zip(FILMS.values(), (BLUE, ORANGE), strict=True):
         brake = load(name).brake

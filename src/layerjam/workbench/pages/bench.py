@@ -381,7 +381,6 @@ class Bench(Page):
 
 
 def _ended(done: Executed) -> str:
-    """How a run ended, in a sentence."""
     missing = f"{done.gaps} samples are missing" if done.gaps else "no sample is missing"
     kept = f"{done.samples} samples are in its file, with those of before it began; {missing}."
     if done.reason is None:

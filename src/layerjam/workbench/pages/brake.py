@@ -83,7 +83,6 @@ class Brake(Page):
         self._open_part()
 
     def _builds(self) -> bool:
-        """Whether it is shown how the brake is built."""
         return self.word(PART) == "build"
 
     def _open_part(self) -> None:
@@ -96,7 +95,6 @@ class Brake(Page):
                 self.making.build()
 
     def _show_numbers(self) -> None:
-        """Picture, numbers, comparison and sources."""
         with ui.row().classes("w-full no-wrap gap-6 items-start brake-top"):
             with ui.column().classes("gap-1 grow").style("min-width: 0"):
                 self.view = StackView("brake-scene")

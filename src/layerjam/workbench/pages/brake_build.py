@@ -242,6 +242,5 @@ def _number(value: float | None, unit: str) -> str:
 
 
 def _listed(assumptions: Sequence[Any]) -> None:
-    """The assumptions, one a line."""
     for sentence in assumptions:
         ui.label(on_page(str(sentence))).classes("text-sm")

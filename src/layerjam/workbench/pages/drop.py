@@ -173,7 +173,6 @@ class Drop(Page):
         return {mode: Call("drop", (subject,), {**common, **own}) for mode, own in modes.items()}
 
     def _common(self) -> Options:
-        """Options of drop and tune alike."""
         arrives = self._arrives()
         said = self.texts("mass", arrives)
         if self._roped():

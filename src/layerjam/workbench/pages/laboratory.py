@@ -135,7 +135,6 @@ class Laboratory(Page):
         self.make = _button("Make the report", "description", begin, "make-report")
 
     def _show_report(self, done: Done) -> None:
-        """What the report holds, and buttons to take it away."""
         size = sum(map(len, done.pages.values()))
         words = [f"{len(done.pages)} files, {size / 1e6:.1f} MB."]
         words += [w for w in done.result.warnings if key_of(w) == "calibrated-on"]
@@ -195,7 +194,6 @@ class Laboratory(Page):
         return self.rows
 
     def _practise(self) -> None:
-        """Take files of the virtual laboratory."""
         for name, data in practice_files(self.uploads.folder, self.runner.tell).items():
             try:
                 self.uploads.take(name, data)
@@ -236,7 +234,6 @@ class Laboratory(Page):
             self._fill()
 
     def _fill(self) -> None:
-        """Table, chosen files and cards as far as they are known."""
         self.banner.set_visibility(any(r.synthetic for r in self.rows))
         self.table.fill(self.rows)
         self._chosen(self.table.chosen)

@@ -148,7 +148,6 @@ class Chain:
         return _written(self._do(given, call))
 
     def _before(self, call: Call) -> Done | None:
-        """What the same call gave before."""
         return next((done for done in self._known if done.call == call), None)
 
     def _do(self, given: Campaign, call: Call) -> Done:
@@ -172,7 +171,6 @@ class Chain:
 
 
 def _written(done: Done) -> Subject | None:
-    """The brake that a step wrote."""
     return None if done.brake is None else Subject(done.call.out, done.brake)
 
 

@@ -140,7 +140,6 @@ class Pull(Page):
         return self.controls()["vacuum"].high
 
     def _saws(self) -> bool:
-        """Whether the pull sticks and slips."""
         return self.word(MODEL) == STICK_SLIP
 
     def calls(self) -> Sequence[Call]:

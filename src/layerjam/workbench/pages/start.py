@@ -77,7 +77,6 @@ class Start(Page):
         self._show_stage()
 
     def _force(self) -> None:
-        """How much it holds, and the curve."""
         with ui.row().classes("items-baseline gap-3 no-wrap"):
             dressed(ui.label("holds"), "", "text-base")
             self.hero = dressed(live.Words("–"), "start-force", "start-hero")
@@ -88,7 +87,6 @@ class Start(Page):
         )
 
     def _ways(self) -> None:
-        """Three cards: try one, bring a brake, bring files."""
         with ui.element("div").classes("start-cards"):
             with self._card("Try", "Another brake of the catalogue:"):
                 self.tried = {}
@@ -117,7 +115,6 @@ class Start(Page):
         return card
 
     def _mark(self) -> None:
-        """Which brake of the catalogue is on the desk."""
         for name, made in self.tried.items():
             dressed(made, aria_pressed=str(name == self.desk.state.brake).lower())
 
