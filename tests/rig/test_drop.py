@@ -16,9 +16,9 @@ from layerjam.control.settings import Regulator
 from layerjam.errors import QuantityError
 from layerjam.identify.logs.crash import crash
 from layerjam.measure.shots import Shot
-from layerjam.rig.accelerometer import GAIN, NOISE, RANGE, ZERO
 from layerjam.rig.driver import Bench
 from layerjam.rig.drop import CaptureError, arm, capture, collect, fall, prepare
+from layerjam.rig.plant import ACCELERATION_RANGE, GAIN, NOISE, ZERO
 
 G, PEAK, LONG, FLIGHT = 9.80665, 300.0, 0.03, 0.3
 
@@ -43,7 +43,7 @@ def test_a_known_pulse_comes_back(bench: Bench) -> None:
     """Peak, velocity change and duration against the half sine's own, within the noise."""
     shot = capture(bench, level=5.0, patience=20, ready=lambda: pulse(bench, 1.5))
     assert shot.synthetic and shot.rate == 8000 and len(shot.counts) == 4800
-    assert (shot.zero, shot.gain, shot.range) == (ZERO, GAIN, RANGE)
+    assert (shot.zero, shot.gain, shot.range) == (ZERO, GAIN, ACCELERATION_RANGE)
     level = math.asin(5 * G / PEAK) * LONG / math.pi
     wanted = np.where(
         (shot.time > -level) & (shot.time < LONG - level),
@@ -84,9 +84,11 @@ def test_beyond_its_range_the_sensor_is_at_its_end(bench: Bench) -> None:
     plant.accelerometer.play(plant.time, np.array([0.0, 1.0]), np.array([4000.0, 4000.0]))
     arm(bench)
     shot = collect(bench, 10)
-    top = math.floor((RANGE / GAIN + ZERO) + 6 * NOISE)
+    top = math.floor((ACCELERATION_RANGE / GAIN + ZERO) + 6 * NOISE)
     assert shot.counts.max() <= min(top, 4095)
-    assert abs(np.mean(shot.acceleration) - RANGE) < 3 * GAIN * NOISE / math.sqrt(len(shot.counts))
+    assert abs(np.mean(shot.acceleration) - ACCELERATION_RANGE) < 3 * GAIN * NOISE / math.sqrt(
+        len(shot.counts)
+    )
 
 
 def test_nothing_comes_where_nothing_falls(bench: Bench) -> None:

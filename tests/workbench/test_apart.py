@@ -11,9 +11,8 @@ import pytest
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.workbench.answer import Answer, file_bytes
-from layerjam.workbench.apart import apart
 from layerjam.workbench.bench_session import Look
-from layerjam.workbench.call import Call, DataFile, Subject, as_python
+from layerjam.workbench.call import Call, DataFile, Subject, apart, as_python
 from layerjam.workbench.pages.bench_taken import Watched
 
 KAPTON = "choi2018-kapton"

@@ -20,8 +20,7 @@ from layerjam.commands.lab import lab_example
 from layerjam.errors import LayerjamError
 from layerjam.measure.readers.workbook import MAX_UNPACKED
 from layerjam.workbench import uploads as up
-from layerjam.workbench.apart import apart
-from layerjam.workbench.call import Call, DataFile, Subject
+from layerjam.workbench.call import Call, DataFile, Subject, apart
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import laboratory, laboratory_chain
 from layerjam.workbench.pages import laboratory_files as files_of

@@ -5,10 +5,9 @@ from __future__ import annotations
 import pytest
 
 from layerjam.commands.tensile import tensile
-from layerjam.workbench.desk import Desk
+from layerjam.workbench.desk import Desk, resized
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.peak import MOST, sentence
-from layerjam.workbench.resized import resized
 from layerjam.workbench.state import State
 
 KAPTON = "choi2018-kapton"

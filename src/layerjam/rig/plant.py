@@ -17,13 +17,17 @@ from layerjam.control.plant import Plant, plant_of
 from layerjam.errors import QuantityError
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Sensor
-from layerjam.rig.accelerometer import VirtualAccelerometer
 from layerjam.rig.address import Address
 from layerjam.units import check, parse
 
 if TYPE_CHECKING:
     from layerjam.rig.child import Child
     from layerjam.rig.machine import VirtualMachine
+from typing import Any
+
+import numpy as np
+
+from layerjam.simulate.accelerometer import ADXL193, STANDARD_GRAVITY
 
 TOLD = struct.Struct("<dIBBH")
 """From the board: pump, board's clock [us, 30 bits], power of the vent, what it asks, how many."""
@@ -42,6 +46,55 @@ AT = 60e3
 """Vacuum [Pa] at which a line's leak and valve are made linear, unless the address says `at`."""
 ROOM_TEMPERATURE = 2300
 HEALTHY = FaultInjection()
+SCALE = struct.Struct("<4d")
+"""Counts at 0, m/s^2 a count, range [m/s^2], rate [Hz]."""
+SENSITIVITY = 8e-3
+"""Of an ADXL193 of 250 g on 5 V [V/g], half the supply at 0 g; remembered, no sheet was opened."""
+DIVIDER, REFERENCE, CODES = 2 / 3, 3.3, 4096
+ZERO = 2.5 * DIVIDER / REFERENCE * CODES
+"""Counts at 0."""
+GAIN = STANDARD_GRAVITY / (SENSITIVITY * DIVIDER / REFERENCE * CODES)
+"""m/s^2 a count."""
+ACCELERATION_RANGE = float(ADXL193.range or 0.0)
+NOISE = 1.2
+"""Counts, RMS: 0.97 to 1.36 were measured of an RP2040's converter (pico-adc.markomo.me)."""
+Array = np.ndarray[Any, Any]
+
+
+class VirtualAccelerometer:
+    """An ADXL193 behind a divider, on a converter of 12 bits: specific force in counts.
+
+    At rest it shows 1 g. `play` puts a signal on it.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._draw = np.random.default_rng(seed)
+        self._rate, self._begun, self._given = 8000, 0.0, 0
+        self._signal: tuple[float, Array, Array] | None = None
+
+    def play(self, at: float, time: Array, force: Array) -> None:
+        """From the plant's time `at` [s] on a specific force [m/s^2]; shapes (N,), rising times.
+
+        Before it the sensor is at rest, after it the last value stays.
+        """
+        self._signal = (at, np.asarray(time, float), np.asarray(force, float))
+
+    def start(self, rate: int, now: float) -> bytes:
+        """Begin to sample; the scale, packed."""
+        self._rate, self._begun, self._given = rate, now, 0
+        return SCALE.pack(ZERO, GAIN, ACCELERATION_RANGE, float(rate))
+
+    def samples(self, count: int) -> bytes:
+        """The next samples, int16, little-endian."""
+        at = self._begun + (self._given + np.arange(count)) / self._rate
+        self._given += count
+        force = np.full(count, STANDARD_GRAVITY)
+        if self._signal is not None:
+            begin, time, values = self._signal
+            force = np.interp(at - begin, time, values, left=STANDARD_GRAVITY)
+        shown = np.clip(force, -ACCELERATION_RANGE, ACCELERATION_RANGE) / GAIN + ZERO
+        codes = np.round(shown + NOISE * self._draw.standard_normal(count))
+        return np.clip(codes, 0, CODES - 1).astype("<i2").tobytes()
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 from layerjam.commands.results import Result
 from layerjam.errors import LayerjamError
 from layerjam.report.style import save
-from layerjam.workbench.apart import Apart, apart
-from layerjam.workbench.call import Call, as_python
+from layerjam.workbench.call import Apart, Call, apart, as_python
 from layerjam.workbench.notebook import notebook
 from layerjam.workbench.state import Pin
 from layerjam.workbench.widgets import one_line

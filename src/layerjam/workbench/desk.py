@@ -18,7 +18,10 @@ from layerjam.workbench.uploads import Uploads
 
 if TYPE_CHECKING:
     from layerjam.identify.calibration.law_spread import LawSpread
+import re
 from typing import Protocol
+
+from layerjam.commands.edit import edit
 
 STEPS = 200
 """Undo steps kept."""
@@ -255,3 +258,15 @@ def forget(desk: Desk) -> None:
     """The page of a desk is gone."""
     for tab in [tab for tab, (_, known) in _desks.items() if known is desk]:
         del _desks[tab]
+
+
+def resized(file: BrakeFile, count: int) -> BrakeFile:
+    """The same brake with another number of sheets. Raises LayerjamError."""
+    name = f"{re.sub('-[0-9]+-sheets$', '', file.name)}-{count}-sheets"
+    made = edit(file, {"sheets.count": float(count)}, name=name, source="set on the page")
+    return BrakeFile.read(made.text, name)
+
+
+def with_sheets(desk: Desk, count: int) -> None:
+    """The brake on the desk with another number of sheets. Raises LayerjamError."""
+    desk.put_brake(resized(desk.brake, count).text)

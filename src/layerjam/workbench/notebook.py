@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from layerjam.workbench.apart import apart
-from layerjam.workbench.call import Call, python_parts
+from layerjam.workbench.call import Call, apart, python_parts
 
 SHOWING = "from IPython.display import SVG, display\n"
 """What the lines that show a figure need."""

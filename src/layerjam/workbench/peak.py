@@ -15,8 +15,7 @@ from layerjam.simulate.to_peak import ToPeak, sheets_to_peak, vacuum_to_peak
 from layerjam.units import QuantitySpec, exact_text, show
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.controls import Choice, choice, number_field, on_typed, with_unit, word
-from layerjam.workbench.desk import Desk
-from layerjam.workbench.resized import resized, with_sheets
+from layerjam.workbench.desk import Desk, resized, with_sheets
 from layerjam.workbench.widgets import dressed, one_line, status
 
 FOLLOWS = Choice(

@@ -9,8 +9,7 @@ from nicegui import run, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.identify.origin import origin
-from layerjam.workbench.apart import apart
-from layerjam.workbench.call import as_python
+from layerjam.workbench.call import apart, as_python
 from layerjam.workbench.copying import copied, offer
 from layerjam.workbench.desk import Desk, forget, take_over
 from layerjam.workbench.dropping import Dropping

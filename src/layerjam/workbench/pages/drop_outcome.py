@@ -14,10 +14,9 @@ from layerjam.units import parse, show
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
 from layerjam.workbench.charts import NAMED, Curve, aside, options, room_of, stacked
-from layerjam.workbench.desk import Desk
+from layerjam.workbench.desk import Desk, with_sheets
 from layerjam.workbench.heroes import Hero
 from layerjam.workbench.pages.drop_animation import series
-from layerjam.workbench.resized import with_sheets
 from layerjam.workbench.widgets import button
 
 
