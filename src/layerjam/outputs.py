@@ -65,8 +65,8 @@ def _field(
 def declare(cls: type[T]) -> type[T]:
     """Complete the fields of a class that `dataclass` takes next.
 
-    A field named again without a value keeps the unit and text of the base class's; it may have a
-    narrower type, and its key comes at this place. The ends follow a quantity with an interval.
+    A field named again without a value keeps the unit and text of the base class's, and its key
+    comes at this place. The ends follow a quantity with an interval.
     """
     kinds: dict[str, Any] = {}
     for name, kind in vars(cls).get("__annotations__", {}).items():

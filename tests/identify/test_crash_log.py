@@ -48,7 +48,9 @@ def test_the_standard_error_of_the_velocity_change_is_its_scatter():
 def test_the_filter_is_the_one_of_the_standard():
     t, a = half_sine(40 * G, length=0.004)
     found = crash(t, a, cfc=180)
-    np.testing.assert_array_equal(found.filtered, cfc_filter(found.acceleration, found.rate, 180))
+    np.testing.assert_array_equal(
+        found.filtered, cfc_filter(found.acceleration, found.sampling, 180)
+    )
     assert abs(found.filtered_peak) < abs(found.peak)
     assert crash(t, a, cfc=None).filtered_peak == found.peak
 
@@ -104,12 +106,12 @@ def test_gravity_along_another_axis_afterwards_is_said():
 def test_the_rate_is_checked(noise):
     t, a = half_sine(30 * G)
     uneven = t + np.random.default_rng(1).uniform(-noise, noise, len(t)) * 1e-4
-    assert crash(np.sort(uneven), a).rate == pytest.approx(10e3, rel=1e-3)
+    assert crash(np.sort(uneven), a).sampling == pytest.approx(10e3, rel=1e-3)
     with pytest.raises(FitError, match="not evenly spaced"):
         crash(np.delete(t, range(400, 420)), np.delete(a, range(400, 420)))
     with pytest.raises(QuantityError, match="too slow for CFC 180"):
         crash(t[::10], a[::10])
-    assert crash(t[::10], a[::10], cfc=60).rate == pytest.approx(1e3)
+    assert crash(t[::10], a[::10], cfc=60).sampling == pytest.approx(1e3)
     with pytest.raises(QuantityError, match="no.* class of SAE J211"):
         crash(t, a, cfc=100)
 

@@ -73,31 +73,25 @@ class BrakeCalibration(Judged):
     stiffness_eq9: float | None = number("N/m", "the paper's, eq. 9, from the peaks")
     peak_force: float | None = number("N", "peak force, mean over the pulls")
     peak_elongation: float | None = number("m", "elongation at the peak, mean over the pulls")
-    enclosure_factor: float | None = number("1", "factor on the enclosure's force", default=None)
-    pressure_exponent: float | None = number("1", "exponent of the pressure", default=None)
-    speed_slope: float | None = number("1", "change of friction with speed", default=None)
-    reference_pressure: float | None = number("Pa", "pressure it counts from", default=None)
-    reference_speed: float | None = number("m/s", "speed it counts from", default=None)
+    enclosure_factor: float | None = number("1", "factor on the enclosure's force")
+    pressure_exponent: float | None = number("1", "exponent of the pressure")
+    speed_slope: float | None = number("1", "change of friction with speed")
+    reference_pressure: float | None = number("Pa", "pressure it counts from")
+    reference_speed: float | None = number("m/s", "speed it counts from")
     standard_errors: Mapping[str, Any] = fact("errors, and what they rest on", listed=False)
     intervals: Mapping[str, Any] = fact("95 % intervals", listed=False)
     covariance: Mapping[str, Any] = fact(
         "covariance of each two values, SI; empty where no scatter is seen", listed=False
     )
-    bootstrap: Mapping[str, Any] | None = fact(
-        "intervals of resampled repeats", default=None, listed=False
-    )
-    leave_one_out: Mapping[str, Any] | None = fact(
-        "what each file moves", default=None, listed=False
-    )
-    identifiability: Mapping[str, Any] | None = fact(
-        "condition of the fit", default=None, listed=False
-    )
-    posterior: Mapping[str, Any] | None = fact("what was sampled", default=None, listed=False)
+    bootstrap: Mapping[str, Any] | None = fact("intervals of resampled repeats", listed=False)
+    leave_one_out: Mapping[str, Any] | None = fact("what each file moves", listed=False)
+    identifiability: Mapping[str, Any] | None = fact("condition of the fit", listed=False)
+    posterior: Mapping[str, Any] | None = fact("what was sampled", listed=False)
     pulls: Sequence[Mapping[str, Any]] = fact(
         "each pull, and what of it is unlike the others", listed=False
     )
     more_pulls: Mapping[str, Any] | None = fact(
-        "what further pulls would do to each interval", default=None, listed=False
+        "what further pulls would do to each interval", listed=False
     )
     excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
     understood: Mapping[str, Any] = fact("what was made of each file", listed=False)

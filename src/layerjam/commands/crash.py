@@ -13,9 +13,10 @@ import numpy as np
 from layerjam.commands.declare import Help, Input, command
 from layerjam.commands.quantities import Accept, si
 from layerjam.commands.reading import TableOptions
-from layerjam.commands.results import Judged, fact, number, result
+from layerjam.commands.results import Judged, fact, result
 from layerjam.commands.sensor import SAMPLING, channel_class
 from layerjam.errors import FileError, FitError, Notice, QuantityError
+from layerjam.identify.logs.crash import Pulse
 from layerjam.measure.log import ACCELERATION, TIME, Log, read_log
 from layerjam.measure.runs import ENDING, read_run
 from layerjam.measure.shots import Shot, chosen
@@ -91,33 +92,10 @@ def _cut(shot: Shot) -> list[str]:
     return [] if there == shot.size else [Notice(text, "cut-shot")]
 
 
-def _span(found: Sequence[float]) -> str:
-    return f"{found[0]:.6g} s to {found[1]:.6g} s"
-
-
 @result
-class CrashFound(Judged):
+class CrashFound(Judged, Pulse):
     """The greatest pulse of a log, its offset taken off; `record` is the Crash."""
 
-    peak: float = number("m/s^2", "greatest acceleration")
-    peak_g: float = number("1", "the same in g")
-    peak_time: float = number("s", "time of the peak")
-    filtered_peak: float = number("m/s^2", "greatest acceleration behind the filter")
-    filtered_peak_g: float = number("1", "the same in g")
-    filtered_peak_time: float = number("s", "time of the filtered peak")
-    filter: str = fact("class of the filter")
-    velocity_change: float = number("m/s", "change of velocity over the pulse")
-    velocity_change_se: float = number("m/s", "its standard error")
-    duration: float = number("s", "duration of the pulse")
-    pulse: Sequence[float] = number("s", "start and end of the pulse", shown=_span)
-    hic: float | None = number("1", "head injury criterion")
-    hic_window: Sequence[float] | None = number("s", "its window", shown=_span)
-    offset: float = number("m/s^2", "offset of the sensor, from the quiet part")
-    offset_se: float = number("m/s^2", "its standard error")
-    quiet: Sequence[float] = number("s", "the quiet part", shown=_span)
-    sampling: float = number("Hz", "sampling rate")
-    saturated: bool = fact("whether the sensor's range was left")
-    samples: int = number("1", "samples of the log", listed=False)
     understood: Sequence[str] = fact("what was made of the file", listed=False)
 
     def draw(self) -> Figure:
@@ -195,12 +173,6 @@ def crash(
         found,
         log,
         judge(crash_checks(found), accept),
-        peak_g=found.peak / STANDARD_GRAVITY,
-        filtered_peak_g=found.filtered_peak / STANDARD_GRAVITY,
-        filter="none" if cfc is None else f"cfc{cfc}",
-        duration=found.pulse[1] - found.pulse[0],
-        sampling=found.rate,
-        samples=len(found.time),
         warnings=[*warnings, *log.said, *found.warnings, *_meant(falling, hic)],
         record=found,
     )

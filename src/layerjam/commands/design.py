@@ -50,37 +50,31 @@ class DesignResult(Judged):
     """
 
     name: str = fact("name of the specification")
-    feasible: bool | None = fact("whether a design meets it", default=None)
-    reason: str | None = fact("why none does", default=None)
+    feasible: bool | None = fact("whether a design meets it")
+    reason: str | None = fact("why none does")
     designs: int = number("1", "designs of the specification")
-    examined: int | None = number("1", "designs that were computed", default=None)
-    feasible_designs: int | None = number("1", "designs that meet it", default=None)
-    killed_by: str | None = fact("the constraint that rules all of them out", default=None)
-    reachable: float | None = fact(
-        "the best value of that constraint's quantity", default=None, listed=False
-    )
-    excludes: Sequence[str] | None = fact(
-        "constraints that contradict it", default=None, listed=False
-    )
-    chosen: Row | None = fact("the best design of the grid", default=None, listed=False)
-    refined: Row | None = fact("the best between its steps", default=None, listed=False)
-    runner_up: Row | None = fact(
-        "the best with another film or other sheets", default=None, listed=False
-    )
-    runner_up_lost: str | None = fact("why it lost", default=None, listed=False)
+    examined: int | None = number("1", "designs that were computed")
+    feasible_designs: int | None = number("1", "designs that meet it")
+    killed_by: str | None = fact("the constraint that rules all of them out")
+    reachable: float | None = fact("the best value of that constraint's quantity", listed=False)
+    excludes: Sequence[str] | None = fact("constraints that contradict it", listed=False)
+    chosen: Row | None = fact("the best design of the grid", listed=False)
+    refined: Row | None = fact("the best between its steps", listed=False)
+    runner_up: Row | None = fact("the best with another film or other sheets", listed=False)
+    runner_up_lost: str | None = fact("why it lost", listed=False)
     binding: Sequence[str] | None = fact(
-        "constraints met with less than 2 % to spare", default=None, listed=False
+        "constraints met with less than 2 % to spare", listed=False
     )
     forbidden: Sequence[Row] | None = fact(
-        "designs that would have won but for one constraint", default=None, listed=False
+        "designs that would have won but for one constraint", listed=False
     )
-    front_size: int | None = number("1", "designs on the front", default=None)
-    front: Sequence[Row] | None = fact("the front, 500 at most", default=None, listed=False)
+    front_size: int | None = number("1", "designs on the front")
+    front: Sequence[Row] | None = fact("the front, 500 at most", listed=False)
     sensitivities: Mapping[str, Row] | None = fact(
-        "share by which each merit follows each variable", default=None, listed=False
+        "share by which each merit follows each variable", listed=False
     )
     robustness: Mapping[str, Row] | None = fact(
-        "chance that each constraint holds with the scatter in friction", default=None, listed=False
+        "chance that each constraint holds with the scatter in friction", listed=False
     )
 
     @classmethod
@@ -191,7 +185,7 @@ def design(
     search = Search(spec)
     killed = impossible(search, progress)
     if killed is not None:
-        return infeasible(DesignResult, search, killed)
+        return infeasible(DesignResult.of, search, killed)
     return best(DesignResult.of, search, search.all(progress), accept)
 
 

@@ -118,11 +118,20 @@ class Result:
 
     @classmethod
     def keys(cls) -> tuple[Field[Any], ...]:
-        """The fields that are keys of the contract; those of the class before inherited ones."""
+        """The fields that are keys of the contract.
+
+        First those of records of lower folders, then the class's own, then those of other results.
+        A key that the class names again comes where it does so.
+        """
         found = {f.name: f for f in fields(cls) if "result" in f.metadata}
-        # the records of lower folders come before what results inherit from each other
-        bases = sorted(cls.__mro__[1:], key=lambda base: issubclass(base, Result))
-        order = [n for base in (cls, *bases) for n in vars(base).get("__annotations__", ())]
+        own = vars(cls).get("__annotations__", ())
+        bases = sorted(cls.__mro__, key=lambda base: issubclass(base, Result))
+        order = [
+            name
+            for base in bases
+            for name in vars(base).get("__annotations__", ())
+            if base is cls or name not in own
+        ]
         return tuple(found[name] for name in dict.fromkeys(order) if name in found)
 
     def lines(self) -> Iterable[str]:

@@ -54,34 +54,26 @@ class SiliconeFit(Judged):
     {path: (Specimen, Moduli, {model: Fit}, model)}.
     """
 
-    material: str | None = fact("silicone of the catalogue", default=None)
-    specimens: int | None = number("1", "specimens that count", default=None)
-    modulus_100: float | None = number("Pa", "engineering stress at 100 % strain", default=None)
-    modulus_100_sd: float | None = number("Pa", "SD over the specimens", default=None)
-    data_sheet: float | None = number("Pa", "the same of the maker's data sheet", default=None)
-    difference: float | None = number(
-        "1", "modulus over the data sheet's, less 1", default=None, shown=_signed
-    )
-    initial_modulus: float | None = number("Pa", "slope over the window of strain", default=None)
-    initial_modulus_sd: float | None = number("Pa", "SD over the specimens", default=None)
-    modulus_300: float | None = number("Pa", "engineering stress at 300 % strain", default=None)
-    strength: float | None = number("Pa", "greatest engineering stress", default=None)
-    strain_at_end: float | None = number(
-        "1", "strain where the record ends", default=None, shown="{:.0%}".format
-    )
-    model: str | None = fact("model that was chosen", default=None)
-    parameters: Mapping[str, float] | None = fact("its parameters", default=None, shown=_parameters)
-    why: str | None = fact("why that model", default=None)
-    model_modulus: float | None = number("Pa", "initial modulus of the model", default=None)
-    strain_range: Sequence[float] | None = number(
-        "1", "strains that were fitted", default=None, shown=_range
-    )
-    rmse: float | None = number("Pa", "root of the mean squared error", default=None)
-    error_at_100: float | None = number(
-        "1", "error of the model at 100 % strain", default=None, shown=_signed
-    )
-    stable: bool | None = fact("whether the model is stable", default=None)
-    models: Mapping[str, Any] | None = fact("every model", default=None, listed=False)
+    material: str | None = fact("silicone of the catalogue")
+    specimens: int | None = number("1", "specimens that count")
+    modulus_100: float | None = number("Pa", "engineering stress at 100 % strain")
+    modulus_100_sd: float | None = number("Pa", "SD over the specimens")
+    data_sheet: float | None = number("Pa", "the same of the maker's data sheet")
+    difference: float | None = number("1", "modulus over the data sheet's, less 1", shown=_signed)
+    initial_modulus: float | None = number("Pa", "slope over the window of strain")
+    initial_modulus_sd: float | None = number("Pa", "SD over the specimens")
+    modulus_300: float | None = number("Pa", "engineering stress at 300 % strain")
+    strength: float | None = number("Pa", "greatest engineering stress")
+    strain_at_end: float | None = number("1", "strain where the record ends", shown="{:.0%}".format)
+    model: str | None = fact("model that was chosen")
+    parameters: Mapping[str, float] | None = fact("its parameters", shown=_parameters)
+    why: str | None = fact("why that model")
+    model_modulus: float | None = number("Pa", "initial modulus of the model")
+    strain_range: Sequence[float] | None = number("1", "strains that were fitted", shown=_range)
+    rmse: float | None = number("Pa", "root of the mean squared error")
+    error_at_100: float | None = number("1", "error of the model at 100 % strain", shown=_signed)
+    stable: bool | None = fact("whether the model is stable")
+    models: Mapping[str, Any] | None = fact("every model", listed=False)
     window: Sequence[float] = number("1", "strain of the initial slope", listed=False)
     files: Mapping[str, Mapping[str, Any]] = fact("each specimen", listed=False)
     understood: Mapping[str, Any] = fact("what was made of each file", listed=False)

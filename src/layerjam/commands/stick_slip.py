@@ -47,23 +47,19 @@ class StickSlip(Result):
     """The last slip of the run, and what would stop it; `record` is the StickSlipRecord."""
 
     outcome: str = fact("how the run ended")
-    amplitude: float | None = number(
-        "N", "half of the force's swing in the last slip", default=None
-    )
-    relative_amplitude: float | None = number("1", "amplitude over the kinetic force", default=None)
-    force_high: float | None = number("N", "force before the last slip", default=None)
-    force_low: float | None = number("N", "force after the last slip", default=None)
-    slip_per_event: float | None = number("m", "slip of the sheets in the last slip", default=None)
-    period: float | None = number("s", "time between the last two slips", default=None)
+    amplitude: float | None = number("N", "half of the force's swing in the last slip")
+    relative_amplitude: float | None = number("1", "amplitude over the kinetic force")
+    force_high: float | None = number("N", "force before the last slip")
+    force_low: float | None = number("N", "force after the last slip")
+    slip_per_event: float | None = number("m", "slip of the sheets in the last slip")
+    period: float | None = number("s", "time between the last two slips")
     events: int = number("1", "slips of the run")
     static_force: float = number("N", "force that the static friction bears at the start")
     kinetic_force: float = number("N", "force of steady sliding at the start")
-    critical_speed: float | None = number("m/s", "speed above which stick–slip dies", default=None)
-    stable_speed: float | None = number(
-        "m/s", "speed above which steady sliding is stable", default=None
-    )
+    critical_speed: float | None = number("m/s", "speed above which stick–slip dies")
+    stable_speed: float | None = number("m/s", "speed above which steady sliding is stable")
     stiffness_needed: float | None = number(
-        "N/m", "stiffness that brings the critical speed down to this speed", default=None
+        "N/m", "stiffness that brings the critical speed down to this speed"
     )
     mass: float = number("kg", "moving mass")
     stiffness: float = number("N/m", "stiffness of sheets and mount in series")

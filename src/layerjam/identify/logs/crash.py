@@ -7,7 +7,7 @@ weight is still in what follows: `falling` takes it off the velocity change.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from layerjam.errors import FitError, Notice, QuantityError
 from layerjam.identify.logs.correlated import averaged
 from layerjam.identify.logs.flat_top import flat_top
 from layerjam.measure.trace import Array
+from layerjam.outputs import fact, number, outputs
 from layerjam.simulate.accelerometer import CLASSES, LEAST_RATE, STANDARD_GRAVITY, cfc_filter
 from layerjam.units import show
 
@@ -24,65 +25,59 @@ SHARE = 0.05
 """Part of the peak that ends the quiet time before the event, and bounds the pulse."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Crash:
-    """One impact. Accelerations [m/s²], offset taken off; times [s] on the log's clock.
+def _span(found: Sequence[float]) -> str:
+    return f"{found[0]:.6g} s to {found[1]:.6g} s"
 
-    `filtered` is `acceleration` behind the class `cfc` (itself where that is None), shape (N,).
-    `pulse` (start, end) is where the filtered signal exceeds 5 % of its peak around the peak; the
-    velocity change is the integral of the unfiltered one over the same pulse down to zero.
-    `whole` says whether the log contains the pulse from its start to its end.
-    `saturation` is the size at which the sensor ended, None where it did not, or nobody can tell,
-    which a warning says.
+
+@outputs
+class Pulse:
+    """Numbers of one impact; accelerations have the offset taken off and keep their sign.
+
+    The pulse is where the filtered signal exceeds 5 % of its peak around the peak; the velocity
+    change is the integral of the unfiltered one over the same pulse down to zero.
+    """
+
+    peak: float = number("m/s^2", "greatest acceleration")
+    peak_g: float = number("1", "the same in g")
+    peak_time: float = number("s", "time of the peak")
+    filtered_peak: float = number("m/s^2", "greatest acceleration behind the filter")
+    filtered_peak_g: float = number("1", "the same in g")
+    filtered_peak_time: float = number("s", "time of the filtered peak")
+    filter: str = fact("class of the filter")
+    velocity_change: float = number("m/s", "change of velocity over the pulse")
+    velocity_change_se: float = number("m/s", "its standard error")
+    duration: float = number("s", "duration of the pulse")
+    pulse: Sequence[float] = number("s", "start and end of the pulse", shown=_span)
+    hic: float | None = number("1", "head injury criterion")
+    hic_window: Sequence[float] | None = number("s", "its window", shown=_span)
+    offset: float = number("m/s^2", "offset of the sensor, from the quiet part")
+    offset_se: float = number("m/s^2", "its standard error")
+    quiet: Sequence[float] = number("s", "the quiet part", shown=_span)
+    sampling: float = number("Hz", "sampling rate")
+    saturated: bool = fact("whether the sensor's range was left")
+    samples: int = number("1", "samples of the log", listed=False)
+
+
+@outputs
+class Crash(Pulse):
+    """One impact with its signal; times [s] on the log's clock, shape (N,).
+
+    `filtered` is `acceleration` [m/s²] behind the class `cfc` (itself where that is None). `whole`
+    says whether the log contains the pulse from its start to its end. `saturation` [m/s²] is the
+    size at which the sensor ended, None where it did not, or nobody can tell, which a warning says.
     """
 
     time: Array
     acceleration: Array
     filtered: Array
-    rate: float
     cfc: int | None
-    offset: float
-    offset_se: float
-    quiet: tuple[float, float]
-    peak_index: int
-    filtered_peak_index: int
-    pulse: tuple[float, float]
-    velocity_change: float
-    velocity_change_se: float
     whole: bool
     saturation: float | None
-    hic: float | None
-    hic_window: tuple[float, float] | None
     warnings: tuple[str, ...]
-
-    @property
-    def peak(self) -> float:
-        """Greatest acceleration [m/s²], with its sign."""
-        return float(self.acceleration[self.peak_index])
-
-    @property
-    def peak_time(self) -> float:
-        """When it comes [s]."""
-        return float(self.time[self.peak_index])
-
-    @property
-    def filtered_peak(self) -> float:
-        """The same of the filtered signal [m/s²]."""
-        return float(self.filtered[self.filtered_peak_index])
-
-    @property
-    def filtered_peak_time(self) -> float:
-        """When it comes [s]."""
-        return float(self.time[self.filtered_peak_index])
-
-    @property
-    def saturated(self) -> bool:
-        """Whether the sensor or its converter was at its end."""
-        return self.saturation is not None
 
     def velocity(self) -> Array:
         """Change of velocity [m/s] from the start of the log on, shape (N,), unfiltered."""
-        step = (self.acceleration[1:] + self.acceleration[:-1]) / 2 / self.rate
+        step = (self.acceleration[1:] + self.acceleration[:-1]) / 2 / self.sampling
         return np.concatenate([[0.0], np.cumsum(step)])
 
 
@@ -147,7 +142,7 @@ def crash(
     offset, offset_se = float(still.mean()), _error_of_mean(still)
     signal = acceleration - offset
     filtered = smooth(signal)
-    high = int(np.argmax(np.abs(filtered)))
+    top, high = (int(np.argmax(np.abs(values))) for values in (signal, filtered))
     first, last = _pulse(filtered, high, SHARE)
     start, end = _foot(filtered, high, first, last)
     length = (end - start) / rate
@@ -162,18 +157,26 @@ def crash(
         time=time,
         acceleration=signal,
         filtered=filtered,
-        rate=rate,
+        peak=float(signal[top]),
+        peak_g=float(signal[top]) / STANDARD_GRAVITY,
+        peak_time=float(time[top]),
+        filtered_peak=float(filtered[high]),
+        filtered_peak_g=float(filtered[high]) / STANDARD_GRAVITY,
+        filtered_peak_time=float(time[high]),
         cfc=cfc,
+        filter="none" if cfc is None else f"cfc{cfc}",
+        sampling=rate,
+        samples=len(time),
         offset=offset,
         offset_se=offset_se,
         quiet=(float(time[0]), float(time[quiet - 1])),
-        peak_index=int(np.argmax(np.abs(signal))),
-        filtered_peak_index=high,
         pulse=(float(time[first]), float(time[last])),
+        duration=float(time[last]) - float(time[first]),
         velocity_change=change,
         velocity_change_se=float(np.hypot(offset_se * length, noise)),
         whole=first > 0 and last < len(signal) - 1,
         saturation=saturation,
+        saturated=saturation is not None,
         hic=value,
         hic_window=None if span is None else (float(time[span[0]]), float(time[span[1]])),
         warnings=tuple(warnings),
