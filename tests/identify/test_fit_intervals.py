@@ -123,6 +123,13 @@ def test_the_bootstrap_keeps_conditions_apart() -> None:
     assert single is not None and single[1] == 1
 
 
+def test_resampling_has_as_many_degrees_of_freedom_as_repeats_beyond_their_groups() -> None:
+    eight = means(np.random.default_rng(6).normal(1, 0.1, (8, 1)))
+    assert eight.bootstrap([(0, 1, 2, 3), (4, 5, 6, 7)], 1, 10)[1] == 6
+    assert eight.bootstrap([(0,), range(1, 8)], 1, 10)[1] == 7
+    assert means(np.array([[1.0]])).bootstrap([(0,)], 1, 10)[1] == 0
+
+
 def test_covariance_agrees_with_the_single_errors() -> None:
     random = np.random.default_rng(4)
     fit = line(random.uniform(0, 1, 12), random.standard_normal(12))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import hypothesis.strategies as st
 import numpy as np
@@ -21,7 +22,7 @@ from layerjam.identify.validation.metrics import (
     validate_curves,
     validate_pulls,
 )
-from layerjam.identify.validation.table import pool, summary, validation_checks
+from layerjam.identify.validation.table import _drift, pool, summary, validation_checks
 from layerjam.mechanics.pull import force_at_elongation
 from strategies import KAPTON, PTFE, change
 
@@ -188,3 +189,10 @@ def test_checks_say_what_the_residuals_show() -> None:
     assert not checks([1.0] * 5, seen=2)["independent"]
     assert not checks([1.2, 1.21, 1.19, 1.2, 1.2])["bias"]
     assert not checks([1.2, 1.15, 1.05, 0.95, 0.85])["trend over vacuum"]
+
+
+def test_the_drift_is_the_change_of_the_residual_over_the_mean_force() -> None:
+    u = np.linspace(0.01, 0.03, 41)
+    force = 80 + 1000 * u  # 100 N on average
+    one = SimpleNamespace(elongation=u, measured=force, model=force + 2 + 300 * u)
+    assert _drift(one) == pytest.approx(300 * 0.02 / 100, rel=1e-9)

@@ -241,3 +241,12 @@ def test_what_has_no_hyperelastic_law_refuses() -> None:
 def test_a_law_that_cannot_be_is_refused(terms: dict[str, float], said: str) -> None:
     with pytest.raises(QuantityError, match=said):
         validate(replace(KAPTON, hyperelastic=Hyperelastic(strain=3.0, **terms)))
+
+
+@pytest.mark.parametrize("left_out", ["r", "m", "beta", "r m", "r beta", "m beta"])
+def test_a_part_of_the_softening_is_refused(left_out: str) -> None:
+    given = {"softening_r": 1.5, "softening_m": 1e3, "softening_beta": 0.1}
+    for name in left_out.split():
+        del given[f"softening_{name}"]
+    with pytest.raises(QuantityError, match=f"softening_{left_out.split(maxsplit=1)[0]}.*together"):
+        validate(replace(KAPTON, hyperelastic=Hyperelastic(strain=3.0, c10=1e4, **given)))
