@@ -321,15 +321,18 @@ Made by `python tests/pull_faults.py --campaigns {campaigns} --seed {seed} --wri
 
 {table(found)}
 
-Shares are of campaigns in which a check says LOOK or a pull is refused; the first row are false
-alarms, uncertain by {own:.1%}. **Bold**: what must be found in 80 % of campaigns. "Table alone" is
-what the table pull by pull and the mean shape find: it is part of every method, the Bayesian fit
-too. The best test there can be (Neyman and Pearson's) knows the true friction or stiffness of every
-pull, how they scatter, and the size of the fault, and has 5 % false alarms; it does not know the
-mean nor which pull or vacuum is odd. No test that must find the scatter out of twelve pulls comes
-up to it. Of overshoot and seating it knows the noise and the form instead, with each pull's
-friction, stiffness, enclosure and slack free, and the noise hides none. What the checks let pass
-there they let pass by choice (1.5 % of shape, 5 % of seating), not because the data hide it.
+Shares are of campaigns in which a check says LOOK or a pull is refused. The first row shows the
+false alarms, uncertain by {own:.1%}. **Bold** faults must be found in 80 % of campaigns. "Table
+alone" is the result of the table pull by pull and the mean shape. It is part of every method,
+including the Bayesian fit.
+
+The best possible test (Neyman and Pearson's) knows the true friction or stiffness of every pull,
+their scatter, and the size of the fault, and has 5 % false alarms. It does not know the mean, nor
+which pull or vacuum is faulty. A test that must find the scatter from twelve pulls cannot equal it.
+
+For overshoot and seating the best test knows the noise and the form instead. Each pull's friction,
+stiffness, enclosure and slack are free, and the noise hides no fault. The faults that the checks
+let pass there pass by choice (1.5 % of shape, 5 % of seating), not because the data hide them.
 
 {MARKS[1]}"""
 
