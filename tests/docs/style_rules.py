@@ -108,24 +108,24 @@ def docstring_first_line(text: str) -> bool:
 
 
 IMPERATIVE = set(
-    "accept add adapt adjust align allow animate apply archive ask assert attach avoid back batch benchmark block "
+    "accept adapt add adjust align allow animate apply archive ask assert attach avoid back batch benchmark block "
     "break build bump cache calibrate call cap carry catch change check clamp clarify clean clear close collect "
-    "combine compare compile complete compute configure connect convert copy correct count cover create cut "
-    "declare decode default define delete derive describe detect disable display document download drain draw "
-    "drive drop emit enable encode end ensure equalise escape estimate exclude expand explain export expose extend "
-    "extract fail fetch fill fit fix flush fold follow force forbid format free freeze generate give group guard "
-    "handle hide highlight hold ignore implement import improve include increase index infer inject inline insert "
-    "install integrate introduce isolate join keep label launch lay leave let lift limit link list listen load "
-    "lock log lower make map mark match measure merge migrate mention model mount move name narrow normalise note "
-    "number offer omit open optimise order override pack pad parse pass permit pin place plot poll port precompute "
-    "prefer prepare prevent print promise propagate protect prove provide publish pull push put quote raise read "
-    "rebuild recompute record recover redraw reduce refactor refuse reject release reload remove rename render "
-    "reopen reorder reorganise repair replace report require reset resize resolve respect restore restrict retry "
-    "return reuse revert review revise rework rewrite round route run sample save scale search seed select send "
-    "separate serve set share shorten show simplify simulate skip solve sort specify speed split start state stop "
-    "store stream strip summarise support suppress swap switch sync take tell test tie tighten time trace track "
-    "train translate treat trim try tune turn type unify update upgrade use validate vectorise verify wait warn "
-    "widen wire work wrap write".split()
+    "combine compare compile complete compute configure connect convert copy correct count cover create cut date "
+    "declare decode default define delete derive describe detect disable display document download drain draw drive "
+    "drop emit enable encode end ensure equalise escape estimate exclude exit expand expect explain export expose "
+    "extend extract fail fetch fill fit fix flush fold follow forbid force format free freeze generate give group "
+    "guard handle hide highlight hold identify ignore implement import improve include increase index infer inject "
+    "inline insert install integrate introduce isolate join judge keep label launch lay leave let lift limit link "
+    "list listen load lock log lower make map mark match measure mention merge migrate model mount move name narrow "
+    "normalise note notice number offer omit open optimise order override pack pad parse pass permit pin place plot "
+    "polish poll port precompute prefer prepare prevent print promise propagate protect prove provide publish pull "
+    "push put quote raise read rebuild recompute record recover redraw reduce refactor refuse reject release reload "
+    "remember remove rename render reopen reorder reorganise repair replace report require reset resize resolve "
+    "respect restore restrict retry return reuse revert review revise reword rework rewrite round route run sample "
+    "save scale search seed select send separate serve set share shorten show simplify simulate skip solve sort "
+    "specify speed split start state stop store stream strip summarise support suppress swap switch sync take tell "
+    "test tie tighten time trace track train translate treat trim try tune turn type unify update upgrade use "
+    "validate vectorise verify wait warn widen wire work wrap write".split()
 )
 
 
