@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import MISSING, Field, dataclass, field
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from typing import Any, TypeVar, dataclass_transform
 
 from layerjam.units import QuantitySpec
@@ -68,12 +68,14 @@ def declare(cls: type[T]) -> type[T]:
     A field named again without a value keeps the unit and text of the base class's, and its key
     comes at this place. The ends follow a quantity with an interval.
     """
+    bases = [base for base in reversed(cls.__mro__[1:]) if is_dataclass(base)]
+    known = {f.name: f for base in bases for f in fields(base)}
     kinds: dict[str, Any] = {}
     for name, kind in vars(cls).get("__annotations__", {}).items():
         kinds[name] = kind
         own = vars(cls).get(name)
-        if own is None and (base := getattr(cls, "__dataclass_fields__", {}).get(name)):
-            setattr(cls, name, field(default=base.default, metadata=base.metadata))
+        if own is None and name in known:
+            setattr(cls, name, field(default=known[name].default, metadata=known[name].metadata))
         elif isinstance(own, Field) and own.metadata.get("interval"):
             unit = own.metadata["quantity"].unit
             for end in ENDS:

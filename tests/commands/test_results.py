@@ -1,11 +1,13 @@
 """A result takes the fields of the same name from the records behind it."""
 
+import json
 import math
 from types import SimpleNamespace
 
 import pytest
 
-from layerjam.commands.results import Result, fact, number, prefixed, result
+from layerjam.commands.results import Judged, Result, fact, number, prefixed, result
+from layerjam.outputs import outputs
 
 
 @result
@@ -41,3 +43,45 @@ def test_a_prefix_keeps_records_of_one_kind_apart():
 def test_a_key_that_nobody_has_raises():
     with pytest.raises(TypeError, match="outcome"):
         Held.of({"vacuum": 5e4, "rise_time": 1.0})
+
+
+@outputs
+class Pump:
+    """What a lower folder computes."""
+
+    flow: float = number("m^3/s", "flow", interval=True)
+    kind: str = fact("kind")
+    holds: float = number("Pa", "vacuum")
+
+
+@result
+class PumpAnswer(Judged, Pump):
+    """A result that inherits its keys, one of them further down."""
+
+    file: str | None = fact("file")
+    holds: float
+
+
+PUMPS = PumpAnswer.of(Pump(flow=2e-6, flow_low=1e-6, kind="piston", holds=4e4))
+
+
+def test_a_result_has_the_keys_of_the_record_it_inherits():
+    keys = ["flow", "flow_low", "flow_high", "kind", "file", "holds", "checks"]
+    assert list(PUMPS.values) == keys
+    shown = json.loads(PUMPS.json())
+    assert list(shown)[: len(keys)] == keys and shown["flow_low"] == 1e-6
+    unit = "m^3/s"
+    assert shown["units"] == {"flow": unit, "flow_low": unit, "flow_high": unit, "holds": "Pa"}
+
+
+def test_a_number_stands_in_the_table_with_its_interval():
+    assert PUMPS.rows() == [
+        ("flow", "2 mL/s (95 %: above 1 mL/s)"), ("kind", "piston"), ("holds", "40 kPa")
+    ]  # fmt: skip
+    assert PUMPS.interval("flow") == (1e-6, None)
+
+
+def test_a_result_compares_and_prints_as_a_result():
+    again = PumpAnswer.of(Pump(flow=2e-6, flow_low=1e-6, kind="piston", holds=4e4))
+    assert again != PUMPS and len({PUMPS, again}) == 2
+    assert repr(PUMPS) == PUMPS.table(100)

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, Progress, command
-from layerjam.commands.files import each, understood, write_brake
+from layerjam.commands.files import FromFiles, each, understood, write_brake
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.quantities import OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import FileOptions, Files, Partial
-from layerjam.commands.results import Result, bounds, fact, number, result
+from layerjam.commands.results import bounds, fact, number, result
 from layerjam.device.sheets import Film
 from layerjam.errors import FitError, QuantityError
 from layerjam.measure.synthetic import SYNTHETIC
@@ -27,7 +27,7 @@ HOLD = replace(spec_of(Film, "static_hold"), text="hold under load", example="10
 
 
 @result
-class Ageing(Result):
+class Ageing(FromFiles):
     """Static friction after a hold and its growth for ten times that; `record` is the AgeingFit."""
 
     static: float = number("1", "static friction after the hold", interval=True)
@@ -36,9 +36,6 @@ class Ageing(Result):
     scatter: float = number("1", "SD of the pulls about the line")
     pulls: int = number("1", "pulls that count")
     pulls_table: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
-    understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
-    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
-    file: str | None = fact("brake file that was written")
 
     def lines(self) -> Iterator[str]:
         """One line a pull."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
-from layerjam.commands.files import pulls, understood, write_brake
+from layerjam.commands.files import FromFiles, pulls, understood, write_brake
 from layerjam.commands.left_out import LeftOut, excluded_lines, left_out_row
 from layerjam.commands.more_pulls import Within, more_lines, more_pulls
 from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
@@ -60,7 +60,7 @@ class Sampling:
 
 
 @result
-class BrakeCalibration(Judged):
+class BrakeCalibration(FromFiles, Judged):
     """What pulls tell of a brake; `record` is (BrakeFile, the fit).
 
     What a depth does not tell is None. `traces` are the pulls that were used, thinned.
@@ -94,10 +94,10 @@ class BrakeCalibration(Judged):
         "what further pulls would do to each interval", listed=False
     )
     excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
-    understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
+    understood: Mapping[str, Any]
     made_from: Mapping[str, Any] = fact("brake and files by their SHA-256", listed=False)
-    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
-    file: str | None = fact("brake file that was written")
+    refused: Mapping[str, str]
+    file: str | None
     traces: Sequence[Trace] = ()
 
     def rows(self) -> list[tuple[str, str]]:

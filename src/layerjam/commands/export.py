@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.quantities import BrakeInput, Overwrite, RopeStiffness
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
+from layerjam.outputs import outputs
 from layerjam.units import show
 
 if TYPE_CHECKING:
@@ -26,19 +27,24 @@ def in_words(parameters: Mapping[str, float]) -> str:
     return ", ".join(f"{key} {show(value, UNITS[key])}" for key, value in parameters.items())
 
 
-@result
-class Exported(Result):
-    """What was written; `record` holds the eight numbers."""
+@outputs
+class Export:
+    """What an export says of itself, whatever it is for."""
 
     kind: str = fact("what it was written for")
     feasible: bool = fact("whether it was written; false with --strict where the brake could snap")
     reason: str | None = fact("why not")
     files: Sequence[str] = fact("files in the folder")
+    holds: float = number("N", "what it holds at rest at the site's full vacuum, c L2")
+
+
+@result
+class ExportedNumbers(Result, Export):
+    """An export with the eight numbers of the brake."""
+
     parameters: Mapping[str, float] = fact(
         "the eight numbers of the brake, SI units", shown=in_words
     )
-    state_bytes: int = number("1", "bytes of memory that a brake's state takes")
-    holds: float = number("N", "what it holds at rest at the site's full vacuum, c L2")
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
@@ -46,6 +52,15 @@ class Exported(Result):
         from layerjam.kernel.parameters import UNITS
 
         return UNITS
+
+
+@result
+class Exported(ExportedNumbers):
+    """What was written; `record` holds the eight numbers."""
+
+    parameters: Mapping[str, float]
+    state_bytes: int = number("1", "bytes of memory that a brake's state takes")
+    holds: float
 
 
 @command(
@@ -79,30 +94,22 @@ def export_c(
 
     numbers = parameters(brake, rope_stiffness)
     check_folder(Path(out), force, NAMES)
-    notices, snaps = said(brake, numbers)
-    stops = strict and snaps is not None
-    if not stops:
+    known = export_facts("c", brake, numbers, strict)
+    if known["feasible"]:
         write_folder(Path(out), dict(c_files(brake.name, numbers, precision, brake.mark())))
     return Exported(
-        kind="c",
-        feasible=not stops,
-        reason=str(snaps) if stops else None,
-        files=[] if stops else sorted(NAMES),
+        **known,
+        files=sorted(NAMES) if known["feasible"] else [],
         parameters=numbers._asdict(),
         state_bytes=state_bytes(precision),
-        holds=holds(brake, numbers),
-        warnings=notices,
         record=numbers,
     )
 
 
 @result
-class ExportedFmu(Result):
+class ExportedFmu(Result, Export):
     """The FMU that was written."""
 
-    kind: str = fact("what it was written for")
-    feasible: bool = fact("whether it was written; false with --strict where the brake could snap")
-    reason: str | None = fact("why not")
     files: Sequence[str] = fact("the file")
     bytes: int | None = number("B", "its size; None if it was not written")
     fmi_version: str = fact("version of the standard")
@@ -110,7 +117,7 @@ class ExportedFmu(Result):
     platforms: Sequence[str] = fact("platforms that it has a library for")
     compiler: str | None = fact("compiler of this machine's library; None with sources only")
     variables: Sequence[str] = fact("names of all variables")
-    holds: float = number("N", "what it holds at rest at the site's full vacuum, c L2")
+    holds: float
 
 
 @command(
@@ -160,27 +167,22 @@ def export_fmu(
         raise QuantityError.of("platforms", "sources only have no library for any of them")
     named = None if platforms is None else [name.strip() for name in platforms.split(",")]
     chosen = () if sources_only else units.chosen_platforms(fmi, named)
-    notices, snaps = said(brake, numbers)
-    stops, size = strict and snaps is not None, None
-    if not stops:
+    known, size = export_facts("fmu", brake, numbers, strict), None
+    if known["feasible"]:
         binaries = {o: units.binary(fmi, o) for o in chosen}
         made = units.fmu(fmi, brake.name, values, binaries, brake.mark())
         write_whole(out, made, force)
         size = len(made)
     own = units.own_platform() in chosen
     return ExportedFmu(
-        kind="fmu",
-        feasible=not stops,
-        reason=str(snaps) if stops else None,
-        files=[] if stops else [Path(out).name],
+        **known,
+        files=[Path(out).name] if known["feasible"] else [],
         bytes=size,
         fmi_version=f"{fmi}.0",
         token=token(),
         platforms=chosen,
         compiler=version(compiler()) if own else None,
         variables=[one.name for one in variables() if fmi == "3" or one.role != "local"],
-        holds=holds(brake, numbers),
-        warnings=notices,
         record=values,
     )
 
@@ -191,13 +193,8 @@ def friction_at_full_vacuum(file: BrakeFile, numbers: Parameters) -> float:
     return numbers.contact * full * (full / numbers.test_pressure) ** numbers.exponent
 
 
-def holds(file: BrakeFile, numbers: Parameters) -> float:
-    """What the exported brake holds at rest at the site's full vacuum [N], c L2."""
-    return friction_at_full_vacuum(file, numbers) * numbers.overlap
-
-
-def said(file: BrakeFile, numbers: Parameters) -> tuple[list[str], Notice | None]:
-    """What to know of an exported brake; and, where it could snap, that."""
+def export_facts(kind: str, file: BrakeFile, numbers: Parameters, strict: bool) -> dict[str, Any]:
+    """Return what is known of every export but its files: the fields of `Export`, and warnings."""
     snaps = next(_snapping(file, numbers), None)
     notices = [*file.warnings(), *([snaps] if snaps else [])]
     if numbers.exponent:
@@ -208,7 +205,14 @@ def said(file: BrakeFile, numbers: Parameters) -> tuple[list[str], Notice | None
                 "pow",
             )
         )
-    return notices, snaps
+    stops = strict and snaps is not None
+    return {
+        "kind": kind,
+        "feasible": not stops,
+        "reason": str(snaps) if stops else None,
+        "holds": friction_at_full_vacuum(file, numbers) * numbers.overlap,
+        "warnings": notices,
+    }
 
 
 def _snapping(file: BrakeFile, numbers: Parameters) -> Iterator[Notice]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 from layerjam.commands.declare import Help, command
-from layerjam.commands.export import Strict, holds, in_words, said
+from layerjam.commands.export import ExportedNumbers, Strict, export_facts
 from layerjam.commands.quantities import BrakeInput, Overwrite, RopeStiffness
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import fact, result
 from layerjam.errors import CompilerError
 from layerjam.interop.tendon import Coupling
 from layerjam.units import QuantitySpec
@@ -18,27 +18,14 @@ LAG = QuantitySpec("s", "time constant of the vacuum line", lo=1e-4, hi=1e4, exa
 
 
 @result
-class ExportedMujoco(Result):
+class ExportedMujoco(ExportedNumbers):
     """What was written; `record` holds the eight numbers."""
 
-    kind: str = fact("what it was written for")
-    feasible: bool = fact("whether it was written; false with --strict where the brake could snap")
-    reason: str | None = fact("why not")
-    files: Sequence[str] = fact("files in the folder")
     plugin: str = fact("name of the plugin in a model")
     library: str | None = fact("the compiled plugin; none with --no-build")
     mujoco_version: str | None = fact("the MuJoCo that it was compiled for")
-    parameters: Mapping[str, float] = fact(
-        "the eight numbers of the brake, SI units", shown=in_words
-    )
-    holds: float = number("N", "what it holds at rest at the site's full vacuum, c L2")
-
-    @classmethod
-    def table_units(cls) -> Mapping[str, str]:
-        """{parameter: SI unit}."""
-        from layerjam.kernel.parameters import UNITS
-
-        return UNITS
+    parameters: Mapping[str, float]
+    holds: float
 
 
 @command(
@@ -88,21 +75,16 @@ def export_mujoco(
     if library is not None:
         content[library.name] = library.content
     check_folder(Path(out), force, list(content))
-    notices, snaps = said(brake, numbers)
-    stops = strict and snaps is not None
-    if not stops:
+    known = export_facts("mujoco", brake, numbers, strict)
+    if known["feasible"]:
         write_folder(Path(out), content)
     return ExportedMujoco(
-        kind="mujoco",
-        feasible=not stops,
-        reason=str(snaps) if stops else None,
-        files=[] if stops else sorted(content),
+        **known,
+        files=sorted(content) if known["feasible"] else [],
         plugin=mjcf.PLUGIN,
-        library=None if stops or library is None else library.name,
+        library=library.name if known["feasible"] and library is not None else None,
         mujoco_version=version,
         parameters=numbers._asdict(),
-        holds=holds(brake, numbers),
-        warnings=notices,
         record=numbers,
     )
 

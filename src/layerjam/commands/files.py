@@ -7,11 +7,12 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from layerjam.commands.declare import Progress
 from layerjam.commands.quantities import vacuum_within
 from layerjam.commands.reading import Measured, several
+from layerjam.commands.results import Result, fact, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load, write_whole
@@ -35,6 +36,15 @@ CURVE, PICTURE = 10_000, 2_000
 """Samples of a pull, and of a record that is only drawn, that are kept once it has been read, so
 that a gigabyte of files does not have to fit into memory. Means over neighbours: maxima, slopes and
 noise are taken from all samples before."""
+
+
+@result
+class FromFiles(Result):
+    """A result of measured files, with the brake file that was written."""
+
+    understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
+    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+    file: str | None = fact("brake file that was written")
 
 
 def each(

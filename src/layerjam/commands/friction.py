@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
-from layerjam.commands.files import PICTURE, each, understood, write_brake
+from layerjam.commands.files import PICTURE, FromFiles, each, understood, write_brake
 from layerjam.commands.quantities import Accept, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import NORMAL_FORCE, FileOptions, Files, Partial
 from layerjam.commands.results import Judged, fact, number, result
@@ -72,7 +72,7 @@ class FrictionTest:
 
 
 @result
-class Friction(Judged):
+class Friction(FromFiles, Judged):
     """Static and kinetic friction; `record` is (traces, FrictionResult), the traces thinned."""
 
     static: float = number("1", "static friction, mean over the repeats")
@@ -86,9 +86,6 @@ class Friction(Judged):
     stick_slip: Mapping[str, Any] | None = fact("envelope of the stick–slip", listed=False)
     pressure: Mapping[str, Any] = number("Pa", "pressure of the test and of use", listed=False)
     repeats_table: Sequence[Mapping[str, Any]] = fact("each repeat", listed=False)
-    understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
-    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
-    file: str | None = fact("brake file that was written")
 
     def lines(self) -> Iterator[str]:
         """Intervals of the means, the stick–slip, and one line a repeat."""

@@ -328,6 +328,10 @@ class Result:
             out += wrapped(warning, "note: ", width)
         return "\n".join(printable(line) for line in out)
 
+    # a record that a result inherits compares by its fields
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
     def __str__(self) -> str:
         return self.table(min(shutil.get_terminal_size((80, 24)).columns, 100))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
-from layerjam.commands.files import taken, write_brake
+from layerjam.commands.files import FromFiles, taken, write_brake
 from layerjam.commands.quantities import Accept, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import Partial, TableOptions, several
 from layerjam.commands.results import Judged, fact, number, result
@@ -47,7 +47,7 @@ def _parameters(values: Mapping[str, float]) -> str:
 
 
 @result
-class SiliconeFit(Judged):
+class SiliconeFit(FromFiles, Judged):
     """Means over the specimens of one silicone, and the model fitted to all their curves.
 
     What files of several materials have no mean of is None; each stands in `files`. `record` is
@@ -76,9 +76,6 @@ class SiliconeFit(Judged):
     models: Mapping[str, Any] | None = fact("every model", listed=False)
     window: Sequence[float] = number("1", "strain of the initial slope", listed=False)
     files: Mapping[str, Mapping[str, Any]] = fact("each specimen", listed=False)
-    understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
-    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
-    file: str | None = fact("brake file that was written")
 
     def lines(self) -> Iterator[str]:
         """One line a file: its 100 % modulus beside the data sheet's, and its model."""
