@@ -19,6 +19,7 @@ from lab import bench as virtual
 from layerjam.commands.array import array
 from layerjam.commands.bend import bend
 from layerjam.commands.impact import drop as drop_command
+from layerjam.commands.stick_slip import stick_slip
 from layerjam.commands.tensile import tensile as tensile_command
 from layerjam.commands.vacuum_line import rise
 from layerjam.control.closed_loop import simulate
@@ -47,20 +48,20 @@ from layerjam.mechanics.pull import brake_force
 from layerjam.report import (
     bayes_figures,
     brake_figures,
+    chart,
     control_figures,
     design_figures,
     device_drawing,
     figures,
+    force_figures,
     impact_figures,
     line_pictures,
     measurement_figures,
     plan_figures,
     pull_figures,
-    stick_slip_figures,
 )
 from layerjam.simulate.drop import drop
 from layerjam.simulate.procedure import simple_pull
-from layerjam.simulate.stick_slip import stick_slip
 from layerjam.simulate.tensile import tensile
 from layerjam.studies.machines import page as machine_figures
 from layerjam.studies.machines.registry import load_scenario, scenarios
@@ -258,7 +259,9 @@ OF_BRAKE: dict[str, Callable[[str], Any]] = {
     "force-at-the-end": lambda n: figures.force_over_slip(load(n), 5e3, 0.065),
     "vacuum": lambda n: figures.force_over_vacuum(load(n), 0.02, 40.0, 60e3),
     "vacuum-none": lambda n: figures.force_over_vacuum(load(n), 0.02, 900.0, np.inf),
-    "tensile": lambda n: figures.tensile(tensile(load(n), simple_pull(FULL, 0.013, 0.04))),
+    "tensile": lambda n: chart.draw(
+        force_figures.tensile(tensile(load(n), simple_pull(FULL, 0.013, 0.04)))
+    ),
     "friction": lambda n: figures.friction(*rubbed(n)),
     "calibration": lambda n: figures.calibration(load(n), exact(n), True),
     "calibration-of-one": lambda n: figures.calibration(load(n), exact(n, 1), False),
@@ -273,7 +276,7 @@ OF_BRAKE: dict[str, Callable[[str], Any]] = {
     "following": lambda n: control_figures.following(*followed(n)),
     "following-alone": lambda n: control_figures.following(followed(n)[0], None),
     "front": lambda n: design_figures.front(designs(n)),
-    "drop": lambda n: impact_figures.drop(dropped(n)),
+    "drop": lambda n: chart.draw(impact_figures.drop(dropped(n))),
     "drop-that-crashes": lambda n: crashed(n).draw(),
     "array": lambda n: array(n, parallel=2, series=3).draw(),
     "tensile-beside": lambda n: pull_of(n, FULL).plot(beside={"50 kPa": pull_of(n, 50e3)}),
@@ -283,9 +286,7 @@ OF_BRAKE: dict[str, Callable[[str], Any]] = {
     "bend": lambda n: bend(n, vacuum=FULL, angle=0.5).draw(),
     "bend-over-a-joint": lambda n: bend(n, vacuum=PART, angle=1.5, radius=0.03).draw(),
     "bend-without-vacuum": lambda n: bend(n, vacuum=0.0, angle=0.5, radius=0.1).draw(),
-    "stick-slip": lambda n: stick_slip_figures.stick_slip(
-        stick_slip(load(n), vacuum=FULL, speed=1e-3, travel=4e-3)
-    ),
+    "stick-slip": lambda n: stick_slip(n, vacuum=FULL, speed=1e-3, travel=4e-3).draw(),
 }
 
 
@@ -294,7 +295,7 @@ ALONE: dict[str, Callable[[], Any]] = {
     "calibration-of-curves": lambda: figures.calibration(
         load(BRAKES[0]), calibrate_curves(curves(BRAKES[0]), load(BRAKES[0]).brake), True
     ),
-    "loop": lambda: control_figures.loop(*regulated()),
+    "loop": lambda: chart.draw(control_figures.loop(*regulated())),
     "drop-without-brake": lambda: drop_command(
         BRAKES[0], mass=1.0, speed=1.5, rope_stiffness=16.8e3, no_brake=True
     ).draw(),

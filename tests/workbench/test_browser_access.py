@@ -6,7 +6,8 @@ from itertools import pairwise
 
 import pytest
 
-from layerjam.workbench.charts import FONT, Curve, options
+from layerjam.report.chart import Curve, Pane
+from layerjam.workbench.charts import FONT, options
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.session import to_session
 from layerjam.workbench.state import State
@@ -316,7 +317,7 @@ ENDS = """([id, made]) => {
 def test_names_at_the_ends_of_many_curves_do_not_overprint(page):
     opened(page, page.place, "pull")
     curves = [Curve([0, 1], [0, 100 + 0.4 * k], name=f"curve {k}") for k in range(9)]
-    made = options(curves, x="x", y="y")
+    made = options([Pane(curves, "x", "y")])
     chart = int(page.locator(at("pull-chart")).get_attribute("id")[1:])
     boxes = page.evaluate(ENDS, [chart, made])
     assert len(boxes) == len(curves)

@@ -159,7 +159,7 @@ def test_pictures_hold_what_was_answered():
     drawn = [p["value"] for s in made["series"] if s["type"] == "scatter" for p in s["data"]]
     assert len(drawn) == len(told.devices)
     (low, high), (bottom, top) = (
-        (made[a]["min"], made[a]["max"]) for a in ("xAxis", "yAxis")
+        (made[a][0]["min"], made[a][0]["max"]) for a in ("xAxis", "yAxis")
     )  # fmt: skip
     assert all(low < x < high and bottom < y < top for x, y in drawn)
     # lines of one force over mass are straight and of slope one

@@ -14,8 +14,9 @@ from layerjam.device.load import load
 from layerjam.errors import LayerjamError
 from layerjam.identify.calibration.law_spread import LawSpread
 from layerjam.identify.shape import SHAPE
+from layerjam.report.chart import Curve
 from layerjam.workbench import answer as answers
-from layerjam.workbench.charts import Curve, band
+from layerjam.workbench.charts import band
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.pull import PIN_BAND, Pull, chart_of
 from layerjam.workbench.pages.pull_band import known

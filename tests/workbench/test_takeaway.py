@@ -15,9 +15,10 @@ from layerjam.commands.vacuum_line import rise
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import LayerjamError
+from layerjam.report.chart import Curve, Pane
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call, Subject, as_python
-from layerjam.workbench.charts import Curve, options, stacked
+from layerjam.workbench.charts import options
 from layerjam.workbench.notebook import notebook
 from layerjam.workbench.takeaway import curves_csv
 
@@ -65,9 +66,9 @@ def test_the_curves_of_a_chart_read_back_and_hold_no_formula():
         Curve(r.record.elongation * 1e3, r.record.force, name=name)
         for r, name in ((low, "=cmd|' /C calc'!A0"), (high, "90 kPa"))
     ]
-    chart = options(curves, x="elongation [mm]", y="force [N]")
-    below = options(curves[1:], x="elongation [mm]", y="left over [N]")
-    head, *rest = curves_csv(stacked([chart, below], (1, 1))).splitlines()
+    below = Pane(curves[1:], "elongation [mm]", "left over [N]")
+    chart = options([Pane(curves, "elongation [mm]", "force [N]"), below])
+    head, *rest = curves_csv(chart).splitlines()
     assert head.startswith("# layerjam")
     rows = list(csv.DictReader(io.StringIO("\n".join(rest))))
     assert {r["curve"] for r in rows} == {"'=cmd|' /C calc'!A0", "90 kPa"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.quantities import Atmosphere, BrakeInput, vacuum_within
@@ -13,7 +13,7 @@ from layerjam.simulate.quantities import ELONGATION, VACUUM
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from layerjam.report.chart import Pane
 
 PARALLEL = QuantitySpec("1", "chains of brakes side by side", lo=1, hi=100, whole=True)
 SERIES = QuantitySpec("1", "brakes one behind the other in a chain", lo=1, hi=100, whole=True)
@@ -43,15 +43,12 @@ class ArrayPull(Result):
     stiffness: float = number("N/m", "stiffness before slip")
     force_density: float = number("N/kg", "greatest force over mass")
 
-    def draw(self) -> Figure:
+    def panes(self) -> Sequence[Pane]:
         """Force over elongation."""
-        from layerjam.report import figures
+        from layerjam.report import force_figures
 
-        return figures.array(self.record, f"{self.parallel} × {self.series} {self.brake}")
-
-    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
-        """Force [N] over elongation [mm]."""
-        return [(self.record.elongation * 1e3, self.record.force)]
+        words = f"{self.parallel} × {self.series} {self.brake}: {self.record.outcome}"
+        return force_figures.pulled(self.record, words, "simulated; an even share is assumed")
 
 
 @command(

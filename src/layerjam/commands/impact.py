@@ -42,7 +42,7 @@ from layerjam.simulate.vacuum_history import History
 from layerjam.units import show
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from layerjam.report.chart import Curve, Pane
 
 IDLE_SENSOR = (
     "measured_peak",
@@ -98,7 +98,7 @@ class Stop(Reading, Heating):
         names = {name.replace("_", " ") for name in left_out}
         return [(name, text) for name, text in super().rows() if name not in names]
 
-    def draw(self) -> Figure:
+    def panes(self) -> Sequence[Pane]:
         """Force, speed and slip over time; without a brake, force over time and displacement."""
         from layerjam.report import impact_figures
 
@@ -108,15 +108,9 @@ class Stop(Reading, Heating):
             raise QuantityError(f"a drop that cannot be has no curve: {self.reason}")
         return impact_figures.drop(self.record, self.crash)
 
-    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
-        """Force [N] over time [ms], and what else the figure has; none of what cannot be."""
-        if self.record is None:
-            return ()
-        force = (self.record.time * 1e3, self.record.force)
-        if isinstance(self.record, BareDrop):
-            return [force]
-        speed = (self.record.time * 1e3, self.record.speed_of_mass)
-        return [force, speed, (self.record.travel * 1e3, self.record.force)]
+    def quiet_curves(self) -> Sequence[Curve]:
+        """Those of a drop without a brake are force over time alone."""
+        return super().quiet_curves()[: 1 if isinstance(self.record, BareDrop) else None]
 
 
 @command(

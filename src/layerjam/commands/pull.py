@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from layerjam.identify.pull.summary import PullSummary
     from layerjam.measure.trace import Trace
+    from layerjam.report.chart import Curve
 
 _OF_UNIT = {
     "Pa": "vacuum",
@@ -58,15 +59,17 @@ class Pulls(Result):
 
         return pull_figures.pulls(self.record)
 
-    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
+    def quiet_curves(self) -> Sequence[Curve]:
         """Force [N] over elongation [mm] from the onset of every pull, one after the other."""
         import numpy as np
+
+        from layerjam.report.chart import Curve
 
         parts = [found.features for _, found in self.record]
         gap = np.array([np.nan])
         x = [column for one in parts for column in (one.elongation * 1e3, gap)]
         y = [column for one in parts for column in (one.force, gap)]
-        return [(np.concatenate(x), np.concatenate(y))]
+        return [Curve(np.concatenate(x), np.concatenate(y), measured=True)]
 
     @classmethod
     def takes_beside(cls, other: type[Result]) -> bool:

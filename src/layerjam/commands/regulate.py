@@ -20,11 +20,10 @@ from layerjam.units import QuantitySpec, show
 from layerjam.verdict import Check, check, judge
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.control.closed_loop import ClosedLoop
     from layerjam.control.faults import FaultInjection
     from layerjam.control.tuning import Identified
+    from layerjam.report.chart import Curve, Pane
 
 FAULT_AT = QuantitySpec("s", "time at which the fault begins", hi=1e5, example="8s")
 Fault = Literal[
@@ -93,16 +92,16 @@ class Regulation(Judged):
         for name, time in self.detection.items():
             yield f"  {name}: {'not detected' if time is None else f'{time:.3g} s'}"
 
-    def draw(self) -> Figure:
+    def panes(self) -> Sequence[Pane]:
         """Vacuum, reading and target over time, and what the pump does."""
         from layerjam.report import control_figures
 
-        return control_figures.loop(*self.record)
+        regulator, made = self.record
+        return control_figures.loop(regulator, made, self.fault_at)
 
-    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
+    def quiet_curves(self) -> Sequence[Curve]:
         """Vacuum [kPa] over time [s]."""
-        loop = self.record[1]
-        return [(loop.time, loop.vacuum / 1e3)]
+        return super().quiet_curves()[:1]
 
 
 @command(

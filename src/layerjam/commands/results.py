@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from layerjam.records.changes import RecordFile
+    from layerjam.report.chart import Curve, Pane
 
 __all__ = ["Judged", "Result", "bounds", "fact", "key_of", "number", "prefixed", "result"]
 T = TypeVar("T")
@@ -142,26 +143,34 @@ class Result:
         """Return the checks of the numbers as lines for people."""
         return ()
 
-    def draw(self) -> Figure:
-        """The figure of this result; a class that has a curve says how."""
+    def panes(self) -> Sequence[Pane]:
+        """The description of its figure, for commands whose figure the page draws too."""
         raise LayerjamError(f"{self.command or type(self).__name__} has no curve to draw")
+
+    def draw(self) -> Figure:
+        """The figure of this result."""
+        return self.draw_panes(self.panes())
+
+    def draw_panes(self, panes: Sequence[Pane]) -> Figure:
+        """The figure of its `panes`, to which others may have been added."""
+        from layerjam.report.chart import draw
+
+        return draw(panes)
 
     @classmethod
     def drawable(cls) -> bool:
         """Whether there is a figure."""
-        return cls.draw is not Result.draw
+        return (cls.draw, cls.panes) != (Result.draw, Result.panes)
 
     @property
     def has_curve(self) -> bool:
         """Whether there is anything to draw this time."""
         return self.record is not None
 
-    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
-        """(x, y) of its main curve in each panel of its figure, in that panel's units.
-
-        None where the results of this command are not laid over one another.
-        """
-        return ()
+    def quiet_curves(self) -> Sequence[Curve]:
+        """Its main curve in each pane; none if results of this command are not laid over others."""
+        described = type(self).panes is not Result.panes and self.has_curve
+        return [pane.curves[0] for pane in self.panes()] if described else ()
 
     @classmethod
     def takes_beside(cls, other: type[Result]) -> bool:
@@ -182,14 +191,14 @@ class Result:
         Raises FileError where the file exists and `force` is not set, and LayerjamError for results
         that have no such curve.
         """
-        from layerjam.report.style import quietly, save
+        from layerjam.report import chart
+        from layerjam.report.style import save
 
-        figure = self.draw()
-        for label, other in (beside or {}).items():
-            traces = other.quiet_curves()
-            if not traces or not self.takes_beside(type(other)):
+        quiet = {label: other.quiet_curves() for label, other in (beside or {}).items()}
+        for label, curves in quiet.items():
+            if not curves or not self.takes_beside(type((beside or {})[label])):
                 raise LayerjamError(f"{label}: no curve that can be drawn beside this one")
-            quietly(figure, label, traces, measured=type(other) is not type(self))
+        figure = self.draw_panes(chart.beside(self.panes(), quiet)) if quiet else self.draw()
         if path is not None:
             save(figure, Path(path), force)
         return figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.quantities import (
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from layerjam.mechanics.stick_slip.slide_step import Slide
+    from layerjam.report.chart import Pane
     from layerjam.simulate.stick_slip import Bounds, StickSlipRecord
 
 MOUNT = QuantitySpec("N/m", "stiffness of the mount", lo=100, hi=1e9, example="200kN/m")
@@ -65,15 +66,17 @@ class StickSlip(Result):
     stiffness: float = number("N/m", "stiffness of sheets and mount in series")
     damping_ratio: float = number("1", "damping over the critical damping")
 
-    def draw(self) -> Figure:
+    def draw_panes(self, panes: Sequence[Pane]) -> Figure:
         """Force over elongation between its bounds, and the last slip in slow motion."""
-        from layerjam.report import stick_slip_figures
+        from layerjam.report import force_figures
 
-        return stick_slip_figures.stick_slip(self.record)
+        return force_figures.stick_slip(self.record, panes[0])
 
-    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
-        """Force [N] over elongation [mm]."""
-        return [(self.record.elongation * 1e3, self.record.force)]
+    def panes(self) -> Sequence[Pane]:
+        """Force over elongation between its bounds."""
+        from layerjam.report import force_figures
+
+        return force_figures.between_bounds(self.record)
 
 
 @command(

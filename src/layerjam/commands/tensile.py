@@ -26,8 +26,7 @@ from layerjam.simulate.quantities import SEED
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+    from layerjam.report.chart import Pane
     from layerjam.simulate.sheet_motion import SheetMotion
     from layerjam.simulate.stack_layout import Housing, Interfaces
 
@@ -67,15 +66,11 @@ class Tensile(Result):
     onset_sd: float | None = number("N", "SD of the force at the first slip", default=None)
     motion: SheetMotion | None = None
 
-    def draw(self) -> Figure:
+    def panes(self) -> Sequence[Pane]:
         """Force over elongation."""
-        from layerjam.report import figures
+        from layerjam.report import force_figures
 
-        return figures.tensile(self.record)
-
-    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
-        """Force [N] over elongation [mm]."""
-        return [(self.record.elongation * 1e3, self.record.force)]
+        return force_figures.tensile(self.record)
 
     @classmethod
     def takes_beside(cls, other: type[Result]) -> bool:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from layerjam.fluid.closed_forms import Filling
     from layerjam.fluid.network import Response
+    from layerjam.report.chart import Pane
 
 MATTERS = 0.05
 """Share of the rise time from which on what the tube delays is said."""
@@ -47,18 +48,18 @@ class VacuumRise(Result):
     tube_lag: float | None = number("s", "time constant of tube resistance and chamber at target")
     line: LineFile | None = None
 
-    def draw(self) -> Figure:
+    def draw_panes(self, panes: Sequence[Pane]) -> Figure:
         """Vacuum over time, and what would make the line faster."""
         from layerjam.report import fluid_figures
 
-        return fluid_figures.rise_figure(self.line, self.target, self.record, self.rise_time)
+        line, water = self.line.line, self.fluid == "water"
+        return fluid_figures.rise_figure(panes[0], line, self.target, water)
 
-    def quiet_curves(self) -> Sequence[tuple[Any, Any]]:
-        """Vacuum [kPa] over time [s], up to the target."""
-        import numpy as np
+    def panes(self) -> Sequence[Pane]:
+        """Vacuum over time up to the target."""
+        from layerjam.report import fluid_figures
 
-        there = np.asarray(self.record.vacuum) <= 1.12 * self.target
-        return [(self.record.time[there], self.record.vacuum[there] / 1e3)]
+        return fluid_figures.rising(self.line, self.target, self.record, self.rise_time)
 
 
 @command(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,52 +12,60 @@ from layerjam.control.closed_loop import ClosedLoop
 from layerjam.control.follow import Bode, Following
 from layerjam.control.settings import Regulator
 from layerjam.report import style
-from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA, RED
+from layerjam.report.chart import Curve, Pane, draw
+from layerjam.report.style import GREEN, GREY, INK, KPA, ORANGE, RED, SKY
 from layerjam.units import show
 
 
-@style.styled
-def loop(regulator: Regulator, made: ClosedLoop) -> style.Figure:
-    """Vacuum, reading and target over time, and what the pump does."""
-    figure, (upper, lower) = style.canvas(
-        rows=2, width=7.4, height=5.0, sharex=True, height_ratios=(2.4, 1)
-    )
-    upper.plot(made.time, made.measured * KPA, color=GREY, lw=0.6, label="what the sensor shows")
-    upper.plot(made.time, made.target * KPA, color=GREEN, lw=1.2, ls=style.DASHED, label="target")
-    upper.plot(made.time, made.vacuum * KPA, color=INK, lw=1.5, label="vacuum in the chamber")
-    high = float(max(made.target.max(), made.vacuum.max())) * KPA
-    upper.set(ylim=(0, 1.15 * high), xlim=(0, float(made.time[-1])), ylabel="vacuum [kPa]")
+def loop(regulator: Regulator, made: ClosedLoop, fault_at: float | None = None) -> list[Pane]:
+    """Vacuum, reading and target over time, and what the pump does; ground from a fault on."""
+    time, end = made.time, float(made.time[-1])
+    vacuum = [
+        Curve(time, made.vacuum * KPA, name="vacuum"),
+        Curve(time, made.measured * KPA, SKY, "sensor", width=1.0),
+        Curve(time, made.target * KPA, GREEN, "target", "dashed", 1.5),
+    ]
+    commands = [
+        Curve(time, made.pump, name="pump", width=1.2),
+        Curve(time, made.vent, RED, "vent", width=1.5),
+    ]
+    found = float(made.fault_time) if np.isfinite(made.fault_time) else end
+    begins = found if fault_at is None else min(fault_at, found)
+    grounds = (begins, found, ORANGE), (found, end, RED)
+    common: dict[str, Any] = {"x": "time [s]", "x_range": (0, end)}
+    common["spans"] = [ground for ground in grounds if ground[0] < ground[1]]
+    high = 1.15 * float(max(made.target.max(), made.vacuum.max())) * KPA
     rise = show(made.rise_time, "s", 3) if np.isfinite(made.rise_time) else "never reached"
     words = f"rise 10 to 90 %: {rise}; overshoot {show(made.overshoot, 'Pa', 3)}; pump switched "
     words += f"{made.pump_switches} times"
-    style.title(upper, f"Regulator {regulator.kind}: {made.outcome}", words)
-    lower.fill_between(made.time, made.pump, step="post", color=BLUE, alpha=0.5, lw=0, label="pump")
-    lower.step(made.time, made.vent, where="post", color=RED, lw=0.9, label="vent")
-    lower.set(ylim=(-0.05, 1.15), xlabel="time [s]", ylabel="command [-]")
-    for axes in (upper, lower):
-        style.key(axes, at="right")
-        if np.isfinite(made.fault_time):
-            axes.axvline(made.fault_time, color=RED, lw=1.0)
-    return figure
+    said: dict[str, Any] = {
+        "headline": f"Regulator {regulator.kind}: {made.outcome}",
+        "detail": words,
+    }
+    low = min(1.15 * float(made.pump.min()), 0.0)
+    return [
+        Pane(vacuum, y="vacuum [kPa]", y_range=(0, high), share=1.7, **said, **common),
+        Pane(commands, y="command [-]", y_range=(low, 1.15), **common),
+    ]
 
 
-@style.styled
+def seen(time: Any, vacuum: Any, target: Any, **pane: Any) -> list[Pane]:
+    """Vacuum and target [Pa] of a bench over time [s]; NaN where the sensor showed none."""
+    wanted, shown = np.asarray(target, float) * KPA, np.asarray(vacuum, float) * KPA
+    aim = Curve(time, wanted, GREEN, "target", "dashed", 1.5)
+    most = max(50.0, 1.15 * float(np.nanmax((*wanted, *shown))))
+    how = {"x": "time [s]", "x_range": (0, max(float(time[-1]), 1e-3)), **pane}
+    curves, top = [Curve(time, shown, name="vacuum"), aim], math.ceil(most / 10) * 10
+    return [Pane(curves, y="vacuum [kPa]", y_range=(0, top), **how)]
+
+
 def watched(
     time: Sequence[float], vacuum: Sequence[float], target: Sequence[float], simulated: bool = False
 ) -> style.Figure:
-    """Vacuum and target [Pa] of a bench over time [s]; NaN where the sensor showed none."""
-    figure, (axes,) = style.canvas(width=7.4, height=3.6)
-    wanted, seen = np.asarray(target, float) * KPA, np.asarray(vacuum, float) * KPA
-    axes.plot(time, wanted, color=GREEN, lw=1.2, ls=style.DASHED, label="target")
-    axes.plot(time, seen, color=INK, lw=1.5, label="vacuum")
-    known = seen[np.isfinite(seen)]
-    high = max(float(wanted.max()), float(known.max()) if len(known) else 0.0, 1.0)
-    end = max(float(time[-1]), 1e-3)
-    axes.set(xlim=(0, end), ylim=(0, 1.15 * high), xlabel="time [s]", ylabel="vacuum [kPa]")
-    about = "a virtual board: computed, not measured" if simulated else f"over {show(end, 's', 3)}"
-    style.title(axes, "Vacuum of the bench", about)
-    style.key(axes, at="right")
-    return figure
+    """The figure of `seen`."""
+    about = f"over {show(max(float(time[-1]), 1e-3), 's', 3)}"
+    about = "a virtual board: computed, not measured" if simulated else about
+    return draw(seen(time, vacuum, target, headline="Vacuum of the bench", detail=about))
 
 
 @style.styled

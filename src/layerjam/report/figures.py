@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from layerjam.design.arrays import Pulled
 from layerjam.device.file import BrakeFile
 from layerjam.errors import count_of
 from layerjam.identify.friction.reduction import FrictionResult, StickSlip
@@ -16,7 +15,6 @@ from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.pull import brake_force
 from layerjam.report import calibration_figure, style
 from layerjam.report.style import BLUE, FAINT, INK, KPA, MM, ORANGE, RED, SKY
-from layerjam.simulate.record import TensileRecord
 from layerjam.units import show
 
 calibration = calibration_figure.calibration
@@ -57,36 +55,6 @@ def force_over_vacuum(file: BrakeFile, slip: float, wanted: float, vacuum: float
         style.upright(axes, vacuum * KPA, show(vacuum, "Pa"), RED, at=0.03)
         style.spot(axes, vacuum * KPA, wanted)
     style.title(axes, f"{file.name} at {show(slip, 'm')} of slip", "computed")
-    return figure
-
-
-@style.styled
-def tensile(record: TensileRecord) -> style.Figure:
-    """Force over elongation of a simulated pull."""
-    top = int(np.argmax(record.force))
-    force, elongation = float(record.force[top]), float(record.elongation[top])
-    figure, (axes,) = style.canvas()
-    axes.plot(record.elongation * MM, record.force, color=BLUE)
-    axes.set(xlabel="elongation at the crosshead [mm]", ylabel="force [N]", xlim=(0, None))
-    axes.set_ylim(0, force * 1.18 + 1e-9)
-    style.spot(axes, elongation * MM, force, f"{show(force, 'N')} at {show(elongation, 'm')}")
-    first = record.procedure if len(record.procedure) < 66 else record.procedure[:63] + "..."
-    detail = f"simulated, {record.model}; {first}"
-    style.title(axes, f"{record.brake.name}: {record.outcome}", detail)
-    return figure
-
-
-@style.styled
-def array(pulled: Pulled, name: str) -> style.Figure:
-    """Force over elongation of brakes side by side and in series, pulled slowly."""
-    top = int(np.argmax(pulled.force))
-    force, elongation = float(pulled.force[top]), float(pulled.elongation[top])
-    figure, (axes,) = style.canvas()
-    axes.plot(pulled.elongation * MM, pulled.force, color=BLUE)
-    axes.set(xlabel="elongation [mm]", ylabel="force [N]", xlim=(0, None))
-    axes.set_ylim(0, force * 1.18 + 1e-9)
-    style.spot(axes, elongation * MM, force, f"{show(force, 'N')} at {show(elongation, 'm')}")
-    style.title(axes, f"{name}: {pulled.outcome}", "simulated; an even share is assumed")
     return figure
 
 

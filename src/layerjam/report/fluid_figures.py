@@ -12,6 +12,7 @@ from layerjam.fluid.line import Line
 from layerjam.fluid.network import Response, respond
 from layerjam.fluid.timing import STORED, changes
 from layerjam.report import style
+from layerjam.report.chart import Curve, Pane, fill
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA
 from layerjam.units import show
 
@@ -49,11 +50,10 @@ def _levels(axes: style.Axes, target: float) -> None:
     axes.set(xlabel="time [s]", ylabel="vacuum [kPa]")
 
 
-@style.styled
-def rise_figure(
+def rising(
     file: LineFile, target: float, made: Response | forms.Filling, rise: float | None
-) -> style.Figure:
-    """Vacuum over time up to a target [Pa], and what would make the line faster.
+) -> list[Pane]:
+    """Vacuum over time up to a target [Pa].
 
     `rise` is the rise time [s], None where the target is never reached; a Filling is one in water.
     """
@@ -61,14 +61,28 @@ def rise_figure(
     reached = np.flatnonzero(vacuum >= target)
     end = LONG * float(time[reached[0]]) if len(reached) else np.inf
     seen = (time <= end) & (vacuum <= TOP * target)
+    levels = [(part * target * KPA, f"{100 * part:.0f} %", GREY) for part in (0.1, 0.9)]
+    levels.append((target * KPA, f"target {show(target, 'Pa')}", GREEN))
+    return [
+        Pane(
+            [Curve(time[seen], vacuum[seen] * KPA)],
+            "time [s]",
+            "vacuum [kPa]",
+            (0, float(time[seen][-1])),
+            (0, TOP * target * KPA),
+            levels=levels,
+            headline=f"{file.name} in {'water' if water else 'air'}",
+            detail="never reached" if rise is None else f"10 to 90 % in {show(rise, 's', 3)}",
+        )
+    ]
+
+
+@style.styled
+def rise_figure(pane: Pane, line: Line, target: float, water: bool) -> style.Figure:
+    """Vacuum over time up to a target [Pa], and what would make the line faster."""
     figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
-    steps.plot(time[seen], vacuum[seen] * KPA, color=BLUE if water else INK)
-    steps.set(xlim=(0, float(time[seen][-1])), ylim=(0, TOP * target * KPA))
-    style.level(steps, target * KPA, f"target {show(target, 'Pa')}", INK, 0.01)
-    _levels(steps, target)
-    said = "never reached" if rise is None else f"10 to 90 % in {show(rise, 's', 3)}"
-    style.title(steps, f"{file.name} in {'water' if water else 'air'}", said)
-    _bars(bars, file.line, target, water)
+    fill(steps, pane)
+    _bars(bars, line, target, water)
     return figure
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from layerjam.mechanics.pull import peak
 from layerjam.mechanics.stop.exact import BOTTOMED_OUT, stop
 from layerjam.mechanics.stop.tune import tuned_vacuum
 from layerjam.report import style
+from layerjam.report.chart import Curve, Ends, Pane
 from layerjam.report.style import BLUE, GREEN, GREY, INK, MM, MS, RED
 from layerjam.simulate.crash import Crash
 from layerjam.simulate.drop import spring_of
@@ -20,59 +22,60 @@ from layerjam.units import show
 
 save = style.save
 SLIP = 0.040
+TIME, FORCE = "time [ms]", "force [N]"
 
 
-@style.styled
-def drop(record: DropRecord, crash: Crash | None = None) -> style.Figure:
+def drop(record: DropRecord, crash: Crash | None = None) -> list[Pane]:
     """Force and speed over time, and force over the displacement of the mass.
 
     What comes after the end of the travel, at a rigid end, is dotted.
     """
-    time, top = record.time * MS, int(np.argmax(record.force))
-    most = max(float(record.force.max()), 0.0 if crash is None else crash.peak_force)
-    high = most * 1.18 or 1.0
-    figure, (force, speed, work) = style.canvas(columns=3, width=11.4, height=3.5)
-    force.plot(time, record.force, color=BLUE)
-    force.set(xlabel="time [ms]", ylabel="force [N]", xlim=(0, None), ylim=(0, high))
-    if crash is None:
-        style.spot(force, time[top], record.force[top], show(float(record.force[top]), "N"))
-    speed.plot(time, record.speed_of_mass, color=BLUE)
-    speed.set(xlabel="time [ms]", ylabel="speed of the mass [m/s]", xlim=(0, None), ylim=(0, None))
-    style.band(work, record.travel * MM, 0, record.force, BLUE, 0.15)
-    work.plot(record.travel * MM, record.force, color=BLUE)
-    work.set(xlabel="displacement of the mass [mm]", ylabel="force [N]", ylim=(0, high))
+    time, travel = record.time * MS, record.travel * MM
+    courses = [[Curve(time, record.force)], [Curve(time, record.speed_of_mass)]]
+    courses.append([Curve(travel, record.force)])
+    top, words = int(np.argmax(record.force)), ""
+    peak, at = float(record.force[top]), time[top]
     if crash is not None:
-        how: dict[str, Any] = {"color": RED, "ls": style.DOTTED}
-        force.plot(crash.time * MS, crash.force, **how)
-        speed.plot(crash.time * MS, crash.speed, **how)
-        work.plot(crash.travel * MM, crash.force, **how)
-        top = int(np.argmax(crash.force))
-        style.spot(force, crash.time[top] * MS, crash.peak_force)
-        said = f"dotted: the crash, up to {show(crash.peak_force, 'N')}"
-        style.key(force, (said, RED), at="upper left", handlelength=0)
-    words = f"simulated; {show(record.mass, 'kg')} at {show(record.speed, 'm/s')}, "
-    style.title(force, f"{record.brake.name}: {record.outcome}", words + show(record.vacuum, "Pa"))
-    style.title(speed, "Speed")
-    style.panel(work, "Work", xlim=(0, None))
-    return figure
+        top, words = int(np.argmax(crash.force)), "crash: "
+        peak, at = float(crash.peak_force), crash.time[top] * MS
+        xs = crash.time * MS, crash.time * MS, crash.travel * MM
+        ys = crash.force, crash.speed, crash.force
+        for curves, x, y in zip(courses, xs, ys, strict=True):
+            curves.append(Curve(x, y, RED, dash="dotted"))
+    high = (0, 1.18 * max(peak, float(record.force.max())) or 1.0)
+    mark, title = (at, peak, words + show(peak, "N"), RED), f"{record.brake.name}: {record.outcome}"
+    detail = f"simulated; {show(record.mass, 'kg')} at {show(record.speed, 'm/s')}, "
+    said: dict[str, Any] = {
+        "headline": title,
+        "detail": detail + show(record.vacuum, "Pa"),
+        "marks": [mark],
+    }
+    return [
+        Pane(courses[0], TIME, FORCE, y_range=high, **said),
+        Pane(courses[1], TIME, "speed of the mass [m/s]", headline="Speed"),
+        _work(courses[2], high),
+    ]
 
 
-@style.styled
-def bare(record: BareDrop) -> style.Figure:
+def _work(curves: list[Curve], high: Ends) -> Pane:
+    """Force over displacement, with the work as ground below the first curve."""
+    ground = (replace(curves[0], y=0 * curves[0].y), curves[0])
+    place = "displacement of the mass [mm]"
+    return Pane(curves, place, FORCE, y_range=high, bands=[ground], headline="Work")
+
+
+def bare(record: BareDrop) -> list[Pane]:
     """Force of the rope over time and over the displacement of a mass without a brake."""
     taut = record.time >= 0
     time, force = record.time[taut] * MS, record.force[taut]
     top = int(np.argmax(force))
-    figure, (course, work) = style.canvas(columns=2, width=8.4, height=3.5)
-    high = float(force.max()) * 1.18 or 1.0
-    course.plot(time, force, color=BLUE)
-    course.set(xlabel="time [ms]", ylabel="force [N]", xlim=(0, None), ylim=(0, high))
-    style.spot(course, time[top], force[top], show(float(force[top]), "N"))
-    work.plot(record.travel[taut] * MM, force, color=BLUE)
-    work.set(xlabel="displacement of the mass [mm]", ylabel="force [N]", ylim=(0, high))
-    style.title(course, "No brake", f"simulated; {show(record.mass, 'kg')} on the rope alone")
-    style.panel(work, "Work", xlim=(0, None))
-    return figure
+    high, peak = (0, float(force.max()) * 1.18 or 1.0), float(force[top])
+    said: dict[str, Any] = {"detail": f"simulated; {show(record.mass, 'kg')} on the rope alone"}
+    said |= {"headline": "No brake", "marks": [(time[top], peak, show(peak, "N"), RED)]}
+    return [
+        Pane([Curve(time, force)], TIME, FORCE, y_range=high, **said),
+        _work([Curve(record.travel[taut] * MM, force)], high),
+    ]
 
 
 @style.styled

@@ -159,7 +159,9 @@ def labels_right(axes: Axes, x: float, items: Sequence[tuple[float, str, str]]) 
         heights.append(max(y, heights[-1] + gap, low) if heights else max(y, low))
     over = max(heights[-1] - high, 0.0) if heights else 0.0
     for (_, text, color), y in zip(known, heights, strict=True):
-        _beside(axes, text, x, y - over, color, (4, 0), va="center", annotation_clip=False)
+        ground = _GROUND if x < axes.get_xlim()[1] else None
+        how = {"va": "center", "annotation_clip": False, "bbox": ground}
+        _beside(axes, text, x, y - over, color, (4, 0), **how)
     axes.set_ylim(low, high)
 
 
@@ -266,24 +268,6 @@ def pointed(
 def band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2) -> None:
     """A pale band between two curves."""
     axes.fill_between(x, low, high, color=color, alpha=alpha, lw=0)
-
-
-def quietly(
-    figure: Figure, name: str, traces: Sequence[tuple[Any, Any]], measured: bool = False
-) -> None:
-    """Another curve in each of the first panels, grey and thin; its name where it is highest.
-
-    One that was measured has a point here and there.
-    """
-    dots: dict[str, Any] = dict(marker="o", markersize=2.6, markevery=0.02) if measured else {}
-    for axes, pair in zip(figure.axes, traces, strict=False):
-        x, y = (np.asarray(column, float) for column in pair)
-        axes.plot(x, y, color=GREY, lw=1.0, zorder=1, **dots)
-        top = int(np.nanargmax(y))
-        low, high = axes.get_ylim()
-        axes.set_ylim(low, max(high, 1.18 * float(y[top])))
-        if axes is figure.axes[0]:
-            label(axes, float(x[top]), float(y[top]), name, GREY, va="bottom")
 
 
 def bare(axes: Axes) -> None:

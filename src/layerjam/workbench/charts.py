@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from layerjam.report.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY
+from layerjam.report.chart import Curve, Ends, Pane
+from layerjam.report.style import GREY, INK
 
-COLORS = MappingProxyType(
-    dict(main=BLUE, second=ORANGE, good=GREEN, bad=RED, quiet=GREY, other=PURPLE, sky=SKY)
-)
+LOW = 35.0
+"""Height of a pane with few numbers on its axis [%]."""
+TALL, LINE = 290.0, 15.0
+"""Pixels of a pane alone, about, and between names at the ends of its curves."""
 FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
 """The page's own: it comes from this machine, with NiceGUI."""
 MARKS = 40
@@ -25,28 +26,8 @@ POINTS = 500
 """Points of a curve sent to the browser at most."""
 MOST_ROOM = 200
 """Pixels right of a chart for names at most."""
-NAMED = 150
-"""Pixels for those of pinned curves at most, beside charts that need their width."""
-
-
-def aside(where: float, end: float) -> dict[str, Any]:
-    """How the number above a point is set: to the right of it where the axis' numbers are near."""
-    return dict(align="left", offset=[-4, 0]) if where < end / 2 else {}
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A line of a chart; `x` and `y` shape (N,) in the chart's units; `name` stands at its end."""
-
-    x: Any
-    y: Any
-    color: str = "main"
-    name: str = ""
-    dashed: bool = False
-    width: float = 2.0
-    dots: bool = False
-    measured: bool = False
-    """A thin line with a point here and there."""
+LETTERS = 31
+"""Letters of a name beside a chart at most."""
 
 
 def thin(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]]:
@@ -73,39 +54,69 @@ def _short(values: Any) -> list[float | None]:
     return [v if math.isfinite(v) else None for v in made]
 
 
-def options(
-    curves: Sequence[Curve],
-    *,
-    x: str,
-    y: str,
-    x_range: tuple[float | None, float | None] = (None, None),
-    y_range: tuple[float | None, float | None] = (0, None),
-    marks: Sequence[tuple[float, float, str, str]] = (),
-    bands: Sequence[tuple[float, float, str]] = (),
-    dark: bool = False,
-    log: tuple[bool, bool] = (False, False),
-) -> dict[str, Any]:
-    """The chart. `marks` are (x, y, text, colour), `bands` (x from, x to, colour) on the ground."""
-    ink = ink_of(dark)
-    series = [_series(curve, ink) for curve in curves]
-    if series:
-        series[0]["markPoint"] = {
-            **dict(symbol="circle", symbolSize=9, animation=False),
-            "data": [_mark(*mark, ink) for mark in marks],
-        }
-        series[0]["markArea"] = {"silent": True, "data": [_band(*band) for band in bands]}
-    return {
-        "animation": False,
-        "textStyle": {"fontFamily": FONT},
-        "grid": dict(left=62, right=_room([c.name for c in curves]), top=24, bottom=48),
-        "tooltip": {
-            **dict(trigger="axis", confine=True, order="valueDesc"),
-            "axisPointer": {"type": "cross"},
-        },
-        "xAxis": _axis(x, x_range, log[0], 28, dark),
-        "yAxis": _axis(y, y_range, log[1], 44, dark),
-        "series": series,
+def options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
+    """The chart of panes that share their x axis, below each other."""
+    made: dict[str, Any] = dict(animation=False, grid=[], xAxis=[], yAxis=[], series=[])
+    alone, ink = len(panes) == 1, ink_of(dark)
+    right = max(_room(pane.lines) for pane in panes)
+    top, room = 3.0, 88.0 - 4.0 * (len(panes) - 1)
+    firsts = []
+    for i, pane in enumerate(panes):
+        high = room * pane.share / sum(one.share for one in panes)
+        place = dict(top=24, bottom=48) if alone else dict(top=f"{top:.2f}%", height=f"{high:.2f}%")
+        made["grid"].append({**dict(left=62, right=right), **place})
+        top += high + 4.0
+        made["xAxis"].append({**_axis(pane.x, pane.x_range, 28, dark), "gridIndex": i})
+        if pane is not panes[-1]:
+            made["xAxis"][i] |= {"name": "", "axisLabel": {"show": False}}
+        made["yAxis"].append({**_axis(pane.y, pane.y_range, 44, dark), "gridIndex": i})
+        if high < LOW:
+            made["yAxis"][i]["splitNumber"] = 3
+        firsts.append(len(made["series"]))
+        made["series"] += [
+            {**series, "xAxisIndex": i, "yAxisIndex": i}
+            for series in _drawn(pane, ink, TALL * (1.0 if alone else high / 60))
+        ]
+    made["textStyle"] = {"fontFamily": FONT}
+    if not alone:
+        made["axisPointer"] = {"link": [{"xAxisIndex": "all"}]}
+    made["tooltip"] = {
+        **dict(trigger="axis", confine=True, order="valueDesc"),
+        "axisPointer": {"type": "cross" if alone else "line"},
+        ":formatter": _readout(panes, firsts),
     }
+    return made
+
+
+def _drawn(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
+    """The series of a pane's curves, which bear its marks and spans, and of its bands.
+
+    Names at the ends of curves are set apart in a pane so many `pixels` high.
+    """
+    series = [_series(curve, ink) for curve in pane.lines]
+    if series:
+        middle = max(float(np.nanmax(c.x)) for c in pane.curves) / 2
+        series[0] |= {
+            "z": 4,
+            "markPoint": {
+                **dict(symbol="circle", symbolSize=9, animation=False),
+                "data": [_mark(*mark, ink, mark[0] < middle) for mark in pane.marks],
+            },
+        }
+        series[0]["markArea"] = {"silent": True, "data": [_span(*span) for span in pane.spans]}
+    _set_apart(pane, series, pixels)
+    return series + [band(*edges) for edges in pane.bands]
+
+
+def _set_apart(pane: Pane, series: Sequence[dict[str, Any]], pixels: float) -> None:
+    """Move names at the ends of curves down where they would be on each other."""
+    lines = zip((curve.end[1] for curve in pane.lines), series, strict=True)
+    ends = [(y, one["endLabel"]) for y, one in lines if one["endLabel"]["show"] and y == y]
+    low, high = pane.y_range[0] or 0.0, pane.y_range[1] or max((y for y, _ in ends), default=1.0)
+    above, scale = math.inf, pixels / (high - low or 1.0)
+    for y, label in sorted(ends, key=lambda end: -end[0]):
+        above = min(y * scale, above - LINE)
+        label["offset"] = [0, y * scale - above]
 
 
 def round_up(value: float) -> float:
@@ -119,35 +130,30 @@ def ink_of(dark: bool) -> str:
     return "#dfe5ea" if dark else INK
 
 
-def _room(names: Sequence[str]) -> int:
+def _room(curves: Sequence[Curve]) -> int:
     """Pixels right of a chart for the names at the curves' ends."""
-    return min(max(28, 14 + 7 * max(map(len, names), default=0)), MOST_ROOM)
+    longest = max((len(f"{c.name}  {c.note}".strip()) for c in curves if c.labelled), default=0)
+    return min(max(28, 14 + 7 * longest), MOST_ROOM)
 
 
-def room_of(pins: Collection[str], least: int) -> int:
-    """Pixels right of a chart for the names of pinned curves, and for what needs `least`."""
-    return max(least, min(_room(list(pins)), NAMED)) if pins else least
+def _mark(x: float, y: float, text: str, color: str, ink: str, left: bool) -> dict[str, Any]:
+    """A dot with words over it, right of it in the `left` half: there the axis' numbers are."""
+    label = dict(show=True, position="top", distance=13, formatter=text, color=ink)
+    label |= dict(align="left", offset=[-4, 0]) if left else {}
+    return dict(coord=[x, y], itemStyle={"color": color}, label=label)
 
 
-def _mark(x: float, y: float, text: str, color: str, ink: str) -> dict[str, Any]:
-    """A dot with words over it."""
-    label = dict(show=True, position="top", formatter=text, color=ink)
-    return dict(coord=[x, y], itemStyle={"color": COLORS.get(color, color)}, label=label)
-
-
-def _band(start: float, end: float, color: str) -> list[dict[str, Any]]:
+def _span(start: float, end: float, color: str) -> list[dict[str, Any]]:
     """A stretch of the x axis on coloured ground."""
-    ground = dict(color=COLORS.get(color, color), opacity=0.12)
+    ground = dict(color=color, opacity=0.12)
     return [dict(xAxis=start, itemStyle=ground), {"xAxis": end}]
 
 
-def _axis(
-    name: str, limits: tuple[float | None, float | None], log: bool, gap: int, dark: bool
-) -> dict[str, Any]:
+def _axis(name: str, limits: Ends, gap: int, dark: bool) -> dict[str, Any]:
     ink = ink_of(dark)
     ends = zip(("showMinLabel", "showMaxLabel"), limits, strict=True)
     return {
-        **dict(type="log" if log else "value", name=name, nameLocation="middle", nameGap=gap),
+        **dict(type="value", name=name, nameLocation="middle", nameGap=gap),
         **dict(min=limits[0], max=limits[1]),
         "nameTextStyle": dict(color=ink, fontSize=13),
         # an end that is no round number is where a curve ends, not what is read there
@@ -162,41 +168,26 @@ def _round(value: float | None) -> bool | None:
     return None if value is None else float(f"{value:.2g}") == value
 
 
-def stacked(parts: Sequence[dict[str, Any]], shares: Sequence[float]) -> dict[str, Any]:
-    """Charts of `options` below each other as one, on one x axis; `shares` of the height."""
-    made: dict[str, Any] = dict(animation=False, grid=[], xAxis=[], yAxis=[], series=[])
-    made["textStyle"] = parts[0]["textStyle"]
-    made["tooltip"] = {**parts[0]["tooltip"], "axisPointer": {"type": "line"}}
-    made["axisPointer"] = {"link": [{"xAxisIndex": "all"}]}
-    top, room = 3.0, 88.0 - 4.0 * (len(parts) - 1)
-    for i, (part, share) in enumerate(zip(parts, shares, strict=True)):
-        high = room * share / sum(shares)
-        sides = {side: part["grid"][side] for side in ("left", "right")}
-        made["grid"].append({**sides, "top": f"{top:.2f}%", "height": f"{high:.2f}%"})
-        top += high + 4.0
-        last = i == len(parts) - 1
-        under = {} if last else {"name": "", "axisLabel": {"show": False}}
-        made["xAxis"].append({**part["xAxis"], **under, "gridIndex": i})
-        made["yAxis"].append({**part["yAxis"], "gridIndex": i})
-        made["series"] += [
-            {**series, "xAxisIndex": i, "yAxisIndex": i} for series in part["series"]
-        ]
-    return made
-
-
-def with_readout(made: dict[str, Any], x: tuple[str, str], unit: str) -> dict[str, Any]:
-    """The chart with a cursor that reads every curve; `x` is the axis' name and unit."""
-    rows = (
-        "const seen = new Set(); const rows = p.filter(s => s.seriesName && s.value[1] != null"
-        " && !seen.has(s.seriesName) && seen.add(s.seriesName)).map(s => s.marker +"
-        " s.seriesName.replace(/[<>&]/g, '') + ': <b>' + (+s.value[1]).toPrecision(4) +"
-    )
+def _readout(panes: Sequence[Pane], firsts: Sequence[int]) -> str:
+    """What the cursor writes of every curve; of those without a name only of `firsts`."""
+    axes = [_named(pane.y) for pane in panes]
+    name, unit = _named(panes[-1].x)
     # the text is ours; a curve's name, which may be a file's, loses what HTML would read
-    made["tooltip"][":formatter"] = (
-        f"p => {{ {rows} ' {unit}</b>'); return '{x[0]} ' +"
-        f" (+p[0].axisValue).toPrecision(4) + ' {x[1]}<br>' + rows.join('<br>'); }}"
+    return (
+        f"p => {{ const axes = {json.dumps(axes)}, firsts = {json.dumps(firsts)}, seen = new Set();"
+        " const rows = p.flatMap(s => { const [y, unit] = axes[s.axisIndex], name = s.seriesName ||"
+        " (firsts.includes(s.seriesIndex) ? y : ''), key = `${s.axisIndex} ${name}`;"
+        " if (!name || s.value[1] == null || seen.has(key)) return []; seen.add(key);"
+        " return `${s.marker}${name.replace(/[<>&]/g, '')}: <b>${(+s.value[1]).toPrecision(4)}"
+        " ${unit}</b>`; });"
+        f" return [`{name} ${{(+p[0].axisValue).toPrecision(4)}} {unit}`, ...rows].join('<br>'); }}"
     )
-    return made
+
+
+def _named(axis: str) -> tuple[str, str]:
+    """Name and unit of an axis that is named "name [unit]"."""
+    name, _, unit = axis.partition(" [")
+    return name, unit.rstrip("]").replace("-", "")
 
 
 def band(low: Curve, high: Curve) -> dict[str, Any]:
@@ -209,7 +200,7 @@ def band(low: Curve, high: Curve) -> dict[str, Any]:
     edges = [thin(np.asarray(c.x)[fine], np.asarray(c.y)[fine]) for c in (high, low)]
     return {
         **dict(type="line", name="", data=[*edges[0], *reversed(edges[1])]),
-        **dict(showSymbol=False, silent=True, z=1, color=COLORS.get(high.color, high.color)),
+        **dict(showSymbol=False, silent=True, z=1, color=high.color),
         "emphasis": {"disabled": True},
         "lineStyle": {"width": 0},
         "areaStyle": {"opacity": BAND, "origin": "start"},
@@ -237,24 +228,26 @@ def marked(pairs: Sequence[Sequence[float | None]], count: int = MARKS) -> list[
 
 
 def _series(curve: Curve, ink: str) -> dict[str, Any]:
-    color = ink if curve.color == "ink" else COLORS.get(curve.color, curve.color)
-    made: dict[str, Any] = {
-        **dict(type="scatter" if curve.dots else "line", name=curve.name, color=color),
-        "data": thin(curve.x, curve.y),
-        "emphasis": {"disabled": True},
-    }
-    if curve.dots:
-        return made | {"symbolSize": 4}
+    data = thin(curve.x, curve.y)
     # a line's own colour is too faint for words
-    end: dict[str, Any] = dict(show=bool(curve.name), formatter="{a}", color=ink, distance=4)
-    end["fontSize"] = 12
-    if _room([curve.name]) == MOST_ROOM:
+    end: dict[str, Any] = dict(color=ink, distance=4, fontSize=12, formatter=_end_of(curve))
+    end["show"] = bool(curve.name) and curve.labelled
+    if _room([curve]) == MOST_ROOM:
         end |= dict(width=MOST_ROOM - 10, overflow="truncate")
-    if curve.measured:
-        made |= dict(data=marked(made["data"]), symbol="none", symbolSize=5)
-    line = dict(width=curve.width, type="dashed" if curve.dashed else "solid")
-    # names at the ends of curves that end alike stand below each other
-    apart = {"moveOverlap": "shiftY"}
-    return made | dict(
-        showSymbol=curve.measured, silent=True, lineStyle=line, endLabel=end, labelLayout=apart
-    )
+    return {
+        **dict(type="line", name=curve.name, color=ink if curve.color == INK else curve.color),
+        **dict(data=marked(data) if curve.measured else data, silent=True, endLabel=end),
+        **({"symbol": "none", "symbolSize": 5} if curve.measured else {}),
+        **dict(showSymbol=curve.measured, lineStyle=dict(width=curve.width, type=curve.dash)),
+        "emphasis": {"disabled": True},
+        # names at the ends of curves that end alike stand below each other
+        "labelLayout": {"moveOverlap": "shiftY"},
+    }
+
+
+def _end_of(curve: Curve) -> str:
+    """What ECharts writes at a curve's end: its name and note, of a long name head and tail."""
+    if len(curve.name) <= LETTERS:
+        return f"{{a}}, {curve.note}" if curve.note else "{a}"
+    plain = curve.name.replace("{", "(").replace("}", ")")  # braces are ECharts' own
+    return f"{plain[: LETTERS - 11]}…{plain[-10:]}"

@@ -1,5 +1,5 @@
 // On a narrow chart names beside the curves would take half of its width: they stand below it.
-const NARROW = 480, BESIDE = 120, AT_THE_EDGE = 28;
+const NARROW = 480, BESIDE = 60, AT_THE_EDGE = 28;
 
 window.layerjamNames = (element, chart, given) => {
   const set = chart.setOption.bind(chart), whole = {};

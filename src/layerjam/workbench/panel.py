@@ -11,9 +11,11 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.errors import LayerjamError, QuantityError
+from layerjam.report.chart import beside
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call
+from layerjam.workbench.charts import options
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pins import call_of, labels, pin_of, put_pin, turn_file
 from layerjam.workbench.state import MEASURED, Pin
@@ -63,6 +65,11 @@ class Panel:
             live.draw(self.chart, dict(made))
         if self._chips is not None:
             self._fill(self._chips, () if answer is None else answer.pins)
+
+    def show(self, answer: Answer, dark: bool) -> None:
+        """Show the figure of an answer's result, with what is pinned beside it."""
+        quiet = {label: one.result.quiet_curves() for label, one in answer.beside.items()}
+        self.draw(answer, options(beside(answer.result.panes(), quiet), dark))
 
     def _fill(self, chips: ui.row, pins: tuple[Pinned, ...]) -> None:
         """Show what is pinned; nothing moves where it is the same."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any, Protocol
 
@@ -104,11 +104,9 @@ def curves_csv(options: Mapping[str, Any]) -> str:
 
 
 def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, Any]]:
-    axes = [_listed(options.get(side)) for side in ("xAxis", "yAxis")]
-    below = axes[0][-1].get("name", "") if axes[0] else ""
+    below = options["xAxis"][-1]["name"] if options else ""
     for number, series in enumerate(options.get("series", ()), 1):
-        place = series.get("yAxisIndex", 0)
-        y_name = axes[1][place].get("name", "")
+        y_name = options["yAxis"][series.get("yAxisIndex", 0)]["name"]
         name = series.get("name") or f"curve {number}"
         if "areaStyle" in series:  # its edges are curves of their own
             continue
@@ -116,8 +114,3 @@ def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, An
             pair = point.get("value", ()) if isinstance(point, Mapping) else point
             if len(pair) >= 2 and None not in pair[:2]:
                 yield y_name, name, below, pair[0], pair[1]
-
-
-def _listed(axis: Any) -> Sequence[Mapping[str, Any]]:
-    """The axes of a chart, of which one stands alone."""
-    return [] if axis is None else axis if isinstance(axis, list) else [axis]

@@ -18,6 +18,7 @@ from layerjam.control.faults import PROVOKED
 from layerjam.control.settings import KINDS
 from layerjam.errors import LayerjamError
 from layerjam.fluid.file import lines
+from layerjam.report.control_figures import seen
 from layerjam.rig.driver import VENT_RESTS
 from layerjam.rig.execute import Executed
 from layerjam.rig.export import export
@@ -32,7 +33,7 @@ from layerjam.workbench.bench_session import (
     regulator_for,
     switch_on,
 )
-from layerjam.workbench.charts import Curve, options
+from layerjam.workbench.charts import options
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
@@ -356,20 +357,8 @@ class Bench(Page):
         shown = [look for look in looks if look.time >= end - WINDOW]
         self.taken = Watched(shown, session.bench.simulated)
         since = [look.time - end for look in shown]
-        vacuum = [float("nan") if k.vacuum is None else k.vacuum / KPA for k in shown]
-        wanted = [look.target / KPA for look in shown]
-        top = max([50.0, *(1.15 * v for v in (*vacuum, *wanted) if v == v)])
-        curves = [
-            Curve(since, wanted, "good", "target", dashed=True, width=1.5),
-            Curve(since, vacuum, "main", "vacuum"),
-        ]
-        axes: dict[str, Any] = {"x": "time before now [s]", "y": "vacuum [kPa]"}
-        axes |= {"x_range": (-WINDOW, 0), "y_range": (0, -(-top // 10) * 10)}
-        made = options(curves, dark=self.dark, **axes)
-        # at the end they lie on each other, their names must not
-        for series, shift in zip(made["series"], (7, -7), strict=True):
-            series["endLabel"]["offset"] = [0, shift]
-        live.draw(self.curve, made)
+        how = {**self.taken.columns, "time": since, "x": "time before now [s]"}
+        live.draw(self.curve, options(seen(**how, x_range=(-WINDOW, 0)), self.dark))
 
     def _say(self, look: Look) -> None:
         vacuum = "no reading" if look.vacuum is None else f"{look.vacuum / KPA:.1f} kPa"

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from layerjam.report.style import ORANGE
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call
-from layerjam.workbench.charts import Curve, options, with_readout
+from layerjam.workbench.charts import options
 from layerjam.workbench.controls import Control, asked, by_key, vacuum_asked
 from layerjam.workbench.more import More
 from layerjam.workbench.outcomes import of_pull
@@ -17,7 +18,6 @@ from layerjam.workbench.pages.design_part import PAGE, Part
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.widgets import columns, hint, status
 
-MM = 1e3
 WIDE, LONG = 20, 10
 """Brakes side by side and in series at most, on this page."""
 OWN = ("parallel", "series", "vacuum")
@@ -91,10 +91,8 @@ class Arrays(Part):
 def array_chart(whole: Any, one: Any, dark: bool) -> dict[str, Any]:
     """Force over elongation of the array and of a single brake."""
     many = f"{whole.parallel} × {whole.series}"
-    curves = [Curve(whole.record.elongation * MM, whole.record.force, name=many, width=2.5)]
+    pane = whole.panes()[0]
+    curves = [replace(pane.curves[0], name=many, width=2.5)]
     if whole.brakes > 1:
-        curves.append(Curve(one.record.elongation * MM, one.record.force, "second", "one brake"))
-    peak = (whole.peak_elongation * MM, whole.peak_force, f"{whole.peak_force:.0f} N", "bad")
-    made = options(curves, x="elongation [mm]", y="force [N]", dark=dark, marks=[peak])
-    made["grid"]["top"] = 34
-    return with_readout(made, ("elongation", "mm"), "N")
+        curves.append(replace(one.panes()[0].curves[0], color=ORANGE, name="one brake"))
+    return options([replace(pane, curves=curves)], dark)

@@ -9,12 +9,12 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.device.load import devices, load
-from layerjam.report.style import GREY
+from layerjam.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.charts import COLORS, ink_of
+from layerjam.workbench.charts import ink_of
 from layerjam.workbench.controls import Control, by_key, vacuum_asked
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Notes, Page
@@ -26,11 +26,11 @@ from layerjam.workbench.widgets import dressed, hint
 
 GRAMS = 1e3
 SYMBOLS = (
-    ("bad", "rect"),
-    ("good", "triangle"),
-    ("other", "diamond"),
-    ("second", "pin"),
-    ("sky", "roundRect"),
+    (RED, "rect"),
+    (GREEN, "triangle"),
+    (PURPLE, "diamond"),
+    (ORANGE, "pin"),
+    (SKY, "roundRect"),
 )
 HEADS = ("Device", "Kind", "Mass", "Force", "Force over mass", "Source")
 
@@ -109,13 +109,13 @@ def density_chart(result: Any, dark: bool) -> dict[str, Any]:
         kinds.setdefault("" if r["computed"] else r["kind"], []).append(r)
     ours = kinds.pop("")
     series = [*_equal(x, y, PALE if dark else GREY), _more_sheets(first, ink)]
-    series.append(_points(ours, "main", "circle", ink))
+    series.append(_points(ours, BLUE, "circle", ink))
     for look, (kind, rows) in zip(itertools.cycle(SYMBOLS), kinds.items(), strict=False):
         series.append(_points(rows, *look, ink, kind))
-    axes = {"x": "mass [g]", "y": "greatest force [N]", "log": (True, True)}
+    axes = {"x": "mass [g]", "y": "greatest force [N]"}
     made = points_chart(series, dark=dark, right=60, **axes)
     for axis, (low, high) in (("xAxis", x), ("yAxis", y)):
-        made[axis] |= {"min": low, "max": high}
+        made[axis][0] |= {"type": "log", "min": low, "max": high}
     return made
 
 
@@ -127,7 +127,7 @@ def _more_sheets(line: Any, ink: str) -> dict[str, Any]:
         data.append({"value": _pair(m, f), "label": dict(label, color=ink, fontSize=11)})
     dashed = dict(type="dashed", width=1.3)
     look = dict(silent=True, symbol="circle", symbolSize=4, lineStyle=dashed)
-    return dict(type="line", name="more sheets", color=COLORS["main"], data=data, **look)
+    return dict(type="line", name="more sheets", color=BLUE, data=data, **look)
 
 
 def _points(
@@ -152,7 +152,7 @@ def _points(
         name = f"{r['name']}: {', '.join(_numbers(r))}"
         value, size = _pair(r["mass"], r["max_force"]), 16 if first else 9
         data.append(dict(name=name, value=value, symbolSize=size, label=label))
-    look = dict(color=COLORS[color], symbol=symbol, labelLayout={"moveOverlap": "shiftY"})
+    look = dict(color=color, symbol=symbol, labelLayout={"moveOverlap": "shiftY"})
     return scatter(kind or "ours", data, itemStyle={"opacity": 1}, **look)
 
 

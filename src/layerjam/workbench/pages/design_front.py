@@ -8,6 +8,7 @@ from typing import Any
 
 from layerjam.design.merit import MERITS, VARIABLES
 from layerjam.design.verdict import named
+from layerjam.report.chart import Pane
 from layerjam.report.design_figures import Look, losing, marked, scale
 from layerjam.report.style import GREY
 from layerjam.units import show
@@ -79,7 +80,7 @@ def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) ->
     series.append(scatter("looked at", [looked_at], **looked))
     made = points_chart(series, x=x, y=y, dark=dark, right=190)
     for axis in ("xAxis", "yAxis"):
-        made[axis] |= {"scale": True}
+        made[axis][0] |= {"scale": True}
     return made
 
 
@@ -87,8 +88,8 @@ def points_chart(
     series: Sequence[dict[str, Any]], *, right: int, dark: bool, **axes: Any
 ) -> dict[str, Any]:
     """A chart of points, each of which bears its name."""
-    made = options([], dark=dark, y_range=(None, None), **axes)
-    made["grid"] |= {"right": right, "left": 70}
+    made = options([Pane([], **axes, x_range=(None, None), y_range=(None, None))], dark)
+    made["grid"][0] |= {"right": right, "left": 70}
     made["tooltip"] = {"trigger": "item", "confine": True, "formatter": "{b}"}
     return {**made, "series": list(series)}
 

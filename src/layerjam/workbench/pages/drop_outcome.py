@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from html import escape
 from types import MappingProxyType
@@ -10,10 +11,12 @@ from typing import Any
 
 from nicegui import ui
 
+from layerjam.report.chart import Curve, Pane, beside
+from layerjam.report.style import GREEN, ORANGE, RED
 from layerjam.units import parse, show
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
-from layerjam.workbench.charts import NAMED, Curve, aside, options, room_of, stacked
+from layerjam.workbench.charts import options
 from layerjam.workbench.desk import Desk, with_sheets
 from layerjam.workbench.heroes import Hero
 from layerjam.workbench.pages.drop_animation import series
@@ -221,8 +224,8 @@ def _cell(key: str, text: str) -> str:
     return OUTCOMES.get(text, text) if key == "outcome" else text.replace("^2", "²")
 
 
-RIGHT = 56
-"""Pixels right of the charts without pinned curves."""
+COURSES = ("force", "travel", "deceleration")
+"""Keys of a drop's `series` that are drawn over its time."""
 
 
 def stopped(
@@ -232,43 +235,28 @@ def stopped(
 
     `pins` are other drops by their labels, drawn quietly and named beside the first chart.
     """
-    time, last = made["time"], made["last"]
-    force = [Curve(time, made["force"])]
-    travel = [Curve(time, made["travel"], name="mass")]
-    if made["slip"]:
-        travel.append(Curve(time, made["slip"], "second", "slip"))
-    deceleration = [Curve(time, made["deceleration"])]
-    if bound is not None:
-        line = Curve([0, last], [bound] * 2, "good", "least", dashed=True, width=1.5)
-        deceleration.append(line)
-    own, end = (len(force), len(travel), len(deceleration)), last
+    time, last, quiet = made["time"], made["last"], dict[str, list[Curve]]()
     for label, other in pins.items():
-        quiet = series(other.record, crash=other.crash)
-        if quiet is None:  # nothing moved
-            continue
-        end = max(end, quiet["last"])
-        for curves, key in zip(
-            (force, travel, deceleration), ("force", "travel", "deceleration"), strict=True
-        ):
-            curves.append(Curve(quiet["time"], quiet[key], "quiet", label, width=1.2))
-    common: dict[str, Any] = {"x_range": (0, end), "dark": dark}
-    common["x"] = "time from the taut rope [ms]"
-    if made["crash"] is not None:
-        common["bands"] = [(min(made["crash"], 0.995 * last), last, "bad")]
+        one = series(other.record, crash=other.crash)
+        if one is not None:  # something moved
+            quiet[label] = [Curve(one["time"], one[key]) for key in COURSES]
+    force, travel, deceleration = ([Curve(time, made[key])] for key in COURSES)
+    if made["slip"]:
+        travel = [replace(travel[0], name="mass"), Curve(time, made["slip"], ORANGE, "slip")]
     top = max(range(len(time)), key=made["force"].__getitem__)
-    peak = (time[top], made["force"][top], f"{made['force'][top]:.4g} N", "bad")
-    parts = [
-        options(force, y="force [N]", marks=[peak], **common),
-        options(travel, y="distance [mm]", **common),
-        options(deceleration, y="deceleration [m/s²]", y_range=(None, None), **common),
+    peak = (min(time[top], last), made["force"][top], f"{made['force'][top]:.4g} N", RED)
+    first: dict[str, Any] = {
+        "y_range": (0, 1.18 * made["force"][top]),
+        "marks": [peak],
+        "share": 1.1,
+    }
+    least = [] if bound is None else [(bound, "least", GREEN)]
+    common: dict[str, Any] = {"x": "time from the taut rope [ms]", "x_range": (0, last)}
+    if made["crash"] is not None:
+        common["spans"] = [(min(made["crash"], 0.995 * last), last, RED)]
+    panes = [
+        Pane(force, y="force [N]", **first, **common),
+        Pane(travel, y="distance [mm]", **common),
+        Pane(deceleration, y="deceleration [m/s²]", y_range=(None, None), levels=least, **common),
     ]
-    # room above the peak for its number
-    parts[0]["yAxis"]["boundaryGap"] = [0, 0.18]
-    parts[0]["series"][0]["markPoint"]["data"][0]["label"] |= aside(time[top], end)
-    for series_, shift in zip(parts[1]["series"][: own[1]], (-6, 7), strict=False):
-        series_["endLabel"]["offset"] = [0, shift]
-    for place, part in enumerate(parts):
-        part["grid"]["right"] = room_of(pins, RIGHT)
-        for series_ in part["series"][own[place] :]:
-            series_["endLabel"] |= dict(show=place == 0, width=NAMED - 8, overflow="truncate")
-    return stacked(parts, (1.1, 1, 1))
+    return options(beside(panes, quiet), dark)

@@ -14,10 +14,12 @@ from layerjam.errors import LayerjamError
 from layerjam.identify.provenance import renamed
 from layerjam.measure.preview import Preview, preview
 from layerjam.measure.sidecar import Facts
+from layerjam.report.chart import Curve, Pane
+from layerjam.report.style import CYCLE
 from layerjam.units import show, spec_of
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, parameters
-from layerjam.workbench.charts import Curve, options
+from layerjam.workbench.charts import options
 from layerjam.workbench.columns import ColumnTable
 from layerjam.workbench.controls import with_unit
 from layerjam.workbench.desk import Desk
@@ -51,7 +53,6 @@ EXAMPLES = MappingProxyType({"vacuum": "94.5 kPa", "normal_force": "2.45 N", "sp
 DECIMALS = MappingProxyType({"": "as found", ".": "point", ",": "comma"})
 SHOWN = 6
 """Files whose curves are drawn."""
-COLORS = ("main", "second", "good", "bad", "other", "sky")
 
 
 class Correct:
@@ -116,14 +117,13 @@ class Correct:
     def _draw(self, alone: bool, dark: bool) -> None:
         drawn = [(r, t) for r in self.rows[:SHOWN] for t in r.traces][:SHOWN]
         curves = []
-        for color, (row, trace) in zip(COLORS, drawn, strict=False):
+        for color, (row, trace) in zip(CYCLE, drawn, strict=False):
             unnamed = alone and len(row.traces) == 1
             name = "" if unnamed else (trace.specimen or row.upload.shown)[-14:]
             curves.append(Curve(trace.travel * 1e3, trace.force, color, name, width=1.5))
         self._curve.set_visibility(bool(curves))
-        axes: dict[str, Any] = {"x": "elongation [mm]", "y": "force [N]"}
-        made = options(curves, y_range=(None, None), dark=dark, **axes)
-        made["grid"] = {"left": 62, "right": 24 if alone else 110, "top": 16, "bottom": 44}
+        ends = (None, None), (None, None)
+        made = options([Pane(curves, "elongation [mm]", "force [N]", *ends)], dark)
         # the command that looks at pulls draws these files, when its figure is asked for
         files = tuple(r.upload for r in self.rows[:SHOWN] if r.traces)
         name = Path(files[0].shown).stem if len(files) == 1 else "records"

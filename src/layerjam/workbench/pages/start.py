@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any
@@ -11,11 +12,12 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.device.load import devices, load
+from layerjam.report.style import GREY
 from layerjam.units import parse, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, answered
 from layerjam.workbench.call import Call
-from layerjam.workbench.charts import Curve, options, round_up, with_readout
+from layerjam.workbench.charts import options, round_up
 from layerjam.workbench.controls import Control, by_key, vacuum_asked
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
@@ -206,15 +208,10 @@ def fell(stop: Any | None, refusal: str) -> str:
 
 def force_chart(found: Any, full: Any, dark: bool) -> dict[str, Any]:
     """Force over elongation, and as a thin line what full vacuum gives; the axes stand still."""
-    whole, record = full.record, found.record
-    curves = [
-        Curve(record.elongation * MM, record.force, width=3.5),
-        Curve(whole.elongation * MM, whole.force, "quiet", "full", dashed=True, width=1.2),
-    ]
-    axes: dict[str, Any] = {"x": "elongation [mm]", "y": "force [N]", "dark": dark}
-    axes["x_range"] = (0, float(whole.elongation[-1]) * MM)
-    axes["y_range"] = (0, round_up(full.peak_force))
-    peak = (found.peak_elongation * MM, found.peak_force, "", "bad")
-    made = options(curves, marks=[peak], **axes)
-    made["grid"] |= {"right": 40, "left": 56}
-    return with_readout(made, ("elongation", "mm"), "N")
+    pane, whole = found.panes()[0], full.panes()[0].curves[0]
+    quiet = replace(whole, color=GREY, name="full", dash="dashed", width=1.2)
+    curves = [replace(pane.curves[0], width=3.5), quiet]
+    ends, top = (0.0, float(whole.x[-1])), (0.0, round_up(full.peak_force))
+    marks = [(x, y, "", color) for x, y, _, color in pane.marks]  # the number is on the page
+    pane = replace(pane, curves=curves, marks=marks, x_range=ends, y_range=top)
+    return options([pane], dark)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
 from nicegui import ui
 
 from layerjam.commands.edit import LINE_FIELDS, edit_line
@@ -19,7 +17,6 @@ from layerjam.units import show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, answered
 from layerjam.workbench.call import Call
-from layerjam.workbench.charts import NAMED, Curve, options, room_of, stacked
 from layerjam.workbench.controls import (
     Choice,
     Control,
@@ -71,12 +68,11 @@ NOT_CHOSEN = (
     "(release) or keep it jammed (hold) depends on what hangs on it."
 )
 KEY = (
-    "Light line: what the sensor shows. Yellow ground: broken but not detected yet; red ground: "
-    "detected, in the safe state. Below zero the pump runs backwards."
+    "Yellow ground: broken but not detected yet; red ground: detected, in the safe state. Below "
+    "zero the pump runs backwards."
 )
 LONGEST, SHORTEST = 1200.0, 1e-3
 """Time simulated at most and time between samples at least, on this page [s]."""
-KPA = 1e3
 RISE = ("time_constant", "fall_by", "gas_work")
 LOOP = (
     "fault_at",
@@ -250,78 +246,16 @@ class Vacuum(Page):
         self.rise_words.set_text(words)
         self.rise_figures.fill(rise)
         self.heroes.fill(heroes(rise))
-        time, vacuum, end = seen_of(rise)
-        wanted = rise.target / KPA
-        quiet = {label: seen_of(other.result) for label, other in answer.beside.items()}
-        longest = max(end, *(last for *_, last in quiet.values()), 0.0)
-        marks = [
-            (float(np.interp(part * rise.target, vacuum, time)), part * wanted, word, "quiet")
-            for part, word in ((0.1, "10%"), (0.9, "90%"))
-            if rise.feasible
-        ]
-        curves = [
-            Curve(time, vacuum / KPA),
-            Curve([0, longest], [wanted, wanted], "good", "target", dashed=True, width=1.5),
-        ]
-        for label, (times, risen, _) in quiet.items():
-            curves.append(Curve(times, risen / KPA, "quiet", label, width=1.2))
-        axes: dict[str, Any] = {"x": "time [s]", "y": "vacuum [kPa]", "x_range": (0, longest)}
-        made = options(curves, marks=marks, dark=self.dark, **axes)
-        made["series"][1]["endLabel"]["color"] = made["xAxis"]["axisLabel"]["color"]
-        self.steps.draw(answer, made)
+        self.steps.show(answer, self.dark)
 
     def _draw_loop(self, answer: Answer) -> None:
         result = answer.result
-        _, loop = result.record
-        pins = {label: other.result.record[1] for label, other in answer.beside.items()}
-        end = result.duration
-        begins, said = result.fault_at, result.fault_time
-        stop = end if said is None else said
-        bands = [(begins, stop, "second")] if begins is not None and begins < stop else []
-        bands += [(said, end, "bad")] if said is not None else []
-        longest = max(end, *(float(other.time[-1]) for other in pins.values()), 0.0)
-        common: dict[str, Any] = {"x": "time [s]", "x_range": (0, longest), "dark": self.dark}
-        common["bands"] = bands
-        vacuum = [
-            Curve(loop.time, loop.measured / KPA, "sky", "", width=1.0),
-            Curve(loop.time, loop.target / KPA, "good", "target", dashed=True, width=1.5),
-            Curve(loop.time, loop.vacuum / KPA, "main", "vacuum"),
-        ]
-        commands = [
-            Curve(loop.time, loop.pump, "main", "pump", width=1.2),
-            Curve(loop.time, loop.vent, "bad", "vent", width=1.5),
-        ]
-        low = -1.2 if float(loop.pump.min()) < 0 else 0
-        highest = max(float(np.nanmax(one.vacuum)) for one in (loop, *pins.values()))
-        top = 1.15 * max(highest, result.target) / KPA
-        for label, other in pins.items():
-            vacuum.append(Curve(other.time, other.vacuum / KPA, "quiet", label, width=1.2))
-        parts = [
-            options(vacuum, y="vacuum [kPa]", y_range=(0, math.ceil(top / 10) * 10), **common),
-            options(commands, y="command", y_range=(low, 1.2), **common),
-        ]
-        parts[1]["yAxis"]["axisLabel"] |= {"showMaxLabel": False, "showMinLabel": low == 0}
-        for part, own in zip(parts, (3, 2), strict=True):
-            part["grid"]["right"] = room_of(pins, 62)
-            # at the end they mostly lie on each other, their names must not
-            for series, shift in zip(part["series"][own - 2 : own], (-7, 7), strict=True):
-                series["endLabel"]["offset"] = [0, shift]
-            for series in part["series"][own:]:
-                series["endLabel"] |= dict(width=NAMED - 8, overflow="truncate")
-        self.loop.draw(answer, stacked(parts, (1.7, 1)))
+        self.loop.show(answer, self.dark)
         # error and ripple are those of a target that the safe state has given up
         given_up = () if result.outcome == "HEALTHY" else ("steady_error", "ripple")
         self.loop_figures.fill(result, but=given_up)
         self.verdict.set_text(verdict(result))
         self.detection.set_content(detection(result))
-
-
-def seen_of(rise: Any) -> tuple[Any, Any, float]:
-    """Time [s] and vacuum [Pa] of a step, shape (N,), somewhat past its target; and until when."""
-    time, vacuum = np.asarray(rise.record.time), np.asarray(rise.record.vacuum)
-    there = np.flatnonzero(vacuum >= rise.target)
-    end = 1.4 * float(time[there[0]]) if len(there) else float(time[-1])
-    return time[time <= end], vacuum[time <= end], end
 
 
 def verdict(result: Any) -> str:

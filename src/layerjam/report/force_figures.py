@@ -1,0 +1,89 @@
+"""Computed pulls: steady ones, those of arrays, and those that stick and slip."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from layerjam.report import style
+from layerjam.report.chart import Curve, Pane, fill
+from layerjam.report.style import BLUE, GREY, MM, MS, ORANGE, RED
+from layerjam.simulate.record import TensileRecord
+from layerjam.simulate.stick_slip import StickSlipRecord, bounds_at
+from layerjam.units import show
+
+
+def pulled(record: Any, headline: str, detail: str, x: str = "elongation [mm]") -> list[Pane]:
+    """Force over elongation, with its peak, of a record that has both, shape (N,)."""
+    top = int(np.argmax(record.force))
+    force, elongation = float(record.force[top]), float(record.elongation[top])
+    peak = elongation * MM, force, f"{show(force, 'N')} at {show(elongation, 'm')}", RED
+    curve, high = Curve(record.elongation * MM, record.force), (0, force * 1.18 + 1e-9)
+    named: dict[str, Any] = {
+        "headline": headline,
+        "detail": detail,
+        "y_range": high,
+        "marks": [peak],
+    }
+    return [Pane([curve], x, "force [N]", **named)]
+
+
+def tensile(record: TensileRecord) -> list[Pane]:
+    """Force over elongation of a simulated pull."""
+    first = record.procedure if len(record.procedure) < 66 else record.procedure[:63] + "..."
+    title, detail = f"{record.brake.name}: {record.outcome}", f"simulated, {record.model}; {first}"
+    return pulled(record, title, detail, "elongation at the crosshead [mm]")
+
+
+def between_bounds(record: StickSlipRecord) -> list[Pane]:
+    """Force over elongation between its bounds."""
+    static, kinetic = bounds_at(record.frozen(record.slip))
+    u = record.elongation * MM
+    curves = [
+        Curve(u, record.force, width=1.5),
+        Curve(u, static, RED, "static bound", "dashed", 1.2),
+        Curve(u, kinetic, GREY, "kinetic", "dashed", 1.2),
+    ]
+    words = f"simulated; {show(record.vacuum, 'Pa')}, {show(record.speed, 'm/s')}, "
+    words += f"{show(record.mass, 'kg')} on {show(record.stiffness, 'N/m')}"
+    ends = (0, float(u[-1]) or 1.0), (0, float(max(static.max(), record.force.max())) * 1.15)
+    title = f"{record.brake.name}: {record.outcome}"
+    return [Pane(curves, "elongation [mm]", "force [N]", *ends, headline=title, detail=words)]
+
+
+@style.styled
+def stick_slip(record: StickSlipRecord, pane: Pane) -> style.Figure:
+    """Force over elongation between its bounds, and the last slip in slow motion."""
+    figure, (whole, one) = style.canvas(columns=2, width=10.4, height=3.8, width_ratios=(1.7, 1))
+    fill(whole, pane)
+    _one_slip(one, record)
+    return figure
+
+
+def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
+    """The last event against time, or how the motion settles."""
+    if len(record.events):
+        start, end = float(record.events.break_time[-1]), float(record.events.stick_time[-1])
+        room = 0.25 * (end - start)
+        start, end, what = start - room, end + room, "The last slip in slow motion"
+        detail = "sheets stick, slip, stick"
+    else:
+        moving = np.flatnonzero(record.sliding)
+        start = float(record.time[moving[0]]) if len(moving) else 0.0
+        end, what = float(record.time[-1]), "From the first slip on"
+        detail = "the swing dies away"
+    # straight between samples while stuck; dense while it slides
+    grid = np.linspace(start, end, 500)
+    force, pace = (np.interp(grid, record.time, a) for a in (record.force, record.speed_of_mass))
+    times = (grid - start) * MS
+    axes.plot(times, force, color=BLUE)
+    axes.set(xlabel="time [ms]", ylabel="force [N]", xlim=(0, float(times[-1]) or 1.0))
+    axes.set_ylim(0, float(force.max()) * 1.3 or 1.0)
+    twin = axes.twinx()
+    twin.plot(times, pace, color=ORANGE, lw=1.4)
+    twin.set_ylabel("speed of the sheets [m/s]", color=style.readable(ORANGE))
+    twin.set_ylim(0, max(float(pace.max()) * 1.3, 1e-9))
+    twin.grid(False)
+    style.key(axes, ("force", BLUE), ("speed", ORANGE), at="upper left", ncols=2)
+    style.title(axes, what, detail)
