@@ -260,3 +260,11 @@ def test_slip_up_to_where_a_falling_vacuum_turns_is_not_lost():
     for step, most in ((2e-5, 4e-6), (1.43e-5, 2e-6), (5e-6, 3e-7)):
         one, _ = drop_in_time(FILE, vacuum=history, rope_stiffness=16.8e3, step=step, **case)
         assert one.slip == pytest.approx(there, rel=most)
+
+
+def test_the_peak_is_that_of_the_record_where_the_vacuum_rises_after_it():
+    """Past the top of the force a later, higher vacuum would have had another top."""
+    rising = History(np.array([0.0, 0.1]), np.array([30e3, 94.5e3]))
+    timed, record = drop_in_time(FILE, vacuum=rising, step=2e-5, **(CASE | {"speed": 3.0}))
+    assert record.force[-1] < 0.5 * timed.peak_force
+    assert timed.peak_force == pytest.approx(record.force.max(), rel=1e-5)
