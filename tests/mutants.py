@@ -1,8 +1,9 @@
-"""Does a test notice when a force law is changed? Mutates src/layerjam/mechanics, one at a time.
+"""Does a test notice when a law, a reader or a fit is changed? One random change at a time.
 
 Every mutant is a copy of the package in a temporary folder; the working tree is never touched.
 mutmut and cosmic-ray change files in place or fork a process that runs JAX threads; this does
-neither. Usage: python tests/mutants.py [--sample N] [--only memory,pull] [--seed S]
+neither. A change is tried with the quick tests of its folder.
+Usage: python tests/mutants.py [--sample N] [--only memory,pull] [--seed S]
 """
 
 from __future__ import annotations
@@ -25,8 +26,10 @@ from pathlib import Path
 from queue import Queue
 
 ROOT = Path(__file__).resolve().parent.parent
-FOLDER = ROOT / "src" / "layerjam" / "mechanics"
-PASS_MARK = 0.90
+SOURCE = ROOT / "src" / "layerjam"
+FOLDERS = ("mechanics", "measure", "identify")
+FILES = [p for folder in FOLDERS for p in sorted((SOURCE / folder).rglob("*.py"))]
+PASS_MARK = 0.95
 HISTORY = ("test_memory.py", "test_cycle.py", "test_strip.py")
 ORDER = (
     "test_closed_forms.py",
@@ -117,7 +120,7 @@ EQUIVALENT = {
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change of one file: the span of source that is replaced, and by what."""
+    """One change of one file below SOURCE: the span that is replaced, and by what."""
 
     file: str
     line: int
@@ -174,7 +177,7 @@ def fillers(tree: ast.AST) -> set[ast.AST]:
 def mutants_of(path: Path) -> list[Mutant]:
     source = path.read_text(encoding="utf-8")
     tree = ast.parse(source)
-    unused = fillers(tree)
+    unused, place = fillers(tree), path.relative_to(SOURCE).as_posix()
     starts = [0]
     for line in source.encode().splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
@@ -184,7 +187,7 @@ def mutants_of(path: Path) -> list[Mutant]:
             start = starts[node.lineno - 1] + node.col_offset  # type: ignore[attr-defined]
             end = starts[node.end_lineno - 1] + node.end_col_offset  # type: ignore[attr-defined]
             text = ast.unparse(ast.fix_missing_locations(new))
-            mutant = Mutant(path.name, node.lineno, start, end, text)  # type: ignore[attr-defined]
+            mutant = Mutant(place, node.lineno, start, end, text)  # type: ignore[attr-defined]
             changed = mutant.apply(source).splitlines()[mutant.line - 1].strip()
             if (path.name, changed) not in EQUIVALENT:
                 made.append(mutant)
@@ -193,7 +196,13 @@ def mutants_of(path: Path) -> list[Mutant]:
 
 def test_files(tests: Path, changed: str) -> list[str]:
     """Check values first, then what is nearest to the changed module, then the rest."""
+    folder, changed = changed.split("/", maxsplit=1)[0], changed.rsplit("/", maxsplit=1)[-1]
+    tests = tests / folder
     there = sorted(p.name for p in tests.glob("test_*.py"))
+    if folder != "mechanics":
+        words = set(Path(changed).stem.split("_"))
+        there.sort(key=lambda name: not words & set(Path(name).stem.split("_")))
+        return [str(tests / name) for name in there]
     near = HISTORY if changed in ("memory.py", "hysteresis.py") else ORDER
     far = ORDER if near is HISTORY else HISTORY
     stem = Path(changed).stem
@@ -223,7 +232,7 @@ def survives(home: Path, cache: Path, changed: str, limit: float) -> tuple[bool,
     place = home.parent
     try:
         done = subprocess.run(
-            [*command, *test_files(place / "tests" / "mechanics", changed)],
+            [*command, *test_files(place / "tests", changed)],
             cwd=place,
             env=environment(home, cache),
             capture_output=True,
@@ -244,7 +253,7 @@ def difference(mutant: Mutant, source: str) -> str:
 
 
 def survivor(mutant: Mutant, sources: dict[str, str]) -> str:
-    where = f"src/layerjam/mechanics/{mutant.file}:{mutant.line}"
+    where = f"src/layerjam/{mutant.file}:{mutant.line}"
     return f"\nsurvived: {where}\n{difference(mutant, sources[mutant.file])}\n"
 
 
@@ -258,12 +267,10 @@ class Farm:
         shutil.copytree(ROOT / "tests", place / "tests", ignore=ignore)
         shutil.copy(ROOT / "pyproject.toml", place)
         self.homes: Queue[Path] = Queue()
-        self.sources = {p.name: p.read_text(encoding="utf-8") for p in FOLDER.glob("*.py")}
+        self.sources = {p.relative_to(SOURCE).as_posix(): p.read_text("utf-8") for p in FILES}
         for number in range(workers):
             home = place / f"copy{number}"
-            shutil.copytree(FOLDER.parent, home / "layerjam", ignore=ignore)
-            for name, text in self.sources.items():
-                (home / "layerjam" / "mechanics" / name).write_text(text, encoding="utf-8")
+            shutil.copytree(SOURCE, home / "layerjam", ignore=ignore)
             self.homes.put(home)
 
     def imported_from(self) -> str:
@@ -281,13 +288,13 @@ class Farm:
     def baseline(self) -> tuple[bool, str]:
         home = self.homes.get()
         try:
-            return survives(home, self.cache, "pull.py", self.limit)
+            return survives(home, self.cache, "mechanics/pull.py", self.limit)
         finally:
             self.homes.put(home)
 
     def alive(self, mutant: Mutant) -> bool:
         home = self.homes.get()
-        place = home / "layerjam" / "mechanics" / mutant.file
+        place = home / "layerjam" / mutant.file
         try:
             place.write_text(mutant.apply(self.sources[mutant.file]), encoding="utf-8")
             return survives(home, self.cache, mutant.file, self.limit)[0]
@@ -297,8 +304,8 @@ class Farm:
 
 
 def chosen(args: argparse.Namespace) -> list[Mutant]:
-    names = args.only.split(",") if args.only else [p.stem for p in sorted(FOLDER.glob("*.py"))]
-    made = [m for name in names for m in mutants_of(FOLDER / f"{name}.py")]
+    names = args.only.split(",") if args.only else [path.stem for path in FILES]
+    made = [m for path in FILES if path.stem in names for m in mutants_of(path)]
     if args.sample and args.sample < len(made):
         made = random.Random(args.seed).sample(made, args.sample)
     made = sorted(made, key=lambda m: (m.file, m.line, m.start))
@@ -316,7 +323,7 @@ def report(results: list[tuple[Mutant, bool]], sources: dict[str, str], seconds:
         if alive:
             print(survivor(mutant, sources), end="")
     for name in sorted(total):
-        print(f"{name:20} {killed[name]:4} of {total[name]:4} killed")
+        print(f"{name:40} {killed[name]:4} of {total[name]:4} killed")
     share = sum(killed.values()) / max(1, len(results))
     print(f"{sum(killed.values())} of {len(results)} mutants killed, {share:.1%}, {seconds:.0f} s")
     return 0 if share >= PASS_MARK else 1
