@@ -126,8 +126,7 @@ def crash(
     `time` [s] and `acceleration` [m/s²], shape (N,). `cfc` is a class of SAE J211-1 or None,
     `before` the length [s] of the quiet part at the beginning (found if None), `limit` the sensor's
     range [m/s²], `hic` the longest window [s] of the head injury criterion (0.015 or 0.036) or
-    None. Raises FitError for uneven or too few samples or no quiet part, QuantityError for a rate
-    below ten times the class.
+    None. Raises FitError for uneven or few samples or no quiet part, QuantityError for a low rate.
     """
     rate, warnings = (sampling, []) if sampling is not None else sampling_rate(time)
     if sampling is not None:
@@ -150,8 +149,7 @@ def crash(
     change -= float(np.sign(filtered[high])) * gravity * length * falling
     noise = float(np.std(still)) * np.sqrt(length / rate)
     saturation, unknown = _saturation(acceleration, quiet, limit)
-    warnings += said + unknown
-    warnings += _after(signal, last, rate, offset_se)
+    warnings += said + unknown + _after(signal, last, rate, offset_se)
     value, span = (None, None) if hic is None else head_injury(filtered, rate, hic)
     return Crash(
         time=time,
